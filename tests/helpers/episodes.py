@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from toy_models import line_model, told, toy_case
+from toy_models import line_model, resting, told, toy_case
 
 import parc_jax as pj
 from parc_jax.network.predict import trajectories
@@ -16,9 +16,9 @@ def driven(turning: bool, n: int = 4, spans=None):
     """n commitments, each left half way, and a block far away; spans: of the block."""
     if turning:
         model, _ = toy_case(0)
-        model = told(model, rotation=(TURNS,))
+        model = resting(told(model, rotation=(TURNS,)))
     else:
-        model = line_model(4, 0.01)
+        model = line_model(4, 0.01, rests=True)
     loop = pj.loop.Loop(
         model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.01), effort=PATIENT
     )

@@ -74,14 +74,26 @@ def uniform_tube(T: int, e: float = 0.0, final: float | None = None, n_q: int = 
 
 
 def line_model(
-    T: int = 4, e: float = 0.0, final: float | None = None, half: float = 1.0
+    T: int = 4, e: float = 0.0, final: float | None = None, half: float = 1.0, rests: bool = False
 ) -> TrajectoryModel:
     """The identity network: c_t = (t / T) k, q = k_0, over K = [-half, half]^2. T a power of two
-    keeps it dyadic.
+    keeps it dyadic. rests: it is at k one knot before the end.
     """
-    W = np.concatenate([np.kron(np.arange(1, T + 1)[:, None] / T, np.eye(2)), [[1.0, 0.0]]])
+    share = np.arange(1, T + 1)[:, None] / T
+    share[T - 1 - rests :] = 1.0
+    W = np.concatenate([np.kron(share, np.eye(2)), [[1.0, 0.0]]])
     domain = box([-half, -half], [half, half])
     return model_of(relu_network([W], [np.zeros(2 * T + 1)]), domain, *uniform_tube(T, e, final))
+
+
+def resting(model: TrajectoryModel) -> TrajectoryModel:
+    """The model that at the end is where it was one knot before."""
+    n, last = model.n_c, model.layout.n_offsets
+    W, b = model.net.weights[-1].copy(), model.net.biases[-1].copy()
+    for rows in (W, b):
+        rows[last - n : last] = rows[last - 2 * n : last - n]
+    weights, biases = [*model.net.weights[:-1], W], [*model.net.biases[:-1], b]
+    return told(model, net=relu_network(weights, biases))
 
 
 def fold_model(T: int = 4, e: float = 0.0) -> TrajectoryModel:
