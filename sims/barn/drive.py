@@ -56,10 +56,11 @@ class Drive:
 
     @property
     def reasons(self) -> list[tuple[float, str]]:
-        """When [s] there was no new manoeuvre, and why."""
+        """When [s] there was no new manoeuvre, or what was free was refuted, and why."""
         seconds = np.linspace(0.0, self.seconds, len(self.steps) + 1)[:-1].tolist()
-        told = zip(seconds, self.steps, strict=True)
-        return [(begin, step.reason) for begin, step in told if not step.new]
+        told = zip(seconds, self.steps, self.free, strict=True)
+        said = [(at, "; ".join(filter(None, (s.reason, free.said)))) for at, s, free in told]
+        return [(at, why) for at, why in said if why]
 
     @property
     def metric(self) -> float:
@@ -97,11 +98,11 @@ def drive(
         guide.update()
         guided = time.process_time()
         if look.why:
-            step = loop.go_on(look.why)
+            step = loop.go_on(look.why, look.free.gone)
         else:
             off = drifted_since([told for _, told in poses[begun:]], sight.allowed[begun:], corner)
             asked = look.here, robot.measured, look.obstacles, guide.prefer, robot.time
-            step = loop.step(*asked, drift=off)
+            step = loop.step(*asked, drift=off, gone=look.free.gone)
         if step.new:
             robot.begin(*step.committed.k[2:])
             begun, drifted = len(poses) - 1, max(drifted, off)

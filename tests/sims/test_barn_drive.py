@@ -107,7 +107,7 @@ class Standing:
     def step(self, *_, **__):
         return Step(None, False, "nothing is safe")
 
-    def go_on(self, reason):
+    def go_on(self, reason, gone):
         return Step(None, False, reason)
 
 
