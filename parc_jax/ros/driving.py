@@ -51,7 +51,7 @@ class Driving(Options):
     twist.twist.linear.x."""
     deadline: float = 0.1
     """Seconds of the clock for a step."""
-    looks: int = Effort.looks
+    effort_looks: int = Effort.looks
     """Looks of a step at pairs of an obstacle and a part of the body, after which it ends."""
     room: float = 0.1
     """Clearance [m] that is liked."""

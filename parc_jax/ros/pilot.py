@@ -61,7 +61,9 @@ class Pilot:
         self.outline, self.body = _outline(model, robot)
         turns = model.rotation is not None
         doubt = Doubt(start=d.doubt_start, heading=d.doubt_heading if turns else 0.0)
-        effort = Effort(judged=Effort.candidates, looks=d.looks, deadline=d.deadline, room=d.room)
+        effort = Effort(
+            judged=Effort.candidates, looks=d.effort_looks, deadline=d.deadline, room=d.room
+        )
         self.loop = Loop(model, self.body, leave=d.leave, doubt=doubt, effort=effort)
         if len(d.given) != len(self.loop.given):
             raise InputError(
