@@ -138,7 +138,7 @@ WORLD = (
     Fault(
         "what_was_free_stays_free",
         "FreeSpace.add",
-        "if not gone.is_empty:",
+        "if not away.is_empty:",
         "if False:",
         (
             "tests/world/test_came.py"

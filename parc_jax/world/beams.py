@@ -36,9 +36,9 @@ class Beams:
     more: int
     closed: bool
 
-    def refuted(self, region: "shapely.Geometry") -> tuple["shapely.Geometry", int]:
-        """What of a region that was held free is not any more, and how many beams refute that it
-        stayed free.
+    def refuted(self, region: "shapely.Geometry"):
+        """What of a region that was held free is not any more: the places of ends within it; where
+        something came, and all that it hides; how many beams say that something came.
 
         Algorithm: an end in the region takes its place, with its errors. Where all of that lies in
         the region, nothing that stood still can have caused it: in the gaps beside it only what the
@@ -48,17 +48,17 @@ class Beams:
         shapely.prepare(region)
         places = self._at(np.where(np.isfinite(self.ends), self.ends, 0.0))
         met = np.flatnonzero(np.isfinite(self.ends) & shapely.contains_xy(region, places))
-        if not len(met):
-            return shapely.Polygon(), 0
         spots, off = shapely.points(places[met]), self.off[met]
-        gone = shapely.union_all(shapely.buffer(spots, ROUND * off, quad_segs=4))
-        dark = np.zeros(len(self.ends), bool)
-        dark[met] = shapely.contains(region, shapely.buffer(spots, off))
-        came = int(dark.sum())
-        if came:
+        discs = shapely.buffer(spots, ROUND * off, quad_segs=4)
+        came = shapely.contains(region, shapely.buffer(spots, off))
+        gone = shapely.Polygon()
+        if came.any():
+            dark = np.zeros(len(self.ends), bool)
+            dark[met] = came
             grown = ROUND * (self.grown + TOLERANCES.outline)
-            gone = gone.union(self._behind(region, dark).buffer(grown, quad_segs=4))
-        return region.intersection(gone), came
+            behind = self._behind(region, dark).buffer(grown, quad_segs=4)
+            gone = region.intersection(shapely.union_all([behind, *discs[came]]))
+        return shapely.union_all(discs[~came]), gone, int(came.sum())
 
     def drifted(self, by: float) -> "Beams":
         """The same, of a place that is off by so much [m] more."""

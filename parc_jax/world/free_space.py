@@ -28,7 +28,7 @@ class FreeSpace:
     (`seen_from`), where the body stood (`free_place`), a map (`GridMap.free_space`), and unions.
 
     region: a Shapely Polygon or MultiPolygon [m]. width: [m] no obstacle is narrower than this, as
-    in `seen_from`; 0 where nothing is assumed. gone: what was free until a scan refuted it, and was
+    in `seen_from`; 0 where nothing is assumed. gone: what was free until something came, and was
     not seen free since. refuting: beams that did, of the last scan that was added. beams: of what
     is known now, a scan or where the body stands; None of what is remembered.
     """
@@ -53,13 +53,15 @@ class FreeSpace:
         """
         widths = [w for w in (self.width, other.width) if w]
         width = min(widths, default=0.0)
-        (left, some), (leaves, more) = other._refuted(self.region), self._refuted(other.region)
+        ends, left, some = other._refuted(self.region)
+        others, leaves, more = self._refuted(other.region)
         gone = left.union(leaves)
         for one, now in ((self, other), (other, self)):
             gone = gone.union(one.gone if now.beams is None else one.gone.difference(now.region))
         region = _filled(_areas(self.region.union(other.region)), width)
-        if not gone.is_empty:
-            region = _areas(region.difference(gone))
+        for away in (ends, others, gone):
+            if not away.is_empty:
+                region = _areas(region.difference(away))
         return FreeSpace(region, width, gone, some + more)
 
     @property
@@ -74,9 +76,9 @@ class FreeSpace:
         )
 
     def _refuted(self, region: "shapely.Geometry"):
-        """What of a region its beams refute, and how many."""
+        """As of `Beams.refuted`."""
         if self.beams is None or self.beams is STANDS:
-            return package("shapely", CALL).Polygon(), 0
+            return package("shapely", CALL).Polygon(), package("shapely", CALL).Polygon(), 0
         return self.beams.refuted(region)
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":

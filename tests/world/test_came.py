@@ -36,7 +36,7 @@ def driven(lidar, seed: int, scans: int = 8):
         one = seen(lidar, rng, world, truth)
         free = free.add(one)
         together.append(one.region)
-        assert free.refuting == 0 and free.said == ""
+        assert free.refuting == 0 and free.said == "" and free.gone.is_empty
     return rng, world, free, shapely.union_all(together), truth
 
 
