@@ -177,10 +177,17 @@ QUERY = (
     ),
     Fault(
         "poses_that_jump",
-        "Loop._require_no_jump",
-        "outside > self.jump",
-        "False",
-        (THINKING + "test_a_pose_that_jumps_is_not_believed",),
+        "Loop._require_inside",
+        "<= drift:\n            return",
+        "<= 1e9:\n            return",
+        (THINKING + "test_a_pose_outside_of_the_tube_begins_nothing",),
+    ),
+    Fault(
+        "manoeuvres_that_never_rest",
+        "require_rest",
+        "if not beyond[i] <= ROUNDED:",
+        "if False:",
+        (LOOP + "test_a_model_that_does_not_rest_is_refused_and_what_it_moves_is_told",),
     ),
     Fault(
         "plans_kept_apart_without_their_errors",

@@ -22,9 +22,19 @@ ROS = (
     Fault(
         "scan_from_where_the_robot_is_now",
         "Pilot._look",
-        "there = pose + share *",
-        "there = pose + 1.0 *",
+        "there, (x, y, yaw) = way[1],",
+        "there, (x, y, yaw) = poses[-1],",
         (f"{PILOTS}::test_a_scan_frees_what_it_sees_from_where_it_was_taken",),
+    ),
+    Fault(
+        "sweeps_that_take_no_time",
+        "measured.swept_in",
+        "return round(each * max(n - 1, 0) * 1e9)",
+        "return 0 * n",
+        (
+            "tests/ros/test_seeing.py"
+            "::test_a_sweep_from_a_robot_that_drives_frees_nothing_where_a_post_stands",
+        ),
     ),
     Fault(
         "scan_that_failed_saw_far",

@@ -39,9 +39,9 @@ WORLD = (
     ),
     Fault(
         "a_heading_is_believed",
-        "seen._between",
-        "(angle_error + turned)",
-        "angle_error",
+        "seen_from",
+        "_off(angles, angle_error + turned)",
+        "_off(angles, angle_error)",
         (f"{SEEN}::test_each_of_the_bounds_is_needed",),
     ),
     Fault(
@@ -54,8 +54,8 @@ WORLD = (
     Fault(
         "a_frame_drifts_without_turning",
         "free_space.FreeSpace.drifted",
-        "turned * far + TOLERANCES",
-        "0.0 * far + TOLERANCES",
+        "by = turned *",
+        "by = 0.0 *",
         (f"{SPACE}::test_what_drifts_is_free_wherever_it_was_truly",),
     ),
     Fault(
@@ -134,5 +134,15 @@ WORLD = (
         "np.where(alpha < 1, np.inf, occupied)",
         "occupied",
         (f"{FILE}::test_what_is_transparent_is_unknown",),
+    ),
+    Fault(
+        "what_was_free_stays_free",
+        "FreeSpace.add",
+        "if not away.is_empty:",
+        "if False:",
+        (
+            "tests/world/test_came.py"
+            "::test_who_comes_into_full_view_leaves_the_free_space_with_all_behind",
+        ),
     ),
 )

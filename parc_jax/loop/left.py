@@ -1,7 +1,11 @@
-"""Did a robot leave the tube of any manoeuvre, up to when it left the manoeuvre? [T38, T40]"""
+"""Did a robot leave the tube of any manoeuvre, up to when it left the manoeuvre, and where may one
+lead? [T38, T40]
+"""
 
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +17,16 @@ from parc_jax.errors import InputError
 from parc_jax.loop.commitment import Commitment
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import trajectories
+from parc_jax.problem.body import Disc, parts_of
 from parc_jax.robust.pose import Pose
 
+if TYPE_CHECKING:
+    import shapely
+
 AT_ONCE = 64  # manoeuvres looked at in one compiled call
+ROUNDED = (
+    1e-9  # [m] more than floats round places up to 1e5 m by: a pose this far outside is inside
+)
 WHOLE = 1e-6  # records: a manoeuvre that begins so near to one begins there
 
 
@@ -56,25 +67,63 @@ def left_tube(
     return not bool((np.concatenate(score) <= 1.0).all())
 
 
-def outside_tube(last: Commitment, pose: Pose, at: Fraction) -> float:
-    """[m] from a measured pose to where the first point may be at a time of the clock, by the tube
-    of a manoeuvre and the doubt of both poses: a look in floats, which proves nothing.
+def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> float:
+    """[m] from where a measured pose puts the robot to where a manoeuvre may have led by a time of
+    the clock: of its reference points the farthest. 0 for none. [T38]
+
+    k (n_k,): any with what was measured with the pose; its start says where the other points are.
+    What may be is a box around the tube, grown by the doubt of both poses and ROUNDED. A heading
+    shows in the other points alone: of a robot of one point it is not looked at.
     """
-    asked = last.asked.question
+    asked, begun = last.asked.question, last.asked.pose
+    model, doubt = asked.model, asked.problem.doubt
+    tube, n_p, steps = model.tube, model.n_p, model.time.n_steps
+    (knots, starts), _ = trajectories(model.net, model.layout, np.stack([last.k, k]))
+    passed = min(float((at - last.begin) / Fraction(model.time.dt)), float(steps))
+    before = min(int(passed), steps - 1)
+    way = knots[before] + (passed - before) * (knots[before + 1] - knots[before])
+    heading = begun.heading or 0.0
+    around = _turned(starts[0].reshape(-1, n_p), heading - (pose.heading or 0.0))
+    there = _turned(pose.place - begun.place, heading) + around
+    at_start = tube.interval[tube.bins_of(k[None])[0], 0].max(axis=0)
+    at_start[:n_p] = 0.0  # of the first point, which is where the pose is
+    allowed = tube.interval[tube.bins_of(last.k[None])[0], before].max(axis=0) + at_start
+    allowed = allowed.reshape(-1, n_p) + ROUNDED
+    if doubt is not None:
+        far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
+        turned = float(doubt.heading or 0.0) * far[:, None]
+        allowed = allowed + 2 * doubt.shifts(n_p).sum() + turned
+    beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)
+    return float(np.linalg.norm(beyond, axis=1).max())
+
+
+def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
+    """May any of the body be in a region of the plane during a manoeuvre? In doubt yes: the hull of
+    all its points in each interval, grown by all that tube, doubt and body allow.
+    """
+    if region.is_empty:
+        return False
+    from shapely import MultiPoint
+
+    asked, begun = last.asked.question, last.asked.pose
     model, doubt = asked.model, asked.problem.doubt
     knots, _ = trajectories(model.net, model.layout, last.k[None])
-    passed = min(float((at - last.begin) / Fraction(model.time.dt)), float(model.time.n_steps))
-    before = min(int(passed), model.time.n_steps - 1)
-    share = passed - before
-    way = ((1 - share) * knots[0, before] + share * knots[0, before + 1])[: model.n_p]
-    moved = (pose.place - last.asked.pose.place)[None]
-    moved = _seen_from(np.stack([0 * moved, moved]), last.asked.pose.heading or 0.0)[1]
-    bins = model.tube.bins_of(last.k[None])[0]
-    allowed = model.tube.interval[bins, before, : model.n_p].max(axis=0)
+    away = knots[0].reshape(-1, model.n_points, model.n_p)
+    places = begun.place + _turned(away, -(begun.heading or 0.0))
+    shapes = [part.shape for part in parts_of(asked.problem.body)]
+    grown = max(
+        one.radius if isinstance(one, Disc) else np.linalg.norm(one.vertices, axis=1).max()
+        for one in shapes
+    )
     if doubt is not None:
-        turned = float(doubt.heading or 0.0) * np.linalg.norm(moved)
-        allowed = allowed + 2 * doubt.shifts(model.n_p).sum() + turned
-    return float(np.linalg.norm(np.maximum(np.abs(moved - way) - allowed, 0.0)))
+        far = np.linalg.norm(away, axis=-1).max()
+        grown += doubt.shifts(model.n_p).sum() + float(doubt.heading or 0.0) * far
+    widths = model.tube.interval[model.tube.bins_of(last.k[None])[0]].max(axis=0)
+    for both, width in zip(pairwise(places), widths, strict=True):
+        off = np.linalg.norm(width.reshape(model.n_points, -1), axis=1).max()
+        if MultiPoint(np.concatenate(both)).convex_hull.distance(region) <= grown + off:
+            return True
+    return False
 
 
 def _path(model: TrajectoryModel, path: ArrayLike) -> np.ndarray:
@@ -111,8 +160,12 @@ def _between(knots: np.ndarray, stride: int) -> np.ndarray:
 
 def _seen_from(path: np.ndarray, heading: float) -> np.ndarray:
     """(n, n_c) from the place of the first point at the start, with the heading there."""
-    away = path - path[0, 0]
-    if heading:
-        cosine, sine = np.cos(heading), np.sin(heading)
-        away = away @ np.array([[cosine, -sine], [sine, cosine]])
-    return away.reshape(len(path), -1)
+    return _turned(path - path[0, 0], heading).reshape(len(path), -1)
+
+
+def _turned(away: np.ndarray, heading: float) -> np.ndarray:
+    """(..., n_p) from the world into a frame with this heading."""
+    if not heading:
+        return away
+    cosine, sine = np.cos(heading), np.sin(heading)
+    return away @ np.array([[cosine, -sine], [sine, cosine]])

@@ -4,6 +4,7 @@ commands, each left for the next while it is under way, of which the last is rec
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ from parc_jax.rollout.subject import given_of
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import check_system
 
+LEFT = "each left after "  # how a law of k says when, in seconds
 METHODS = ("start_state", "measured", "rollout_from_state")
 
 
@@ -45,7 +47,7 @@ class Chained:
         """How k is drawn, for a LawSpec."""
         begin, end = self.hand_over
         manoeuvres = counted(self.before, "manoeuvre")
-        return f"a chain of {manoeuvres} before it, each left after {begin:g} to {end:g} s"
+        return f"a chain of {manoeuvres} before it, {LEFT}{begin:g} to {end:g} s"
 
     @cached_property
     def leaves(self) -> np.ndarray:
@@ -108,6 +110,14 @@ def chained(system, before: int = 3, hand_over: tuple[float, float] | None = Non
             f"which come every {step:g} s; got {begin:g} and {end:g}."
         )
     return made
+
+
+def hand_over_of(k_law: str) -> tuple[Fraction, Fraction] | None:
+    """[s] `hand_over` of the chains that a law of k names, None where it names none."""
+    if LEFT not in k_law:
+        return None
+    begin, end = k_law.split(LEFT)[1].removesuffix(" s").split(" to ")
+    return Fraction(begin), Fraction(end)
 
 
 def links_of(chain: Chained, traceable: bool) -> Links:

@@ -6,6 +6,7 @@ import numpy as np
 
 from parc_jax.base.options import Options
 from parc_jax.errors import InputError
+from parc_jax.loop.loop import Effort
 
 
 @dataclass(frozen=True)
@@ -41,18 +42,33 @@ class Driving(Options):
     robot goes from when it was measured to when the manoeuvre begins."""
     doubt_heading: float = 0.0
     """Radians by which a heading may be wrong, for the same reasons."""
+    drift: float = 0.0
+    """Metres by which a pose may be off against the one at which the manoeuvre under way began,
+    beside doubt_start of both: what odometry may drift meanwhile. A pose that is farther outside of
+    the manoeuvre's tube begins nothing."""
     given: tuple[str, ...] = ()
     """Where in the messages of poses the model's given parameters are, such as
     twist.twist.linear.x."""
     deadline: float = 0.1
     """Seconds of the clock for a step."""
+    effort_looks: int = Effort.looks
+    """Looks of a step at pairs of an obstacle and a part of the body, after which it ends."""
     room: float = 0.1
     """Clearance [m] that is liked."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         least = {"reach": 0.1, "deadline": 1e-3, "width": 1e-3}
-        sizes = ("reach", "arrived", "noise", "width", "margin", "doubt_start", "doubt_heading")
+        sizes = (
+            "reach",
+            "arrived",
+            "noise",
+            "width",
+            "margin",
+            "doubt_start",
+            "doubt_heading",
+            "drift",
+        )
         movers = ("mover_radius", "mover_speed")
         for name in (*sizes, *movers, "deadline", "room"):
             value, lowest = getattr(self, name), least.get(name, 0.0)

@@ -25,19 +25,41 @@ def map_in(message: Any) -> GridMap:
     return occupancy_grid(cells, info.resolution, origin)
 
 
+def swept_in(message: Any) -> int:
+    """[ns] from the first beam of a sensor_msgs/LaserScan to its last. Raises InputError."""
+    each, n = float(message.time_increment), len(message.ranges)
+    if not (np.isfinite(each) and each >= 0):
+        raise InputError(f"scan: expected a time_increment of 0 s or more; got {each!r}.")
+    return round(each * max(n - 1, 0) * 1e9)
+
+
 def seen_in(
-    message: Any, pose: ArrayLike, *, noise: float, width: float, doubt: tuple[float, float]
+    message: Any,
+    pose: ArrayLike,
+    *,
+    noise: float,
+    width: float,
+    doubt: tuple[float, float],
+    between: tuple[float, float] = (0.0, 0.0),
 ) -> FreeSpace:
     """What a sensor_msgs/LaserScan shows to be free, from the pose (x, y, heading) of its sensor,
     as `seen_from` has it. An infinite range came back from nowhere; what is NaN, or nearer than the
     sensor can tell, or farther, says nothing. Raises InputError.
+
+    doubt: ([m], [rad]) by which the pose may be off for any of the beams. between: ([m], [rad]) by
+    which the sensor moves from one beam to the next; where it moves at all, first and last beam of
+    a full turn are no neighbours.
     """
     ranges = np.asarray(message.ranges, np.float64)
     angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
     told = (message.range_min <= ranges) & (ranges <= message.range_max)
     ranges = np.where(np.isposinf(ranges), message.range_max, np.where(told, ranges, 0.0))
-    limits = {"max_range": message.range_max, "noise": noise, "width": width}
-    return seen_from(pose, angles, ranges, doubt=doubt, **limits)
+    if any(between):
+        full = 2 * np.pi - 3 * abs(message.angle_increment)
+        keep = abs(angles - angles[0]) <= full
+        angles, ranges = angles[keep], ranges[keep]
+    limits = {"max_range": message.range_max, "noise": noise + between[0], "width": width}
+    return seen_from(pose, angles, ranges, doubt=doubt, angle_error=between[1], **limits)
 
 
 def require_frame(message: Any, frame: str, what: str) -> None:

@@ -13,6 +13,7 @@ from parc_jax.bags.fields import stamp_of
 from parc_jax.errors import InputError, ParcError
 from parc_jax.loop.commitment import Commitment, Step
 from parc_jax.loop.log import save_episode
+from parc_jax.loop.rest import moved_last
 from parc_jax.model import TrajectoryModel, load
 from parc_jax.plot.triangles import headings, in_world
 from parc_jax.robust.pose import Pose
@@ -78,7 +79,7 @@ class PilotNode(Node):
     def finish(self) -> None:
         """Write the episode, if there was one."""
         if self.episode and self.pilot.driven:
-            save_episode(self.episode, self.pilot.driven)
+            save_episode(self.episode, self.pilot.driven, drift=self.pilot.driving.drift)
 
     def _heard(self, listen):
         """The same, which says what it could not take and goes on."""
@@ -99,6 +100,8 @@ class PilotNode(Node):
 
     def _on_pose(self, message) -> None:
         step = self.pilot.hear_pose(message)
+        if self.pilot.said:
+            self.statement.publish(String(data=f"Seen: {self.pilot.said}."))
         if step is None:
             return
         if step.new:
@@ -187,12 +190,15 @@ def _said(step: Step) -> str:
         return f"Nothing is committed to: {step.reason}."
     begun = f"{now!r}".strip("<>")
     if not step.new:
-        return f"Going on with {begun}, to its rest: {step.reason}."
-    moved = any(span is not None for span in now.asked.problem.all_spans)
-    after = ", where who moves, no faster than told, may run into it" if moved else ""
+        return f"Going on with {begun}, to its stop: {step.reason}."
+    moves = any(span is not None for span in now.asked.problem.all_spans)
+    after = "; who moves, no faster than told, may run into it there" if moves else ""
+    model = now.asked.question.model
+    last = moved_last(model, now.k[None])[0][0]
     return (
         f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside the "
-        f"tube and every pose inside the doubt nothing is touched, and it ends at rest{after}. "
+        "tube and every pose inside the doubt nothing is touched. Assumed: that it rests at its "
+        f"end, where its prediction moves by {last:.2g} m in the last {model.time.dt:g} s{after}. "
         f"(E) {now.asked.model.claim.statement()}"
     )
 

@@ -1,6 +1,7 @@
 """Drives one robot by one model, from messages: without ROS, so that it can be tried anywhere."""
 
 import functools
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -9,7 +10,8 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.bags.fields import pose_in, stamp_of, value_at
+from parc_jax.bags.fields import frames_of, pose_in, stamp_of, value_at
+from parc_jax.base.premises import MEASURED, Premises, agree, premises
 from parc_jax.errors import InputError
 from parc_jax.loop.commitment import Commitment, Step
 from parc_jax.loop.loop import Effort, Loop
@@ -20,7 +22,7 @@ from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide
-from parc_jax.ros.measured import map_in, require_frame, seen_in
+from parc_jax.ros.measured import map_in, require_frame, seen_in, swept_in
 from parc_jax.ros.movers import Movers, among, movers_in
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.hpolytope import HPolytope
@@ -31,6 +33,8 @@ from parc_jax.world.grid_map import GridMap
 
 ANYTHING = 1e3  # [units of q] bound of goal states that nobody asks about
 SIDES = 16  # of the polygon around a disc that stands for it where the robot begins
+TRACK = 256  # poses that are remembered, to tell where a scan was taken
+OF_SCANNER = ("angle_min", "angle_increment", "range_max")  # of a scan, the same in all
 Prefer = Callable[[Outlook, np.ndarray], np.ndarray]
 
 
@@ -57,7 +61,9 @@ class Pilot:
         self.outline, self.body = _outline(model, robot)
         turns = model.rotation is not None
         doubt = Doubt(start=d.doubt_start, heading=d.doubt_heading if turns else 0.0)
-        effort = Effort(judged=Effort.candidates, deadline=d.deadline, room=d.room)
+        effort = Effort(
+            judged=Effort.candidates, looks=d.effort_looks, deadline=d.deadline, room=d.room
+        )
         self.loop = Loop(model, self.body, leave=d.leave, doubt=doubt, effort=effort)
         if len(d.given) != len(self.loop.given):
             hint = " Learn one of a system that names in `given` what it measures at the start."
@@ -73,7 +79,10 @@ class Pilot:
         self.movers: Movers | None = None
         self.goal: np.ndarray | None = None
         self._guide: Guide | None = None
+        self.said = ""  # what the last pose's scan refutes
+        self._scanner: Premises | None = None
         self.pose = self.given = self._scan = None
+        self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
         # [ns] of the last pose, of the first one, and of where the manoeuvre under way began
         self._stamp = self._first = self._begun = None
 
@@ -94,7 +103,12 @@ class Pilot:
         """A sensor_msgs/LaserScan; it is looked at when the next pose is there."""
         if self.driving.sensor is None:
             raise InputError("scan: expected a pilot that knows where its sensor is; set sensor.")
-        self._scan = message
+        swept_in(message)
+        names = {"frame of the scan": str(frames_of(message)[0])}
+        names |= {name: float(getattr(message, name)).hex() for name in OF_SCANNER}
+        scanner = premises((name, MEASURED, value) for name, value in names.items())
+        agree("scan: all are of the sensor whose place was told", self._scanner or scanner, scanner)
+        self._scanner, self._scan = scanner, message
 
     def hear_movers(self, message: Any) -> None:
         """A geometry_msgs/PoseArray: where all are who move. What is not in it stands still."""
@@ -119,10 +133,11 @@ class Pilot:
                 f"pose: expected stamps that increase; got {stamp / 1e9:.9f} s after "
                 f"{self._stamp / 1e9:.9f} s."
             )
-        before, self._stamp = (self._stamp, self.pose), stamp
+        self._stamp = stamp
         self._first = stamp if self._first is None else self._first
         self.pose, self.given = pose, given
-        self._look(*before)
+        self._track.append((stamp, pose))
+        self._look()
         return self._step()
 
     def plan(self, start: Any, goal: Any, tolerance: float) -> Answer:
@@ -153,28 +168,49 @@ class Pilot:
             problem, jax.random.key(0), Settings(samples=8, target=0.2), at=self._at(here)
         )
 
-    def _look(self, stamp: int | None, pose: np.ndarray | None) -> None:
-        """Add what the last scan saw, once there are poses before and after it."""
-        d, scan = self.driving, self._scan
+    def _look(self) -> None:
+        """Add what the last scan saw, once there are poses before its first beam and after its
+        last. The sensor is taken to be where it was in the middle of the sweep; what it moves from
+        there is doubt.
+        """
+        d, scan, self.said = self.driving, self._scan, ""
         if d.sensor is None:
             return
         if self.seen is None:
             self.seen = free_place(self._corners(self.pose), d.margin)
         at = None if scan is None else stamp_of(scan)
-        if at is None or at > self._stamp:
+        if at is None or at + swept_in(scan) > self._stamp:
             return
         self._scan = None
-        if stamp is None or at < stamp:
+        stamps, poses = (np.array(part) for part in zip(*self._track, strict=True))
+        begin, end = at, at + swept_in(scan)
+        if begin < stamps[0]:
             return  # nobody knows where it was taken
-        share = (at - stamp) / (self._stamp - stamp)
-        turned = np.remainder(self.pose[2] - pose[2] + np.pi, 2 * np.pi) - np.pi
-        there = pose + share * np.append(self.pose[:2] - pose[:2], turned)
+        poses[:, 2] = np.unwrap(poses[:, 2])
+        during = stamps[(begin < stamps) & (stamps < end)]
+        times = np.concatenate([[begin, (begin + end) // 2], during, [end]])
+        way = np.stack([np.interp(times - begin, stamps - begin, one) for one in poses.T], axis=1)
+        there, (x, y, yaw) = way[1], d.sensor
+        arm = np.hypot(x, y)
+
+        def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+            turned = np.abs(one[:, 2] - other[:, 2])
+            moved = np.linalg.norm(one[:, :2] - other[:, :2], axis=1) + turned * arm
+            return np.stack([moved, turned], axis=1)
+
+        along = np.delete(np.arange(len(times)), 1)  # in the order of time
+        took = np.diff(times[along]) / 1e9
+        rates = apart(way[along[1:]], way[along[:-1]])[took > 0] / took[took > 0, None]
+        between = rates.max(axis=0, initial=0.0) * float(scan.time_increment)
+        moved, turned = apart(way, there[None]).max(axis=0)
         c, s = np.cos(there[2]), np.sin(there[2])
-        x, y, yaw = d.sensor
         eye = there + np.array([c * x - s * y, s * x + c * y, yaw])
-        off = np.sqrt(2) * d.doubt_start + d.doubt_heading * np.hypot(x, y)
-        seen = seen_in(scan, eye, noise=d.noise, width=d.width, doubt=(off, d.doubt_heading))
-        self.seen = self.seen.add(seen).within(self.pose, 2 * d.reach)
+        off = np.sqrt(2) * d.doubt_start + d.doubt_heading * arm + moved
+        doubt = (off, d.doubt_heading + turned)
+        seen = seen_in(scan, eye, noise=d.noise, width=d.width, doubt=doubt, between=tuple(between))
+        self.seen = self.seen.add(seen)
+        self.said = self.seen.said
+        self.seen = self.seen.within(self.pose, 2 * d.reach)
 
     def _step(self) -> Step | None:
         if (
@@ -185,15 +221,16 @@ class Pilot:
         if self._begun is not None and self._stamp < self._begun + round(self.driving.leave * 1e9):
             return None
         ways = self._ways(self.pose)
+        gone = None if self.seen is None else self.seen.gone
         if isinstance(ways, str):
-            return self.loop.go_on(ways)
+            return self.loop.go_on(ways, gone)
         found = self._with_movers(ways)
         if isinstance(found, str):
-            return self.loop.go_on(found)
+            return self.loop.go_on(found, gone)
         obstacles, spans = found
         liked = functools.partial(self.prefer, goal=self.goal[:2])
         at = (self._stamp - self._first) / 1e9
-        asked = {"at": at, "spans": spans}
+        asked = {"at": at, "spans": spans, "drift": self.driving.drift, "gone": gone}
         step = self.loop.step(self._at(self.pose), self.given, obstacles, liked, **asked)
         if step.new:
             self._begun = self._stamp

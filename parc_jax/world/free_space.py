@@ -1,6 +1,6 @@
-"""Places known to be free, and the obstacles that keep a robot among them. [T41]"""
+"""Places known to be free, and the obstacles that keep a robot among them. [T41, T44]"""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,13 +11,13 @@ from parc_jax.base.spelling import counted
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.errors import InputError
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.world.beams import ROUND, STANDS, Beams
 from parc_jax.world.outlines import package, require_near
 from parc_jax.world.pieces import THIN, thin_pieces
 
 if TYPE_CHECKING:
     import shapely
 
-ROUND = 1.05  # chords of a quarter circle of four are nearer than its radius by 2 %, GEOS adds 1 %
 CALL = "free space"
 FLATTEST = 100.0  # ratio of the axes of an ellipse, at most, so that rounding stays small
 
@@ -28,17 +28,58 @@ class FreeSpace:
     (`seen_from`), where the body stood (`free_place`), a map (`GridMap.free_space`), and unions.
 
     region: a Shapely Polygon or MultiPolygon [m]. width: [m] no obstacle is narrower than this, as
-    in `seen_from`; 0 where nothing is assumed.
+    in `seen_from`; 0 where nothing is assumed. gone: what was free until something came, and was
+    not seen free since. refuting: beams that did, of the last scan that was added. beams: of what
+    is known now, a scan or where the body stands; None of what is remembered.
     """
 
     region: Any
     width: float = 0.0
+    gone: Any = None
+    refuting: int = 0
+    beams: Beams | None = field(default=None, repr=False)
+
+    def __post_init__(self):
+        if self.gone is None:
+            object.__setattr__(self, "gone", package("shapely", CALL).Polygon())
 
     def add(self, other: "FreeSpace") -> "FreeSpace":
-        """Both together. A hole in which no obstacle of the assumed width has room is free."""
+        """Both together, remembered. A hole in which no obstacle of the assumed width has room is
+        free. [T41d]
+
+        What a scan refutes of the other one leaves: places where its beams ended in what was free,
+        and what lies behind, until a scan that is added later has seen it free. [T44] Two scans
+        refute one another: which is the newer is not asked.
+        """
         widths = [w for w in (self.width, other.width) if w]
         width = min(widths, default=0.0)
-        return FreeSpace(_filled(_areas(self.region.union(other.region)), width), width)
+        ends, left, some = other._refuted(self.region)
+        others, leaves, more = self._refuted(other.region)
+        gone = left.union(leaves)
+        for one, now in ((self, other), (other, self)):
+            gone = gone.union(one.gone if now.beams is None else one.gone.difference(now.region))
+        region = _filled(_areas(self.region.union(other.region)), width)
+        for away in (ends, others, gone):
+            if not away.is_empty:
+                region = _areas(region.difference(away))
+        return FreeSpace(region, width, gone, some + more)
+
+    @property
+    def said(self) -> str:
+        """What the last scan that was added refutes, for people; empty for nothing."""
+        if not self.refuting:
+            return ""
+        return (
+            f"{counted(self.refuting, 'beam')} ended within what was known to be free: something "
+            f"came, or the pose is off by more than its doubt; {self.gone.area:.2g} m² are not "
+            "known to be free any more, until they are seen again"
+        )
+
+    def _refuted(self, region: "shapely.Geometry"):
+        """As of `Beams.refuted`."""
+        if self.beams is None or self.beams is STANDS:
+            return package("shapely", CALL).Polygon(), package("shapely", CALL).Polygon(), 0
+        return self.beams.refuted(region)
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
         """What of it lies in the square of half width reach [m] around a place (x, y), or (x, y,
@@ -47,7 +88,8 @@ class FreeSpace:
         shapely = package("shapely", CALL)
         (x, y), reach = _place(place), _length("reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
-        return replace(self, region=_areas(self.region.intersection(square)))
+        parts = [_areas(one.intersection(square)) for one in (self.region, self.gone)]
+        return replace(self, region=parts[0], gone=parts[1])
 
     def drifted(
         self, place: npt.ArrayLike, moved: float | tuple[float, float], turned: float
@@ -68,10 +110,14 @@ class FreeSpace:
             place = [middle.x, middle.y, 0.0]
         place = as_float64("place (x, y, heading)", place, (3,))
         region = _shifted(self.region, place, along, across)
-        if region.is_empty or not turned:
-            return replace(self, region=region)
-        far = middle.hausdorff_distance(region)
-        return replace(self, region=shrunk(region, turned * far + TOLERANCES.outline, 0.0))
+        far = max(middle.hausdorff_distance(one) for one in (self.region, self.gone) if one)
+        if turned and not region.is_empty:
+            by = turned * middle.hausdorff_distance(region) + TOLERANCES.outline
+            region = shrunk(region, by, 0.0)
+        most = max(along, across) + turned * far
+        gone = self.gone.buffer(ROUND * most, quad_segs=4)
+        beams = None if self.beams is None or self.beams is STANDS else self.beams.drifted(most)
+        return replace(self, region=region, gone=gone, beams=beams)
 
     def near(
         self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64
@@ -143,9 +189,9 @@ def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
     hull = package("shapely", "free_place").MultiPoint(_corners(corners)).convex_hull
     if not (np.ndim(margin) == 0 and np.isfinite(margin)):
         raise InputError(f"free_place: expected a finite margin [m]; got {margin!r:.40}.")
-    if margin < 0:
-        return FreeSpace(shrunk(hull, -margin, 0.0))
-    return FreeSpace(_areas(hull.buffer(margin)))  # its arcs become chords, which lie inside
+    # arcs become chords, which lie inside
+    place = shrunk(hull, -margin, 0.0) if margin < 0 else _areas(hull.buffer(margin))
+    return FreeSpace(place, beams=STANDS)
 
 
 def shrunk(region: "shapely.Geometry", by: float, tolerance: float):

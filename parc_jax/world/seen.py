@@ -1,4 +1,4 @@
-"""What a lidar saw free, for sure, whatever its errors do. [T41]"""
+"""What a lidar saw free, for sure, whatever its errors do. [T41, T44]"""
 
 from types import ModuleType
 
@@ -9,6 +9,7 @@ from jaxtyping import Float
 from parc_jax.base.arrays import as_float64
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.errors import InputError
+from parc_jax.world.beams import Beams
 from parc_jax.world.free_space import FreeSpace, shrunk
 from parc_jax.world.outlines import package, require_near
 
@@ -28,7 +29,8 @@ def seen_from(
     doubt: tuple[float, float] = (0.0, 0.0),
     tolerance: float = 0.005,
 ) -> FreeSpace:
-    """The region that one scan shows to be free, for sure. Raises InputError.
+    """The region that one scan shows to be free, for sure; what it refutes of a region that was
+    held free before leaves that where both are added. Raises InputError.
 
     pose: (x, y, heading) of the sensor [m, rad], in a frame that stays. angles: (n,) of the beams
     against its heading [rad], increasing, over a full turn at most. ranges: (n,) [m] finite; a beam
@@ -64,10 +66,21 @@ def seen_from(
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{CALL}: expected {name} > 0 m; got {value!r:.40}.")
     sure = np.maximum(np.minimum(ranges, max_range) - noise, 0.0)
+    ends = np.where((0 < ranges) & (ranges < max_range), ranges, np.inf)
+    _, ends, _ = _closed(angles, ends)
     angles, sure, closed = _closed(angles, sure)
-    reach = _between(angles, sure, angle_error, turned, width, closed)
+    more = _off(angles, angle_error + turned)
+    reach = _between(angles, sure, angle_error, more, width, closed)
     star = _star(shapely, pose, angles, reach, closed)
-    return FreeSpace(shrunk(star, moved + TOLERANCES.outline, tolerance), width)
+    off = noise + moved + (angle_error + turned) * np.where(np.isfinite(ends), ends, 0.0)
+    place, directions = pose[:2], pose[2] + angles
+    beams = Beams(place, directions, reach, ends, off, moved, more, closed)
+    return FreeSpace(shrunk(star, moved + TOLERANCES.outline, tolerance), width, beams=beams)
+
+
+def _off(angles: Float[np.ndarray, " n"], by: float) -> int:
+    """Beams by which a direction may be another one's."""
+    return int(min(np.ceil(by / np.diff(angles).min() - 1e-9), len(angles) - 1))
 
 
 def _closed(angles: Float[np.ndarray, " n"], sure: Float[np.ndarray, " n"]):
@@ -85,7 +98,7 @@ def _between(
     angles: Float[np.ndarray, " n"],
     sure: Float[np.ndarray, " n"],
     angle_error: float,
-    turned: float,
+    more: int,
     width: float,
     closed: bool,
 ):
@@ -96,7 +109,6 @@ def _between(
     near = np.minimum(near, width / (np.sqrt(8) * np.sin(np.minimum(half, np.pi / 2))))
     near = near * np.maximum(np.cos(half) - np.sin(half), 0.0)
     # a direction may truly lie in so many gaps more; beyond the ends of a scan nothing is known
-    more = int(min(np.ceil((angle_error + turned) / gaps.min() - 1e-9), len(near)))
     wide = np.pad(near, more + 1, mode="wrap" if closed else "constant")
     if not closed:
         wide[more], wide[-more - 1] = near[0], near[-1]

@@ -56,10 +56,11 @@ class Drive:
 
     @property
     def reasons(self) -> list[tuple[float, str]]:
-        """When [s] there was no new manoeuvre, and why."""
+        """When [s] there was no new manoeuvre, or what was free was refuted, and why."""
         seconds = np.linspace(0.0, self.seconds, len(self.steps) + 1)[:-1].tolist()
-        told = zip(seconds, self.steps, strict=True)
-        return [(begin, step.reason) for begin, step in told if not step.new]
+        told = zip(seconds, self.steps, self.free, strict=True)
+        said = [(at, "; ".join(filter(None, (s.reason, free.said)))) for at, s, free in told]
+        return [(at, why) for at, why in said if why]
 
     @property
     def metric(self) -> float:
@@ -84,7 +85,8 @@ def drive(
     guide = Guidance(world.start, world.goal, NEAR)
     poses, free, steps = [], [], []
     edges, plan_s, see_s, guide_s = [], [], [], []
-    at_rest, nearest, since = 0, np.inf, 0
+    at_rest, nearest, since, begun, drifted = 0, np.inf, 0, 0, 0.0
+    corner = float(np.hypot(*system.size)) / 2
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
         begin = time.process_time()
         look = sight.look()
@@ -96,11 +98,14 @@ def drive(
         guide.update()
         guided = time.process_time()
         if look.why:
-            step = loop.go_on(look.why)
+            step = loop.go_on(look.why, look.free.gone)
         else:
-            step = loop.step(look.here, robot.measured, look.obstacles, guide.prefer, robot.time)
+            off = drifted_since([told for _, told in poses[begun:]], sight.allowed[begun:], corner)
+            asked = look.here, robot.measured, look.obstacles, guide.prefer, robot.time
+            step = loop.step(*asked, drift=off, gone=look.free.gone)
         if step.new:
             robot.begin(*step.committed.k[2:])
+            begun, drifted = len(poses) - 1, max(drifted, off)
         at_rest = 0 if step.new else at_rest + 1
         to_go = float(guide.cost(look.here[:2]))
         nearest, since = (to_go, 0) if to_go < nearest - CLOSER else (nearest, since + 1)
@@ -125,7 +130,7 @@ def drive(
         float(distance.min()),
         world.path_length,
         beyond(poses, sight.allowed),
-        between_commitments(poses, sight.allowed, [step.new for step in steps]),
+        drifted,
         robot.path,
         steps,
         poses,
@@ -148,19 +153,14 @@ def beyond(poses, allowed) -> int:
     return found
 
 
-def between_commitments(poses, allowed, new) -> float:
-    """[m] most that a pose of a commitment is allowed to be off against the one before: what is
-    allowed for each cycle between them ([m], [rad]), and what a heading that is off by then makes
-    of the way of a cycle. new: was something committed to in each cycle?
+def drifted_since(told, allowed, corner: float) -> float:
+    """[m] by which any point of the robot may be off at the last of the poses that are told (n, 3)
+    against the first: what is allowed for each cycle between them, and what a heading that is off
+    by then makes of the way of a cycle and of a corner, so far from the middle.
     """
-    most = moved = turned = 0.0
-    for ((_, told), (_, following)), adds, begun in zip(
-        pairwise(poses), allowed, new, strict=False
-    ):
-        if begun:
-            moved = turned = 0.0
-        way = float(np.linalg.norm(following[:2] - told[:2]))
+    moved = turned = 0.0
+    for (one, following), adds in zip(pairwise(told), allowed, strict=False):
+        way = float(np.linalg.norm(following[:2] - one[:2]))
         moved += max(adds.ahead, adds.aside) + turned * way
         turned += adds.turned
-        most = max(most, moved)
-    return most
+    return moved + turned * corner

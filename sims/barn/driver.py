@@ -11,6 +11,7 @@ from scipy.stats import qmc
 
 import parc_jax as pj
 import sims
+from parc_jax.network.predict import trajectories
 from sims.barn.drive import Drive, drive
 from sims.barn.film import film
 from sims.barn.worlds import World, numbers, world
@@ -21,6 +22,7 @@ BACKWARD = 0.4  # [m/s] at most, out of a gap that is too narrow: its lidar does
 SLOW = 1.7  # power of the share of the speed: more candidates are slow than fast
 TURNS_ON_THE_SPOT = 101
 BACKWARDS = 7  # 2 to the power of this many candidates go back
+OUTLINE = 0.01  # [m] by which a network may be off where a manoeuvre begins
 LOOKS = 512  # of a step, at pairs: so that it takes less than 0.1 s where nothing is safe
 
 
@@ -95,6 +97,7 @@ def loop_of(model: Path, content: str, deadline: float) -> pj.loop.Loop:
     if content_of(model) != content:
         raise pj.InputError(f"{model}: expected the model that the drive began with; it changed.")
     known = pj.load(model)
+    require_outline(known)
     loop = pj.loop.Loop(
         known,
         rectangle(),
@@ -105,6 +108,20 @@ def loop_of(model: Path, content: str, deadline: float) -> pj.loop.Loop:
     gc.collect()
     gc.freeze()  # else Python looks through all of JAX now and then, for 0.1 s, within a step
     return loop
+
+
+def require_outline(model: pj.types.TrajectoryModel) -> None:
+    """Raises InputError for a model of a robot with another outline: its corners are elsewhere."""
+    middle = (model.domain.lo + model.domain.hi)[None] / 2
+    told = trajectories(model.net, model.layout, middle)[0][0, 0].reshape(-1, 2)
+    length, width = robot().size
+    true = centre_and_corners(np.zeros(2), 0.0, length, width)
+    off = np.abs(told - true).max()
+    if not off <= OUTLINE:
+        raise pj.InputError(
+            f"model: expected one of a Jackal of {length:g} m x {width:g} m; its corners are off "
+            f"by {off:.3f} m. Learn it anew."
+        )
 
 
 def candidates(domain: pj.types.Box) -> np.ndarray:
@@ -134,9 +151,11 @@ def told_of(one: Drive) -> dict:
         "metric": round(one.metric, 4),
         "clearance": round(one.clearance, 4),
         "drifted": one.drifted,
+        "refuted": sum(bool(free.said) for free in one.free),
         "cycles": len(one.steps),
         "committed": sum(step.new for step in one.steps),
         "edges": [round(float(np.mean(one.edges)), 1), max(one.edges)],
+        "cycle_ms": quantiles(np.sum([one.plan_s, one.see_s, one.guide_s], axis=0)),
         "plan_ms": quantiles(one.plan_s),
         "see_ms": quantiles(one.see_s),
         "guide_ms": quantiles(one.guide_s),

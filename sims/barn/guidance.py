@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import dijkstra
 
 CELL = 0.05  # [m] of the grid
 MARGIN = 1.5  # [m] of grid around start and goal, on all sides
-INSIDE = 0.19  # [m] from what was seen to the robot's middle: nearer it does not fit
+INSIDE = 0.23  # [m] from what was seen to the robot's middle: nearer it does not fit
 NEAR = 0.45  # [m] nearer than this, a way is longer than it is
 STEEP = 40.0  # [1 / m^2] by how much
 NEEDS = 0.3  # [m] of the body and a tube around it: nearer than this little is proved, and a way is

@@ -12,7 +12,7 @@ from sims.jackal.driven import Driven
 from sims.lidar import Lidar, shapes
 from sims.rectangle import centre_and_corners
 
-REACH = (0.65, 0.7, 1.3)  # [m] half width of the square around the robot whose edges are
+REACH = (0.7, 0.7, 1.35)  # [m] half width of the square around the robot whose edges are
 # obstacles: at rest, more per m/s, and at most: so far leads no manoeuvre
 TIGHT, EDGES = 0.02, 100  # [m] that these may be nearer than they are, and how many there may be
 KEPT = 4.0  # [m] of free space that is remembered

@@ -11,7 +11,9 @@ TRACK = 0.37559  # [m] between the middles of the tyres [urdf]
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 SIDES = (-1.0, 1.0, -1.0, 1.0)  # of WHEELS: the right ones turn faster to the left
 
-SIZES = {"rectangle": (0.42, 0.33), "outside": (0.508, 0.430)}  # [m] [barn]; over the tyres [urdf]
+# [m] over chassis and wheels of jackal.xml, as contacts count in the challenge, whose costmap has
+# 0.42 x 0.33 m, the chassis alone; over all that Clearpath builds on
+SIZES = {"rectangle": (0.458, 0.416), "outside": (0.508, 0.430)}
 
 # The velocity controller: a command (v, w) becomes four wheel speeds
 TRACK_FACTOR = 1.5  # wheel_separation_multiplier: a skidding robot turns as one this much wider

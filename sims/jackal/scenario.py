@@ -6,7 +6,7 @@ from parc_jax.sets.box import box
 from sims.jackal import params as c
 from sims.rectangle import goal_of_centre, rectangle, require_body
 
-GAP = 0.9  # [m] between two posts; the robot is 0.33 m wide
+GAP = 0.9  # [m] between two posts; the robot is 0.416 m wide
 POSTS = (-0.5, -0.35)  # [m] along x
 FAR = 1.5  # [m] how far they reach to the sides
 START = ((-1.4, -0.2), (-0.8, 0.2))  # [m] of the centre

@@ -50,7 +50,7 @@ class Manoeuvre:
     @property
     def law(self) -> dict[str, Any]:
         """What a claim about this system has to name beside K."""
-        return {**asdict(self.floor), "moving": self.moving, "ramp": self.ramp}
+        return {**asdict(self.floor), "moving": self.moving, "ramp": self.ramp, "size": self.size}
 
     @property
     def held(self) -> int:
@@ -124,11 +124,12 @@ def system(
     """The robot. Raises InputError.
 
     plant: "mujoco", four wheels in contact; or "twin", a quick kinematic one in JAX. law: "floor",
-    or "none": nothing differs between runs but what was driven before. body: "rectangle", 0.42 m x
-    0.33 m, or "outside", 0.508 m x 0.430 m over the tyres. moving, t_f [s]: how long the command is
-    held, and when the robot rests. ramp [m/s^2, rad/s^2] of the command; the controller allows
-    (20, 25), the tyres hold about 4.9 m/s^2. speed [m/s], turning [rad/s], backward [m/s]: most
-    that is commanded; what is measured reaches a little farther. threads: of MuJoCo, 0 = all.
+    or "none": nothing differs between runs but what was driven before. body: "rectangle", 0.458 m x
+    0.416 m over the wheels, or "outside", 0.508 m x 0.430 m over all that is built on. moving, t_f
+    [s]: how long the command is held, and when the robot rests. ramp [m/s^2, rad/s^2] of the
+    command; the controller allows (20, 25), the tyres hold about 4.9 m/s^2. speed [m/s], turning
+    [rad/s], backward [m/s]: most that is commanded; what is measured reaches a little farther.
+    threads: of MuJoCo, 0 = all.
     """
     require_body(body, tuple(c.SIZES))
     if plant not in PLANTS:

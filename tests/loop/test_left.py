@@ -1,23 +1,31 @@
 """Leaving a tube, by a robot that is exactly where its network says, but for what is done to it."""
 
 import math
+from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from toy_bodies import points_model
 from toy_models import line_model, told
 
 import parc_jax as pj
 from parc_jax.errors import InputError
+from parc_jax.loop.left import leads_to, outside_tube
+from parc_jax.network.relu import relu_network
+from parc_jax.problem.body import hull
+from parc_jax.robust.pose import Pose
 from parc_jax.system import TURNS
 
 WIDE = 0.01  # [m] of the tube
 PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
+WAY = (0.0, 0.25, 0.5, 1.0, 1.0)  # of it at each record
 HALF = 2  # records, of four, after which a manoeuvre is left
 
 
 def driven(turning: bool):
     """Commitments, path and headings of three manoeuvres, the last one up to its rest."""
-    model = line_model(4, WIDE)
+    model = line_model(4, WIDE, rests=True)
     if turning:
         model = told(model, rotation=(TURNS,))
     loop = pj.loop.Loop(
@@ -34,7 +42,7 @@ def driven(turning: bool):
         cosine, sine = math.cos(heading), math.sin(heading)
         way = np.array([[cosine, -sine], [sine, cosine]]) @ step.committed.k
         records = range(HALF if i < 2 else 5)
-        path += [place + way * s / 4 for s in records]
+        path += [place + way * WAY[s] for s in records]
         headings += [heading] * len(records)
         place, heading = place + way / 2, heading + 0.3 * turning
     return done, np.array(path), np.array(headings)
@@ -76,3 +84,51 @@ def test_what_makes_no_sense_is_told(spoilt, words):
     done, path, _ = driven(False)
     with pytest.raises(InputError, match=words):
         pj.loop.left_tube(*spoilt(done, path))
+
+
+def a_bar(heading: float):
+    """Of a bar of four points that stays where it is, its commitment at a heading."""
+    rng = np.random.default_rng(0)
+    model = points_model(rng, fitted=True)
+    W, b = (part[-1].copy() for part in (model.net.weights, model.net.biases))
+    W[:] = 0.0
+    ends = np.array([[0.0, 0.0], [0.4, 0.0], [-0.4, 0.0], [0.0, 0.2]]).ravel()
+    b[: model.layout.n_offsets] = np.tile(ends, model.time.n_steps + 1)[2:]
+    net = relu_network([*model.net.weights[:-1], W], [*model.net.biases[:-1], b])
+    model = told(model, net=net, rotation=(TURNS,) * model.n_q)
+    problem = SimpleNamespace(doubt=None, body=hull(1, 2, radius=0.1))
+    asked = SimpleNamespace(
+        question=SimpleNamespace(model=model, problem=problem),
+        pose=Pose(np.array([3.0, -1.0]), heading),
+    )
+    k = (model.domain.lo + model.domain.hi) / 2
+    return SimpleNamespace(asked=asked, k=k, begin=Fraction(0)), model, k
+
+
+def test_a_heading_that_jumps_is_outside_by_what_the_other_points_are():
+    last, model, k = a_bar(0.7)
+    wide = model.tube.interval.max()
+    now = Fraction(model.time.t_f) / 2
+    place = last.asked.pose.place
+    assert outside_tube(last, last.asked.pose, now, k) == 0.0
+    turned = outside_tube(last, Pose(place, 0.7 + np.pi), now, k)
+    assert 0.8 - 3 * wide < turned < 0.8
+    assert outside_tube(last, Pose(place, 0.7 + 2 * np.pi), now, k) == 0.0
+    last.asked.question.problem.doubt = pj.Doubt(start=0.01, heading=0.1)
+    less = outside_tube(last, Pose(place, 0.7 + np.pi), now, k)
+    assert turned - 0.04 - 2 * 0.25 < less < turned - 0.04
+
+
+def test_where_a_manoeuvre_may_lead_is_all_of_the_body_its_tube_and_its_doubt():
+    shapely = pytest.importorskip("shapely")
+    last, model, _ = a_bar(0.5 * np.pi)
+    for doubt in (None, pj.Doubt(start=0.01)):
+        last.asked.question.problem.doubt = doubt
+        off = 0.0 if doubt is None else 0.02
+        for away, meets in (
+            (0.5 + off - 1e-6, True),
+            (0.5 + off + 3 * model.tube.interval.max(), False),
+        ):
+            there = shapely.Point(3.0, -1.0 + away)  # it stands along y
+            assert leads_to(last, there) == meets
+    assert not leads_to(last, shapely.Polygon())

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from compilations import compiled_by
-from toy_models import line_model, model_of, told, toy_case, uniform_tube
+from toy_models import line_model, model_of, resting, told, toy_case, uniform_tube
 
 import parc_jax as pj
 from parc_jax import checker
@@ -33,7 +33,13 @@ def forward(seen):
 @pytest.fixture(scope="module")
 def line():
     """k_1 is measured, k_0 is chosen: a point that goes to k in four steps, give or take 0.01."""
-    return line_model(4, 0.01)
+    return line_model(4, 0.01, rests=True)
+
+
+def afresh(loop, *asked, **more):
+    """A step of another episode."""
+    loop.restart()
+    return loop.step(*asked, **more)
 
 
 def loop_of(model, **options):
@@ -61,9 +67,9 @@ def test_what_moves_is_kept_away_from_until_the_rest(line):
     every = np.sort(even_candidates(line, (1,), 256)[:, 0])
     free = every[every < 0.45 - 0.1 * time.t_f - 0.11]
     assert step.new and step.committed.k.tolist() == [free[-1], 0.25] and step.committed.proved()
-    gone = loop.step([0.0, 0.0], [0.25], toward[:1], forward, spans=[(0, 0)])
+    gone = afresh(loop, [0.0, 0.0], [0.25], toward[:1], forward, spans=[(0, 0)])
     assert gone.committed.k[0] > 0.5  # what is there in the first interval alone
-    assert not loop.step([0.0, 0.0], [0.25], toward, forward, spans=[(0, 0)]).new
+    assert not afresh(loop, [0.0, 0.0], [0.25], toward, forward, spans=[(0, 0)]).new
 
 
 @pytest.mark.parametrize("doubt", [None, pj.Doubt(start=0.02)])
@@ -80,9 +86,10 @@ def test_without_a_safe_one_the_manoeuvre_under_way_goes_on(line):
     none = loop.step([0.45, 0.0], [0.25], [WALL], forward)
     assert not none.new and none.committed is None and "none of 256" in none.reason
     first = loop.step([0.0, 0.0], [0.25], [WALL], forward, at=1.0)
-    again = loop.step([0.45, 0.0], [0.25], [WALL], forward, at=2.0)
+    there = first.committed.k
+    again = loop.step(there, [0.25], [pj.box(there, there)], forward, at=2.0)
     assert first.new and not again.new and again.committed is first.committed
-    disliked = loop.step([0.0, 0.0], [0.25], [WALL], lambda seen: np.full(len(seen.k), np.nan))
+    disliked = afresh(loop, [0.0, 0.0], [0.25], [WALL], lambda seen: np.full(len(seen.k), np.nan))
     assert not disliked.new and "none of 0" in disliked.reason
 
 
@@ -130,10 +137,10 @@ def test_nothing_compiles_after_the_first_step_whatever_is_around(line):
 def test_where_bins_meet_all_of_them_have_to_allow_it(widths):
     tubes = [uniform_tube(4, e) for e in widths]
     both = [np.concatenate(parts) for parts in zip(*tubes, strict=True)]
-    line = line_model(4)
+    line = line_model(4, rests=True)
     model = model_of(line.net, line.domain, *both, [[-1, 1], [-1, 0, 1]])
     loop = loop_of(model)
-    far = [loop.step([0, 0], [x], [WALL], forward).committed.k[0] for x in (-0.1, 0, 0.1)]
+    far = [afresh(loop, [0, 0], [x], [WALL], forward).committed.k[0] for x in (-0.1, 0, 0.1)]
     assert far[1] == min(far) < max(far) - 0.1
 
 
@@ -152,8 +159,34 @@ def test_after_so_many_looks_no_candidate_is_judged(line):
     """All of them touch the wall, which takes a look each; the sentence says who was left out."""
     effort = pj.loop.Effort(candidates=256, looks=100, deadline=300.0)
     step = loop_of(line, effort=effort).step([0.45, 0.0], [0.25], [WALL], forward)
-    assert "none of 100 candidates is safe, 156 were not looked at" in step.reason
+    assert "none of 100 candidates is safe; 156 of 256 were not looked at" in step.reason
+    assert "takes more than 100 as effort.looks" in step.reason
     assert not step.new and step.committed is None
+
+
+def test_who_was_never_looked_at_is_counted_and_the_setting_named(line):
+    effort = pj.loop.Effort(candidates=1024, judged=256, looks=9999, deadline=300.0)
+    loop = loop_of(line, effort=effort)
+    step = loop.step([0.45, 0.0], [0.25], [WALL], forward)
+    assert "none of 256 candidates is safe; 768 of 1,024 were not looked at" in step.reason
+    assert "takes more than 256 as effort.judged" in step.reason
+    few = loop.step([0.45, 0.0], [0.25], [WALL], lambda seen: np.where(seen.k[:, 0] > 0, 0, np.nan))
+    assert "of 512 were not looked at" in few.reason and "; 512 were left out by" in few.reason
+    late = loop_of(line, effort=pj.loop.Effort(deadline=1e-9))
+    step = late.step([0.45, 0.0], [0.25], [WALL], forward)
+    assert "effort.deadline; 64 of 1,024 candidates were looked at" in step.reason
+
+
+def test_a_model_that_does_not_rest_is_refused_and_what_it_moves_is_told(line):
+    with pytest.raises(
+        InputError, match=r"end at rest; at k = .* moves by 0.25 m in its last 0.25"
+    ):
+        loop_of(line_model(4, 0.01))
+    assert loop_of(line_model(4, 0.125)).step([0.0, 0.0], [0.25], [], forward).new
+    with pytest.raises(InputError, match=r"0\.01 m more than its tube allows for who stands"):
+        loop_of(line_model(4, 0.12))
+    with pytest.raises(InputError, match="end at rest"):
+        loop_of(line_model(4, 0.2, final=0.04))
 
 
 def test_where_the_robot_is_changes_nothing(line):
@@ -165,7 +198,7 @@ def test_where_the_robot_is_changes_nothing(line):
     ):
         loop = loop_of(line, **asked)
         here = loop.step([0.0, 0.0], [0.25], [WALL], forward).committed
-        there = loop.step(far, [0.25], [wall], forward).committed
+        there = afresh(loop, far, [0.25], [wall], forward).committed
         assert there.k.tolist() == here.k.tolist() and most - 0.02 < here.k[0] <= most
         assert there.clearance == pytest.approx(here.clearance, abs=1e-9)
         assert there.proved()
@@ -181,7 +214,7 @@ def test_more_doubt_never_goes_farther(line):
 @pytest.mark.slow  # compiles for a robot of three points
 def test_where_a_manoeuvre_may_end_holds_for_every_heading_of_the_doubt():
     """A run to x = k_0 ends within 0.3 of the axis wherever within 0.2 rad the heading is."""
-    model = told(line_model(4), rotation=(TURNS,))
+    model = told(line_model(4, rests=True), rotation=(TURNS,))
     end = from_box(pj.box([-2.0, -0.1, -9.0], [2.0, 0.1, 9.0]))
     options = {"end": end, "given": (1,)}
     far = []
@@ -203,7 +236,7 @@ def test_a_caller_may_say_why_the_manoeuvre_under_way_goes_on(line):
 
 def test_a_certificate_is_accepted_and_one_of_another_world_is_not():
     model, _ = toy_case(0)
-    model = told(model, rotation=(TURNS,))
+    model = resting(told(model, rotation=(TURNS,)))
     loop = loop_of(model, given=(0,), doubt=pj.Doubt(start=0.01))
     around = [pj.box([1.5, 1.5], [1.6, 1.7]), pj.box([-3.0, -3.0], [-2.0, -2.0])]
     committed = loop.step(
@@ -285,6 +318,6 @@ def test_a_clock_that_does_not_go_forward_changes_nothing(line):
     for at, words in ((3.0, "after 3 s"), (2.0, "got 2 s"), (np.nan, "at: expected finite")):
         step = loop.step([0.0, 0.0], [0.25], [], forward, at=at)
         assert not step.new and step.committed is first and words in step.reason
-    assert loop.step([0.0, 0.0], [0.25], [], forward).committed.begin == 3.5
+    assert loop.step(0.5 * first.k, [0.25], [], forward).committed.begin == 3.5
     loop.restart()
     assert loop.step([0.0, 0.0], [0.25], [], forward).committed.begin == 0

@@ -34,7 +34,7 @@ class Trouble:
         self.rehearsed = one
 
 
-LINE = line_model(4, 0.01)
+LINE = line_model(4, 0.01, rests=True)
 
 
 def loop_of(prover=None, doubt=None):
@@ -47,7 +47,9 @@ def drive(loop, n: int, aside: float = 0.0):
     place, done = np.zeros(2), []
     for i in range(n):
         off = [aside if i == n - 1 else 0.0, 0.0]
-        step = loop.step(place + off, [0.1], [BLOCK], lambda seen: -seen.path[:, -1, 0])
+        step = loop.step(
+            place + off, [0.1], [BLOCK], lambda seen: -seen.path[:, -1, 0], drift=aside
+        )
         assert step.new, step.reason
         done.append(step.committed)
         place = place + step.committed.k / 2

@@ -3,6 +3,7 @@ fit, poses that jump.
 """
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from toy_models import line_model, model_of, uniform_tube
 import parc_jax as pj
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
+from parc_jax.claim.claim import derived
 from parc_jax.errors import InputError
 from parc_jax.loop import loop as loop_module
 from parc_jax.loop.log import episode_part
@@ -133,32 +135,85 @@ def test_who_thinks_too_long_goes_on_with_the_stop_in_hand(clock):
 
 
 def test_a_command_that_changes_while_a_step_thinks_is_refused(clock):
-    loop = loop_of()
+    loop = loop_of(leave=WAITS)
     first = loop.step([0.0, 0.0], [], [WALL], forward, at=0.0).committed
     v = first.k[0]
+
+    def asked(at):
+        loop.under_way = first
+        return loop.step([np.clip(at - WAITS, 0, HELD) * v, 0.0], [], [WALL], forward, at=at)
+
     for at, command in ((0.25, v), (0.5, v), (0.75, 0.0), (7.0, 0.0)):
-        loop.under_way = first
-        assert loop.step([0.3, 0.0], [], [WALL], forward, at=at).committed.k[1] == command
-    for at in (0.1, 0.6, 0.74):
-        loop.under_way = first
-        step = loop.step([0.3, 0.0], [], [WALL], forward, at=at)
-        assert not step.new and "commands change at 0.25 and 0.75 s" in step.reason
+        assert asked(at).committed.k[1] == command
+    for at in (0.6, 0.74):
+        assert not asked(at).new and "commands change at 0.25 and 0.75 s" in asked(at).reason
 
 
-def test_a_pose_that_jumps_is_not_believed(clock):
-    loop = loop_of(jump=0.05)
+def test_a_pose_outside_of_the_tube_begins_nothing(clock):
+    loop = loop_of()
     first = loop.step([0.0, 0.0], [], [WALL], forward, at=0.0).committed
     there = 0.25 * first.k[0]
-    for x, y, believed in ((there, 0.0, True), (there, 0.055, True), (there + 0.07, 0, False)):
+
+    def asked(x, y, **known):
         loop.under_way = first
-        step = loop.step([x, y], [], [WALL], forward, at=0.5)
-        assert step.new == believed, step.reason
-    assert "0.06 m outside, so it jumped" in step.reason and step.committed is first
+        return loop.step([x, y], [], [WALL], forward, at=0.5, **known)
+
+    for x, y, believed in ((there, 0.01, True), (there, 0.0101, False), (there + 40, 0, False)):
+        assert asked(x, y).new == believed
+    step = asked(there + 40.0, 0.0)
+    assert "by 0.5 s; this one is 40 m beyond what tube, doubt and drift allow" in step.reason
+    assert step.committed is first and "begin again with `restart`" in step.reason
+    assert asked(there + 0.05, 0.0, drift=0.05).new
+    assert not asked(there + 0.07, 0.0, drift=0.05).new
+    for drift in (-0.1, np.nan):
+        assert "drift: expected" in asked(there, 0.0, drift=drift).reason
     loop.restart()
-    assert loop.step([there + 0.07, 0.0], [], [WALL], forward, at=0.5).new
-    wide = loop_of(jump=0.05, doubt=pj.Doubt(start=0.01))
+    assert loop.step([there + 40.0, 0.0], [], [WALL], forward, at=0.5).new
+    wide = loop_of(doubt=pj.Doubt(start=0.01))
     wide.step([0.0, 0.0], [], [WALL], forward, at=0.0)
-    assert wide.step([there + 0.07, 0.0], [], [WALL], forward, at=0.5).new
+    assert wide.step([there + 0.05, 0.0], [], [WALL], forward, at=0.5).new
+
+
+@pytest.mark.parametrize("cycle", [0, 2])
+def test_a_command_that_comes_late_is_said_to_be_late(clock, cycle):
+    """A loop that does not know of it, and a cart that begins one command a cycle late."""
+    loop = pj.loop.Loop(
+        model(waits=0.0), RADIUS, leave=HELD, given=(1,), effort=pj.loop.Effort(64, deadline=WAITS)
+    )
+    cart, steps = Cart(), []
+    for i in range(cycle + 2):
+        steps.append(loop.step(cart.path[-1], [0.0], [WALL], forward, at=i * HELD))
+        cart.begin((i + (i == cycle)) * HELD, steps[-1].committed.k[0])
+        cart.drive(HELD)
+    assert [step.new for step in steps] == [True] * (cycle + 1) + [False]
+    assert "m beyond what tube, doubt and drift allow, and where it would be" in steps[-1].reason
+    assert "without the last command, which came late: see thinking" in steps[-1].reason
+
+
+def test_before_it_may_be_left_a_manoeuvre_goes_on(clock):
+    loop = loop_of()
+    first = loop.step([0.0, 0.0], [], [WALL], forward, at=0.0)
+    early = loop.step([0.0, 0.0], [], [WALL], forward, at=0.25)
+    assert not early.new and early.committed is first.committed
+    assert "left from 0.5 s to 1 s after its beginning, or at rest; this is after 0.25 s" in (
+        early.reason
+    )
+
+
+def test_a_manoeuvre_is_left_when_those_of_the_runs_were(clock):
+    law = replace(
+        model().claim.law, k_law="a chain of 2 manoeuvres before it, each left after 0.5 to 0.75 s"
+    )
+    chained = model().replace(claim=derived(model().claim, law=law))
+    asked = {"given": (1,), "thinking": THINKING, "effort": pj.loop.Effort(64, deadline=WAITS)}
+    with pytest.raises(InputError, match=r"leave: .* from 0.5 s to 0.75 s .* after 0.25 s"):
+        pj.loop.Loop(chained, RADIUS, leave=0.25, **asked)
+    loop = pj.loop.Loop(chained, RADIUS, leave=HELD, **asked)
+    first = loop.step([0.0, 0.0], [], [WALL], forward, at=0.0).committed
+    for at, begun in ((0.75, True), (0.8, False), (1.0, True)):
+        loop.under_way = first
+        x = np.clip(at - WAITS, 0, HELD) * first.k[0]
+        assert loop.step([x, 0.0], [], [WALL], forward, at=at).new == begun
 
 
 def test_a_start_that_touches_and_an_end_out_of_reach_are_told(clock):
@@ -183,8 +238,6 @@ def test_a_start_that_touches_and_an_end_out_of_reach_are_told(clock):
         ),
         ({"thinking": pj.loop.Thinking(0.0, {1: 0}, 0.5, [0])}, "above 0 s"),
         ({"thinking": pj.loop.Thinking(0.25, {1: 0}, 0.5, [2])}, "rest within K"),
-        ({"jump": -0.1}, "a jump of 0 m or more"),
-        ({"jump": np.nan}, "a jump of 0 m or more"),
     ],
 )
 def test_what_makes_no_sense_is_told(options, words):
@@ -194,6 +247,6 @@ def test_what_makes_no_sense_is_told(options, words):
 
 def test_without_a_time_to_think_the_caller_gives_all(clock):
     loop = pj.loop.Loop(
-        line_model(4, 0.01), RADIUS, leave=0.5, given=(1,), effort=pj.loop.Effort(64)
+        line_model(4, 0.01, rests=True), RADIUS, leave=0.5, given=(1,), effort=pj.loop.Effort(64)
     )
     assert "given" in loop.step([0.0, 0.0], [], [], forward).reason

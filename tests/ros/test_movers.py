@@ -79,8 +79,8 @@ def test_nothing_is_begun_before_all_are_told_or_where_they_may_be():
     one = pilot()
     at = 10**9
 
-    def stepped(seconds):
-        step = one.hear_pose(sliding.odometry([0, 0], [0, 0], at + round(seconds * 1e9)))
+    def stepped(seconds, place=(0, 0), speed=(0, 0)):
+        step = one.hear_pose(sliding.odometry(place, speed, at + round(seconds * 1e9)))
         return step.committed, step.reason
 
     assert stepped(0) == (None, "nobody has said yet where those are who move")
@@ -92,7 +92,8 @@ def test_nothing_is_begun_before_all_are_told_or_where_they_may_be():
     committed, reason = stepped(6)
     assert committed is not None and not reason and not any(committed.asked.problem.all_spans)
     one.hear_movers(discs((2.5, 1.0), at=at + 7 * 10**9))
-    assert compiled_by(lambda: stepped(7)) == 0 and len(one.driven) == 2
+    there = sliding.after(np.zeros(2), committed.k, 10)
+    assert compiled_by(lambda: stepped(7, *there)) == 0 and len(one.driven) == 2
     assert any(one.driven[1].asked.problem.all_spans)
 
 

@@ -131,6 +131,7 @@ def test_a_scan_frees_what_it_sees_from_where_it_was_taken():
         header=sliding.header(15 * 10**8, "lidar"),
         angle_min=-np.pi,
         angle_increment=2 * np.pi / 720,
+        time_increment=0.0,
         range_min=0.05,
         range_max=4.0,
         ranges=ranges,
@@ -160,6 +161,7 @@ def test_a_beam_that_says_nothing_frees_nothing(reading):
     scan = sliding.Some(
         angle_min=-np.pi,
         angle_increment=2 * np.pi / 720,
+        time_increment=0.0,
         range_min=0.05,
         range_max=4.0,
         ranges=ranges,

@@ -15,7 +15,7 @@ from sims.barn.rectangles import GROW, rectangles
 from sims.barn.worlds import CELL, GOAL, RADIUS, START
 
 SOME = barn.numbers()[::20]
-BOX = (0.42, 0.33)  # [m] length and width of a robot
+BOX = (0.458, 0.416)  # [m] length and width of a robot
 
 
 def test_two_hundred_worlds_with_as_many_cylinders_as_published():

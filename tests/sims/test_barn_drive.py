@@ -4,6 +4,7 @@ import itertools
 import json
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -17,10 +18,11 @@ from parc_jax import cli
 from parc_jax.loop.commitment import Step
 from parc_jax.loop.outlook import Outlook
 from sims import barn
-from sims.barn.drive import PATIENCE, between_commitments, beyond, drive
+from sims.barn.drive import PATIENCE, beyond, drifted_since, drive
 from sims.barn.guidance import FAR, Guidance
 from sims.jackal.drift import Allowed
 from sims.lidar import lidar
+from sims.rectangle import centre_and_corners
 
 START, GOAL = np.array([0.0, 0.0, np.pi / 2]), np.array([0.0, 6.0])
 
@@ -104,11 +106,22 @@ class Standing:
     def restart(self):
         pass
 
-    def step(self, *_):
+    def step(self, *_, **__):
         return Step(None, False, "nothing is safe")
 
-    def go_on(self, reason):
+    def go_on(self, reason, gone):
         return Step(None, False, reason)
+
+
+class Asked(Standing):
+    """One that notes what drift it was told."""
+
+    def __init__(self):
+        self.drift = []
+
+    def step(self, *asked, drift, **more):
+        self.drift.append(drift)
+        return super().step(*asked)
 
 
 class Failing:
@@ -178,20 +191,23 @@ def test_drift_is_counted_against_what_is_allowed_and_adds_up_between_commitment
     poses = list(zip(true, true + off, strict=True))
     wide, narrow = Allowed(0.03, 0.03, 0.01), Allowed(0.01, 0.03, 0.01)
     assert beyond(poses, [wide] * 2) == 0 and beyond(poses, [narrow] * 2) == 1
-    assert beyond(poses, []) == 0 and between_commitments(poses, [], [True] * 3) == 0.0
+    assert beyond(poses, []) == 0 and drifted_since(true, [], 0.3) == 0.0
     allowed = [wide, Allowed(0.02, 0.01, 0.01)]
-    assert between_commitments(poses, allowed, [True, True, True]) == pytest.approx(0.03)
+    assert drifted_since(true[:2], allowed, 0.0) == pytest.approx(0.03)
     # the second cycle drives 1 m with a heading that may be off by 0.01 rad
-    assert between_commitments(poses, allowed, [True, False, True]) == pytest.approx(0.06)
+    assert drifted_since(true, allowed, 0.0) == pytest.approx(0.06)
+    assert drifted_since(true, allowed, 0.3) == pytest.approx(0.06 + 0.02 * 0.3)
 
 
 def test_on_odometry_the_robot_goes_on_too_and_drifts_no_more_than_allowed():
     need("shapely")
     system, world = sims.load("jackal", threads=1), barn.world(1)
     key, sensor = jax.random.PRNGKey(0), lidar(beams=181)
-    done = drive(world, system, Standing(), key, sensor, odometry=True)
+    loop = Asked()
+    done = drive(world, system, loop, key, sensor, odometry=True)
     assert len(done.steps) == PATIENCE and done.drifted == 0 and not done.touched
-    assert {step.reason for step in done.steps} == {"nothing is safe"} and done.drift > 0
+    assert loop.drift[0] == 0.0 < loop.drift[1] < loop.drift[-1]
+    assert {step.reason for step in done.steps} == {"nothing is safe"}
 
 
 def test_another_model_at_the_same_place_is_not_taken_for_the_first(tmp_path):
@@ -261,3 +277,19 @@ def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_
     assert content_of(tmp_path / "model.npz").startswith(episode.stem.rsplit("_", 1)[1])
     episode.unlink()
     assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 1
+
+
+def test_a_model_of_another_outline_is_refused():
+    from sims.barn.driver import require_outline, robot
+
+    system = robot()
+    for size, fits in ((system.size, True), ((0.42, 0.33), False)):
+        corners = centre_and_corners(np.zeros(2), 0.0, *size).ravel()
+        layout = SimpleNamespace(n_offsets=10 * 13 - 2, n_p=2, n_c=10)
+        still = pj.relu_network([np.zeros((129, 4))], [np.append(np.tile(corners, 13)[2:], 0.0)])
+        model = SimpleNamespace(net=still, layout=layout, domain=system.domain)
+        if fits:
+            require_outline(model)
+        else:
+            with pytest.raises(pj.InputError, match=r"of 0.458 m x 0.416 m; its corners are off"):
+                require_outline(model)

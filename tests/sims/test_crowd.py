@@ -35,7 +35,7 @@ def test_contacts_under_way_and_at_rest_are_told_apart():
     path = np.zeros((101, 3))  # 2 s
     discs = np.full((101, 1, 2), 5.0)
     discs[70:75] = 0.3  # at 1.4 s one stands 0.3 m ahead and aside
-    size = (0.42, 0.33)
+    size = (0.458, 0.416)
 
     def met(*begun):
         return crowd.contacts(path, discs, size, list(begun), 1.2)

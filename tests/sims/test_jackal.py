@@ -95,7 +95,7 @@ def jackal_from(k) -> np.ndarray:
 def test_the_frame_is_the_pose_at_the_start(jackal, poses):
     assert (poses[:, 0] == 0).all()
     p, q = jackal.rollout_batch(KEYS[:2], KS[:2])
-    np.testing.assert_allclose(p[:, 0, 1], [[0.21, 0.165]] * 2)  # the front left corner
+    np.testing.assert_allclose(p[:, 0, 1], [[0.229, 0.208]] * 2)  # the front left corner
     np.testing.assert_array_equal(q[:, 0], poses[:2, -1, 2])
     first = poses[:, 1] / params.TICK
     np.testing.assert_allclose(first[:, [0, 2]], KS[:, :2], atol=0.3)
@@ -141,7 +141,7 @@ def test_slip_has_its_law_at_every_tick(jackal):
 
 def test_the_bodies(jackal):
     wide = sims.load("jackal", body="outside", threads=1)
-    assert wide.size == (0.508, 0.430) and jackal.size == (0.42, 0.33)
+    assert wide.size == (0.508, 0.430) and jackal.size == (0.458, 0.416)
     assert problem("outside").body == problem().body
     assert problem().goal.n == 2 * len(jackal.points) + jackal.n_q
 

@@ -26,6 +26,16 @@ def held(command, seconds: float, ramp=c.RAMP, robots: Robots | None = None) -> 
     return (robots or robot()).drive(commands, ramp)[:, 0]
 
 
+def test_the_outline_holds_all_of_the_robot_and_its_wheels():
+    m = model()
+    around = np.zeros(2)
+    for i in np.flatnonzero(m.geom_bodyid > 0):
+        place = m.geom_pos[i] + m.body_pos[m.geom_bodyid[i]] * (m.geom_bodyid[i] > 1)
+        around = np.maximum(around, np.abs(place[:2]) + m.geom_size[i, :2])
+    length, width = c.SIZES["rectangle"]
+    assert length / 2 - 1e-3 < around[0] <= length / 2 and width / 2 - 1e-3 < around[1] <= width / 2
+
+
 @pytest.mark.parametrize("rate", [0.4, -1.2])
 def test_it_turns_in_place_as_the_balance_of_moments_demands(rate):
     """Tyres that grip alike along and across, wheels that all slip: along slip t/2 W - v, across

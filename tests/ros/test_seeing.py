@@ -1,0 +1,142 @@
+"""A pilot on scans: who comes into view is not driven into, a sweep takes time, and other sensors
+are refused.
+"""
+
+import functools
+
+import numpy as np
+import pytest
+import sliding
+from needs import need
+from toy_models import told
+
+from parc_jax.errors import InputError
+from parc_jax.ros.driving import Driving
+from parc_jax.ros.pilot import Pilot
+
+need("shapely")
+import shapely  # noqa: E402
+from lidar_worlds import cast  # noqa: E402
+
+RADIUS, CYCLE = 0.2, 400_000_000  # [m], [ns]
+ANGLES = np.linspace(-np.pi, np.pi, 361)
+GIVEN = ("twist.twist.linear.x", "twist.twist.linear.y")
+
+
+@functools.cache
+def model():
+    return told(sliding.model(), given=(0, 1))
+
+
+def pilot(**asked):
+    known = {"leave": 0.4, "given": GIVEN, "deadline": 300.0, "sensor": (0.0, 0.0, 0.0)}
+    known |= {"noise": 0.01, "width": 0.15, "margin": 0.3, "arrived": 0.2, "reach": 2.5}
+    return Pilot(model(), RADIUS, Driving(**(known | asked)))
+
+
+def scan(world, path, at, each=0.0, frame="lidar"):
+    """From path(beam), a place each; at [ns] of the first, `each` [s] between two."""
+    ranges = [
+        cast(world, np.append(path(i), 0.0), np.array([angle]), 6.0)[0]
+        for i, angle in enumerate(ANGLES)
+    ]
+    return sliding.Some(
+        header=sliding.header(at, frame),
+        angle_min=ANGLES[0],
+        angle_increment=ANGLES[1] - ANGLES[0],
+        time_increment=each,
+        range_min=0.0,
+        range_max=6.0,
+        ranges=np.where(np.array(ranges) < 6.0, ranges, np.inf),
+    )
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("beside", [0.0, 0.25])
+def test_who_comes_into_full_view_on_the_way_back_is_not_driven_into(beside):
+    """The robot drives out and is called back; meanwhile somebody stands where it came from."""
+    one, posts = pilot(), [shapely.box(3.0, -1.5, 3.1, 1.5)]
+    person = shapely.Point(0.5, beside).buffer(0.2)
+    place, speed, at = np.zeros(2), np.zeros(2), 10**9
+    begun, knots, nearest, said = place, 13, np.inf, []
+    one.hear_goal(sliding.posed(1.8, 0.0))
+    for cycle in range(22):
+        world = [*posts, person] if cycle >= 9 else posts
+        if cycle == 9:
+            assert place[0] > 1.4 and one.seen.region.contains(person)
+            one.hear_goal(sliding.posed(-0.3, 0.0))
+        one.hear_scan(scan(world, lambda _, here=place: here, at))
+        step = one.hear_pose(sliding.odometry(place, speed, at))
+        said.append(one.said)
+        if cycle >= 9:
+            assert not one.seen.region.intersects(person)
+        if step is not None and step.new:
+            begun, knots = place, 0
+        for _ in range(4):
+            knots += 1
+            if one.loop.under_way is not None:
+                place, speed = sliding.after(begun, one.loop.under_way.k, knots)
+            if cycle >= 9:
+                nearest = min(nearest, person.distance(shapely.Point(place)) - RADIUS)
+        at += CYCLE
+    assert nearest > 0 and not any(said[:9]) and "something came" in said[9]
+
+
+def test_what_is_under_way_where_somebody_came_is_said_to_lead_there():
+    one, at = pilot(), 10**9
+    one.hear_goal(sliding.posed(2.5, 0.0))
+    one.hear_scan(scan([], lambda _: np.zeros(2), at))
+    first = one.hear_pose(sliding.odometry([0, 0], [0, 0], at))
+    assert first.new and first.committed.k[2] > 0.5
+    place, speed = sliding.after(np.zeros(2), first.committed.k, 4)
+    around = [shapely.Point(place).buffer(0.5).difference(shapely.Point(place).buffer(0.28))]
+    one.hear_scan(scan(around, lambda _: place, at + CYCLE))
+    step = one.hear_pose(sliding.odometry(place, speed, at + CYCLE))
+    assert not step.new and step.committed is first.committed
+    assert "may lead where it is no longer known to be free" in step.reason
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("poses", [2, 5])
+def test_a_sweep_from_a_robot_that_drives_frees_nothing_where_a_post_stands(poses):
+    """A tenth of a second for all beams, at 1.6 m/s: first and last are taken 16 cm apart."""
+    each, at, speed = 0.1 / 360, 10**9, np.array([1.6, 0.0])
+    posts = [shapely.Point(x, y).buffer(0.08) for x in (-1.0, 0.2, 1.2) for y in (-0.9, 0.9)]
+    one = pilot(reach=4.0)
+    one.hear_pose(sliding.odometry([0, 0], speed, at))
+    one.hear_scan(scan(posts, lambda i: i * each * speed, at, each))
+    for part in np.linspace(0, 0.12, poses)[1:]:
+        one.hear_pose(sliding.odometry(part * speed, speed, at + round(part * 1e9)))
+    assert one.seen.region.area > 15.0
+    assert not shapely.intersects(one.seen.region, posts).any()
+
+
+def test_a_scan_waits_until_its_sweep_has_ended():
+    one, at = pilot(), 10**9
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], at))
+    one.hear_scan(scan([], lambda _: np.zeros(2), at + 1, 0.1 / 360))
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], at + 50_000_000))
+    assert one.seen.region.area < 1.0
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], at + 110_000_000))
+    assert one.seen.region.area > 50.0
+
+
+def test_scans_of_another_sensor_or_without_a_clock_are_refused():
+    one, still = pilot(), lambda _: np.zeros(2)
+    one.hear_scan(scan([], still, 10**9))
+    with pytest.raises(InputError, match="frame of the scan is lidar, beside rear"):
+        one.hear_scan(scan([], still, 10**9 + 1, frame="rear"))
+    for each in (-1e-4, np.nan):
+        with pytest.raises(InputError, match="time_increment of 0 s or more"):
+            one.hear_scan(scan([], still, 10**9 + 1, each))
+
+
+def test_a_pose_that_jumps_begins_nothing_and_drift_is_a_parameter():
+    for drift, believed in ((0.0, False), (0.3, True)):
+        one = pilot(drift=drift, margin=1.5)
+        one.hear_goal(sliding.posed(2.5, 0.0))
+        first = one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9)).committed
+        place, speed = sliding.after(np.zeros(2), first.k, 4)
+        step = one.hear_pose(sliding.odometry(place + np.array([0.0, 0.2]), speed, 10**9 + CYCLE))
+        assert step.new == believed
+        assert believed or "0.18 m beyond what tube, doubt and drift allow" in step.reason

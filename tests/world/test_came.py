@@ -1,0 +1,120 @@
+"""What was free may not stay free: what comes into full view leaves the free space, and all that it
+hides, until it is seen free again. A world that stands still loses next to nothing. [T44]
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from needs import need
+
+need("shapely")
+import shapely  # noqa: E402
+from lidar_worlds import Lidar, a_world  # noqa: E402
+
+from parc_jax.world.free_space import FreeSpace, free_place  # noqa: E402
+from parc_jax.world.seen import seen_from  # noqa: E402
+
+pytestmark = pytest.mark.soundness
+WIDTH = 0.15
+BODY = np.array([[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]])
+AHEAD = Lidar(np.linspace(-2.3, 2.3, 240), doubt=(0.01, 0.003), noise=0.01, angle_error=0.001)
+AROUND = replace(AHEAD, angles=np.linspace(-np.pi, np.pi, 241)[:-1], doubt=(0.04, 0.02))
+
+
+def seen(lidar, rng, world, truth):
+    pose, ranges = lidar.scan(rng, world, truth)
+    return seen_from(pose, lidar.angles, ranges, width=WIDTH, **lidar.declared)
+
+
+def driven(lidar, seed: int, scans: int = 8):
+    """World, what is known of it after some scans, all of them together, the last place."""
+    rng = np.random.default_rng(seed)
+    world, free, together = a_world(rng, WIDTH, 40), free_place(BODY, 0.15), []
+    for i in range(scans):
+        truth = np.array([0.05 * i - 0.2, 0.2 * np.sin(i), 0.7 * i])
+        one = seen(lidar, rng, world, truth)
+        free = free.add(one)
+        together.append(one.region)
+        assert free.refuting == 0 and free.said == "" and free.gone.is_empty
+    return rng, world, free, shapely.union_all(together), truth
+
+
+@pytest.mark.parametrize("lidar", [AHEAD, AROUND], ids=["ahead", "around"])
+def test_a_world_that_stands_still_refutes_nothing_and_stays_free(lidar):
+    for seed in range(3):
+        _, world, free, together, _ = driven(lidar, seed)
+        assert not shapely.intersects(free.region, world).any()
+        assert together.difference(free.region).area < 0.01 * together.area
+
+
+@pytest.mark.parametrize("lidar", [AHEAD, AROUND], ids=["ahead", "around"])
+def test_who_comes_into_full_view_leaves_the_free_space_with_all_behind(lidar):
+    found = 0
+    for seed in range(4):
+        rng, world, free, _, truth = driven(lidar, seed)
+        for _ in range(8):
+            turn, far, size = rng.uniform((0, 0.9, 0.08), (2 * np.pi, 2.5, 0.3))
+            there = truth[:2] + far * np.array([np.cos(turn), np.sin(turn)])
+            person = shapely.Point(there).buffer(size)
+            view = person.union(shapely.Point(truth[:2])).convex_hull.buffer(0.03)
+            if not free.region.contains(person) or shapely.intersects(view, world).any():
+                continue
+            looking = np.array([*truth[:2], turn])
+            now = free.add(seen(lidar, rng, [*world, person], looking))
+            assert not now.region.intersects(person)
+            assert now.refuting and "ended within what was known to be free" in now.said
+            behind = shapely.Point(there + (size + 0.05) * np.array([np.cos(turn), np.sin(turn)]))
+            assert free.region.contains(behind) <= now.gone.contains(behind)
+            # nobody is there any more: all that is seen once more is free again
+            again = seen(lidar, rng, world, looking)
+            later = now.add(again)
+            assert later.refuting == 0 and later.gone.area < 0.8 * now.gone.area
+            assert again.region.difference(later.region).area < 0.01 * again.region.area
+            found += 1
+    assert found >= 10
+
+
+def yard(ranges=None, angles=None):
+    """A scan of an empty yard from its middle, or with other ranges."""
+    angles = np.linspace(-1.5, 1.5, 301) if angles is None else angles
+    ranges = np.full(len(angles), 4.0) if ranges is None else ranges
+    return seen_from((0, 0, 0), angles, ranges, max_range=4.0, noise=0.01, width=WIDTH)
+
+
+def test_a_single_false_return_costs_a_shadow_until_the_next_scan():
+    free, false = yard(), np.full(301, 4.0)
+    false[150] = 2.0
+    less = free.add(yard(false))
+    lost = free.region.difference(less.region)
+    assert less.refuting == 1 and 0 < lost.area < 0.03 * free.region.area
+    assert less.region.contains(shapely.Point(1.9, 0.0)) and lost.contains(shapely.Point(3.0, 0.0))
+    again = less.add(yard())
+    assert again.refuting == 0 and free.region.difference(again.region).area < 1e-3
+
+
+def test_what_left_stays_gone_whatever_older_is_added_or_is_filled():
+    free, one = yard(), np.full(301, 4.0)
+    one[140:161] = 2.0
+    less = free.add(yard(one))
+    assert less.add(FreeSpace(free.region, WIDTH)).region.area == pytest.approx(less.region.area)
+    assert less.within((0, 0), 3.0).gone.area == pytest.approx(
+        less.gone.intersection(shapely.box(-3, -3, 3, 3)).area
+    )
+    cut = less.within((0, 0), 3.0)
+    drifted = cut.drifted((0, 0, 0), (0.05, 0.02), 0.01)
+    assert drifted.gone.contains(cut.gone.buffer(0.05))
+    stands = free_place([[2.1, -0.1], [2.1, 0.1], [2.4, 0.0]])  # where a body is, nothing else is
+    assert less.add(stands).region.contains(stands.region)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_whichever_is_added_to_the_other_the_scan_rules(order):
+    one = np.full(301, 4.0)
+    one[140:161] = 2.0
+    memory, scan = FreeSpace(yard().region, WIDTH), yard(one)
+    first, second = (memory, scan)[::order]
+    both = first.add(scan if second is scan else memory)
+    assert not both.region.intersects(shapely.box(2.05, -0.15, 3.5, 0.15))
+    kept = first.within((0, 0), 3.0).add(second.within((0, 0), 3.0))  # a scan that was cut is one
+    assert not kept.region.intersects(shapely.box(2.05, -0.15, 2.9, 0.15))
