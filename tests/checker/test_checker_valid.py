@@ -163,7 +163,8 @@ def test_drift_sized_certificates_are_little_work():
 def test_the_checker_uses_the_standard_library_only_and_no_floats():
     allowed = (
         "argparse collections collections.abc concurrent.futures contextlib copy fractions "
-        "functools hashlib importlib itertools json math multiprocessing operator os pathlib re signal sys typing"
+        "functools hashlib importlib itertools json math multiprocessing operator os pathlib re "
+        "signal sys typing"
     )
     files = sorted(Path(checker.__file__).parent.glob("*.py"))
     assert len(files) == 17
