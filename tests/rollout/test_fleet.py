@@ -340,7 +340,7 @@ pj.collect(system, jax.random.PRNGKey(0), n=4, quiet=True)
 def test_a_script_that_does_not_guard_its_start_is_told_so(tmp_path):
     path = tmp_path / "walk.py"
     path.write_text(UNGUARDED)
-    done = subprocess.run([sys.executable, path], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, path], capture_output=True, text=True)
     last = done.stderr.strip().splitlines()[-1]
     assert "walk: expected workers that start;" in last and '__name__ == "__main__"' in last
     assert done.returncode == 1 and done.stderr.count("Traceback") == 1
