@@ -8,13 +8,13 @@ the tube is declared.
 
 import numpy as np
 
-from parc_jax.claim.declared import declared_claim
-from parc_jax.claim.tube import tube
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.relu import relu_network
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.declared import declared_claim
+from parc_jax.learning.bound.tube import tube
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.system import time_grid
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.system import time_grid
 
 WAVES = 4  # half waves over time, along which hidden neurons bend a path
 BEND = 0.6  # [m] how far they do, about

@@ -7,7 +7,7 @@ from benchmarks.bench import ROOT
 from benchmarks.report import page
 from benchmarks.run import merged
 from benchmarks.workloads import workload
-from parc_jax.rollout.files import write_atomic
+from parc_jax.learning.runs.files import write_atomic
 
 BASELINE = ROOT / "benchmarks" / "baseline.json"
 PAGE = ROOT / "docs" / "benchmarks.md"

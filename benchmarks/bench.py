@@ -8,7 +8,7 @@ import jax
 from benchmarks.cases import Case, case
 from benchmarks.models import CaseModels, learn
 from benchmarks.result import Skip
-from parc_jax.model import TrajectoryModel, load
+from parc_jax.learning.model import TrajectoryModel, load
 
 ROOT = Path(__file__).resolve().parents[1]
 

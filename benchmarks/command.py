@@ -66,7 +66,7 @@ def _measure(options, platform: str) -> int:
     from benchmarks.gate import gate
     from benchmarks.report import results
     from benchmarks.run import failed, run_workloads
-    from parc_jax.rollout.files import write_atomic
+    from parc_jax.learning.runs.files import write_atomic
 
     names = [name for name in NAMES if not options.only or name in options.only]
     report = run_workloads(

@@ -16,13 +16,13 @@ import numpy as np
 import tyro
 
 from parc_jax.answer.answer import Answer
-from parc_jax.cli.systems import build, find, study_of
-from parc_jax.io.problem_file import load_problem
-from parc_jax.model import load
+from parc_jax.app.cli.systems import build, find, study_of
+from parc_jax.app.plot.cover import cover, of_history
+from parc_jax.app.study.cache import keep_compiled
+from parc_jax.learning.model import load
 from parc_jax.planner.planner import Planner
-from parc_jax.plot.cover import cover, of_history
-from parc_jax.settings import Settings
-from parc_jax.study.cache import keep_compiled
+from parc_jax.problem.problem_file import load_problem
+from parc_jax.safe_set.settings import Settings
 
 
 @dataclass(frozen=True)

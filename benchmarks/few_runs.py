@@ -15,10 +15,10 @@ import jax
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.base.spelling import rounded_down, rounded_up
-from parc_jax.errors import InputError
-from parc_jax.rollout.batch import rollout_batch
-from parc_jax.rollout.law import law_spec
+from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.learning.runs.batch import rollout_batch
+from parc_jax.learning.runs.law import law_spec
 from sims.foreign.husky import log, windows
 from sims.foreign.husky.scenario import problem
 from sims.rectangle import POINTS, centre_and_corners

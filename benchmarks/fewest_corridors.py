@@ -13,18 +13,18 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from parc_jax.cli.systems import build, find, study_of
-from parc_jax.cover.build import CALL, greedy, nothing_built
-from parc_jax.cover.build import _around as around
-from parc_jax.cover.build import _with_neighbours as with_neighbours
-from parc_jax.cover.corridors import Corridors
-from parc_jax.cover.sampling import Points, draw
-from parc_jax.io.problem_file import load_problem
-from parc_jax.model import load
-from parc_jax.robust.question import Plain
-from parc_jax.study.cache import keep_compiled
-from parc_jax.verdict.near import near_scene
-from parc_jax.verdict.scene import Scene
+from parc_jax.app.cli.systems import build, find, study_of
+from parc_jax.app.study.cache import keep_compiled
+from parc_jax.learning.model import load
+from parc_jax.problem.problem_file import load_problem
+from parc_jax.problem.robust.question import Plain
+from parc_jax.safe_set.corridors.build import CALL, greedy, nothing_built
+from parc_jax.safe_set.corridors.build import _around as around
+from parc_jax.safe_set.corridors.build import _with_neighbours as with_neighbours
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.sampling import Points, draw
+from parc_jax.safe_set.verdict.near import near_scene
+from parc_jax.safe_set.verdict.scene import Scene
 
 SHARES = (0.9, 0.95, 0.97, 0.98, 0.985, 0.99, 0.995)
 

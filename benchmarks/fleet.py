@@ -6,7 +6,7 @@ committed ones of one machine; power and price are assumed.
 from typing import NamedTuple
 
 from benchmarks.baseline import load_baselines
-from parc_jax.base.spelling import counted
+from parc_jax.common.spelling import counted
 
 MACHINES = (1, 10, 1000)
 ITEMS = 1_000_000

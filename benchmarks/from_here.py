@@ -12,10 +12,10 @@ import jax
 import numpy as np
 import tyro
 
-from parc_jax.model import load
+from parc_jax.learning.model import load
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
-from parc_jax.settings import Settings
+from parc_jax.safe_set.settings import Settings
 from sims.drift_parking.scenario import problem
 
 X, Y, HEADING = 6.9, -4.15, 0.01  # [m, m, rad]

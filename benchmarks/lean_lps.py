@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.lp import solve as door
-from parc_jax.lp.program import LinearProgram
+from parc_jax.common.lp import solve as door
+from parc_jax.common.lp.program import LinearProgram
 
 
 class Lean(NamedTuple):

@@ -7,17 +7,17 @@ from typing import NamedTuple
 import jax
 
 from benchmarks.cases import Case
-from parc_jax.base.keys import Stage, stream
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.counts import required_runs
-from parc_jax.claim.declared import assumed_claim
-from parc_jax.claim.pipeline import learn_profiles
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.fit import fit_affine
-from parc_jax.network.relu import ReLUNetwork
-from parc_jax.network.train import train, training_arrays
-from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.rollout.collect import collect
+from parc_jax.common.keys import Stage, stream
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.counts import required_runs
+from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.fit import fit_affine
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.network.train import train, training_arrays
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.collect import collect
 
 PARC = ()  # hidden widths of PARC's model: none
 CHUNK = 256

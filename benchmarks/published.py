@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.lp.status import LPStatus
-from parc_jax.model import TrajectoryModel
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.neuralparc.brs import reach_sets
+from parc_jax.neuralparc.by_support import Shadows, clear_of_reach, outside, shadows
+from parc_jax.neuralparc.cells import Cell, cells_outward, stacks
+from parc_jax.neuralparc.scene import PaperScene, paper_scene
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.published.brs import reach_sets
-from parc_jax.published.by_support import Shadows, clear_of_reach, outside, shadows
-from parc_jax.published.cells import Cell, cells_outward, stacks
-from parc_jax.published.scene import PaperScene, paper_scene
-from parc_jax.pwa import RegionTable
+from parc_jax.proof.regions import RegionTable
 
 BLOCK = 32  # points of one cell tested together
 ROWS = 64  # blocks per compiled call

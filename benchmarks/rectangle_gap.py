@@ -8,14 +8,14 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import sample_part
-from parc_jax.model import TrajectoryModel
+from parc_jax.common.stopwatch import Stopwatch
+from parc_jax.learning.learn import learn
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.study.learn import learn
-from parc_jax.study.stopwatch import Stopwatch
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import sample_part
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 # a study that only shows that everything fits together
 QUICK = {

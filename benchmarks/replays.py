@@ -15,15 +15,15 @@ import jax
 import tyro
 from tqdm import tqdm
 
-from parc_jax.base.keys import Stage, stream
-from parc_jax.cli.systems import black_box_of, build, find, study_of
-from parc_jax.errors import InputError
-from parc_jax.io.answer_file import load_answer
-from parc_jax.model import load
+from parc_jax.app.cli.systems import black_box_of, build, find, study_of
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.study.cache import keep_compiled
+from parc_jax.app.study.replay import counts_of
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage, stream
+from parc_jax.learning.model import load
+from parc_jax.learning.runs.files import write_atomic
 from parc_jax.planner.planner import Planner
-from parc_jax.rollout.files import write_atomic
-from parc_jax.study.cache import keep_compiled
-from parc_jax.study.replay import counts_of
 
 STEP = 2048  # plans at a time: a few hundred MiB of trajectories
 COUNTED = ("plans", "reached", "touched", "left the tube")

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from parc_jax.model import load
-from parc_jax.network.predict import outputs
+from parc_jax.learning.model import load
+from parc_jax.learning.network.predict import outputs
 from parc_jax.problem.doubt import Doubt
-from parc_jax.robust.question import plain
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.problem.robust.question import plain
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 from sims.drift_parking.scenario import problem
 
 TOLERANCES = ((0.005, 0.001), (0.02, 0.005))  # [m/s, rad]

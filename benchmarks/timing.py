@@ -9,7 +9,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.common.stopwatch import Stopwatch
 
 
 class Timed(NamedTuple):

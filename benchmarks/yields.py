@@ -5,9 +5,9 @@ before.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from parc_jax.claim.asked import GAP
+from parc_jax.app.study.settings import Study
+from parc_jax.learning.bound.asked import GAP
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.study.settings import Study
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,16 @@ import re
 from pathlib import Path
 
 import parc_jax
-from parc_jax.base.options import told
+from parc_jax.common.options import told
 
 BEGIN, END = "<!-- rooms: written by docs/make_api.py -->", "<!-- end of rooms -->"
 ROOMS = ("types", "exchange", "world", "loop", "ros")  # `published`: sets.md, lp.md
 FURTHER = {
     "Records of options": (
-        "claim.asked",
-        "claim.intersample",
-        "network.fit",
-        "study.settings",
+        "learning.bound.asked",
+        "learning.bound.intersample",
+        "learning.network.fit",
+        "app.study.settings",
     ),
 }
 

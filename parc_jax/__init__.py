@@ -6,7 +6,7 @@ What goes on inside is told to the logger "parc_jax", which is quiet until it is
 
 import logging
 
-from parc_jax.base.on_use import on_use
+from parc_jax.common.on_use import on_use
 
 logging.getLogger(__name__).addHandler(logging.NullHandler())
 

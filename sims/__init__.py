@@ -22,7 +22,7 @@ def load(name: str, **options):
     """The system of that name, e.g. load("drift_parking", plant="ode"). Options go to its `system`
     constructor.
     """
-    from parc_jax.errors import InputError
+    from parc_jax.common.errors import InputError
 
     if name not in NAMES:
         raise InputError(f"system: expected one of {', '.join(NAMES)}; got {name!r}.")
@@ -33,14 +33,14 @@ def model(name: str):
     """The `TrajectoryModel` that comes along with a system; docs/main_job.md says how each was
     learned, and its claim what it is worth. Raises InputError where none does.
     """
-    from parc_jax.model import load
+    from parc_jax.learning.model import load
 
     return load(model_file(name), system=name)
 
 
 def model_file(name: str) -> Path:
     """Where the model that comes along with a system is. Raises InputError where none does."""
-    from parc_jax.errors import InputError
+    from parc_jax.common.errors import InputError
 
     if name not in models():
         raise InputError(

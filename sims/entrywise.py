@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.extend.core import Literal
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 
 def entrywise(fun: Callable) -> Callable:

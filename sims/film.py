@@ -1,4 +1,4 @@
-"""Frames of MuJoCo models, rendered without a screen; `parc_jax.plot.film_file` writes them.
+"""Frames of MuJoCo models, rendered without a screen; `parc_jax.app.plot.film_file` writes them.
 
 Needs a software or hardware OpenGL, in Debian libegl1 with libgl1-mesa-dri (MUJOCO_GL=egl) or
 libosmesa6 (MUJOCO_GL=osmesa).
@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.errors import InputError
-from parc_jax.plot.film_file import counted
+from parc_jax.app.plot.film_file import counted
+from parc_jax.common.errors import InputError
 
 
 class View(NamedTuple):

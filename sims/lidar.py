@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from parc_jax.errors import InputError
-from parc_jax.sets.box import Box
-from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, check_points
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box
+from parc_jax.learning.system import ONE_POINT, TimeGrid, Trajectory, check_points
 from sims.quiet import lenient, quiet_import
 
 

@@ -4,11 +4,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.problem.body import Body, hull
 from parc_jax.problem.problem import goal_of_points
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope
 
 CORNERS = ("front left", "rear left", "rear right", "front right")
 POINTS = ("centre", *CORNERS)

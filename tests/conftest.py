@@ -20,10 +20,10 @@ ROOMS = "separation verdict cover no_plan pwa"
 # are given what is no shape at all, or say hardly any and are called most often
 DOORS = "assemble corridors domain marching moving prune runs stopping subdivide table"
 KERNELS = [
-    "parc_jax.batch.estimate",
-    "parc_jax.batch.proposals",
-    "parc_jax.batch.run",
-    "parc_jax.network.train",
+    "parc_jax.safe_set.batch.estimate",
+    "parc_jax.safe_set.batch.proposals",
+    "parc_jax.safe_set.batch.run",
+    "parc_jax.learning.network.train",
     *(
         f"parc_jax.{room}.{path.stem}"
         for room in ROOMS.split()
@@ -33,7 +33,7 @@ KERNELS = [
 ]
 # annotated shapes and types of these hold at every call
 SHAPE_CHECKED = {
-    "beartype.beartype": ["parc_jax.sets", "parc_jax.published.sets"],
+    "beartype.beartype": ["parc_jax.common.sets", "parc_jax.neuralparc.sets"],
     "shape_hook.functions": KERNELS,
 }
 
@@ -71,7 +71,7 @@ def keep_compiled():
     """
     import jax
 
-    from parc_jax.study.cache import processor
+    from parc_jax.app.study.cache import processor
 
     folder = Path(
         os.environ.get("JAX_COMPILATION_CACHE_DIR") or ROOT / ".pytest_cache" / "compiled"

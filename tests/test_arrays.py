@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.base.arrays import difference, in_chunks, map_rows
+from parc_jax.common.arrays import difference, in_chunks, map_rows
 
 
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 40])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from parc_jax.problem.body import (
     Body,
     Disc,

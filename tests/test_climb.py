@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from parc_jax.base.climb import Ranked, climb, ranked
+from parc_jax.common.climb import Ranked, climb, ranked
 
 
 def hill(x):

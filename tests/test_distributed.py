@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from local_rows import local_rows
 
-from parc_jax.base import distributed
-from parc_jax.errors import HostLost, InputError
+from parc_jax.common import distributed
+from parc_jax.common.errors import HostLost, InputError
 
 HERE = Path(__file__).parent / "helpers"
 # Hosts compile for themselves, and say all they have to say: the settings of conftest.py stay here.
@@ -131,7 +131,7 @@ def test_one_flag_of_the_shell_shares_a_whole_run(tmp_path):
     program = [
         sys.executable,
         "-c",
-        "import sys; from parc_jax.cli import main; main(sys.argv[1:])",
+        "import sys; from parc_jax.app.cli import main; main(sys.argv[1:])",
         *words.split(),
     ]
     env = ENV | {"PYTHONPATH": f"{ENV['PYTHONPATH']}:{HERE}"}

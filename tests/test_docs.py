@@ -67,8 +67,8 @@ def test_nothing_shown_needs_a_deep_import():
     shown = {page.name: "".join(code for code, _ in blocks(page)) for page in PAGES}
     shown |= {path.name: path.read_text(encoding="utf-8") for path in (*books, *EXAMPLES)}
     assert [name for name, code in shown.items() if DEEP.search(code)] == []
-    assert DEEP.search("from parc_jax.sets.box import box")  # what it looks for
-    assert not DEEP.search("from parc_jax.published import box")
+    assert DEEP.search("from parc_jax.common.sets.box import box")  # what it looks for
+    assert not DEEP.search("from parc_jax.neuralparc import box")
 
 
 @pytest.mark.parametrize("face", ["exchange", "figures", "published", "ros", "types", "world"])
@@ -157,12 +157,13 @@ def command_lines(page: Path) -> list[list[str]]:
 @pytest.mark.parametrize("page", [p for p in PAGES if command_lines(p)], ids=lambda p: p.name)
 def test_commands_shown_are_commands_that_the_shell_takes(page, monkeypatch):
     """Every option and argument is parsed as shown; nothing is run."""
-    from parc_jax import checker, cli
+    from parc_jax import checker
+    from parc_jax.app import cli
 
     monkeypatch.setattr(checker, "main", lambda arguments: 0)
     names = "run learn collect solve check replay plot export bench systems doctor"
     for name in names.split():
-        module = importlib.import_module(f"parc_jax.cli.{name}")
+        module = importlib.import_module(f"parc_jax.app.cli.{name}")
         idle = functools.wraps(getattr(module, name))(lambda *given, **options: 0)
         monkeypatch.setattr(module, name, idle)
     for arguments in command_lines(page):
@@ -176,7 +177,7 @@ def test_commands_shown_are_commands_that_the_shell_takes(page, monkeypatch):
 )
 def test_scenes_shown_are_scenes(page):
     import sims.rectangle
-    from parc_jax.io.problem_file import problem_of_text
+    from parc_jax.problem.problem_file import problem_of_text
 
     points = sims.rectangle.POINTS if page.name == "tutorial.md" else ("tail", "nose")
     for block in re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S):

@@ -5,10 +5,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
 
 GOAL = box([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0])
 WALL = box([2.0, -1.0], [3.0, 1.0])

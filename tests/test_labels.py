@@ -9,12 +9,12 @@ import pytest
 from toy_models import fold_model, line_model
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.io.answer_file import load_answer
-from parc_jax.io.problem_file import labelled, load_problem, save_problem
-from parc_jax.plot.film import _caption
-from parc_jax.plot.projections import projections
-from parc_jax.problem.labels import labels, labels_of, name_of, unit_of
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.plot.film import _caption
+from parc_jax.app.plot.projections import projections
+from parc_jax.common.errors import InputError
+from parc_jax.learning.labels import labels, labels_of, name_of, unit_of
+from parc_jax.problem.problem_file import labelled, load_problem, save_problem
 
 NAMED = labels(2, 1, 2, q=("final yaw [rad]",), k=("speed [m/s]", "turn [rad]"))
 

@@ -137,11 +137,12 @@ def test_stages_import_only_from_above():
 
 def test_an_upward_import_would_be_found():
     assert upward(
-        ROOT / "sets" / "box.py", "def f():\n    from parc_jax.verdict.scene import scene_of\n"
+        ROOT / "sets" / "box.py",
+        "def f():\n    from parc_jax.safe_set.verdict.scene import scene_of\n",
     )
     assert upward(ROOT / "cover" / "sampling.py", "from parc_jax import planner\n")
     assert not upward(
-        ROOT / "cover" / "sampling.py", "from parc_jax.model import TrajectoryModel\n"
+        ROOT / "cover" / "sampling.py", "from parc_jax.learning.model import TrajectoryModel\n"
     )
 
 
@@ -150,18 +151,18 @@ def published_in(path: Path, text: str) -> list[str]:
     if stage_of(path) in ("published", *USES_PUBLISHED):
         return []
     names = [name for name, _ in imports(text, anywhere=True)]
-    return [f"{path.relative_to(ROOT)}: {n}" for n in names if n.startswith("parc_jax.published")]
+    return [f"{path.relative_to(ROOT)}: {n}" for n in names if n.startswith("parc_jax.neuralparc")]
 
 
 def test_the_published_baseline_is_used_by_nothing_but_its_users():
     assert [line for p in FILES for line in published_in(p, p.read_text())] == []
     systems = Path(parc_jax.__file__).parents[1] / "sims"
     for path in sorted(systems.rglob("*.py")):
-        assert "parc_jax.published" not in path.read_text(), path
+        assert "parc_jax.neuralparc" not in path.read_text(), path
 
 
 def test_a_new_use_of_the_published_baseline_would_be_found():
-    text = "def f():\n    from parc_jax.published.brs import brs_rows\n"
+    text = "def f():\n    from parc_jax.neuralparc.brs import brs_rows\n"
     assert published_in(ROOT / "plot" / "regions.py", text)
     assert published_in(ROOT / "answer.py", "from parc_jax import published\n")
     assert published_in(ROOT / "methods.py", text)

@@ -8,9 +8,10 @@ import pytest
 from toy_models import line_model, model_of, random_network, uniform_tube
 
 import parc_jax as pj
-from parc_jax import checker, methods
-from parc_jax.base.status import Ended
-from parc_jax.no_plan.prove_no_plan import UNDECIDED, NoPlan
+from parc_jax import checker
+from parc_jax import method as methods
+from parc_jax.common.status import Ended
+from parc_jax.proof.absence.prove_no_plan import UNDECIDED, NoPlan
 
 KEY = jax.random.key(0)
 SETTINGS = pj.Settings(budget_s=300)

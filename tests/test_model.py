@@ -8,8 +8,8 @@ import pytest
 from toy_models import line_model, random_model
 
 import parc_jax as pj
-from parc_jax.base.spelling import hex_text
-from parc_jax.system import TURNS
+from parc_jax.common.spelling import hex_text
+from parc_jax.learning.system import TURNS
 
 
 def test_a_model_is_one_short_line():

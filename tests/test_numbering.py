@@ -13,12 +13,13 @@ from toy_answer import SEP, toy_answer
 from toy_models import line_model
 
 import parc_jax as pj
-from parc_jax import checker, plot
-from parc_jax.base.spelling import hex_text
-from parc_jax.certificate.write import answer_part
-from parc_jax.plot.film import _caption
-from parc_jax.plot.timeline import timeline
-from parc_jax.verdict.scene import scene_of
+from parc_jax import checker
+from parc_jax.app import plot
+from parc_jax.app.plot.film import _caption
+from parc_jax.app.plot.timeline import timeline
+from parc_jax.common.spelling import hex_text
+from parc_jax.proof.certificate.write import answer_part
+from parc_jax.safe_set.verdict.scene import scene_of
 
 GOAL = pj.box([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0])
 BLOCK = pj.box([-0.5, 0.3], [0.0, 0.6])

@@ -109,7 +109,7 @@ def test_the_exact_method_may_be_named_and_the_published_one_is_an_object_too():
     named = PLANNER().solve(toy_query.gap(), KEY, settings.replace(method=pj.Exact()))
     assert (plain.samples == named.samples).all()
     published = PLANNER().solve(
-        toy_query.gap(), KEY, settings.replace(method=pj.published.Published())
+        toy_query.gap(), KEY, settings.replace(method=pj.neuralparc.Published())
     )
     assert published.status is pj.types.Status.PROVED and not published.corridors
 

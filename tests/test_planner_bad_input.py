@@ -8,16 +8,16 @@ import pytest
 from toy_models import line_model, model_of, told, toy_case, uniform_tube
 
 import parc_jax
-from parc_jax.errors import InputError
-from parc_jax.network.relu import relu_network
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.system import time_grid
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.settings import Settings
-from parc_jax.system import time_grid
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.scene import scene_of
 
 GOAL, OBSTACLE = box([-0.5, -0.5, -1], [0.5, 0.5, 1]), box([2, 2], [3, 3])
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from toy_models import toy_case
 
-from parc_jax.base import probes
-from parc_jax.base.probes import probe_all, require_sound_arithmetic
-from parc_jax.errors import SoundnessError
+from parc_jax.common import probes
+from parc_jax.common.errors import SoundnessError
+from parc_jax.common.probes import probe_all, require_sound_arithmetic
 from parc_jax.planner.planner import Planner
 
 

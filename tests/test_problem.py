@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import goal_of_points, reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope
 
 NAMES = ("centre", "left", "right")
 BAY = box([0.0, 1.0], [2.0, 3.0])

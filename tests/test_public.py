@@ -20,7 +20,7 @@ NAMES += [f"{room}.{name}" for room in ROOMS for name in getattr(parc_jax, room)
 
 
 def test_names_are_few_and_sorted():
-    for package in (parc_jax, parc_jax.loop):
+    for package in (parc_jax, parc_jax.drive.loop):
         assert package.__all__ == sorted(package.__all__) == dir(package)
     assert 40 < len(parc_jax.__all__) <= MOST
     assert {*ROOMS, "figures", "published"} == set(parc_jax.__all__) - set(NAMES)
@@ -30,8 +30,8 @@ def test_a_thing_has_one_name():
     """Nothing is offered twice, and nothing stands in the way of a file of its name."""
     things = [attrgetter(name)(parc_jax) for name in NAMES]
     assert len(set(map(id, things))) == len(things)
-    loop = Path(parc_jax.loop.__file__).parent
-    assert not {path.stem for path in loop.glob("*.py")} & set(parc_jax.loop.__all__)
+    loop = Path(parc_jax.drive.loop.__file__).parent
+    assert not {path.stem for path in loop.glob("*.py")} & set(parc_jax.drive.loop.__all__)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -96,5 +96,5 @@ def test_the_types_of_an_installed_package_are_seen(tmp_path):
         capture_output=True,
         text=True,
     )
-    assert 'Revealed type is "parc_jax.model.TrajectoryModel"' in done.stdout, done.stdout
+    assert 'Revealed type is "parc_jax.learning.model.TrajectoryModel"' in done.stdout, done.stdout
     assert 'has incompatible type "int"; expected "TrajectoryModel"' in done.stdout

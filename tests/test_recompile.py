@@ -8,10 +8,10 @@ import pytest
 from compilations import compiled_by
 from toy_models import random_model, rectangle_problem, toy_case
 
+from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.planner.planner import Planner
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.settings import Settings
-from parc_jax.verdict import scene as scenes
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict import scene as scenes
 
 
 def solve(number: int, **changes):
@@ -46,7 +46,7 @@ def test_a_new_size_compiles_and_is_counted(warm):
     rng = np.random.default_rng(0)
     model = random_model(rng, 5, (6, 5), (1, 2), 0.02)
     problem = rectangle_problem(rng, model)
-    from parc_jax.verdict.pointwise import verdicts
+    from parc_jax.safe_set.verdict.pointwise import verdicts
 
     scene = scenes.scene_of(problem, model)
     assert compiled_by(lambda: verdicts(scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
@@ -55,7 +55,7 @@ def test_a_new_size_compiles_and_is_counted(warm):
 def test_host_only_parts_in_the_kernels_arguments_would_be_noticed(warm, monkeypatch):
     monkeypatch.setattr(scenes.Scene, "arrays", property(lambda self: self))
     model, problem = toy_case(51)
-    from parc_jax.verdict.pointwise import verdicts
+    from parc_jax.safe_set.verdict.pointwise import verdicts
 
     scene = scenes.scene_of(problem, model)
     assert compiled_by(lambda: verdicts(scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0

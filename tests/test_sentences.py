@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 import toy_driven
 
+from parc_jax.answer.looks import Look
 from parc_jax.answer.statement import one_line
-from parc_jax.base.spelling import rounded_down, rounded_up
-from parc_jax.claim.claim import derived
-from parc_jax.claim.counts import cheaper, clopper_pearson, supported_eps
-from parc_jax.claim.risk import NoStatement, Risk
-from parc_jax.claim.start_gap import StartTrial
-from parc_jax.claim.statement import in_short
-from parc_jax.local import tested
-from parc_jax.local.looks import Look
-from parc_jax.no_plan.prove_no_plan import BOUNDS, NoPlan
-from parc_jax.sentences import about_plans, about_risk, about_sensing
-from parc_jax.study.numbers import covering
+from parc_jax.app.study.numbers import covering
+from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.drive.local import tested
+from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.bound.counts import cheaper, clopper_pearson, supported_eps
+from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.start_gap import StartTrial
+from parc_jax.learning.bound.statement import in_short
+from parc_jax.proof.absence.prove_no_plan import BOUNDS, NoPlan
+from parc_jax.statement import about_plans, about_risk, about_sensing
 
 ROOT = Path(__file__).parents[1]
 BOUND = re.compile(
@@ -31,7 +31,7 @@ BOUND = re.compile(
 DELTA = Fraction(1, 3000)  # 1 - delta has no end in decimals
 # whose number is no bound, or is one already: file and expression
 SPELLED = {
-    ("parc_jax/claim/counts.py", "_round_up(eps)"),  # that is what it does
+    ("parc_jax/learning/bound/counts.py", "_round_up(eps)"),  # that is what it does
 }
 
 

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 from jaxtyping import TypeCheckError
 
-from parc_jax.batch.proposals import _least
-from parc_jax.claim.error_set import ErrorBox
-from parc_jax.cover.corridor import lost
-from parc_jax.no_plan.contact_margins import corners_of
-from parc_jax.published.sets.affine import image
-from parc_jax.published.sets.membership import membership
-from parc_jax.published.sets.minkowski import grow
-from parc_jax.published.sets.support import support
-from parc_jax.pwa.maps import pattern_map
-from parc_jax.separation.segment import touching
-from parc_jax.sets.box import Box, box
-from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.verdict.pointwise import row_margin
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.learning.bound.error_set import ErrorBox
+from parc_jax.learning.network.maps import pattern_map
+from parc_jax.neuralparc.sets.affine import image
+from parc_jax.neuralparc.sets.membership import membership
+from parc_jax.neuralparc.sets.minkowski import grow
+from parc_jax.neuralparc.sets.support import support
+from parc_jax.proof.absence.contact_margins import corners_of
+from parc_jax.safe_set.batch.proposals import _least
+from parc_jax.safe_set.corridors.corridor import lost
+from parc_jax.safe_set.separation.segment import touching
+from parc_jax.safe_set.verdict.pointwise import row_margin
 
 SQUARE = box([0, 0], [1, 1])
 WRONG = {

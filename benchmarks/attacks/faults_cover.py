@@ -67,7 +67,7 @@ COVER = (
     ),
     Fault(
         "a_climb_when_no_seconds_are_left",
-        "methods.Exact.search",
+        "method.Exact.search",
         " or limit.over()",
         "",
         (

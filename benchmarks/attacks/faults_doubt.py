@@ -128,7 +128,7 @@ DOUBT = (
     ),
     Fault(
         "a_sentence_names_what_is_not_there",
-        "sentences.about_plans",
+        "statement.about_plans",
         "in told.items() if n]",
         "in told.items()]",
         ("tests/test_sentences.py::test_a_sentence_names_what_is_there_and_counts_in_english",),

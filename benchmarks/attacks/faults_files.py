@@ -21,7 +21,7 @@ ROLLOUTS = (
     ),
     Fault(
         "damage_within_what_is_compressed_is_not_told",
-        "parc_jax/rollout/files.py",
+        "parc_jax/learning/runs/files.py",
         "zlib.error, ",
         "",
         (
@@ -176,7 +176,7 @@ FILES_IN_AND_OUT = (
     ),
     Fault(
         "layers_in_reverse",
-        "model.load",
+        "learning.model.load",
         'file[f"W{i}"] for i in range(layers)',
         'file[f"W{i}"] for i in reversed(range(layers))',
         ("tests/test_model.py::test_a_saved_model_comes_back_equal",),

@@ -25,7 +25,7 @@ NETWORK = (
     ),
     Fault(
         "accelerator_products_rounded",
-        "base.arrays",
+        "common.arrays",
         "Precision.HIGHEST",
         "Precision.DEFAULT",
         ("tests/verdict/test_pointwise.py::test_every_product_of_a_verdict_keeps_full_precision",),
@@ -101,7 +101,7 @@ REGIONS = (
 PROGRAMS = (
     Fault(
         "solver_trouble_read_as_empty",
-        "lp.solve",
+        "common.lp.solve",
         "return _result(lp, LPStatus.UNKNOWN, None, hint, -np.inf)\n\n\ndef",
         "return _result(lp, LPStatus.INFEASIBLE, None, hint, -np.inf)\n\n\ndef",
         ("tests/lp/test_failures.py::test_limits_and_almost_answers_are_unknown",),

@@ -2,9 +2,9 @@
 
 from benchmarks.attacks.fault import Fault
 
-APART = "parc_jax/separation/apart.py"
-REACH = "parc_jax/separation/ways.py"
-LAID_OUT = "parc_jax/verdict/near.py"
+APART = "parc_jax/safe_set/separation/apart.py"
+REACH = "parc_jax/safe_set/separation/ways.py"
+LAID_OUT = "parc_jax/safe_set/verdict/near.py"
 NO_SOONER = (
     "tests/verdict/test_near.py::test_an_obstacle_is_left_out_where_no_plan_comes_and_no_sooner"
 )

@@ -7,8 +7,8 @@ PAID = "tests/onboard/test_paid.py"
 SAME = f"{HEADER}::test_a_header_says_what_python_says"
 BORDER = f"{PAID}::test_plans_at_the_border_are_as_the_model_says_and_kept_in_exact_numbers"
 FAR = f"{HEADER}::test_a_start_so_far_out_that_sums_overflow_is_not_safe"
-CODE = "parc_jax/onboard/safe_set.h"
-TABLES = "parc_jax/onboard/tables.py"
+CODE = "parc_jax/drive/onboard/safe_set.h"
+TABLES = "parc_jax/drive/onboard/tables.py"
 
 ONBOARD = (
     Fault(
@@ -92,7 +92,7 @@ ONBOARD = (
         "header_has_slanted_faces_wider_than_the_world",
         "tables.in_numbers",
         "np.where(none[..., None], np.eye(errors.half.shape[-1]), errors.dual)",
-        "errors.dual",
+        "common.errors.dual",
         (f"{PAID}::test_what_no_face_bounds_is_told_along_the_axes_where_nothing_cancels",),
     ),
     Fault(

@@ -2,7 +2,7 @@
 
 from benchmarks.attacks.fault import Fault
 
-FIRST = "parc_jax/cover/first.py"
+FIRST = "parc_jax/safe_set/corridors/first.py"
 JUDGED = ("tests/cover/test_first.py::test_every_plan_is_judged_as_all_plans_are",)
 LOOP = "tests/loop/test_loop.py::"
 THINKING = "tests/loop/test_thinking.py::"

@@ -101,7 +101,7 @@ SHELL = (
     ),
     Fault(
         "another_robot_filmed_as_this_one",
-        "cli.plot._film",
+        "app.cli.plot._film",
         "require_same(black_box, answer.model)",
         "pass",
         ("tests/cli/test_plot.py::test_a_film_of_its_own_is_of_its_own_robot_alone",),

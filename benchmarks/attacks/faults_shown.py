@@ -86,14 +86,14 @@ REPLAY = (
     ),
     Fault(
         "page_forgets_the_tube",
-        "parc_jax/plot/page/model.js",
+        "parc_jax/app/plot/page/model.js",
         "sums([seen.path[t][i], seen.path[t + 1][i]], seen.tube.errors[t][i])",
         "[seen.path[t][i], seen.path[t + 1][i]]",
         ("tests/plot/test_page_browser.py::test_verdicts_equal_the_engine_s",),
     ),
     Fault(
         "page_sees_one_end_of_a_segment",
-        "parc_jax/plot/page/model.js",
+        "parc_jax/app/plot/page/model.js",
         "sums([seen.path[t][i], seen.path[t + 1][i]], seen.tube.errors[t][i])",
         "sums([seen.path[t][i]], seen.tube.errors[t][i])",
         ("tests/plot/test_page_browser.py::test_verdicts_equal_the_engine_s",),
@@ -103,7 +103,7 @@ REPLAY = (
 BAGS = (
     Fault(
         "bag_with_gaps_bridged",
-        "parc_jax.bags.windows._between",
+        "parc_jax.ros.bags.windows._between",
         "(wide > bridge * 1e9)",
         "(wide > np.inf)",
         (f"{LOADED}::test_no_run_goes_over_a_gap_between_poses",),
@@ -155,14 +155,14 @@ BAGS = (
     ),
     Fault(
         "page_of_an_episode_keeps_an_old_reason",
-        "parc_jax/plot/page/episode.js",
+        "parc_jax/app/plot/page/episode.js",
         "why && why[0] > one.begin - 1e-9 ? why : null",
         "why",
         ("tests/plot/test_episode_page.py::test_one_scrubs_to_what_was_said",),
     ),
     Fault(
         "mcap_of_a_plan_that_is_not_safe",
-        "parc_jax.bags.write._plan",
+        "parc_jax.ros.bags.write._plan",
         "if not fits or not verdicts(",
         "if not fits or None is verdicts(",
         ("tests/bags/test_write.py::test_what_is_not_safe_is_not_written",),

@@ -11,7 +11,7 @@ SPACE = "tests/world/test_free_space.py"
 WORLD = (
     Fault(
         "a_triangle_may_be_missing",
-        "world.pieces._triangles",
+        "problem.world.pieces._triangles",
         "!= whole - sum(holes)",
         "> whole - sum(holes)",
         (f"{PIECES}::test_a_triangle_that_is_lost_is_noticed",),
@@ -88,14 +88,14 @@ WORLD = (
     ),
     Fault(
         "unknown_cells_are_free",
-        "world.grid_map.occupancy_grid",
+        "problem.world.grid_map.occupancy_grid",
         "(cells >= 0) & (cells / 100 < threshold)",
         "cells / 100 < threshold",
         (f"{GRID}::test_99_may_be_declared_a_probability_and_255_is_unknown",),
     ),
     Fault(
         "costmaps_are_read_as_maps",
-        "world.grid_map.occupancy_grid",
+        "problem.world.grid_map.occupancy_grid",
         "(cells == INSCRIBED).any()",
         "False",
         (f"{GRID}::test_what_is_no_map_is_refused_in_one_sentence",),

@@ -19,12 +19,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.claim.tube import Tube
-from parc_jax.network.relu import ReLUNetwork, relu_network
-from parc_jax.rollout.batch import RolloutBatch, rollout_batch
-from parc_jax.rollout.law import law_spec
-from parc_jax.sets.box import box
-from parc_jax.system import TimeGrid, Trajectory, time_grid
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.network.relu import ReLUNetwork, relu_network
+from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.system import TimeGrid, Trajectory, time_grid
 
 T, STRIDE = 4, 4
 HEIGHT = 10.0  # [m]

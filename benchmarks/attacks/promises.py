@@ -22,22 +22,22 @@ from benchmarks.attacks.jump_plant import (
     truth,
     truth_of_recordings,
 )
-from parc_jax.base.keys import Stage, generator
-from parc_jax.claim.by_bin import calibrate_bins
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.counts import required_runs
-from parc_jax.claim.fitting import fitted_profile
-from parc_jax.claim.monitor import monitor
-from parc_jax.claim.pipeline import bound_error, learn_profiles
-from parc_jax.claim.score import Scores, scores_of
-from parc_jax.claim.update import update
-from parc_jax.local.looks import Looks
-from parc_jax.local.tested import run_plan
-from parc_jax.model import trajectory_model
+from parc_jax.answer.looks import Looks
+from parc_jax.common.keys import Stage, generator
+from parc_jax.common.sets.box import box
+from parc_jax.drive.local.tested import run_plan
+from parc_jax.learning.bound.by_bin import calibrate_bins
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.counts import required_runs
+from parc_jax.learning.bound.fitting import fitted_profile
+from parc_jax.learning.bound.monitor import monitor
+from parc_jax.learning.bound.pipeline import bound_error, learn_profiles
+from parc_jax.learning.bound.score import Scores, scores_of
+from parc_jax.learning.bound.update import update
+from parc_jax.learning.model import trajectory_model
+from parc_jax.learning.runs.collect import collect, stream_rollouts
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.rollout.collect import collect, stream_rollouts
-from parc_jax.sets.box import box
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.scene import scene_of
 
 EPS, DELTA = 0.05, 0.05
 NET = network()

@@ -18,9 +18,9 @@ import numpy as np
 import tyro
 
 from benchmarks.environment import environment
-from parc_jax.model import TrajectoryModel, load
-from parc_jax.published.sets.clip import clip_to_box
-from parc_jax.pwa import enumerate_regions
+from parc_jax.learning.model import TrajectoryModel, load
+from parc_jax.neuralparc.sets.clip import clip_to_box
+from parc_jax.proof.regions import enumerate_regions
 
 PEERS = {
     "peer_immrax.py": ("immrax==0.3.8",),

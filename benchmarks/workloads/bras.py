@@ -26,16 +26,16 @@ from benchmarks.metrics import Metric, exact, metric, ratio, times
 from benchmarks.published import AllSets, Partition, all_sets, rows_of
 from benchmarks.result import Result, Table, milliseconds
 from benchmarks.timing import timed
-from parc_jax.lp.program import LinearProgram
-from parc_jax.lp.status import LPStatus
-from parc_jax.model import TrajectoryModel
+from parc_jax.common.lp.program import LinearProgram
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.neuralparc.answer import Tally
+from parc_jax.neuralparc.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
+from parc_jax.neuralparc.by_support import margins
+from parc_jax.neuralparc.scene import PaperScene, paper_scene
+from parc_jax.neuralparc.sets.hit_and_run import sample_polytopes
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.published.answer import Tally
-from parc_jax.published.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
-from parc_jax.published.by_support import margins
-from parc_jax.published.scene import PaperScene, paper_scene
-from parc_jax.published.sets.hit_and_run import sample_polytopes
-from parc_jax.pwa import enumerate_regions
+from parc_jax.proof.regions import enumerate_regions
 
 BAND = 1e-7  # [m] rounding of the LP solver: closer starts may be judged either way
 
@@ -199,8 +199,8 @@ def one_bin(model: TrajectoryModel) -> TrajectoryModel:
     """The model with a single bin that has the median errors of its bins: for timing only, its
     claim is void.
     """
-    from parc_jax.claim.claim import stand_in
-    from parc_jax.claim.tube import tube
+    from parc_jax.learning.bound.claim import stand_in
+    from parc_jax.learning.bound.tube import tube
 
     t = model.tube
     edges = [np.array([e[0], e[-1]]) for e in t.edges]

@@ -21,18 +21,18 @@ import numpy as np
 from benchmarks.bench import Bench
 from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result, Table
-from parc_jax.base.keys import Stage, stream
-from parc_jax.claim.declared import assumed_claim
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.train import train
+from parc_jax.common.keys import Stage, stream
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.train import train
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.system import TimeGrid
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.rollout.collect import collect
-from parc_jax.separation.moving import moving
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
-from parc_jax.system import TimeGrid
+from parc_jax.safe_set.separation.moving import moving
+from parc_jax.safe_set.settings import Settings
 
 COUNTS = (0, 1, 4, 8, 16, 32, 64, 128)
 PLANS = 16

@@ -19,19 +19,19 @@ from pathlib import Path
 from benchmarks.bench import ROOT, Bench
 from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result
-from parc_jax.base.status import Status
+from parc_jax.common.status import Status
 
 SYSTEM = "drift_parking"
 NAMES = {"names": "import parc_jax; parc_jax.Planner", "jax": "import jax"}
 _CHILD = """
 import sys
-from parc_jax.study.cache import keep_compiled
+from parc_jax.app.study.cache import keep_compiled
 keep_compiled()
 import jax
 from benchmarks.cases import case
-from parc_jax.model import load
+from parc_jax.learning.model import load
 from parc_jax.planner.planner import Planner
-from parc_jax.settings import Settings
+from parc_jax.safe_set.settings import Settings
 planner, problem = Planner(load(sys.argv[1])), case("drift").problem()
 key = jax.random.PRNGKey(int(sys.argv[2]))
 answer = planner.solve(problem, key, Settings(samples=1, samples_only=True))
@@ -87,7 +87,7 @@ def first_in_shell(bench: Bench, cache: str, seed: int) -> tuple[float, bool]:
     """The same of the command."""
     out = Path(cache) / "answer.json"
     asked = ["solve", SYSTEM, "--first", "--quiet", "--seed", str(seed), "--out", str(out)]
-    seconds = seconds_of([sys.executable, "-m", "parc_jax.cli", *asked], cache)
+    seconds = seconds_of([sys.executable, "-m", "parc_jax.app.cli", *asked], cache)
     return seconds, json.loads(out.read_text())["meta"]["status"] == Status.PROVED.label
 
 

@@ -17,18 +17,18 @@ from benchmarks.metrics import Metric, exact
 from benchmarks.result import Result, Table
 from benchmarks.workloads.lps import N, programs
 from parc_jax import checker
-from parc_jax.lp.clarabel_hint import Hint
-from parc_jax.lp.solve import solve
-from parc_jax.lp.status import LPResult, LPStatus
+from parc_jax.common.lp.clarabel_hint import Hint
+from parc_jax.common.lp.solve import solve
+from parc_jax.common.lp.status import LPResult, LPStatus
+from parc_jax.neuralparc.cells import cells_outward
+from parc_jax.neuralparc.lp_batch import solve_batch
+from parc_jax.neuralparc.scene import paper_scene
+from parc_jax.neuralparc.search import paper_search
 from parc_jax.planner.planner import Planner
-from parc_jax.published.cells import cells_outward
-from parc_jax.published.lp_batch import solve_batch
-from parc_jax.published.scene import paper_scene
-from parc_jax.published.search import paper_search
-from parc_jax.pwa import enumerate_regions
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.regions import enumerate_regions
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 KINDS = ("solved", "empty", "unbounded", "trouble")
 BAD = (np.nan, np.inf, -np.inf)
@@ -89,7 +89,7 @@ def _lying_solver(rng, n: int) -> tuple[int, int]:
         )
 
     c, A, b = programs(rng, n)
-    with mock.patch("parc_jax.lp.solve.clarabel_hint", liar), np.errstate(all="ignore"):
+    with mock.patch("parc_jax.common.lp.solve.clarabel_hint", liar), np.errstate(all="ignore"):
         verdicts = [int(solve(c[i], A[i], b[i]).status) for i in range(n)]
     return n, sum(_wrong(status, i % 2 == 0) for i, status in enumerate(verdicts))
 
@@ -103,7 +103,7 @@ def _lying_kernel(rng, n: int) -> tuple[int, int]:
         return x, y
 
     c, A, b = programs(rng, n)
-    with mock.patch("parc_jax.published.lp_batch.propose", liar), np.errstate(all="ignore"):
+    with mock.patch("parc_jax.neuralparc.lp_batch.propose", liar), np.errstate(all="ignore"):
         found = solve_batch(c, A, b, np.full(N, -10.0), np.full(N, 10.0))
     return n, sum(_wrong(int(status), i % 2 == 0) for i, status in enumerate(found.status))
 
@@ -123,7 +123,7 @@ def _solver_in_trouble(bench: Bench, model, problem) -> tuple[int, int]:
         cells_outward(table, model.tube, 0.5 * (model.domain.lo + model.domain.hi)),
         bench.size(20, 2),
     )
-    names = ("parc_jax.published.by_lp.membership", "parc_jax.published.by_lp.find_point")
+    names = ("parc_jax.neuralparc.by_lp.membership", "parc_jax.neuralparc.by_lp.find_point")
     with mock.patch(names[0], trouble), mock.patch(names[1], trouble):
         found = paper_search(
             bench.key(),

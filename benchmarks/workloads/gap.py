@@ -29,14 +29,14 @@ from benchmarks.models import PARC, CaseModels, name_of
 from benchmarks.published import Partition, kept
 from benchmarks.rectangle_gap import narrowest_for_rectangle
 from benchmarks.result import Result, Table, percent
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import sample_part
-from parc_jax.errors import InputError
-from parc_jax.model import TrajectoryModel
-from parc_jax.plot.gap import GapCurve, GapRoom
-from parc_jax.pwa import enumerate_regions
-from parc_jax.verdict.pointwise import anchor, verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.app.plot.gap import GapCurve, GapRoom
+from parc_jax.common.errors import InputError
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import sample_part
+from parc_jax.proof.regions import enumerate_regions
+from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 SHARES = (1.0, 0.85, 0.7, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1, 0.05)  # of the published slack
 STEP = 0.02  # [m] of the search for the narrowest gap
@@ -122,7 +122,7 @@ def run(bench: Bench) -> Result:
 
 def figure(data: dict, path) -> None:
     """Draw the curves and the narrowest gaps of `Result.data`."""
-    from parc_jax.plot.gap import gap
+    from parc_jax.app.plot.gap import gap
 
     curves = [
         GapCurve(c["name"], *(np.array(c[n]) for n in ("slack", "share", "low", "high")))

@@ -11,9 +11,9 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import exact, metric, rate, ratio
 from benchmarks.result import Result
 from benchmarks.timing import timed
-from parc_jax.lp.solve import solve
-from parc_jax.lp.status import LPStatus
-from parc_jax.published.lp_batch import solve_batch
+from parc_jax.common.lp.solve import solve
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.neuralparc.lp_batch import solve_batch
 
 BATCH, ROWS, N = 1024, 40, 3
 

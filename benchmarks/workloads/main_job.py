@@ -17,8 +17,8 @@ from benchmarks.bench import ROOT, Bench
 from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result, Table
 from benchmarks.workloads.cold_start import environment, seconds_of
-from parc_jax.base.status import Status
-from parc_jax.study.job import METRICS, UNFINISHED
+from parc_jax.app.study.job import METRICS, UNFINISHED
+from parc_jax.common.status import Status
 
 SYSTEM = "drift_parking"
 QUICK = (
@@ -61,7 +61,16 @@ def job(folder: Path, options: tuple[str, ...]) -> tuple[float, float]:
     Raises CalledProcessError, and RuntimeError where no first picture came.
     """
     picture = folder / UNFINISHED / "samples.png"
-    command = [sys.executable, "-m", "parc_jax.cli", "run", SYSTEM, "--quiet", "--out", str(folder)]
+    command = [
+        sys.executable,
+        "-m",
+        "parc_jax.app.cli",
+        "run",
+        SYSTEM,
+        "--quiet",
+        "--out",
+        str(folder),
+    ]
     seen = None
     begin = time.perf_counter()
     with subprocess.Popen(

@@ -12,8 +12,8 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import metric, rate
 from benchmarks.result import Result
 from benchmarks.timing import timed
-from parc_jax.verdict.pointwise import CHUNK, anchor, verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.pointwise import CHUNK, anchor, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 
 def run(bench: Bench) -> Result:

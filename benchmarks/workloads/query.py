@@ -22,8 +22,8 @@ from benchmarks.result import Result
 from benchmarks.timing import timed
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.settings import Settings
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.scene import scene_of
 
 SEEDS = {"cpu": 100, "gpu": 20}  # on a GPU in the time that `gpu.sh` has
 

@@ -13,15 +13,15 @@ import numpy as np
 from benchmarks.bench import Bench
 from benchmarks.metrics import exact, metric
 from benchmarks.result import Result, Table
-from parc_jax.claim.declared import declared_claim
-from parc_jax.claim.tube import zero_tube
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.relu import relu_network
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.declared import declared_claim
+from parc_jax.learning.bound.tube import zero_tube
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.system import time_grid
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
-from parc_jax.system import time_grid
+from parc_jax.safe_set.settings import Settings
 
 T = 8
 HALVES = (0.03, 3e-3, 3e-4, 3e-5, 3e-6, 3e-7)  # [m] of the slit

@@ -10,9 +10,9 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result, Skip, Table, milliseconds
 from benchmarks.timing import seconds_of
-from parc_jax.network.relu import relu_network
-from parc_jax.pwa import enumerate_regions
-from parc_jax.sets.box import box
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.proof.regions import enumerate_regions
 
 
 def run(bench: Bench) -> Result:

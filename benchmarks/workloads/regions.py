@@ -13,9 +13,9 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import exact, times
 from benchmarks.result import Result, Table, milliseconds
 from benchmarks.timing import seconds_of
-from parc_jax.network.relu import ReLUNetwork, relu_network
-from parc_jax.pwa import enumerate_regions
-from parc_jax.sets.box import box
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network.relu import ReLUNetwork, relu_network
+from parc_jax.proof.regions import enumerate_regions
 
 NETWORKS = (
     (2, (8,) * 4),

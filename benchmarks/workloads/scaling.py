@@ -18,11 +18,11 @@ from benchmarks.metrics import exact, metric
 from benchmarks.result import Result, Table
 from benchmarks.workloads.rare import lines, slit, whole
 from parc_jax import checker
-from parc_jax.certificate.prove import prove
-from parc_jax.model import TrajectoryModel
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.settings import Settings
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.safe_set.settings import Settings
 
 SEEDS = 3
 WIDE = (64, 64)  # neurons, where parameters are counted
@@ -128,7 +128,7 @@ def _power(points: list[Point]) -> float:
 
 def figure(data: dict, path) -> None:
     """One panel per curve."""
-    from parc_jax.plot import style
+    from parc_jax.app.plot import style
 
     kinds = (("corridors_s", "corridors"), ("proof_s", "proof"), ("check_s", "check of the file"))
     with style.sheet(path, (9.6, 2.6), 1, len(data), sharey=True) as sheet:

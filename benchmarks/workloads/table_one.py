@@ -26,17 +26,17 @@ from benchmarks.models import PARC, CaseModels, name_of
 from benchmarks.published import Partition, kept
 from benchmarks.result import Result, Skip, Table, milliseconds, percent
 from benchmarks.workloads.bras import Comparison, compare
-from parc_jax.cover.sampling import draw
-from parc_jax.errors import InputError
-from parc_jax.model import TrajectoryModel
+from parc_jax.common.errors import InputError
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.neuralparc.cells import Cell, cells_outward
+from parc_jax.neuralparc.scene import paper_scene
+from parc_jax.neuralparc.search import paper_search
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.published.cells import Cell, cells_outward
-from parc_jax.published.scene import paper_scene
-from parc_jax.published.search import paper_search
-from parc_jax.pwa import RegionTable, enumerate_regions
-from parc_jax.settings import Settings
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.regions import RegionTable, enumerate_regions
+from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.scene import scene_of
 
 HEADER = (
     "method",

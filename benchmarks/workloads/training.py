@@ -11,7 +11,7 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import metric, times
 from benchmarks.result import Result
 from benchmarks.timing import timed
-from parc_jax.network.train import train_report
+from parc_jax.learning.network.train import train_report
 
 
 def run(bench: Bench) -> Result:

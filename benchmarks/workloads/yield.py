@@ -21,26 +21,26 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import metric
 from benchmarks.result import Result, Skip, Table, percent
 from benchmarks.yields import Setting, Task, tasks
-from parc_jax.base.keys import Stage
-from parc_jax.claim.claim import ErrorClaim
-from parc_jax.claim.counts import clopper_pearson, least_probability
-from parc_jax.claim.declared import declared_claim
-from parc_jax.claim.pipeline import bound_errors
-from parc_jax.claim.runs import HeldRuns
-from parc_jax.claim.start_gap import try_starts
-from parc_jax.claim.tube import zero_tube
-from parc_jax.errors import InputError
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.predict import trajectories
-from parc_jax.network.relu import ReLUNetwork
-from parc_jax.plot.shares import Bar, shares
+from parc_jax.app.plot.shares import Bar, shares
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.claim import ErrorClaim
+from parc_jax.learning.bound.counts import clopper_pearson, least_probability
+from parc_jax.learning.bound.declared import declared_claim
+from parc_jax.learning.bound.pipeline import bound_errors
+from parc_jax.learning.bound.runs import HeldRuns
+from parc_jax.learning.bound.start_gap import try_starts
+from parc_jax.learning.bound.tube import zero_tube
+from parc_jax.learning.learn import networks
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.rollout.collect import collect
-from parc_jax.study.learn import networks
-from parc_jax.verdict.outcomes import outcomes
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import Scene, scene_of
+from parc_jax.safe_set.verdict.outcomes import outcomes
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import Scene, scene_of
 
 ENOUGH = 0.99  # of a plan's runs must succeed
 ENDS = 8  # places z of each k

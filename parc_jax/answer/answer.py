@@ -17,19 +17,19 @@ from parc_jax.answer.numbers import SafeShare, density_of_k, risk_of_draw, safe_
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.statement import as_html, one_line, statement
 from parc_jax.answer.written import written
-from parc_jax.base.keys import generator
-from parc_jax.claim.risk import NoStatement, Risk
-from parc_jax.cover.best import best_plan
-from parc_jax.cover.solid import Solid
-from parc_jax.cover.union import SafeUnion
-from parc_jax.errors import InputError
-from parc_jax.lp.status import LPStatus
-from parc_jax.rollout.files import write_atomic
-from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.vertices import chebyshev_center
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import generator
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.vertices import chebyshev_center
+from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.runs.files import write_atomic
+from parc_jax.safe_set.corridors.best import best_plan
+from parc_jax.safe_set.corridors.solid import Solid
+from parc_jax.safe_set.corridors.union import SafeUnion
 
 if TYPE_CHECKING:
-    from parc_jax.local.choice import Choice
+    from parc_jax.drive.local.choice import Choice
 
 CUT_AROUND = 20_000  # safe plans around which `with_polytopes` cuts
 SPREAD_OUT = 6  # dimensions of (p0, k) up to which polytopes that nobody asked for are cut
@@ -221,7 +221,9 @@ class Answer(Findings):
             )
         account = self.looks.declare(delta, looks)
         plan, value = self.best(objective, key)
-        from parc_jax.local.choice import Choice  # it trains: whoever only asks needs no trainer
+        from parc_jax.drive.local.choice import (
+            Choice,  # it trains: whoever only asks needs no trainer
+        )
 
         return Choice(plan, value, self.scene, account, self.solve)
 

@@ -3,9 +3,9 @@
 import jax
 
 from parc_jax.answer.findings import Findings
-from parc_jax.certificate.prove import prove
-from parc_jax.cover.found import Cover
-from parc_jax.cover.later import cut_later
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.safe_set.corridors.found import Cover
+from parc_jax.safe_set.corridors.later import cut_later
 
 
 def with_polytopes(found: Findings, key: jax.Array, n: int) -> tuple[Cover, int]:

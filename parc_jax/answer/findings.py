@@ -7,28 +7,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from parc_jax.base.status import Ended, Status
-from parc_jax.cover.corridor import Corridor
-from parc_jax.cover.corridors import Corridors
-from parc_jax.cover.found import Cover, Progress
-from parc_jax.cover.kept import KeptPlans
-from parc_jax.cover.place import Place
-from parc_jax.cover.plan_set import PlanSet
-from parc_jax.cover.polytope import SafePolytope
-from parc_jax.cover.stopping import Coverage
-from parc_jax.cover.union import SafeUnion
-from parc_jax.local.looks import Looks
-from parc_jax.model import TrajectoryModel
-from parc_jax.no_plan.prove_no_plan import PROVED, NoPlan
+from parc_jax.answer.looks import Looks
+from parc_jax.common.status import Ended, Status
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.robust.pose import Pose
-from parc_jax.robust.question import Plain, Question
-from parc_jax.robust.withstood import Withstood
-from parc_jax.verdict.fits import goal_box
-from parc_jax.verdict.scene import Scene, volume_of_all
+from parc_jax.problem.robust.pose import Pose
+from parc_jax.problem.robust.question import Plain, Question
+from parc_jax.problem.robust.withstood import Withstood
+from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
+from parc_jax.safe_set.corridors.corridor import Corridor
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.found import Cover, Progress
+from parc_jax.safe_set.corridors.kept import KeptPlans
+from parc_jax.safe_set.corridors.place import Place
+from parc_jax.safe_set.corridors.plan_set import PlanSet
+from parc_jax.safe_set.corridors.polytope import SafePolytope
+from parc_jax.safe_set.corridors.stopping import Coverage
+from parc_jax.safe_set.corridors.union import SafeUnion
+from parc_jax.safe_set.verdict.fits import goal_box
+from parc_jax.safe_set.verdict.scene import Scene, volume_of_all
 
 if TYPE_CHECKING:
-    from parc_jax.local.choice import Solve
+    from parc_jax.drive.local.choice import Solve
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.findings import Findings
-from parc_jax.claim.counts import clopper_pearson, least_probability
-from parc_jax.claim.risk import NoStatement, Risk
-from parc_jax.cover.found import Cover
+from parc_jax.learning.bound.counts import clopper_pearson, least_probability
+from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.safe_set.corridors.found import Cover
 
 SHARE_CONFIDENCE = 0.99  # of the interval of the safe share
 CONFIDENCE = 0.999  # of the safe set's volume, where a density rests on it

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.errors import InputError
-from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import by_point, moved_to, trajectories
-from parc_jax.problem.labels import Labels, name_of, unit_of
-from parc_jax.rollout.files import write_atomic
+from parc_jax.common.errors import InputError
+from parc_jax.learning.labels import Labels, name_of, unit_of
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import by_point, moved_to, trajectories
+from parc_jax.learning.runs.files import write_atomic
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.numbers import density_of_k, risk_of_draw
-from parc_jax.base.spelling import counted, rounded_down
-from parc_jax.claim.risk import NoStatement
-from parc_jax.sentences import (
+from parc_jax.common.spelling import counted, rounded_down
+from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.statement import (
     about_doubt,
     about_place,
     about_plans,
@@ -16,7 +17,6 @@ from parc_jax.sentences import (
     about_sensing,
     nothing_found,
 )
-from parc_jax.verdict.hopeless import why_none
 
 
 def one_line(found: Findings) -> str:

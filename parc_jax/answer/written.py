@@ -2,8 +2,8 @@
 
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.statement import statement
-from parc_jax.base.spelling import hex_text
-from parc_jax.certificate.write import answer_part
+from parc_jax.common.spelling import hex_text
+from parc_jax.proof.certificate.write import answer_part
 
 
 def written(found: Findings) -> dict:

@@ -7,27 +7,27 @@ from typing import TYPE_CHECKING
 import jax
 
 from parc_jax.answer.answer import Answer
-from parc_jax.base.keys import Stage, as_key
-from parc_jax.base.probes import require_sound_arithmetic
-from parc_jax.batch.box_scenes import BoxScenes
-from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
-from parc_jax.cover.limit import Limit
-from parc_jax.errors import InputError, expected
-from parc_jax.local.looks import Looks
-from parc_jax.model import TrajectoryModel, check_model
-from parc_jax.no_plan.prove_no_plan import MAX_LEAVES, NoPlan, prove_no_plan
+from parc_jax.answer.looks import Looks
+from parc_jax.common.errors import InputError, expected
+from parc_jax.common.keys import Stage, as_key
+from parc_jax.common.probes import require_sound_arithmetic
+from parc_jax.learning.model import TrajectoryModel, check_model
+from parc_jax.learning.system import check_system
+from parc_jax.planner.batch import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.planner.prepared import Prepared
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.pwa import RegionTable
-from parc_jax.robust.question import Question, plain_problems, question
-from parc_jax.settings import Settings
-from parc_jax.system import check_system
-from parc_jax.verdict.near import near_scene
-from parc_jax.verdict.outline import require_same
-from parc_jax.verdict.scene import SceneArrays, laid_out
+from parc_jax.problem.robust.question import Question, plain_problems, question
+from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, NoPlan, prove_no_plan
+from parc_jax.proof.regions import RegionTable
+from parc_jax.safe_set.batch.box_scenes import BoxScenes
+from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.near import near_scene
+from parc_jax.safe_set.verdict.outline import require_same
+from parc_jax.safe_set.verdict.scene import SceneArrays, laid_out
 
 if TYPE_CHECKING:
-    from parc_jax.local.refine import Refine, Refined
+    from parc_jax.drive.local.refine import Refine, Refined
 
 COLD_WORK = 0.03  # two looks, with corridors between: `warm_up` wants the compiled programs alone
 
@@ -124,7 +124,7 @@ class Planner:
         claim. say: called with a line of progress. Raises InputError.
         """
         # who only asks needs no trainer
-        from parc_jax.local.refine import Refine, refine
+        from parc_jax.drive.local.refine import Refine, refine
 
         settings = _checked("refine", problem, settings, Settings.whole())
         if problem.doubt is not None:

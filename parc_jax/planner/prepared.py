@@ -8,21 +8,21 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.base.keys import Stage, generator, stream
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import sample_part
-from parc_jax.cover.first import MOST, in_one_array
-from parc_jax.cover.found import Cover
-from parc_jax.cover.placed import placed
-from parc_jax.cover.sampling import Points
-from parc_jax.errors import InputError, expected
-from parc_jax.local.looks import Looks
-from parc_jax.methods import Exact
-from parc_jax.settings import Settings
-from parc_jax.verdict.scene import Scene
+from parc_jax.answer.looks import Looks
+from parc_jax.common.errors import InputError, expected
+from parc_jax.common.keys import Stage, generator, stream
+from parc_jax.method import Exact
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import sample_part
+from parc_jax.safe_set.corridors.first import MOST, in_one_array
+from parc_jax.safe_set.corridors.found import Cover
+from parc_jax.safe_set.corridors.placed import placed
+from parc_jax.safe_set.corridors.sampling import Points
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.scene import Scene
 
 if TYPE_CHECKING:
-    from parc_jax.local.choice import Solve
+    from parc_jax.drive.local.choice import Solve
 
 _log = logging.getLogger(__name__)
 

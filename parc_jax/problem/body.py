@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from parc_jax.base import struct
-from parc_jax.base.arrays import as_float64
-from parc_jax.base.spelling import counted
-from parc_jax.errors import InputError
+from parc_jax.common import struct
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import counted
 
 
 @struct.dataclass

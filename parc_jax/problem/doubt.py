@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from parc_jax.errors import InputError
-from parc_jax.sets.box import Box
-from parc_jax.sets.hpolytope import HPolytope, from_box
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
 
 Parameter = str | int  # a name of a parameter, or its number from 0
 Interval = tuple[float, float]

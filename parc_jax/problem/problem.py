@@ -5,13 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from parc_jax.base import struct
-from parc_jax.base.spelling import counted
-from parc_jax.errors import InputError
+from parc_jax.common import struct
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.spelling import counted
 from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
 from parc_jax.problem.doubt import Doubt
-from parc_jax.sets.box import Box
-from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
 
 
 @struct.dataclass

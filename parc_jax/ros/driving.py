@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from parc_jax.base.options import Options
-from parc_jax.errors import InputError
-from parc_jax.loop.loop import Effort
+from parc_jax.common.errors import InputError
+from parc_jax.common.options import Options
+from parc_jax.drive.loop.loop import Effort
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from parc_jax.world.grid_map import GridMap
+from parc_jax.problem.world.grid_map import GridMap
 
 MOST = 300  # cells along a side of the grid that ways are looked for on
 ASTRAY = 1e6  # [m] beyond all ways: what has none is liked least, nearer to the goal before others

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parc_jax.bags.fields import frames_of, yaw_of
-from parc_jax.errors import InputError
-from parc_jax.world.free_space import FreeSpace
-from parc_jax.world.grid_map import GridMap, occupancy_grid
-from parc_jax.world.seen import seen_from
+from parc_jax.common.errors import InputError
+from parc_jax.problem.world.free_space import FreeSpace
+from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
+from parc_jax.problem.world.seen import seen_from
+from parc_jax.ros.bags.fields import frames_of, yaw_of
 
 
 def map_in(message: Any) -> GridMap:

@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from parc_jax.bags.fields import stamp_of
-from parc_jax.base.tolerances import TOLERANCES
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.common.tolerances import TOLERANCES
+from parc_jax.learning.system import TimeGrid
+from parc_jax.ros.bags.fields import stamp_of
 from parc_jax.ros.driving import Driving
-from parc_jax.separation.moving import moving
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.system import TimeGrid
+from parc_jax.safe_set.separation.moving import moving
 
 EVERY = 3  # intervals of a manoeuvre for which a disc has one outline
 SIDES = np.pi / 4 * np.arange(8)  # of an outline: a loop has room for as many corners

@@ -9,17 +9,17 @@ import sys
 import numpy as np
 
 from parc_jax.answer.path import nominal_path
-from parc_jax.bags.fields import stamp_of
-from parc_jax.errors import InputError, ParcError
-from parc_jax.loop.commitment import Commitment, Step
-from parc_jax.loop.log import save_episode
-from parc_jax.loop.rest import moved_last
-from parc_jax.model import TrajectoryModel, load
-from parc_jax.plot.triangles import headings, in_world
-from parc_jax.robust.pose import Pose
+from parc_jax.app.plot.triangles import headings, in_world
+from parc_jax.common.errors import InputError, ParcError
+from parc_jax.drive.loop.commitment import Commitment, Step
+from parc_jax.drive.loop.log import save_episode
+from parc_jax.drive.loop.rest import moved_last
+from parc_jax.learning.model import TrajectoryModel, load
+from parc_jax.problem.robust.pose import Pose
+from parc_jax.problem.world.footprint import read_footprint
+from parc_jax.ros.bags.fields import stamp_of
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot
-from parc_jax.world.footprint import read_footprint
 
 try:
     from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped

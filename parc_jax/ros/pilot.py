@@ -10,26 +10,26 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.bags.fields import frames_of, pose_in, stamp_of, value_at
-from parc_jax.base.premises import MEASURED, Premises, agree, premises
-from parc_jax.errors import InputError
-from parc_jax.loop.commitment import Commitment, Step
-from parc_jax.loop.loop import Effort, Loop
-from parc_jax.loop.outlook import Outlook
-from parc_jax.model import TrajectoryModel
+from parc_jax.common.errors import InputError
+from parc_jax.common.premises import MEASURED, Premises, agree, premises
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.drive.loop.commitment import Commitment, Step
+from parc_jax.drive.loop.loop import Effort, Loop
+from parc_jax.drive.loop.outlook import Outlook
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
+from parc_jax.problem.world.footprint import Footprint
+from parc_jax.problem.world.free_space import FreeSpace, free_place
+from parc_jax.problem.world.grid_map import GridMap
+from parc_jax.ros.bags.fields import frames_of, pose_in, stamp_of, value_at
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide
 from parc_jax.ros.measured import map_in, require_frame, seen_in, swept_in
 from parc_jax.ros.movers import Movers, among, movers_in
-from parc_jax.sets.box import Box, box
-from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.settings import Settings
-from parc_jax.world.footprint import Footprint
-from parc_jax.world.free_space import FreeSpace, free_place
-from parc_jax.world.grid_map import GridMap
+from parc_jax.safe_set.settings import Settings
 
 ANYTHING = 1e3  # [units of q] bound of goal states that nobody asks about
 SIDES = 16  # of the polygon around a disc that stands for it where the robot begins

@@ -24,8 +24,8 @@ from dataclasses import dataclass, field
 import jax
 import jax.numpy as jnp
 
-from parc_jax.base import struct
-from parc_jax.errors import InputError
+from parc_jax.common import struct
+from parc_jax.common.errors import InputError
 
 
 @dataclass(frozen=True)

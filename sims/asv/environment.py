@@ -13,7 +13,7 @@ import math
 import jax
 import jax.numpy as jnp
 
-from parc_jax.base import struct
+from parc_jax.common import struct
 from sims.asv.control import draw_noise, measure
 from sims.asv.disturbance import Disturbance, draw_disturbance, named_law
 from sims.asv.dynamics import apply_command

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from sims.asv.vessel import PHYSICS_DT, Vessel
 from sims.entrywise import entrywise
 from sims.quiet import lenient, quiet_import

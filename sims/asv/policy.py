@@ -16,8 +16,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base import struct
-from parc_jax.errors import InputError
+from parc_jax.common import struct
+from parc_jax.common.errors import InputError
 from sims.asv.vessel import PHYSICS_DT
 
 HOVER = Path(__file__).parent / "hover.npz"

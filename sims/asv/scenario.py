@@ -13,11 +13,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.system import ONE_POINT, TimeGrid, Trajectory, time_grid
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.sets.box import Box, box
-from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, time_grid
 from sims import rectangle
 from sims.asv.control import run
 from sims.asv.disturbance import Law, named_law

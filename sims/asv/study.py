@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from parc_jax.study.settings import Study
+from parc_jax.app.study.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8, 8),

@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from sims.asv.environment import OBS_CLIP, HoverEnv
 from sims.asv.evaluate import evaluate
 from sims.asv.policy import Policy, act, policy_from_file_arrays, save_arrays

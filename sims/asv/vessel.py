@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base import struct
+from parc_jax.common import struct
 
 PHYSICS_DT = (
     0.02  # [s] one semi-implicit Euler step; drag, disturbance and lagged thrust are held over it

@@ -12,18 +12,18 @@ from dataclasses import replace
 import jax
 import numpy as np
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.asked import CLAIMS
-from parc_jax.claim.pipeline import bound_errors
-from parc_jax.claim.runs import HeldRuns
-from parc_jax.claim.start_gap import try_starts
-from parc_jax.model import trajectory_model
-from parc_jax.network.relu import ReLUNetwork
-from parc_jax.pwa import enumerate_regions
-from parc_jax.rollout.collect import collect
-from parc_jax.study.compare import safe_volume
-from parc_jax.study.learn import networks
-from parc_jax.study.settings import Study
+from parc_jax.app.study.compare import safe_volume
+from parc_jax.app.study.settings import Study
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.asked import CLAIMS
+from parc_jax.learning.bound.pipeline import bound_errors
+from parc_jax.learning.bound.runs import HeldRuns
+from parc_jax.learning.bound.start_gap import try_starts
+from parc_jax.learning.learn import networks
+from parc_jax.learning.model import trajectory_model
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.runs.collect import collect
+from parc_jax.proof.regions import enumerate_regions
 from sims.asv.scenario import problem, system
 from sims.asv.study import BOXES, STUDY
 

@@ -13,8 +13,8 @@ import numpy as np
 import tyro
 
 import parc_jax as pj
-from parc_jax.claim.pipeline import learn_profiles
-from parc_jax.claim.tube import Tube
+from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.bound.tube import Tube
 from sims.barn import series
 from sims.barn.job import WORLDS
 

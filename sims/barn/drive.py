@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.base.keys import as_key
+from parc_jax.common.keys import as_key
 from sims.barn.contact import distance_to_cylinders
 from sims.barn.guidance import Guidance
 from sims.barn.sight import Mapped, Seen

@@ -11,7 +11,7 @@ from scipy.stats import qmc
 
 import parc_jax as pj
 import sims
-from parc_jax.network.predict import trajectories
+from parc_jax.learning.network.predict import trajectories
 from sims.barn.drive import Drive, drive
 from sims.barn.film import film
 from sims.barn.worlds import World, numbers, world
@@ -38,7 +38,7 @@ def any_world(seed) -> World:
 
 @dataclass(frozen=True)
 class Driver:
-    """Drives a world with the randomness of a seed, (2,) words; returns a `parc_jax.loop.Outcome`.
+    """Drives a world with the randomness of a seed, (2,) words; returns a `parc_jax.drive.loop.Outcome`.
 
     model: file of the Jackal's model. content: `content_of` it, so that episodes of two models are
     never taken for those of one. odometry, known: as of `drive`. deadline: [s] of the clock for a

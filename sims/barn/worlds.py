@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 FILE = Path(__file__).with_name("worlds.npz")
 CELL = 0.15  # [m] of the grid

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from parc_jax.cover.found import Cover
-from parc_jax.cover.sampling import Points, draw, joined, near
-from parc_jax.cover.search import cover_around
-from parc_jax.cover.stopping import nothing_covered
-from parc_jax.model import TrajectoryModel
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.settings import Settings
-from parc_jax.verdict.scene import Scene, scene_of
+from parc_jax.safe_set.corridors.found import Cover
+from parc_jax.safe_set.corridors.sampling import Points, draw, joined, near
+from parc_jax.safe_set.corridors.search import cover_around
+from parc_jax.safe_set.corridors.stopping import nothing_covered
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.scene import Scene, scene_of
 
 FIRST = 20_000  # plans drawn in the widest scene
 AROUND = 2_000  # plans tried around the last ones, at each step

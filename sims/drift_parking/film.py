@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.base.arrays import x64
-from parc_jax.plot.film_file import require_kind, require_sample, write_film
-from parc_jax.plot.film_text import explained
-from parc_jax.plot.shapes import shadow
+from parc_jax.app.plot.film_file import require_kind, require_sample, write_film
+from parc_jax.app.plot.film_text import explained
+from parc_jax.app.plot.shapes import shadow
+from parc_jax.common.arrays import x64
+from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.sets.bounding_box import bounding_box
 from sims import film
 from sims.drift_parking import params as c
 from sims.drift_parking.system import system
@@ -41,7 +41,7 @@ def film_of(
     positions that hold its whole run (blue). Raises InputError when there is no such sample or
     nothing can be rendered here.
     """
-    from parc_jax.plot.predict import predicted
+    from parc_jax.app.plot.predict import predicted
 
     require_kind(Path(out))
     require_sample(answer, sample)

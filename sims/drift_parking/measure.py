@@ -10,9 +10,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base.arrays import x64
-from parc_jax.rollout.collect import collect
-from parc_jax.rollout.simulate import jitted_rollouts
+from parc_jax.common.arrays import x64
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.simulate import jitted_rollouts
 from sims.drift_parking.system import system
 
 SURE = 481  # samples up to 4.8 s; later the car creeps, chaotically in the rounding

@@ -19,15 +19,15 @@ import jax
 import numpy as np
 import tyro
 
-from parc_jax.io.problem_file import save_problem
-from parc_jax.local.refine import Refine
-from parc_jax.model import TrajectoryModel, load
+from parc_jax.app.study.cache import keep_compiled
+from parc_jax.app.study.settings import Study
+from parc_jax.common.stopwatch import Stopwatch
+from parc_jax.drive.local.refine import Refine
+from parc_jax.learning.learn import learn
+from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.planner.planner import Planner
-from parc_jax.settings import Settings
-from parc_jax.study.cache import keep_compiled
-from parc_jax.study.learn import learn
-from parc_jax.study.settings import Study
-from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.problem.problem_file import save_problem
+from parc_jax.safe_set.settings import Settings
 from sims import rectangle
 from sims.drift_parking.closing_in import ClosingIn, narrowest
 from sims.drift_parking.scenario import problem

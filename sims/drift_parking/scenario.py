@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.sets.box import box
 from sims import rectangle
 from sims.drift_parking import params as c
 

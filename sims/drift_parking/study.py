@@ -1,6 +1,6 @@
 """The main job's settings for drift parking; docs/main_job.md says how they were chosen."""
 
-from parc_jax.study.settings import Study
+from parc_jax.app.study.settings import Study
 from sims import rectangle
 
 STUDY = Study(

@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from parc_jax.errors import InputError
-from parc_jax.sets.box import Box, box
-from parc_jax.system import ONE_POINT, TURNS, TimeGrid, Trajectory, time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.system import ONE_POINT, TURNS, TimeGrid, Trajectory, time_grid
 from sims import rectangle
 from sims.drift_parking import params as c
 from sims.drift_parking.plant_ode import newton_euler
@@ -53,7 +53,7 @@ class DriftParking:
         if k.dtype != jnp.float64:
             raise InputError(
                 f"drift_parking: expected float64 k; got {k.dtype}. Call inside "
-                "parc_jax.base.arrays.x64()."
+                "parc_jax.common.arrays.x64()."
             )
         return simulate(self.plant, k)
 

@@ -1,8 +1,8 @@
 """The task: through a window in a wall, and hover behind it."""
 
+from parc_jax.common.sets.box import box
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import box
 from sims.drone.system import CORNERS, POINTS
 
 WALL = (-1.6, -1.4)  # [m] along x

@@ -1,5 +1,5 @@
 """The main job's settings for the drone."""
 
-from parc_jax.study.settings import Study
+from parc_jax.app.study.settings import Study
 
 STUDY = Study(hidden=(8, 8), others=("PARC",), bins=(1, 1, 1), rollouts=1000, eps=0.05, delta=0.05)

@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.sets.box import Box, box
-from parc_jax.system import TimeGrid, Trajectory, time_grid
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.system import TimeGrid, Trajectory, time_grid
 
 SIZE = (0.5, 0.5, 0.2)  # [m] of the box, along, across and up
 GRAVITY = 9.81  # [m/s^2]

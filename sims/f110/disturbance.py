@@ -7,8 +7,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base.arrays import x64
-from parc_jax.errors import InputError
+from parc_jax.common.arrays import x64
+from parc_jax.common.errors import InputError
 
 BLOCK = 32  # runs drawn at a time: one compiled program for batches of any size
 FLOOR = ((-1.0, 10.0), (-4.0, 2.0))  # [m] where patches lie, seen from the start

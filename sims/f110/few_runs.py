@@ -11,10 +11,10 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.app.study.replay import Replay, replay
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.settings import Settings
-from parc_jax.study.replay import Replay, replay
+from parc_jax.safe_set.settings import Settings
 from sims.f110.lesson import Model
 from sims.f110.rows import MANY, REPEATS, Row
 from sims.f110.system import F110, body_of

@@ -7,14 +7,14 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.measure import measure
-from parc_jax.network.predict import by_point
-from parc_jax.plot import shapes, style
-from parc_jax.plot.predict import predicted
-from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.rollout.collect import collect
-from parc_jax.rollout.simulate import simulator
+from parc_jax.app.plot import shapes, style
+from parc_jax.app.plot.predict import predicted
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.network.predict import by_point
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.simulate import simulator
 from sims.f110 import params as c
 from sims.f110.rows import MANY, REPEATS, Row, interval
 from sims.f110.system import F110

@@ -8,12 +8,12 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.io.answer_file import load_answer
-from parc_jax.plot.film_file import require_kind, require_sample, write_film
-from parc_jax.plot.film_text import explained
-from parc_jax.plot.shapes import shadow
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.plot.film_file import require_kind, require_sample, write_film
+from parc_jax.app.plot.film_text import explained
+from parc_jax.app.plot.shapes import shadow
+from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.sets.bounding_box import bounding_box
 from sims import film as films
 from sims.f110 import params as c
 from sims.f110.car import XML
@@ -69,7 +69,7 @@ def film_of(
     """Drive one safe sample of an answer once, in its scene, and write the film. Blue on the floor:
     the tube of every reference point. Raises InputError.
     """
-    from parc_jax.plot.predict import predicted
+    from parc_jax.app.plot.predict import predicted
 
     require_kind(Path(out))
     require_sample(answer, sample)

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import jax
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.start_gap import try_starts
-from parc_jax.errors import InputError
-from parc_jax.rollout.collect import collect
-from parc_jax.rollout.files import write_atomic
-from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.common.stopwatch import Stopwatch
+from parc_jax.learning.bound.start_gap import try_starts
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.files import write_atomic
 from sims.f110.few_runs import Tried, attempt
 from sims.f110.lesson import PUBLISHED, models
 from sims.f110.rows import sentence, table

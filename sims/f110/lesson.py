@@ -7,17 +7,17 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.counts import supported_eps
-from parc_jax.claim.declared import assumed_claim
-from parc_jax.claim.fitting import fitted_profile
-from parc_jax.claim.measure import measure
-from parc_jax.claim.start_gap import StartTrial, allow_for_start
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.fit import fit
-from parc_jax.network.predict import layout_of, trajectories
-from parc_jax.network.relu import ReLUNetwork
-from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.counts import supported_eps
+from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.fitting import fitted_profile
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.fit import fit
+from parc_jax.learning.network.predict import layout_of, trajectories
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.runs.batch import RolloutBatch
 from sims.f110.scenario import GOAL_SIZE
 from sims.f110.study import STUDY
 from sims.f110.system import F110

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from parc_jax.base.spelling import rounded_down, rounded_up
-from parc_jax.claim.counts import clopper_pearson
+from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.learning.bound.counts import clopper_pearson
 
 REPEATS, MANY = 10, 1000
 

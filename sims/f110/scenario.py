@@ -2,8 +2,8 @@
 
 import math
 
+from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.sets.box import box
 from sims import rectangle
 from sims.f110 import params as c
 

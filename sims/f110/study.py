@@ -2,7 +2,7 @@
 study is `job`.
 """
 
-from parc_jax.study.settings import Study
+from parc_jax.app.study.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8),

@@ -5,10 +5,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from parc_jax.errors import InputError
-from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.sets.box import Box, box
-from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.system import ONE_POINT, TimeGrid, Trajectory, time_grid
 from sims import rectangle
 from sims.f110 import params as c
 from sims.f110.disturbance import Law, draw, named_law

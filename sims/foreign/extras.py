@@ -2,7 +2,7 @@
 
 import importlib.util
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 
 def require(system: str, package: str, extra: str) -> None:

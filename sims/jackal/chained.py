@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.base.keys import generator
+from parc_jax.common.keys import generator
 from sims.jackal import params as c
 from sims.jackal.driven import Driven
 from sims.jackal.system import Jackal, framed, system
@@ -68,10 +68,10 @@ def chained(robot: Jackal, keys, chain: Chain, threads: int) -> list[Last]:
 
 def left(model, lasts: list[Last], robot: Jackal) -> np.ndarray:
     """(n,) did the run leave the tube at any time?"""
-    from parc_jax.claim.score import score_batch
-    from parc_jax.problem.labels import labels_of
-    from parc_jax.rollout.batch import rollout_batch
-    from parc_jax.rollout.law import law_of
+    from parc_jax.learning.bound.score import score_batch
+    from parc_jax.learning.labels import labels_of
+    from parc_jax.learning.runs.batch import rollout_batch
+    from parc_jax.learning.runs.law import law_of
 
     poses = np.stack([last.poses for last in lasts])
     p = centre_and_corners(poses[..., :2], poses[..., 2], *robot.size)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.base.keys import generator
+from parc_jax.common.keys import generator
 from sims.jackal import params as c
 from sims.jackal.driven import Driven
 from sims.jackal.system import Jackal, framed, system

@@ -4,8 +4,8 @@ robot.
 
 import numpy as np
 
-from parc_jax.base.keys import as_key
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import as_key
 from sims.jackal import params as c
 from sims.jackal.floor import draw
 from sims.jackal.robots import Robots

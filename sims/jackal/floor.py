@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.base.keys import generator
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import generator
 from sims.jackal import params as c
 
 BLOCK = 64  # ticks of slip drawn at a time; no number depends on it

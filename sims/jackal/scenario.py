@@ -1,8 +1,8 @@
 """One manoeuvre's task: come to rest behind a gap, from whatever speeds are measured."""
 
+from parc_jax.common.sets.box import box
 from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.sets.box import box
 from sims.jackal import params as c
 from sims.rectangle import goal_of_centre, rectangle, require_body
 

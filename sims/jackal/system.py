@@ -5,9 +5,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from parc_jax.errors import InputError
-from parc_jax.sets.box import Box, box
-from parc_jax.system import TURNS, TimeGrid, Trajectory, time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.system import TURNS, TimeGrid, Trajectory, time_grid
 from sims.jackal import params as c
 from sims.jackal.before import running
 from sims.jackal.floor import Law, draw, named_law

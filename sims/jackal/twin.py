@@ -8,7 +8,7 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
-from parc_jax.system import Trajectory
+from parc_jax.learning.system import Trajectory
 from sims.jackal import params as c
 from sims.jackal.system import Manoeuvre
 from sims.rectangle import centre_and_corners

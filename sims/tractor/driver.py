@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.base.keys import as_key
+from parc_jax.common.keys import as_key
 from parc_jax.problem.body import body_of, hull
 from sims.barn.driver import content_of
 from sims.tractor import params as c
@@ -71,7 +71,7 @@ class Driven:
 
 @dataclass(frozen=True)
 class Driver:
-    """Drives a yard with the randomness of a seed, (2,) words; returns a `parc_jax.loop.Outcome`.
+    """Drives a yard with the randomness of a seed, (2,) words; returns a `parc_jax.drive.loop.Outcome`.
 
     model: file of the tractor's model. content: `content_of` it. save: folder for a file of every
     episode.

@@ -2,9 +2,9 @@
 on its shorter way round the corner.
 """
 
+from parc_jax.common.sets.box import box
 from parc_jax.problem.body import body_of, hull
 from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import box
 from sims.tractor.system import POINTS, TRACTOR, TRAILER
 
 BAY = ((-2.1, -1.5), (2.1, 3.9))  # [m] where the tractor must stand, all of it

@@ -5,8 +5,8 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 
-from parc_jax.sets.box import box
-from parc_jax.system import time_grid
+from parc_jax.common.sets.box import box
+from parc_jax.learning.system import time_grid
 from sims.mjx_system import MJXSystem, mjx_system
 from sims.tractor import params as c
 

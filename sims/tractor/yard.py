@@ -11,9 +11,9 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from parc_jax.base.keys import generator
-from parc_jax.sets.box import Box, box
-from parc_jax.system import TURNS, TimeGrid, Trajectory, time_grid
+from parc_jax.common.keys import generator
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.system import TURNS, TimeGrid, Trajectory, time_grid
 from sims.tractor import params as c
 from sims.tractor.system import POINTS, XML
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from toy_whole import answer
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 
 def test_membership_asks_for_goal_and_start_too():

@@ -10,9 +10,9 @@ from toy_models import line_model, toy_case
 from toy_whole import answer
 
 import parc_jax as pj
-from parc_jax.cover.sampling import ends_from
-from parc_jax.study.numbers import IN_THE_BOX, how_much_is_safe
-from parc_jax.verdict.pointwise import verdicts
+from parc_jax.app.study.numbers import IN_THE_BOX, how_much_is_safe
+from parc_jax.safe_set.corridors.sampling import ends_from
+from parc_jax.safe_set.verdict.pointwise import verdicts
 
 KEY = jax.random.PRNGKey(0)
 SAMPLES = pj.Settings(samples=600, work=1e-3, samples_only=True, proof=False)

@@ -9,8 +9,8 @@ from toy_models import fold_model, toy_case
 from toy_query import answer
 
 from parc_jax.answer.path import nominal_path
-from parc_jax.errors import InputError
-from parc_jax.problem.labels import labels
+from parc_jax.common.errors import InputError
+from parc_jax.learning.labels import labels
 
 pytestmark = pytest.mark.slow  # kernels of its own: of the gate
 

@@ -8,13 +8,13 @@ from toy_query import answer
 
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.statement import as_html, one_line, statement
-from parc_jax.base.status import Ended
-from parc_jax.claim.claim import weaker
-from parc_jax.claim.tube import tube
+from parc_jax.common.status import Ended
+from parc_jax.learning.bound.claim import weaker
+from parc_jax.learning.bound.tube import tube
 from parc_jax.problem.doubt import Doubt
-from parc_jax.robust.question import plain
-from parc_jax.sentences import nothing_found
-from parc_jax.verdict.scene import laid_out
+from parc_jax.problem.robust.question import plain
+from parc_jax.safe_set.verdict.scene import laid_out
+from parc_jax.statement import nothing_found
 
 
 def found(**changes):

@@ -9,7 +9,7 @@ import pytest
 from needs import need
 
 import parc_jax as pj
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 need("rosbags")
 from bag_files import KINDS, drive, write  # noqa: E402

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
 
-from parc_jax.base.arrays import x64
-from parc_jax.batch.estimate import along_fan, estimate_clearance, estimate_roughly
-from parc_jax.network.predict import moved_to, trajectories
-from parc_jax.verdict.pointwise import clearance
-from parc_jax.verdict.scene import scene_of
+from parc_jax.common.arrays import x64
+from parc_jax.learning.network.predict import moved_to, trajectories
+from parc_jax.safe_set.batch.estimate import along_fan, estimate_clearance, estimate_roughly
+from parc_jax.safe_set.verdict.pointwise import clearance
+from parc_jax.safe_set.verdict.scene import scene_of
 
 ROUNDING = 1e-5  # [m] of float32
 

@@ -11,28 +11,28 @@ import numpy as np
 import pytest
 from toy_models import line_model, random_model, random_problem, rectangle_problem
 
-from parc_jax.base.backend import ACCELERATOR, CPU
-from parc_jax.batch import proposals
-from parc_jax.batch import run as batch_run
-from parc_jax.batch.box_scenes import box_scenes, lay_out_boxes
-from parc_jax.batch.estimate import along_fan
-from parc_jax.batch.proposals import Best
-from parc_jax.batch.run import Calls, run, search_many
-from parc_jax.batch.solve import passes
-from parc_jax.batch.stack import stack_problems
-from parc_jax.cover.sampling import draw
-from parc_jax.errors import InputError
+from parc_jax.common.backend import ACCELERATOR, CPU
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.planner.batch import passes
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.robust.question import plain_problems
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
-from parc_jax.verdict.sized import sized
+from parc_jax.problem.robust.question import plain_problems
+from parc_jax.safe_set.batch import proposals
+from parc_jax.safe_set.batch import run as batch_run
+from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
+from parc_jax.safe_set.batch.estimate import along_fan
+from parc_jax.safe_set.batch.proposals import Best
+from parc_jax.safe_set.batch.run import Calls, run, search_many
+from parc_jax.safe_set.batch.stack import stack_problems
+from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.sized import sized
 
 KEY = jax.random.PRNGKey(5)
 S = 20

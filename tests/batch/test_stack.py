@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from toy_models import random_model, random_polygon, random_problem
 
-from parc_jax.batch.stack import FEW, stack_problems
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.batch.stack import FEW, stack_problems
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(3)
 

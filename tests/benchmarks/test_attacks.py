@@ -24,12 +24,12 @@ from benchmarks.attacks.jump_plant import (
     truth_of_recordings,
 )
 from benchmarks.attacks.promises import PROMISES, Promise
-from parc_jax.base.keys import Stage
-from parc_jax.claim.faces import faces
-from parc_jax.claim.monitor import inside_tube
-from parc_jax.claim.pipeline import learn_profiles
-from parc_jax.claim.tube import fitted_tube
-from parc_jax.rollout.collect import collect
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.bound.tube import fitted_tube
+from parc_jax.learning.runs.collect import collect
 
 KEY = jax.random.PRNGKey(3)
 

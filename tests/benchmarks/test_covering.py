@@ -4,8 +4,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from benchmarks.covering import Options, _facts, _spread
-from parc_jax.cover.found import Progress
-from parc_jax.cover.stopping import Coverage
+from parc_jax.safe_set.corridors.found import Progress
+from parc_jax.safe_set.corridors.stopping import Coverage
 
 LOOKS = [
     Progress(0.1, 3, 0.9, 10, 0.5),

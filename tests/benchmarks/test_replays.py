@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks import replays
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 
 class Told:

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.arcs import bending_arcs, between_blocks
 from benchmarks.workloads.scaling import Point, _power, figure
-from parc_jax.network.predict import trajectories
+from parc_jax.learning.network.predict import trajectories
 
 
 @pytest.mark.parametrize(("n_k", "bins"), [(2, ()), (8, (4, 4))])

@@ -20,15 +20,15 @@ from benchmarks.published import Partition, kept
 from benchmarks.rectangle_gap import Narrowest
 from benchmarks.result import Skip
 from benchmarks.workloads import bras, fails_safely, gap, points
-from parc_jax.lp.status import LPStatus
-from parc_jax.network.fit import fit_affine
-from parc_jax.published.bas import avoid_set
-from parc_jax.published.scene import paper_scene
-from parc_jax.published.sets.membership import membership
-from parc_jax.pwa import enumerate_regions
-from parc_jax.sets.box import box
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network.fit import fit_affine
+from parc_jax.neuralparc.bas import avoid_set
+from parc_jax.neuralparc.scene import paper_scene
+from parc_jax.neuralparc.sets.membership import membership
+from parc_jax.proof.regions import enumerate_regions
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 T, DOMAIN = 4, box([4.0, -0.4], [6.0, 0.4])
 QUICK = Bench(quick=True)
@@ -137,7 +137,7 @@ def test_injected_solver_failures_are_counted_when_a_check_is_missing():
     """The workload reports none; with the re-check of dual proofs removed it reports some."""
     rng = np.random.default_rng(0)
     assert fails_safely._lying_solver(rng, 12) == (12, 0)
-    with mock.patch("parc_jax.lp.solve._lower_bound", lambda *_: 1.0):
+    with mock.patch("parc_jax.common.lp.solve._lower_bound", lambda *_: 1.0):
         assert fails_safely._lying_solver(rng, 40)[1] > 0
 
 

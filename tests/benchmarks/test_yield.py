@@ -11,11 +11,11 @@ from toy_system import STUDY
 from benchmarks.bench import Bench
 from benchmarks.workloads import workload
 from benchmarks.yields import Setting, Task, tasks
-from parc_jax.claim.declared import declared_claim
-from parc_jax.claim.tube import zero_tube
-from parc_jax.model import trajectory_model
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.declared import declared_claim
+from parc_jax.learning.bound.tube import zero_tube
+from parc_jax.learning.model import trajectory_model
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
 
 pytestmark = pytest.mark.slow
 

@@ -10,17 +10,17 @@ import pytest
 from toy_models import toy_case
 
 from parc_jax import checker
-from parc_jax.certificate import prove as module
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import network_part, problem_part, sample_part, tube_part
-from parc_jax.network.relu import relu_network
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network.relu import relu_network
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.separation import directions
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import paths_of, verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.certificate import prove as module
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import network_part, problem_part, sample_part, tube_part
+from parc_jax.safe_set.separation import directions
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import paths_of, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 MODEL, PROBLEM = toy_case(4)
 NEARER = PROBLEM.replace(body=PROBLEM.body.replace(radius=10.0))

@@ -21,15 +21,21 @@ from toy_models import (
 )
 
 from parc_jax import checker
-from parc_jax.base.spelling import fraction_text
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import network_part, part_hash, problem_part, sample_part, tube_part
+from parc_jax.common.sets.box import box
+from parc_jax.common.spelling import fraction_text
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import (
+    network_part,
+    part_hash,
+    problem_part,
+    sample_part,
+    tube_part,
+)
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 GOAL = box([-0.5, -0.5, -3], [0.5, 0.5, 3])
 

@@ -12,17 +12,17 @@ from toy_bodies import points_model, points_problem
 from toy_models import line_model, told
 
 from parc_jax import checker
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import answer_part, problem_part, question_parts, sample_part
-from parc_jax.claim.error_set import at
-from parc_jax.claim.faces import faces, short
-from parc_jax.claim.tube import fitted_tube
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.bound.error_set import at
+from parc_jax.learning.bound.faces import faces, short
+from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.problem.body import Disc, Part, Polygon, body_of
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.verdict.pointwise import anchor, verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import answer_part, problem_part, question_parts, sample_part
+from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 PLANS = 300
 SIZE = 0.02  # [m] of the errors

@@ -14,8 +14,8 @@ from effort import calls_of
 
 from parc_jax import checker
 from parc_jax.checker.claim import ONE, checked_claim, share, told
-from parc_jax.claim.calibrate import pac_label
-from parc_jax.claim.counts import MOST, required_runs, wrong_claim_probability
+from parc_jax.learning.bound.calibrate import pac_label
+from parc_jax.learning.bound.counts import MOST, required_runs, wrong_claim_probability
 
 pytestmark = pytest.mark.soundness
 

@@ -11,8 +11,8 @@ import known
 import pytest
 
 from parc_jax import checker
+from parc_jax.app.cli import second
 from parc_jax.checker.claim import LONGEST, MAX_PREMISES
-from parc_jax.cli import second
 
 sys.path.insert(0, str(Path(__file__).parent / "compare"))
 

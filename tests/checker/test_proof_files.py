@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PROVED = ("parc_jax/checker/proved", "parc_jax/onboard/proved")
+PROVED = ("parc_jax/checker/proved", "parc_jax/drive/onboard/proved")
 KINDS = ("Makefile", "_CoqProject", "theories/*.v", "program/*.ml", "js/*.ml", "js/*.js")
 BY_DAY = ("ClaimSpec", "ListFacts", "Draws")  # of these claims are told: a second or two
 THEORIES = ROOT / PROVED[0] / "theories"

@@ -15,8 +15,8 @@ import known_points
 import pytest
 
 from parc_jax import checker
+from parc_jax.app.cli import second
 from parc_jax.checker.question import about_the_model
-from parc_jax.cli import second
 
 SOURCE = second.PROVED_JS.parent
 PAGE = Path(__file__).parents[2] / "docs" / "proved_checker.md"

@@ -27,10 +27,10 @@ from toy_bodies import points_model, points_problem
 
 from parc_jax import checker
 from parc_jax.checker.proved import PROVED_JS
+from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.settings import Settings
+from parc_jax.safe_set.settings import Settings
 
 sys.path.insert(0, str(Path(__file__).parent / "compare"))
 

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from parc_jax.claim.counts import MOST_SHARE, SURE, advised_discards, supported_eps, width_needed
+from parc_jax.learning.bound.counts import (
+    MOST_SHARE,
+    SURE,
+    advised_discards,
+    supported_eps,
+    width_needed,
+)
 
 DELTA = 0.01
 RNG = np.random.default_rng(0)

@@ -10,16 +10,16 @@ from profiles import training_profile
 from scored import score_system
 from synthetic_plants import failing, noisy, plant, spike, straight, straight_network
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim import bad_runs
-from parc_jax.claim.asked import BoundSettings
-from parc_jax.claim.bad_runs import enlarge, search_size, search_worst
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.measure import measure
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.errors import InputError
-from parc_jax.rollout.collect import collect
-from parc_jax.rollout.simulate import simulator
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound import bad_runs
+from parc_jax.learning.bound.asked import BoundSettings
+from parc_jax.learning.bound.bad_runs import enlarge, search_size, search_worst
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.simulate import simulator
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 # kernels of its own: of the gate
@@ -99,7 +99,7 @@ def test_the_search_is_never_larger_than_what_was_asked(monkeypatch):
         BoundSettings(search=-1)
     sizes, real = [], bad_runs.search_worst
     monkeypatch.setattr(
-        "parc_jax.claim.runs.search_worst",
+        "parc_jax.learning.bound.runs.search_worst",
         lambda *a, **b: (sizes.append(a[4]), real(*a, **b))[1],
     )
     claim = bound_error(NET, plant(noisy), KEY, eps=0.1, delta=0.05, bins=(1, 1), quiet=True)

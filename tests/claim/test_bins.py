@@ -4,9 +4,9 @@ import jax
 import numpy as np
 import pytest
 
-from parc_jax.claim.bins import Binned, open_bin_of
-from parc_jax.claim.profile import runs_per_bin
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.bins import Binned, open_bin_of
+from parc_jax.learning.bound.profile import runs_per_bin
 
 EDGES = (np.array([0.0, 1.0, 3.0]), np.array([0.0, 0.5, 1.0, 2.0]))
 BINNED = Binned(EDGES)

@@ -10,25 +10,25 @@ from profiles import training_profile
 from scored import score_system
 from synthetic_plants import failing, noisy, plant, straight_network
 
-from parc_jax.base.keys import Stage
+from parc_jax.app.study.settings import Study
 from parc_jax.checker import Rejected
 from parc_jax.checker.claim import checked_claim
-from parc_jax.claim.by_bin import bin_shares, block_of_bins, calibrate_bins
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.counts import most_discards, supported_eps
-from parc_jax.claim.declared import assumed_claim
-from parc_jax.claim.intersample import AccelerationBound, SpeedBound
-from parc_jax.claim.measure import measure
-from parc_jax.claim.monitor import inside_tube
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.risk import NoStatement
-from parc_jax.claim.score import score_batch
-from parc_jax.errors import InputError
-from parc_jax.local.local_model import Local
-from parc_jax.rollout import collect as rolling
-from parc_jax.rollout.batch import concatenate
-from parc_jax.rollout.collect import collect
-from parc_jax.study.settings import Study
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.drive.local.local_model import Local
+from parc_jax.learning.bound.by_bin import bin_shares, block_of_bins, calibrate_bins
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.counts import most_discards, supported_eps
+from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.intersample import AccelerationBound, SpeedBound
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.bound.score import score_batch
+from parc_jax.learning.runs import collect as rolling
+from parc_jax.learning.runs.batch import concatenate
+from parc_jax.learning.runs.collect import collect
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness
@@ -311,7 +311,7 @@ def test_a_killed_one_call_continues_with_the_same_claim(system, train, tmp_path
     }
     whole = bound_error(NET, system, KEY, **arguments)
     monkeypatch.setattr(
-        "parc_jax.claim.pipeline.calibrate",
+        "parc_jax.learning.bound.pipeline.calibrate",
         lambda *a, **b: (_ for _ in ()).throw(KeyboardInterrupt),
     )
     with pytest.raises(KeyboardInterrupt):

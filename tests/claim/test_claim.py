@@ -7,16 +7,16 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.claim.claim import check_claim, derived, error_claim, on_bins, weaker
-from parc_jax.claim.claim_file import claim_from_json, load_claim
-from parc_jax.claim.risk import NoStatement
-from parc_jax.claim.tube import tube
-from parc_jax.claim.tube_file import tube_from_json, tube_to_json
-from parc_jax.errors import InputError
-from parc_jax.rollout.law import law_spec
-from parc_jax.rollout.subject import subject
-from parc_jax.sets.box import box
-from parc_jax.system import STAYS, TURNS, time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.claim import check_claim, derived, error_claim, on_bins, weaker
+from parc_jax.learning.bound.claim_file import claim_from_json, load_claim
+from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.bound.tube import tube
+from parc_jax.learning.bound.tube_file import tube_from_json, tube_to_json
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.runs.subject import subject
+from parc_jax.learning.system import STAYS, TURNS, time_grid
 
 pytestmark = pytest.mark.soundness
 K = box([0, 0], [1, 1])

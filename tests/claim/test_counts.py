@@ -9,7 +9,8 @@ import pytest
 from scipy.special import bdtr
 
 import parc_jax
-from parc_jax.claim.counts import (
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.counts import (
     as_probability,
     clopper_pearson,
     least_probability,
@@ -18,7 +19,6 @@ from parc_jax.claim.counts import (
     supported_eps,
     wrong_claim_probability,
 )
-from parc_jax.errors import InputError
 
 pytestmark = pytest.mark.soundness
 

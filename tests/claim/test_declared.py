@@ -6,8 +6,8 @@ import pytest
 from synthetic_plants import noisy, plant, straight_network
 
 import parc_jax as pj
-from parc_jax.claim.risk import NoStatement
-from parc_jax.rollout.collect import collect
+from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.runs.collect import collect
 
 WHY = "the data sheet gives 2 cm over the whole workspace"
 NET, TIME = straight_network(4), pj.time_grid(0.25, 1.0)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from parc_jax.claim import edges
-from parc_jax.claim.edges import choose_edges, smoothed
-from parc_jax.claim.measure import Errors
-from parc_jax.claim.profile import bin_maxima
-from parc_jax.sets.box import box
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound import edges
+from parc_jax.learning.bound.edges import choose_edges, smoothed
+from parc_jax.learning.bound.measure import Errors
+from parc_jax.learning.bound.profile import bin_maxima
 
 FLOOR = 1e-3
 SIDES = np.array([1.0, 2.0, 3.0])

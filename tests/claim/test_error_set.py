@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from parc_jax.base.arrays import x64
-from parc_jax.claim.error_set import ErrorBox, template
-from parc_jax.errors import InputError
+from parc_jax.common.arrays import x64
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.error_set import ErrorBox, template
 
 
 def rows_of(directions, centre, half):

@@ -8,13 +8,13 @@ import pytest
 from profiles import training_profile
 from synthetic_plants import noisy, plant, straight_network
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.asked import BoundSettings
-from parc_jax.claim.pipeline import bound_error, bound_errors
-from parc_jax.claim.profile import SHARE, evened, learnt_from
-from parc_jax.claim.score import score_batch
-from parc_jax.claim.start_gap import StartTrial
-from parc_jax.rollout.collect import collect
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.asked import BoundSettings
+from parc_jax.learning.bound.pipeline import bound_error, bound_errors
+from parc_jax.learning.bound.profile import SHARE, evened, learnt_from
+from parc_jax.learning.bound.score import score_batch
+from parc_jax.learning.bound.start_gap import StartTrial
+from parc_jax.learning.runs.collect import collect
 
 KEY, NET, BINS = jax.random.PRNGKey(0), straight_network(4), (3, 1)
 

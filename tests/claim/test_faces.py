@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from parc_jax.claim.faces import DIRECTION_BITS, faces, short
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.faces import DIRECTION_BITS, faces, short
 
 pytestmark = pytest.mark.soundness
 

@@ -11,27 +11,27 @@ from scored import score_system
 from synthetic_plants import failing, noisy, plant, straight, straight_network
 from turning_bar import Bar
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.bad_runs import enlarge, search_worst
-from parc_jax.claim.by_bin import calibrate_bins
-from parc_jax.claim.calibrate import calibrate, scaled
-from parc_jax.claim.claim import derived, on_bins, weaker
-from parc_jax.claim.claim_file import load_claim
-from parc_jax.claim.faces import faces
-from parc_jax.claim.fitting import fitted_profile, with_principal_axes
-from parc_jax.claim.intersample import SpeedBound
-from parc_jax.claim.monitor import inside_tube, monitor
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.score import score_batch
-from parc_jax.claim.start_gap import StartTrial, allow_for_start
-from parc_jax.claim.tube import fitted_tube, refined
-from parc_jax.claim.tube_file import tube_from_json, tube_to_json
-from parc_jax.claim.update import update
-from parc_jax.errors import InputError
-from parc_jax.model import load, trajectory_model
-from parc_jax.network.predict import layout_of
-from parc_jax.network.relu import relu_network
-from parc_jax.rollout.collect import collect
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.bad_runs import enlarge, search_worst
+from parc_jax.learning.bound.by_bin import calibrate_bins
+from parc_jax.learning.bound.calibrate import calibrate, scaled
+from parc_jax.learning.bound.claim import derived, on_bins, weaker
+from parc_jax.learning.bound.claim_file import load_claim
+from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.fitting import fitted_profile, with_principal_axes
+from parc_jax.learning.bound.intersample import SpeedBound
+from parc_jax.learning.bound.monitor import inside_tube, monitor
+from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.score import score_batch
+from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
+from parc_jax.learning.bound.tube import fitted_tube, refined
+from parc_jax.learning.bound.tube_file import tube_from_json, tube_to_json
+from parc_jax.learning.bound.update import update
+from parc_jax.learning.model import load, trajectory_model
+from parc_jax.learning.network.predict import layout_of
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.runs.collect import collect
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness

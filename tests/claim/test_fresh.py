@@ -6,16 +6,16 @@ import pytest
 from profiles import training_profile
 from synthetic_plants import disturbed, exact, noisy, plant, straight_network
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.by_bin import calibrate_bins
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.monitor import monitor
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.score import score_batch
-from parc_jax.errors import InputError
-from parc_jax.rollout.batch import rollout_batch
-from parc_jax.rollout.collect import collect
-from parc_jax.rollout.law import FITTED, TO_ALL, law_spec
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.by_bin import calibrate_bins
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.monitor import monitor
+from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.score import score_batch
+from parc_jax.learning.runs.batch import rollout_batch
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.law import FITTED, TO_ALL, law_spec
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness
@@ -151,9 +151,9 @@ def test_copies_of_training_runs_are_found_beyond_float32(train, held, profile):
 @pytest.mark.parametrize("n_k", [1, 2])
 def test_independent_runs_are_no_copies(n_k):
     """Even where nothing but k tells them apart, and thousands of k lie close together."""
-    from parc_jax.rollout.copies import marks_of, near_copies
-    from parc_jax.sets.box import box
-    from parc_jax.system import time_grid
+    from parc_jax.common.sets.box import box
+    from parc_jax.learning.runs.copies import marks_of, near_copies
+    from parc_jax.learning.system import time_grid
 
     rng, domain, time = np.random.default_rng(0), box([0.0] * n_k, [1.0] * n_k), time_grid(0.5, 1.0)
     law = law_spec("file:x", domain)

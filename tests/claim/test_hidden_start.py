@@ -11,23 +11,23 @@ from toy_models import assumed, told
 from toy_running import Cart, H, cart_model, settled_network
 
 import parc_jax as pj
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.claim_file import load_claim
-from parc_jax.claim.tube import zero_tube
-from parc_jax.errors import InputError
-from parc_jax.io.answer_file import load_answer
-from parc_jax.robust.question import plain
-from parc_jax.rollout.collect import collect
-from parc_jax.rollout.files import save_rollouts
-from parc_jax.rollout.loaders import load_rollouts
-from parc_jax.rollout.subject import given_of
-from parc_jax.study.compare import safe_volume
-from parc_jax.study.job import run_study
-from parc_jax.study.report import figures
-from parc_jax.study.settings import Study
-from parc_jax.system import time_grid
-from parc_jax.verdict.outline import outline_of, require_fit, require_same
-from parc_jax.verdict.scene import laid_out
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.study.compare import safe_volume
+from parc_jax.app.study.job import run_study
+from parc_jax.app.study.report import figures
+from parc_jax.app.study.settings import Study
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.claim_file import load_claim
+from parc_jax.learning.bound.tube import zero_tube
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.files import save_rollouts
+from parc_jax.learning.runs.loaders import load_rollouts
+from parc_jax.learning.runs.subject import given_of
+from parc_jax.learning.system import time_grid
+from parc_jax.problem.robust.question import plain
+from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
+from parc_jax.safe_set.verdict.scene import laid_out
 
 ENTRY = "HIDDEN_START(given v0)"
 KEY = jax.random.key(0)

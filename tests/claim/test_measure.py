@@ -17,12 +17,12 @@ from synthetic_plants import (
 )
 from turning_bar import Bar
 
-from parc_jax.claim import measure as measuring
-from parc_jax.claim.measure import allowance, measure, rollout_errors
-from parc_jax.errors import InputError
-from parc_jax.network.predict import Layout, layout_of, trajectories
-from parc_jax.network.relu import relu_network
-from parc_jax.rollout.collect import collect
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound import measure as measuring
+from parc_jax.learning.bound.measure import allowance, measure, rollout_errors
+from parc_jax.learning.network.predict import Layout, layout_of, trajectories
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.runs.collect import collect
 
 KEY = jax.random.PRNGKey(0)
 pytestmark = pytest.mark.soundness

@@ -17,14 +17,14 @@ from synthetic_plants import (
     straight_network,
 )
 
-from parc_jax.claim.counts import most_discards
-from parc_jax.claim.declared import assumed_claim
-from parc_jax.claim.monitor import inside_tube, monitor
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.update import refit, update
-from parc_jax.errors import InputError
-from parc_jax.rollout.collect import collect
-from parc_jax.system import time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.counts import most_discards
+from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.monitor import inside_tube, monitor
+from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.update import refit, update
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.system import time_grid
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness
@@ -132,7 +132,7 @@ def test_new_data_gives_a_new_claim(claim):
 def test_refitting_the_last_layer_keeps_the_regions_and_lowers_the_error():
     train = collect(plant(noisy), KEY, 500, quiet=True)
     features = np.random.default_rng(0).normal(size=(12, 2))
-    from parc_jax.network.relu import relu_network
+    from parc_jax.learning.network.relu import relu_network
 
     deep = relu_network([features, np.zeros((9, 12))], [np.linspace(-1, 1, 12), np.zeros(9)])
     better = refit(deep, train)

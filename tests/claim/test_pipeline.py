@@ -9,16 +9,16 @@ import pytest
 from synthetic_plants import Plant, noisy, plant, straight, straight_network
 
 import parc_jax as pj
-from parc_jax.base.keys import Stage
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.claim import check_claim
-from parc_jax.claim.counts import most_discards
-from parc_jax.claim.update import update
-from parc_jax.errors import InputError
-from parc_jax.rollout.collect import collect
-from parc_jax.study.learn import learn, learn_recorded
-from parc_jax.study.settings import Study
-from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.app.study.settings import Study
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.common.stopwatch import Stopwatch
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.claim import check_claim
+from parc_jax.learning.bound.counts import most_discards
+from parc_jax.learning.bound.update import update
+from parc_jax.learning.learn import learn, learn_recorded
+from parc_jax.learning.runs.collect import collect
 
 KEY = jax.random.PRNGKey(5)
 NET = straight_network(4)
@@ -137,9 +137,9 @@ def test_the_eps_asked_for_is_that_of_runs_that_are_given():
 
 def test_networks_and_claims_about_the_same_runs_split_delta():
     """Two networks and two claims each: four looks at one holdout, at a quarter of delta each."""
-    from parc_jax.claim.asked import BoundSettings
-    from parc_jax.claim.pipeline import SystemRuns, bound_errors
-    from parc_jax.claim.start_gap import StartTrial
+    from parc_jax.learning.bound.asked import BoundSettings
+    from parc_jax.learning.bound.pipeline import SystemRuns, bound_errors
+    from parc_jax.learning.bound.start_gap import StartTrial
 
     system = plant(noisy)
     asked = BoundSettings(

@@ -7,18 +7,18 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.base.premises import ASSUMED, CHECKED, MEASURED, agree, premises
-from parc_jax.base.spelling import hex_text
 from parc_jax.checker.claim import NUMBERS
-from parc_jax.claim.claim import check_claim, derived, error_claim
-from parc_jax.claim.claim_file import load_claim
-from parc_jax.claim.statement import statement
-from parc_jax.claim.tube import tube
-from parc_jax.errors import InputError
-from parc_jax.rollout.law import law_spec
-from parc_jax.rollout.subject import subject
-from parc_jax.sets.box import box
-from parc_jax.system import time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, agree, premises
+from parc_jax.common.sets.box import box
+from parc_jax.common.spelling import hex_text
+from parc_jax.learning.bound.claim import check_claim, derived, error_claim
+from parc_jax.learning.bound.claim_file import load_claim
+from parc_jax.learning.bound.statement import statement
+from parc_jax.learning.bound.tube import tube
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.runs.subject import subject
+from parc_jax.learning.system import time_grid
 
 pytestmark = pytest.mark.soundness
 K = box([0, 0], [1, 1])

@@ -7,12 +7,12 @@ import pytest
 from profiles import training_profile
 from synthetic_plants import disturbed, failing, noisy, plant, straight, straight_network
 
-from parc_jax.claim.edges import choose_edges, edges_of
-from parc_jax.claim.measure import measure
-from parc_jax.claim.profile import training_errors
-from parc_jax.errors import InputError
-from parc_jax.rollout.collect import collect
-from parc_jax.sets.box import box
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.edges import choose_edges, edges_of
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.profile import training_errors
+from parc_jax.learning.runs.collect import collect
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 

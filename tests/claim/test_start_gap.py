@@ -13,19 +13,19 @@ from synthetic_plants import noisy, plant, straight_network
 from toy_models import line_model
 from turning_arc import Arc
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.claim_file import claim_from_json
-from parc_jax.claim.measure import measure
-from parc_jax.claim.monitor import inside_tube
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.start_gap import StartTrial, allow_for_start, try_starts
-from parc_jax.errors import InputError
-from parc_jax.rollout.collect import collect
-from parc_jax.study.learn import learn
-from parc_jax.study.settings import Study
-from parc_jax.study.stopwatch import Stopwatch
-from parc_jax.system import TURNS, Trajectory
+from parc_jax.app.study.settings import Study
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.common.stopwatch import Stopwatch
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.claim_file import claim_from_json
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
+from parc_jax.learning.learn import learn
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.system import TURNS, Trajectory
 
 KEY = jax.random.PRNGKey(3)
 STUDY = Study(

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.base.arrays import x64
-from parc_jax.claim.tube import tube
-from parc_jax.errors import InputError
+from parc_jax.common.arrays import x64
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.tube import tube
 
 EDGES = [[0.0, 1.0, 3.0], [0.0, 0.5, 1.0, 2.0]]
 

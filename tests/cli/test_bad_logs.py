@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import parc_jax as pj
-from parc_jax import cli
-from parc_jax.base.arrays import as_float64
-from parc_jax.errors import InputError
-from parc_jax.rollout.batch import rollout_batch
-from parc_jax.rollout.law import law_spec
-from parc_jax.system import check_system
+from parc_jax.app import cli
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.batch import rollout_batch
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.system import check_system
 
 RNG = np.random.default_rng(0)
 K = RNG.uniform(0.5, 1, (60, 2))
@@ -51,7 +51,7 @@ def learn(capsys, monkeypatch, tmp_path):
     def trained(*_, **__):
         raise AssertionError("a network was trained")
 
-    monkeypatch.setattr("parc_jax.study.learn.fit", trained)
+    monkeypatch.setattr("parc_jax.learning.learn.fit", trained)
 
     def run(name, *options):
         k, p = LOGS[name]

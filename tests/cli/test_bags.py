@@ -5,7 +5,7 @@ import pytest
 from needs import need
 
 import parc_jax as pj
-from parc_jax import cli
+from parc_jax.app import cli
 
 need("rosbags")
 from bag_files import drive, write  # noqa: E402

@@ -6,7 +6,7 @@ import pytest
 import toy_cart
 
 import parc_jax as pj
-from parc_jax import cli
+from parc_jax.app import cli
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def test_jobs_fill_a_folder_and_learn_takes_it_whole(shell, tmp_path, monkeypatc
         seen.append(sorted([*train.rows, *held.rows]))
         raise pj.InputError("enough seen.")
 
-    monkeypatch.setattr("parc_jax.cli.learning.learn_recorded", learned)
+    monkeypatch.setattr("parc_jax.app.cli.learning.learn_recorded", learned)
     code, said, _ = collect(shell, "2/2")
     assert code == 0 and "Rows 30 to 59 are in runs/rows_000000030_000000059.npz: 30 runs" in said
     code, _, why = learn(shell)

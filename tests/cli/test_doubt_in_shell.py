@@ -5,10 +5,10 @@ and exit code 2.
 import pytest
 import toy_query
 
-from parc_jax import cli
-from parc_jax.cli.doubt import under_doubt
-from parc_jax.io.problem_file import save_problem
+from parc_jax.app import cli
+from parc_jax.app.cli.doubt import under_doubt
 from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem_file import save_problem
 
 
 @pytest.fixture

@@ -7,12 +7,13 @@ from typing import Literal, get_args
 
 import pytest
 
-from parc_jax import __version__, cli
-from parc_jax.cli.help import fitted, metavar_of
-from parc_jax.cli.learn import learn
-from parc_jax.cli.offer import Offer
-from parc_jax.cli.run import run
-from parc_jax.study.settings import Study
+from parc_jax import __version__
+from parc_jax.app import cli
+from parc_jax.app.cli.help import fitted, metavar_of
+from parc_jax.app.cli.learn import learn
+from parc_jax.app.cli.offer import Offer
+from parc_jax.app.cli.run import run
+from parc_jax.app.study.settings import Study
 
 
 def offers(command) -> dict[str, Offer]:

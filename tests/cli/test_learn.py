@@ -11,8 +11,8 @@ import pytest
 import toy_cart
 
 import parc_jax as pj
-from parc_jax import cli
-from parc_jax.rollout import collect as collecting
+from parc_jax.app import cli
+from parc_jax.learning.runs import collect as collecting
 
 SMALL = (
     "--hidden",

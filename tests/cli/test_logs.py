@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import toy_query
 
-from parc_jax import cli
-from parc_jax.io.problem_file import save_problem
+from parc_jax.app import cli
+from parc_jax.problem.problem_file import save_problem
 
 
 @pytest.fixture
@@ -65,7 +65,7 @@ def test_in_python_it_is_the_standard_library_s(caplog):
 def test_two_words_say_more_than_one(caplog, monkeypatch):
     seen = []
     logger = logging.getLogger("parc_jax")
-    monkeypatch.setattr("parc_jax.cli.systems.known", lambda: seen.append(logger.level) or ())
+    monkeypatch.setattr("parc_jax.app.cli.systems.known", lambda: seen.append(logger.level) or ())
     for words in ((), ("--verbose",), ("--verbose", "--verbose")):
         with pytest.raises(SystemExit):
             cli.main(["systems", *words])

@@ -17,13 +17,13 @@ import toy_driven
 from synthetic_plants import plant
 
 import parc_jax as pj
-from parc_jax import cli
-from parc_jax.cli.lock import held
-from parc_jax.cli.systems import find
-from parc_jax.cli.unfinished import only_of
-from parc_jax.rollout.files import write_atomic
-from parc_jax.study import job
-from parc_jax.study.settings import Study
+from parc_jax.app import cli
+from parc_jax.app.cli.lock import held
+from parc_jax.app.cli.systems import find
+from parc_jax.app.cli.unfinished import only_of
+from parc_jax.app.study import job
+from parc_jax.app.study.settings import Study
+from parc_jax.learning.runs.files import write_atomic
 
 STUDY = Study(samples=5, repeats=1, budget_s=300, target=0.3)
 
@@ -37,8 +37,8 @@ def shell(capsys, monkeypatch, tmp_path):
     def no_runs(*_, **__):
         raise AssertionError("a run was made")
 
-    monkeypatch.setattr("parc_jax.claim.start_gap.collect", no_runs)
-    monkeypatch.setattr("parc_jax.study.learn.stream_rollouts", no_runs)
+    monkeypatch.setattr("parc_jax.learning.bound.start_gap.collect", no_runs)
+    monkeypatch.setattr("parc_jax.learning.learn.stream_rollouts", no_runs)
 
     def run(*arguments):
         capsys.readouterr()
@@ -200,7 +200,7 @@ def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
 
 
 def test_a_module_and_the_name_of_its_system_tell_folders_apart():
-    from parc_jax.cli.run import _own_name
+    from parc_jax.app.cli.run import _own_name
 
     assert _own_name("toy_cart", "cart") != _own_name("other_cart", "cart")
     assert _own_name("toy_cart", "cart") != _own_name("toy_cart", "hill")
@@ -210,7 +210,7 @@ def test_a_module_and_the_name_of_its_system_tell_folders_apart():
 HOLDS = """
 import sys, time
 from pathlib import Path
-from parc_jax.cli.lock import held
+from parc_jax.app.cli.lock import held
 with held(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(3600)
@@ -312,7 +312,7 @@ def test_polytopes_are_cut_where_the_study_wants_them(wanted, monkeypatch, tmp_p
 
 
 def test_the_report_tells_the_eps_of_the_claim_in_hand(monkeypatch, tmp_path):
-    from parc_jax.study.report import report
+    from parc_jax.app.study.report import report
 
     model, answer = toy_driven.model(), toy_driven.answer()
     monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: answer)

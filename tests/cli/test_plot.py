@@ -9,9 +9,9 @@ from matplotlib.image import imread
 
 import parc_jax as pj
 import sims
-from parc_jax import cli
-from parc_jax.cli.systems import black_box_with
-from parc_jax.system import ONE_POINT, points_of
+from parc_jax.app import cli
+from parc_jax.app.cli.systems import black_box_with
+from parc_jax.learning.system import ONE_POINT, points_of
 
 ROBOT = """
 import jax.numpy as jnp

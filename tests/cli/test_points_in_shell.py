@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from turning_bar import straight_bar
 
-from parc_jax import cli
+from parc_jax.app import cli
 
 SCENE = """
 [goal]

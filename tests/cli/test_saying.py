@@ -7,11 +7,11 @@ import pytest
 import toy_query
 from toy_bodies import points_model
 
-from parc_jax.cli import saying
-from parc_jax.cli.goal_in_reach import odd_size
+from parc_jax.app.cli import saying
+from parc_jax.app.cli.goal_in_reach import odd_size
+from parc_jax.common.sets.box import box
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
 
 
 class Stream(io.StringIO):

@@ -9,8 +9,8 @@ import pytest
 from episode_files import Robot, sealed
 from toy_file import save, toy_file
 
-from parc_jax import cli
-from parc_jax.cli import second
+from parc_jax.app import cli
+from parc_jax.app.cli import second
 
 SAYS = {  # stands for the built program: what it prints, and the code that it ends with
     "accepts": ('{"code": 0, "lines": ["ACCEPTED. So it is."], "entries": {}}', 0),

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 import toy_query
 
-from parc_jax import cli
-from parc_jax.io.problem_file import load_problem, save_problem
+from parc_jax.app import cli
+from parc_jax.problem.problem_file import load_problem, save_problem
 from sims.rectangle import POINTS
 
 
@@ -256,7 +256,7 @@ def test_modules_of_your_own_that_are_none(shell, tmp_path, name):
 
 
 def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
-    monkeypatch.setattr("parc_jax.cli.systems.known", lambda: 1 / 0)
+    monkeypatch.setattr("parc_jax.app.cli.systems.known", lambda: 1 / 0)
     code, said, complained = shell("systems")
     assert (
         code == 3
@@ -268,7 +268,7 @@ def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
 
 @pytest.mark.slow
 def test_a_reader_that_has_seen_enough_is_no_fault(files):
-    program = "from parc_jax.cli import main; main()"
+    program = "from parc_jax.app.cli import main; main()"
     command = f"{sys.executable} -c '{program}' systems drift_parking | head -n 1"
     done = subprocess.run(command, shell=True, cwd=files, capture_output=True, text=True)
     assert done.stdout.startswith("points = [") and done.stderr == ""
@@ -280,7 +280,7 @@ def test_completion_scripts(shell):
 
 
 def test_bench_hands_its_options_on(shell, monkeypatch):
-    from parc_jax.cli import bench
+    from parc_jax.app.cli import bench
 
     seen = []
 
@@ -295,7 +295,7 @@ def test_bench_hands_its_options_on(shell, monkeypatch):
 
 
 def test_bench_without_the_source_says_so_in_one_sentence(shell, monkeypatch, tmp_path):
-    from parc_jax.cli import bench
+    from parc_jax.app.cli import bench
 
     installed = tmp_path / "site-packages" / "parc_jax" / "cli" / "bench.py"
     monkeypatch.setattr(bench, "__file__", str(installed))

@@ -6,7 +6,8 @@ import sys
 
 import pytest
 
-from parc_jax import checker, cli
+from parc_jax import checker
+from parc_jax.app import cli
 
 WHILE_LOADING = """
 import signal, sys
@@ -15,7 +16,7 @@ class Stop:
         if name == sys.argv[1]:
             signal.raise_signal(signal.SIGINT)
 sys.meta_path.insert(0, Stop())
-from parc_jax.cli import main
+from parc_jax.app.cli import main
 main(sys.argv[2:])
 """
 
@@ -51,7 +52,7 @@ def test_check_is_stopped_quietly(shell, monkeypatch, tmp_path):
 
 
 def test_commands_are_stopped_quietly(shell, monkeypatch):
-    monkeypatch.setattr("parc_jax.cli.systems.known", ctrl_c)
+    monkeypatch.setattr("parc_jax.app.cli.systems.known", ctrl_c)
     assert shell("systems") == (130, "", "parc-jax: stopped.\n")
 
 
@@ -62,7 +63,7 @@ def test_what_a_library_swallows_is_not_carried_on_to_success(shell, monkeypatch
         except BaseException:
             return ()
 
-    monkeypatch.setattr("parc_jax.cli.systems.known", swallowing)
+    monkeypatch.setattr("parc_jax.app.cli.systems.known", swallowing)
     assert shell("systems")[0] == 130
 
 
@@ -73,7 +74,7 @@ def test_what_a_library_makes_of_it_is_no_fault(shell, monkeypatch):
         except KeyboardInterrupt:
             raise RuntimeError("interrupted") from None
 
-    monkeypatch.setattr("parc_jax.cli.systems.known", renaming)
+    monkeypatch.setattr("parc_jax.app.cli.systems.known", renaming)
     assert shell("systems") == (130, "", "parc-jax: stopped.\n")
 
 

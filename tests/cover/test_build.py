@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from toy_models import toy_case
 
-from parc_jax.cover import build as stage
-from parc_jax.cover.build import admit, build, greedy, nothing_built
-from parc_jax.cover.corridor import Corridor
-from parc_jax.cover.sampling import draw, no_points
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.corridors import build as stage
+from parc_jax.safe_set.corridors.build import admit, build, greedy, nothing_built
+from parc_jax.safe_set.corridors.corridor import Corridor
+from parc_jax.safe_set.corridors.sampling import draw, no_points
+from parc_jax.safe_set.verdict.scene import scene_of
 
 
 def begin(model, plans):

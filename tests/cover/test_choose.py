@@ -9,14 +9,14 @@ import pytest
 from toy_bodies import points_model, points_problem
 from toy_models import toy_case
 
-from parc_jax.base.arrays import x64
-from parc_jax.claim.error_set import ErrorBox
-from parc_jax.cover import build as building
-from parc_jax.cover import choose as choosing
-from parc_jax.cover.allowed import Allowed
-from parc_jax.cover.corridors import Corridors
-from parc_jax.cover.sampling import draw
-from parc_jax.verdict.scene import scene_of
+from parc_jax.common.arrays import x64
+from parc_jax.learning.bound.error_set import ErrorBox
+from parc_jax.safe_set.corridors import build as building
+from parc_jax.safe_set.corridors import choose as choosing
+from parc_jax.safe_set.corridors.allowed import Allowed
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.verdict.scene import scene_of
 
 
 def seed_and_neighbours(model, problem, rng):

@@ -9,11 +9,11 @@ from dense_oracle import DEPTH, knots_of, smallest_distance
 from toy_models import toy_case
 
 from parc_jax import checker
-from parc_jax.certificate.write import network_part, problem_part, tube_part
-from parc_jax.cover.corridors import Corridors
 from parc_jax.planner.planner import Planner
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import anchor, verdicts
+from parc_jax.proof.certificate.write import network_part, problem_part, tube_part
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
 
 SCENES = (2, 4, 8)
 

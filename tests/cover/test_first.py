@@ -12,20 +12,20 @@ from scipy.stats import ks_2samp
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_polygon, rectangle, toy_case
 
-from parc_jax.base.arrays import x64
-from parc_jax.base.backend import ACCELERATOR, CPU
-from parc_jax.cover import first as first_module
-from parc_jax.cover.first import MOST, first_draw, first_safe
-from parc_jax.cover.placed import placed
-from parc_jax.cover.sampling import draw
+from parc_jax.common.arrays import x64
+from parc_jax.common.backend import ACCELERATOR, CPU
+from parc_jax.common.sets.box import box
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.robust.question import Plain
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
-from parc_jax.verdict.near import near_scene
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.problem.robust.question import Plain
+from parc_jax.safe_set.corridors import first as first_module
+from parc_jax.safe_set.corridors.first import MOST, first_draw, first_safe
+from parc_jax.safe_set.corridors.placed import placed
+from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.near import near_scene
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 KEYS = [jax.random.PRNGKey(seed) for seed in range(40)]
 

@@ -11,14 +11,14 @@ import pytest
 from scipy.stats import binom, kstest
 from toy_models import line_model, toy_case
 
-from parc_jax.cover.kept import KeptPlans
-from parc_jax.cover.later import cut_later
-from parc_jax.cover.sampling import draw
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
+from parc_jax.safe_set.corridors.kept import KeptPlans
+from parc_jax.safe_set.corridors.later import cut_later
+from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.settings import Settings
 
 KEY = jax.random.key(5)
 

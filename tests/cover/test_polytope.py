@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
 
-from parc_jax.claim.error_set import at
-from parc_jax.cover.build import admit, build, nothing_built
-from parc_jax.cover.corridors import Corridors
-from parc_jax.cover.polytopes import Polytopes, cut_around
-from parc_jax.cover.sampling import draw
-from parc_jax.network.predict import by_point
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.error_set import at
+from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.problem import goal_of_points
-from parc_jax.sets.box import box
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.corridors.build import admit, build, nothing_built
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_around
+from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 SHOWN = 6  # polytopes that are compared
 NEAR = 400  # plans about the inner point of each

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from toy_models import toy_case
 
-from parc_jax.cover.build import admit, build, nothing_built
-from parc_jax.cover.polytopes import Polytopes, cut_around
-from parc_jax.cover.sampling import draw
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.corridors.build import admit, build, nothing_built
+from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_around
+from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.verdict.scene import scene_of
 
 
 @pytest.mark.slow

@@ -6,15 +6,15 @@ import pytest
 from toy_models import line_model
 
 import parc_jax as pj
-from parc_jax.cli.verdict import verdict
-from parc_jax.cover.limit import Limit
-from parc_jax.cover.place import Place, place_around
-from parc_jax.cover.rare import where_around, where_safe
-from parc_jax.cover.sampling import FEW, HOPELESS, Counts, draw
-from parc_jax.errors import InputError
-from parc_jax.robust.question import Plain
-from parc_jax.verdict.near import near_scene
-from parc_jax.verdict.pointwise import verdicts
+from parc_jax.app.cli.verdict import verdict
+from parc_jax.common.errors import InputError
+from parc_jax.problem.robust.question import Plain
+from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.place import Place, place_around
+from parc_jax.safe_set.corridors.rare import where_around, where_safe
+from parc_jax.safe_set.corridors.sampling import FEW, HOPELESS, Counts, draw
+from parc_jax.safe_set.verdict.near import near_scene
+from parc_jax.safe_set.verdict.pointwise import verdicts
 
 pytestmark = [pytest.mark.soundness, pytest.mark.slow]  # kernels of its own: of the gate
 MODEL = line_model(T=8, half=2.0)

@@ -8,12 +8,20 @@ import pytest
 from scipy.stats import kstest
 from toy_models import line_model, toy_case
 
-from parc_jax.base.keys import generator
-from parc_jax.cover.sampling import EXPLORING, FIRST_DRAW, Sampler, cell_of, draw, groups, points
+from parc_jax.common.keys import generator
+from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.corridors.sampling import (
+    EXPLORING,
+    FIRST_DRAW,
+    Sampler,
+    cell_of,
+    draw,
+    groups,
+    points,
+)
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 
 @pytest.mark.slow

@@ -11,13 +11,13 @@ import pytest
 from scipy.stats import binom
 from toy_models import line_model, toy_case
 
-from parc_jax.base.status import Status
-from parc_jax.cover.sampling import HOPELESS, draw
+from parc_jax.common.sets.box import box
+from parc_jax.common.status import Status
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
+from parc_jax.safe_set.corridors.sampling import HOPELESS, draw
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
 
 MODEL, PROBLEM = toy_case(4)
 
@@ -68,7 +68,7 @@ def test_a_query_of_a_saved_model_loads_no_simulator_and_no_solver():
         "matplotlib",
     }
     code = (
-        "import sys, parc_jax.model, parc_jax.planner.planner; "
+        "import sys, parc_jax.learning.model, parc_jax.planner.planner; "
         f"print(sorted({heavy!r} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -7,9 +7,9 @@ import pytest
 from random_polytopes import round_polytope
 from scipy.stats import chisquare
 
-from parc_jax.cover.solid import sample_solid, solid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import from_box, hpolytope
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box, hpolytope
+from parc_jax.safe_set.corridors.solid import sample_solid, solid
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 5])
@@ -50,7 +50,7 @@ def test_vertices_are_on_the_rows_and_redundant_rows_are_gone(seed):
 
 
 def own_vertices(poly):
-    from parc_jax.sets.vertices import vertices
+    from parc_jax.common.sets.vertices import vertices
 
     return vertices(poly)
 

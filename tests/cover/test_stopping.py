@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.stats import binom
 
-from parc_jax.cover import stopping
-from parc_jax.cover.stopping import ARMED, stopping_rule
+from parc_jax.safe_set.corridors import stopping
+from parc_jax.safe_set.corridors.stopping import ARMED, stopping_rule
 
 
 def test_announced_looks_alone_satisfy_a_rule_and_it_pays_for_each():

@@ -12,17 +12,17 @@ import pytest
 from toy_models import line_model, toy_case
 
 import parc_jax as pj
-from parc_jax import methods
-from parc_jax.base.status import Ended
-from parc_jax.cover import rare, search
-from parc_jax.cover.first import MOST
-from parc_jax.cover.limit import Limit
-from parc_jax.cover.sampling import RARE_DRAW, Draw, no_points
-from parc_jax.cover.search import cover
-from parc_jax.io.answer_file import load_answer
-from parc_jax.robust.question import Plain
-from parc_jax.settings import CORRIDORS, LEAVES, LOOKS, work_of
-from parc_jax.verdict.near import near_scene
+from parc_jax import method as methods
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.common.status import Ended
+from parc_jax.problem.robust.question import Plain
+from parc_jax.safe_set.corridors import rare, search
+from parc_jax.safe_set.corridors.first import MOST
+from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.sampling import RARE_DRAW, Draw, no_points
+from parc_jax.safe_set.corridors.search import cover
+from parc_jax.safe_set.settings import CORRIDORS, LEAVES, LOOKS, work_of
+from parc_jax.safe_set.verdict.near import near_scene
 
 KEY = jax.random.PRNGKey(3)
 MODEL, PROBLEM = toy_case(4)

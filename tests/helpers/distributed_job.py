@@ -18,7 +18,7 @@ DIE_AFTER = int(sys.argv[-1]) if "--die-after" in sys.argv else None
 jax.config.update("jax_platforms", "cpu")
 jax.config.update("jax_num_cpu_devices", DEVICES)
 
-from parc_jax.base import distributed  # noqa: E402
+from parc_jax.common import distributed  # noqa: E402
 
 if HOSTS is not None:
     distributed.init(HOSTS)
@@ -29,11 +29,11 @@ from scored import score_system  # noqa: E402
 from synthetic_plants import noisy, plant, straight_network  # noqa: E402
 from toy_models import random_model, rectangle_problem  # noqa: E402
 
-from parc_jax.base.keys import Stage  # noqa: E402
-from parc_jax.claim.tube import tube  # noqa: E402
-from parc_jax.errors import ParcError  # noqa: E402
+from parc_jax.common.errors import ParcError  # noqa: E402
+from parc_jax.common.keys import Stage  # noqa: E402
+from parc_jax.learning.bound.tube import tube  # noqa: E402
+from parc_jax.learning.runs import chunks, collect  # noqa: E402
 from parc_jax.planner.planner import Planner  # noqa: E402
-from parc_jax.rollout import chunks, collect  # noqa: E402
 
 
 def main():

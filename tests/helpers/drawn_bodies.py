@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 from toy_models import assumed
 
-from parc_jax.claim.tube import tube
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.tube import tube
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.problem.body import Disc, Part, body_of, hull
 from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import box
 
 T = 8
 NODES = np.linspace(-1.0, 1.0, 9)  # of k_1, between which the networks are straight

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jax.interpreters import mlir
 from jax.lax import reduce_max_p, reduce_min_p
 
-from parc_jax.base.arrays import x64
+from parc_jax.common.arrays import x64
 
 OF = {reduce_max_p: (-jnp.inf, jnp.greater), reduce_min_p: (jnp.inf, jnp.less)}
 

@@ -6,8 +6,8 @@ import numpy as np
 from toy_models import line_model, resting, told, toy_case
 
 import parc_jax as pj
-from parc_jax.network.predict import trajectories
-from parc_jax.system import TURNS
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.learning.system import TURNS
 
 PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
 

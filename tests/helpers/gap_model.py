@@ -4,11 +4,11 @@ curved arcs.
 
 import numpy as np
 
-from parc_jax.claim.tube import tube
-from parc_jax.network.relu import relu_network
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.tube import tube
+from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.pwa.subdivide import enumerate_regions
-from parc_jax.sets.box import box
+from parc_jax.proof.regions.subdivide import enumerate_regions
 
 LO, HI = np.array([4.0, -0.4]), np.array([6.0, 0.4])  # k = speed [m/s], final heading [rad]
 

@@ -1,12 +1,12 @@
 """`is_safe` of safe_set.h step by step, in floats as C has them or in exact rationals: the model of
-parc_jax/onboard/proved/theories/Header.v.
+parc_jax/drive/onboard/proved/theories/Header.v.
 """
 
 from fractions import Fraction
 
-from parc_jax.claim.error_set import at
-from parc_jax.no_plan.bin_errors import as_template
-from parc_jax.onboard.tables import Tables
+from parc_jax.drive.onboard.tables import Tables
+from parc_jax.learning.bound.error_set import at
+from parc_jax.proof.absence.bin_errors import as_template
 
 
 def is_safe(known: Tables, model, p0, k, number=float, room=0) -> bool:

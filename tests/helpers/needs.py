@@ -15,7 +15,7 @@ from pathlib import Path
 import driven_browser
 import pytest
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 NIGHT = "PARC_JAX_NIGHT"  # set by .ci/nightly, on a machine that has everything
 PROGRAMS = {

@@ -1,7 +1,7 @@
 """A profile from training runs alone."""
 
-from parc_jax.base.tolerances import TOLERANCES
-from parc_jax.claim.profile import profile_of, training_errors
+from parc_jax.common.tolerances import TOLERANCES
+from parc_jax.learning.bound.profile import profile_of, training_errors
 
 
 def training_profile(net, train, bins=None, floor=TOLERANCES.profile_floor):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from parc_jax.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 
 
 def round_polytope(rng, n: int, h: int, spread: float = 1.0) -> HPolytope:

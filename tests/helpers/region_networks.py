@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from parc_jax.network.relu import relu_network
-from parc_jax.sets.box import box
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network.relu import relu_network
 
 
 def unit_box(n):

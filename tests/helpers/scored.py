@@ -1,8 +1,8 @@
 """Scores of fresh runs, never more than a few chunks of them held."""
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.score import Scores, scores_of
-from parc_jax.rollout.collect import stream_rollouts
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.score import Scores, scores_of
+from parc_jax.learning.runs.collect import stream_rollouts
 
 
 def score_system(

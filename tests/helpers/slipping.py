@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from parc_jax.rollout.batch import RolloutBatch, rollout_batch
-from parc_jax.rollout.law import law_spec
-from parc_jax.sets.box import box
-from parc_jax.system import time_grid
+from parc_jax.common.sets.box import box
+from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.system import time_grid
 
 K = box([-0.4, -0.8], [0.6, 0.8])  # speed [m/s], turning [rad/s] that are asked for
 TIME = time_grid(0.25, 2.0, 0.125)

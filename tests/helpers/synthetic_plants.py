@@ -8,10 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base import struct
-from parc_jax.network.relu import relu_network
-from parc_jax.sets.box import Box, box
-from parc_jax.system import TimeGrid, Trajectory, time_grid
+from parc_jax.common import struct
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.system import TimeGrid, Trajectory, time_grid
 
 
 @struct.dataclass

@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 from toy_models import line_model
 
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import from_box
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.scene import scene_of
 
 P0 = np.array([[-0.9, -0.05], [-0.95, 0.0], [-0.85, 0.05], [-0.9, 0.02]])
 K = np.array([[0.9, 0.05], [0.95, -0.01], [0.85, -0.04], [0.9, 0.0]])

@@ -5,13 +5,13 @@ plane and in space, and scenes for them.
 import numpy as np
 from toy_models import assumed
 
-from parc_jax.claim.faces import DIRECTION_BITS, Faces, faces, short
-from parc_jax.claim.tube import fitted_tube, tube
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.relu import relu_network
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.faces import DIRECTION_BITS, Faces, faces, short
+from parc_jax.learning.bound.tube import fitted_tube, tube
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.body import Disc, Part, body_of, hull
 from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import box
 
 HIDDEN = (7, 6)
 

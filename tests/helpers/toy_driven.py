@@ -8,9 +8,9 @@ import jax.numpy as jnp
 from synthetic_plants import plant, straight, straight_network
 
 import parc_jax as pj
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.local.looks import Looks
-from parc_jax.rollout.collect import collect
+from parc_jax.answer.looks import Looks
+from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.runs.collect import collect
 
 T = 4
 NET = straight_network(T)

@@ -6,9 +6,15 @@ import json
 
 from toy_models import fold_model, told
 
-from parc_jax.certificate.write import FORMAT, network_part, part_hash, problem_part, tube_part
+from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
+from parc_jax.proof.certificate.write import (
+    FORMAT,
+    network_part,
+    part_hash,
+    problem_part,
+    tube_part,
+)
 
 SEP = [
     [[[2, [[2, "1"], [3, "1"]]], [4, [[3, "1"]]]]],

@@ -7,8 +7,8 @@ import numpy as np
 import toy_query
 from toy_bodies import random_faces
 
-from parc_jax.onboard.header import write_c
-from parc_jax.onboard.tables import Tables, in_numbers, tables
+from parc_jax.drive.onboard.header import write_c
+from parc_jax.drive.onboard.tables import Tables, in_numbers, tables
 
 TUBES = ("boxes", "faces")
 
@@ -25,5 +25,5 @@ def toy_tables(tube: str = "boxes") -> Tables:
 
 def write_toy(known: Tables, path: Path) -> Path:
     """The header of these tables."""
-    with patch("parc_jax.onboard.header.tables", lambda answer: known):
+    with patch("parc_jax.drive.onboard.header.tables", lambda answer: known):
         return write_c(toy_query.answer(), path)

@@ -7,17 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from parc_jax.claim.claim import ErrorClaim, derived, error_claim
-from parc_jax.claim.tube import Tube, tube
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
+from parc_jax.learning.bound.tube import Tube, tube
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.relu import ReLUNetwork, relu_network
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.runs.subject import subject
+from parc_jax.learning.system import TimeGrid, time_grid
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.rollout.law import law_spec
-from parc_jax.rollout.subject import subject
-from parc_jax.sets.box import Box, box
-from parc_jax.sets.hpolytope import HPolytope, hpolytope
-from parc_jax.system import TimeGrid, time_grid
 
 
 def assumed(

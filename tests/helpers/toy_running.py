@@ -7,12 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 from toy_models import assumed, told
 
-from parc_jax.claim.tube import tube
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.relu import ReLUNetwork, relu_network
-from parc_jax.rollout.subject import subject
-from parc_jax.sets.box import box
-from parc_jax.system import Trajectory, time_grid
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.tube import tube
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.relu import ReLUNetwork, relu_network
+from parc_jax.learning.runs.subject import subject
+from parc_jax.learning.system import Trajectory, time_grid
 
 H, LAG, DRIVE = 0.05, 0.2, 0.3  # [s] step, and how fast speed follows drive and drive the command
 MOVING = 10  # records for which the command is followed; after that the cart stops

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 import parc_jax as pj
-from parc_jax.study.settings import Study
+from parc_jax.app.study.settings import Study
 
 STUDY = Study(
     hidden=(4,),

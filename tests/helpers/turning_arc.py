@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 
 import parc_jax as pj
-from parc_jax.system import STAYS, TURNS
+from parc_jax.learning.system import STAYS, TURNS
 
 
 class Arc:

@@ -6,10 +6,10 @@ import numpy as np
 from toy_models import assumed
 
 import parc_jax as pj
-from parc_jax.claim.tube import zero_tube
-from parc_jax.model import trajectory_model
-from parc_jax.network.predict import layout_of
-from parc_jax.network.relu import relu_network
+from parc_jax.learning.bound.tube import zero_tube
+from parc_jax.learning.model import trajectory_model
+from parc_jax.learning.network.predict import layout_of
+from parc_jax.learning.network.relu import relu_network
 
 LENGTH = 0.5  # [m] from the first point to the second
 

@@ -10,9 +10,9 @@ from toy_file import save, toy_file
 from toy_models import model_of
 
 import parc_jax as pj
-from parc_jax.certificate.write import part_hash
-from parc_jax.errors import InputError
-from parc_jax.io.answer_file import load_answer
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.common.errors import InputError
+from parc_jax.proof.certificate.write import part_hash
 
 
 @pytest.fixture

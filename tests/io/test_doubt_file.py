@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
-from parc_jax.io.problem_file import load_problem, problem_of_text, save_problem
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
+from parc_jax.problem.problem_file import load_problem, problem_of_text, save_problem
 
 SCENE = """
 [goal]

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from toy_models import host_outputs, random_network
 
-from parc_jax.errors import InputError, SoundnessError
-from parc_jax.io import chain as chains
-from parc_jax.io.chain import Linear, Relu, Scale, apply, fold_chain
-from parc_jax.io.network_file import from_state_dict, load_network
-from parc_jax.network.fold import Normalisation
+from parc_jax.app.files import chain as chains
+from parc_jax.app.files.chain import Linear, Relu, Scale, apply, fold_chain
+from parc_jax.app.files.network_file import from_state_dict, load_network
+from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.learning.network.fold import Normalisation
 
 
 def normalisation(rng, net):

@@ -11,14 +11,14 @@ from needs import need
 from toy_bodies import points_model, points_problem
 from toy_models import host_outputs, random_network
 
-from parc_jax.errors import InputError
-from parc_jax.io.network_file import load_network
-from parc_jax.io.onnx_write import write_onnx
-from parc_jax.io.question import safety_question, vnnlib, write_question
+from parc_jax.app.files.network_file import load_network
+from parc_jax.app.files.onnx_write import write_onnx
+from parc_jax.app.files.question import safety_question, vnnlib, write_question
+from parc_jax.common.errors import InputError
 from parc_jax.planner.planner import Planner
-from parc_jax.pwa import enumerate_regions
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
+from parc_jax.proof.regions import enumerate_regions
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
 
 need("onnx", "onnxruntime")
 onnx = importlib.import_module("onnx")

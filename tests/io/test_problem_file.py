@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from toy_models import line_model, random_polygon
 
-from parc_jax.certificate.write import problem_part
-from parc_jax.errors import InputError
-from parc_jax.io.problem_file import load_problem, problem_of_text, problem_text, save_problem
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.problem.body import Part, Polygon, body_of, hull
 from parc_jax.problem.problem import goal_of_points, reach_avoid
-from parc_jax.sets.box import box
+from parc_jax.problem.problem_file import load_problem, problem_of_text, problem_text, save_problem
+from parc_jax.proof.certificate.write import problem_part
 
 SCENE = """
 [goal]

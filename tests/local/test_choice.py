@@ -10,14 +10,14 @@ import pytest
 import toy_driven as toy
 from synthetic_plants import plant, straight
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.claim import derived
-from parc_jax.claim.counts import clopper_pearson, required_runs
-from parc_jax.claim.risk import NoStatement
-from parc_jax.errors import InputError
-from parc_jax.local.local_model import Local, LocalRuns
-from parc_jax.local.safe_box import box_around
-from parc_jax.sets.box import box
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.common.sets.box import box
+from parc_jax.drive.local.local_model import Local, LocalRuns
+from parc_jax.drive.local.safe_box import box_around
+from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.bound.counts import clopper_pearson, required_runs
+from parc_jax.learning.bound.risk import NoStatement
 
 pytestmark = pytest.mark.soundness
 
@@ -211,7 +211,7 @@ def test_runs_on_a_box_are_uniform_there_and_disjoint():
 
 
 def fresh_law(system):
-    from parc_jax.rollout.law import law_of
+    from parc_jax.learning.runs.law import law_of
 
     return law_of(system).hash
 
@@ -250,8 +250,8 @@ def test_a_model_of_another_system_is_refused(chosen):
 @pytest.mark.night
 def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
     """The law of the error is known: gusts are uniform, so the chance to leave a tube is exact."""
-    from parc_jax.claim.start_gap import StartTrial
-    from parc_jax.local.local_model import claimed
+    from parc_jax.drive.local.local_model import claimed
+    from parc_jax.learning.bound.start_gap import StartTrial
 
     system = plant(toy.gusty, toy.T)
     part = box_around(np.array([0.5, 0.5]), 0.2, system.domain)

@@ -6,9 +6,9 @@ import jax
 import numpy as np
 import pytest
 
-from parc_jax.base.keys import Stage, stream
-from parc_jax.errors import InputError
-from parc_jax.local.looks import Looks, fresh_key, looks_of_json
+from parc_jax.answer.looks import Looks, fresh_key, looks_of_json
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage, stream
 
 
 def test_delta_is_split_over_the_declared_looks_and_no_more_are_given():

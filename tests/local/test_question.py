@@ -8,14 +8,14 @@ from synthetic_plants import Plant, plant
 from toy_models import told
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.local.choice import Choice, near_of
-from parc_jax.local.looks import Looks
+from parc_jax.answer.looks import Looks
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import from_box
+from parc_jax.drive.local.choice import Choice, near_of
+from parc_jax.learning.system import STAYS
 from parc_jax.planner.planner import answer_to
-from parc_jax.robust.question import question
-from parc_jax.sets.hpolytope import from_box
-from parc_jax.system import STAYS
-from parc_jax.verdict.near import near_scene
+from parc_jax.problem.robust.question import question
+from parc_jax.safe_set.verdict.near import near_scene
 
 pytestmark = pytest.mark.soundness
 

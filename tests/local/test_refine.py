@@ -11,17 +11,17 @@ from synthetic_plants import Plant, plant
 from toy_models import told
 
 from parc_jax.checker import check_answer
-from parc_jax.errors import InputError
-from parc_jax.local.almost import judged, nearly_safe, shrunk, spread_out
-from parc_jax.local.local_model import Local
-from parc_jax.local.probe import Aim, inside, probes, rooms_of
-from parc_jax.local.refine import Refine
+from parc_jax.common.errors import InputError
+from parc_jax.drive.local.almost import judged, nearly_safe, shrunk, spread_out
+from parc_jax.drive.local.local_model import Local
+from parc_jax.drive.local.probe import Aim, inside, probes, rooms_of
+from parc_jax.drive.local.refine import Refine
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.system import Trajectory
 from parc_jax.planner.planner import Planner
-from parc_jax.rollout.collect import collect
-from parc_jax.system import Trajectory
-from parc_jax.verdict.outcomes import outcomes
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.outcomes import outcomes
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
 pytestmark = pytest.mark.slow  # kernels of its own: of the gate

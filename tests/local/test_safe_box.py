@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import toy_driven as toy
 
-from parc_jax.certificate.prove import proves_box
-from parc_jax.local.safe_box import box_around, safe_box, share_of
-from parc_jax.sets.box import box
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.common.sets.box import box
+from parc_jax.drive.local.safe_box import box_around, safe_box, share_of
+from parc_jax.proof.certificate.prove import proves_box
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 
@@ -59,7 +59,7 @@ def test_only_what_the_checker_accepts_is_returned(monkeypatch):
         asked.append(part)
         return False
 
-    monkeypatch.setattr("parc_jax.local.safe_box.proves_box", refuse)
+    monkeypatch.setattr("parc_jax.drive.local.safe_box.proves_box", refuse)
     assert found()[2] is None and asked
 
 

@@ -10,12 +10,12 @@ from toy_bodies import points_model
 from toy_models import line_model, told
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.loop.left import leads_to, outside_tube
-from parc_jax.network.relu import relu_network
+from parc_jax.common.errors import InputError
+from parc_jax.drive.loop.left import leads_to, outside_tube
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import hull
-from parc_jax.robust.pose import Pose
-from parc_jax.system import TURNS
+from parc_jax.problem.robust.pose import Pose
 
 WIDE = 0.01  # [m] of the tube
 PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)

@@ -11,15 +11,15 @@ from toy_models import line_model, model_of, resting, told, toy_case, uniform_tu
 
 import parc_jax as pj
 from parc_jax import checker
-from parc_jax.claim.claim import derived
-from parc_jax.errors import InputError
-from parc_jax.loop.candidates import even_candidates
-from parc_jax.loop.outlook import outlook
-from parc_jax.network.predict import trajectories
-from parc_jax.robust.pose import pose_of
-from parc_jax.sets.hpolytope import from_box
-from parc_jax.system import TURNS
-from parc_jax.verdict.near import scene_near_path
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import from_box
+from parc_jax.drive.loop.candidates import even_candidates
+from parc_jax.drive.loop.outlook import outlook
+from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.learning.system import TURNS
+from parc_jax.problem.robust.pose import pose_of
+from parc_jax.safe_set.verdict.near import scene_near_path
 
 PATIENT = pj.loop.Effort(candidates=256, deadline=300.0)
 WALL = pj.box([0.45, -2.0], [0.5, 2.0])

@@ -13,12 +13,12 @@ from toy_models import line_model, model_of, uniform_tube
 import parc_jax as pj
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
-from parc_jax.claim.claim import derived
-from parc_jax.errors import InputError
-from parc_jax.loop import loop as loop_module
-from parc_jax.loop.log import episode_part
-from parc_jax.network.relu import relu_network
-from parc_jax.sets.hpolytope import from_box
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import from_box
+from parc_jax.drive.loop import loop as loop_module
+from parc_jax.drive.loop.log import episode_part
+from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.network.relu import relu_network
 
 WAITS, HELD = 0.25, 0.5  # [s] a run of one second: it waits, follows its command, stops
 WALL = pj.box([2.0, -2.0], [2.1, 2.0])

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from parc_jax.errors import InputError
-from parc_jax.lp.interior import factor, interior_point, solve_factored
-from parc_jax.lp.status import LPStatus
-from parc_jax.published import lp_batch as batch_module
-from parc_jax.published.lp_batch import feasible_batch, solve_batch
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.interior import factor, interior_point, solve_factored
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.neuralparc import lp_batch as batch_module
+from parc_jax.neuralparc.lp_batch import feasible_batch, solve_batch
 
 
 def programs(rng, batch, n, h):

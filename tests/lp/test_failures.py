@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from parc_jax.lp import solve as solve_module
-from parc_jax.lp.clarabel_hint import Hint, clarabel_hint
-from parc_jax.lp.program import linear_program
-from parc_jax.lp.solve import feasible, solve
-from parc_jax.lp.status import LPStatus
-from parc_jax.published import lp_batch as batch_module
+from parc_jax.common.lp import solve as solve_module
+from parc_jax.common.lp.clarabel_hint import Hint, clarabel_hint
+from parc_jax.common.lp.program import linear_program
+from parc_jax.common.lp.solve import feasible, solve
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.neuralparc import lp_batch as batch_module
 
 pytestmark = pytest.mark.soundness
 SQUARE = (np.concatenate([np.eye(2), -np.eye(2)]), np.ones(4))  # not empty

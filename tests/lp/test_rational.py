@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.lp.exact import Basis
+from parc_jax.common.lp.exact import Basis
 
 THIRD = Fraction(1, 3)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from parc_jax.base.tolerances import TOLERANCES
-from parc_jax.errors import InputError
-from parc_jax.lp.solve import feasible, solve
-from parc_jax.lp.status import LPStatus
-from parc_jax.lp.witness import proves_empty
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.solve import feasible, solve
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.witness import proves_empty
+from parc_jax.common.tolerances import TOLERANCES
 
 
 def draw(rng, kind):

@@ -5,9 +5,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.lp import witness
-from parc_jax.lp.exact import exact_dual_bound, round_down, round_up
-from parc_jax.lp.witness import dual_bound, proves_empty, row_bounds, violation
+from parc_jax.common.lp import witness
+from parc_jax.common.lp.exact import exact_dual_bound, round_down, round_up
+from parc_jax.common.lp.witness import dual_bound, proves_empty, row_bounds, violation
 
 INF = np.inf
 

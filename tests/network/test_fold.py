@@ -8,9 +8,9 @@ import jax
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError, SoundnessError
-from parc_jax.network import fold as folding
-from parc_jax.network.fold import Normalisation, fold
+from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.learning.network import fold as folding
+from parc_jax.learning.network.fold import Normalisation, fold
 
 
 def normalisation(rng):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from gap_model import HI, LO, arcs
 
-from parc_jax.errors import InputError
-from parc_jax.network.fit import fit_affine
-from parc_jax.pwa.subdivide import enumerate_regions
-from parc_jax.sets.box import box
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network.fit import fit_affine
+from parc_jax.proof.regions.subdivide import enumerate_regions
 
 
 def test_affine_data_is_recovered_exactly(rng):

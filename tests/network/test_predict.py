@@ -11,8 +11,8 @@ import pytest
 from toy_models import host_outputs, random_network
 
 import parc_jax
-from parc_jax.base.arrays import x64
-from parc_jax.network.predict import Layout, outputs, predict, trajectories
+from parc_jax.common.arrays import x64
+from parc_jax.learning.network.predict import Layout, outputs, predict, trajectories
 
 T, N_P, N_Q = 4, 2, 1
 LAYOUT = Layout(T, N_P)

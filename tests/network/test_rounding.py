@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from toy_models import random_network
 
-from parc_jax.network import rounding
-from parc_jax.network.relu import relu_network
-from parc_jax.network.rounding import rounding_bound
-from parc_jax.sets.box import box
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network import rounding
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.network.rounding import rounding_bound
 
 UNIT_BOX = box([-1, -1], [1, 1])
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
-from parc_jax.network.relu import relu_network
-from parc_jax.network.tail import fit_tail
-from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.rollout.law import law_spec
-from parc_jax.sets.box import box
-from parc_jax.system import time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.network.tail import fit_tail
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.system import time_grid
 
 
 def skewed(rng, n=400):

@@ -9,11 +9,11 @@ import pytest
 from synthetic_plants import Plant, failing, plant, straight
 from turning_bar import Bar
 
-from parc_jax.base.keys import Stage
-from parc_jax.errors import InputError
-from parc_jax.network.predict import layout_of, outputs, trajectories
-from parc_jax.network.train import train, train_report, training_arrays
-from parc_jax.rollout.collect import collect
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.network.predict import layout_of, outputs, trajectories
+from parc_jax.learning.network.train import train, train_report, training_arrays
+from parc_jax.learning.runs.collect import collect
 
 SETTINGS = {"hidden": (8,), "seeds": 2, "steps": 150, "batch": 128}
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from parc_jax.base.arrays import x64
 from parc_jax.checker import number
-from parc_jax.no_plan.contact_errors import WithinWidths
-from parc_jax.no_plan.contact_margins import deepest_mixture
-from parc_jax.no_plan.contacts import Contacts, short_weights
+from parc_jax.common.arrays import x64
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.problem.body import Disc, Polygon, hull
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.proof.absence.contact_errors import WithinWidths
+from parc_jax.proof.absence.contact_margins import deepest_mixture
+from parc_jax.proof.absence.contacts import Contacts, short_weights
 
 SPIKE = np.array([[0.3, 0.0, -0.2], [-0.2, 0.3, 0.1], [-0.1, -0.3, 0.1], [0.0, 0.1, 0.4]])
 WEDGE = hpolytope(

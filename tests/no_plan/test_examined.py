@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from toy_models import toy_case
 
-from parc_jax.no_plan.bin_errors import bin_errors
-from parc_jax.no_plan.examined import VERTICES, Examiner
-from parc_jax.no_plan.tree import Node
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.absence.bin_errors import bin_errors
+from parc_jax.proof.absence.examined import VERTICES, Examiner
+from parc_jax.proof.absence.tree import Node
+from parc_jax.safe_set.verdict.scene import scene_of
 
 MARGINS = ("goal", "start", "hit", "fits", "gap")
 
@@ -78,5 +78,5 @@ def test_as_many_boxes_go_together_as_their_vertices_fit(examiner):
 
 def test_many_vertices_are_not_kept(examiner, monkeypatch):
     whole = quarters(examiner)[0]
-    monkeypatch.setattr("parc_jax.no_plan.examined.VERTICES", 3)
+    monkeypatch.setattr("parc_jax.proof.absence.examined.VERTICES", 3)
     assert not examiner.has_few_vertices(whole) and whole.vertices is None

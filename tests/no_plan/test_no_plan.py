@@ -10,27 +10,28 @@ import pytest
 from toy_models import line_model, model_of, random_network, told
 
 from benchmarks.shaped import fitted
-from parc_jax import checker, methods
-from parc_jax.base.status import Status
-from parc_jax.certificate.write import network_part, problem_part, tube_part
-from parc_jax.claim.faces import faces
-from parc_jax.claim.tube import fitted_tube
-from parc_jax.cover.limit import Limit
-from parc_jax.errors import InputError
-from parc_jax.network.predict import trajectories
-from parc_jax.no_plan.contact_errors import WithinWidths
-from parc_jax.no_plan.contacts import Contacts, DiscBody
-from parc_jax.no_plan.faces import goal_faces
-from parc_jax.no_plan.prove_no_plan import _missing, prove_no_plan
+from parc_jax import checker
+from parc_jax import method as methods
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.common.status import Status
+from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.tube import fitted_tube
+from parc_jax.learning.network.predict import trajectories
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.settings import Settings
-from parc_jax.verdict.hopeless import no_end_fits
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.absence.contact_errors import WithinWidths
+from parc_jax.proof.absence.contacts import Contacts, DiscBody
+from parc_jax.proof.absence.faces import goal_faces
+from parc_jax.proof.absence.prove_no_plan import _missing, prove_no_plan
+from parc_jax.proof.certificate.write import network_part, problem_part, tube_part
+from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.hopeless import no_end_fits
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 GOAL = ((3.0, -0.5, -1.0), (4.0, 0.5, 1.0))  # over (z, q); q = k_0
 FAR = [box([50, 50], [51, 51]), box([-51, 50], [-50, 51])]
@@ -422,7 +423,7 @@ def test_boxes_with_too_many_cells_are_split_first(rng):
 @pytest.mark.night
 @pytest.mark.parametrize("between", [False, True], ids=["boxes", "faces"])
 def test_drift_parking_is_decided_within_a_centimetre(between):
-    from parc_jax.model import load
+    from parc_jax.learning.model import load
     from sims.drift_parking.scenario import BODY_RADIUS
     from sims.drift_parking.scenario import GOAL as PARKED
 

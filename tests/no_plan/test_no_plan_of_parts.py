@@ -13,23 +13,23 @@ from toy_bodies import points_model, points_problem
 from toy_models import assumed, told
 
 from parc_jax import checker
-from parc_jax.certificate.write import question_parts
-from parc_jax.claim.faces import faces
-from parc_jax.claim.tube import fitted_tube, refined, zero_tube
-from parc_jax.cover.limit import Limit
-from parc_jax.errors import InputError
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.predict import by_point, moved_to, trajectories
-from parc_jax.network.relu import relu_network
-from parc_jax.no_plan.bin_errors import end_rows
-from parc_jax.no_plan.prove_no_plan import prove_no_plan
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.tube import fitted_tube, refined, zero_tube
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.predict import by_point, moved_to, trajectories
+from parc_jax.learning.network.relu import relu_network
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Disc, Part, Polygon, body_of, hull, numbered
 from parc_jax.problem.problem import goal_of_points, reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.settings import Settings
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.absence.bin_errors import end_rows
+from parc_jax.proof.absence.prove_no_plan import prove_no_plan
+from parc_jax.proof.certificate.write import question_parts
+from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.scene import scene_of
 
 T = 4
 HEAVY = 1e4  # weight of the row that makes shares sum to one

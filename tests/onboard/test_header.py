@@ -15,10 +15,10 @@ from toy_models import fold_model, model_of
 
 import parc_jax as pj
 from benchmarks.compiled_header import Header
-from parc_jax.cli import main
-from parc_jax.errors import InputError
-from parc_jax.network.relu import relu_network
-from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.app.cli import main
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.network.relu import relu_network
 
 pytestmark = pytest.mark.soundness
 needs_compiler = pytest.mark.needs("compiler")

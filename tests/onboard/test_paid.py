@@ -14,10 +14,10 @@ from toy_bodies import random_faces
 from toy_header import TUBES, toy_tables, write_toy
 
 from benchmarks.compiled_header import Header
-from parc_jax.claim.error_set import NO_CLAIM, ErrorBox
-from parc_jax.errors import InputError
-from parc_jax.onboard.paid import require_paid
-from parc_jax.onboard.tables import in_numbers
+from parc_jax.common.errors import InputError
+from parc_jax.drive.onboard.paid import require_paid
+from parc_jax.drive.onboard.tables import in_numbers
+from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorBox
 
 pytestmark = pytest.mark.soundness
 needs_compiler = pytest.mark.needs("compiler")

@@ -9,19 +9,19 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
-from parc_jax.cover.found import Progress
-from parc_jax.errors import InputError
-from parc_jax.plot import shapes
-from parc_jax.plot.claim import claim, when
-from parc_jax.plot.cover import CoverCurve, cover, of_history
-from parc_jax.plot.errors import Entry, errors, quantile
-from parc_jax.plot.gap import GapCurve, GapRoom, gap
-from parc_jax.plot.projections import default_pairs, projections
-from parc_jax.plot.samples import samples
-from parc_jax.plot.timeline import clearances, direction_runs, timeline
+from parc_jax.app.plot import shapes
+from parc_jax.app.plot.claim import claim, when
+from parc_jax.app.plot.cover import CoverCurve, cover, of_history
+from parc_jax.app.plot.errors import Entry, errors, quantile
+from parc_jax.app.plot.gap import GapCurve, GapRoom, gap
+from parc_jax.app.plot.projections import default_pairs, projections
+from parc_jax.app.plot.samples import samples
+from parc_jax.app.plot.timeline import clearances, direction_runs, timeline
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.corridors.found import Progress
+from parc_jax.safe_set.verdict.scene import scene_of
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def pac(answer):
 
 
 def scores_of(k, score, worst):
-    from parc_jax.claim.score import Scores
+    from parc_jax.learning.bound.score import Scores
 
     return Scores(np.arange(len(k)), k, score, worst, None, None, None, None, None)
 
@@ -257,6 +257,6 @@ def test_the_second_panel_of_samples_only_where_it_shows_more(answer, tmp_path):
 
 
 def test_verdicts_are_in_words():
-    from parc_jax.base.status import OfRegion
+    from parc_jax.common.status import OfRegion
 
     assert not any("BRS" in word for word in (of.text for of in OfRegion))

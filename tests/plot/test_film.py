@@ -6,9 +6,9 @@ from drawn_bodies import CAR_AT, bare_answer, car, drone, turned
 from matplotlib.image import imread
 from toy_answer import toy_answer, toy_replay
 
-from parc_jax.errors import InputError
-from parc_jax.plot import film as film_module
-from parc_jax.plot.film import REST, film
+from parc_jax.app.plot import film as film_module
+from parc_jax.app.plot.film import REST, film
+from parc_jax.common.errors import InputError
 
 INK = {"goal": (203, 232, 223), "block": (110, 110, 110), "tube": (214, 232, 245)}
 

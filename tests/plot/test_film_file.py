@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
-from parc_jax.plot.film_file import require_kind, require_sample, write_film
+from parc_jax.app.plot.film_file import require_kind, require_sample, write_film
+from parc_jax.common.errors import InputError
 
 
 def test_what_cannot_be_written_is_refused_before_anything_is_rendered(tmp_path, monkeypatch):

@@ -13,11 +13,11 @@ from toy_file import save, toy_file, toy_scene
 from toy_models import host_outputs
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.io.answer_file import load_answer
-from parc_jax.plot.html import write_page
-from parc_jax.plot.page_data import page_data
-from parc_jax.problem.labels import labels
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.plot.html import write_page
+from parc_jax.app.plot.page_data import page_data
+from parc_jax.common.errors import InputError
+from parc_jax.learning.labels import labels
 
 
 def embedded(page: str) -> dict:

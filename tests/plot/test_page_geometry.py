@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
-from parc_jax.plot.html import PARTS
+from parc_jax.app.plot.html import PARTS
 
 pytestmark = pytest.mark.needs("node")
 

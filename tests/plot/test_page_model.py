@@ -11,12 +11,12 @@ from drawn_bodies import car
 from toy_bodies import points_model, points_problem
 from toy_models import told
 
-from parc_jax.claim.faces import faces
-from parc_jax.claim.tube import fitted_tube
-from parc_jax.plot.html import PARTS
-from parc_jax.plot.page_data import model_data
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.app.plot.html import PARTS
+from parc_jax.app.plot.page_data import model_data
+from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.tube import fitted_tube
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 pytestmark = pytest.mark.needs("node")
 

@@ -13,12 +13,12 @@ from needs import need
 from toy_file import save, toy_file
 
 from parc_jax import checker
-from parc_jax.certificate.write import part_hash
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.plot import html as page_file
+from parc_jax.app.plot.html import PARTS, page_of, write_page
+from parc_jax.app.plot.page_data import page_data
 from parc_jax.checker.proved import PROVED_JS
-from parc_jax.io.answer_file import load_answer
-from parc_jax.plot import html as page_file
-from parc_jax.plot.html import PARTS, page_of, write_page
-from parc_jax.plot.page_data import page_data
+from parc_jax.proof.certificate.write import part_hash
 
 
 def block(page: str, name: str) -> str:

@@ -7,12 +7,12 @@ import pytest
 from gap_model import HI, LO, arc_network, arc_tube, gap_problem
 from toy_models import model_of, random_network
 
-from parc_jax.base.status import OfRegion
-from parc_jax.errors import InputError
-from parc_jax.plot.regions import COLORS, region_seconds, regions, slices
-from parc_jax.published.verdicts import region_verdicts
-from parc_jax.pwa.subdivide import enumerate_regions
-from parc_jax.sets.box import box
+from parc_jax.app.plot.regions import COLORS, region_seconds, regions, slices
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.status import OfRegion
+from parc_jax.neuralparc.verdicts import region_verdicts
+from parc_jax.proof.regions.subdivide import enumerate_regions
 
 
 @pytest.fixture(scope="module")

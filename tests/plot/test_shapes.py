@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from drawn_bodies import CAR, CAR_AT, DRONE_AT, car, drone, turned
 
-from parc_jax.plot import shapes
-from parc_jax.plot.views import FRONT, SIDE, TOP, views_of
+from parc_jax.app.plot import shapes
+from parc_jax.app.plot.views import FRONT, SIDE, TOP, views_of
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.problem.body import Disc, Part, Polygon, numbered
 from parc_jax.problem.problem import goal_of_points
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import from_box, hpolytope
 
 
 def area(outline) -> float:

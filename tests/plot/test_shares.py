@@ -2,8 +2,8 @@
 
 import pytest
 
-from parc_jax.errors import InputError
-from parc_jax.plot.shares import Bar, shares
+from parc_jax.app.plot.shares import Bar, shares
+from parc_jax.common.errors import InputError
 
 
 def test_every_bar_stands_where_its_share_and_bounds_say():

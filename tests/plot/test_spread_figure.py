@@ -7,8 +7,8 @@ import pytest
 from matplotlib.figure import Figure
 from toy_answer import toy_answer, toy_replay
 
-from parc_jax.errors import InputError
-from parc_jax.plot.spread import far_apart, spread
+from parc_jax.app.plot.spread import far_apart, spread
+from parc_jax.common.errors import InputError
 
 
 @pytest.fixture(scope="module")

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import slipping
 
-from parc_jax.errors import InputError
-from parc_jax.prior.correct import flat, folds
-from parc_jax.prior.identify import Kind, chosen_kind, fitted, moving_body
-from parc_jax.rollout.batch import rollout_batch
-from parc_jax.rollout.law import law_spec
-from parc_jax.sets.box import box
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.prior.correct import flat, folds
+from parc_jax.learning.prior.identify import Kind, chosen_kind, fitted, moving_body
+from parc_jax.learning.runs.batch import rollout_batch
+from parc_jax.learning.runs.law import law_spec
 
 TRAIN, FRESH = slipping.drawn(60), slipping.drawn(200, seed=7)
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 import slipping
 
-from parc_jax.errors import InputError
-from parc_jax.prior.correct import flat
-from parc_jax.prior.teach import TWIST, taught
-from parc_jax.sets.box import box
-from parc_jax.system import Trajectory, time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.prior.correct import flat
+from parc_jax.learning.prior.teach import TWIST, taught
+from parc_jax.learning.system import Trajectory, time_grid
 
 KEY = jax.random.PRNGKey(0)
 TRAIN = slipping.drawn(60)

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from region_networks import outputs, patterns_of, random_network, unit_box
 
-from parc_jax.network.relu import relu_network
-from parc_jax.pwa import enumerate_regions, march
-from parc_jax.sets.box import box
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.proof.regions import enumerate_regions, march
 
 pytestmark = pytest.mark.property
 laws = settings(derandomize=True, deadline=None, max_examples=15, print_blob=True)

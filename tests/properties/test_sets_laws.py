@@ -11,10 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_polytopes import points_around, round_polytope
 
-from parc_jax.lp import exact, witness
-from parc_jax.lp import solve as solving
-from parc_jax.lp.status import LPStatus
-from parc_jax.published.sets import (
+from parc_jax.common.lp import exact, witness
+from parc_jax.common.lp import solve as solving
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets import bounding_box, rational, vertices
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.neuralparc.sets import (
     affine,
     hit_and_run,
     membership,
@@ -24,9 +27,6 @@ from parc_jax.published.sets import (
     support,
     volume,
 )
-from parc_jax.sets import bounding_box, rational, vertices
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, from_box
 
 pytestmark = pytest.mark.property
 ROUNDING = 1e-9

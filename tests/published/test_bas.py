@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from gap_model import HI, LO, arc_tube, gap_problem, gap_table
 
-from parc_jax.lp.status import LPStatus
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets.bounding_box import bounding_box
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.neuralparc import by_support as shadow_module
+from parc_jax.neuralparc.bas import avoid_set, joint_avoid_set, knot_set, within_reach
+from parc_jax.neuralparc.brs import reach_set
+from parc_jax.neuralparc.by_support import clear_of_reach, margins, outside, shadows
+from parc_jax.neuralparc.cells import cells_outward, stack
+from parc_jax.neuralparc.grown_polytopes import grown_polytopes
+from parc_jax.neuralparc.sets.membership import find_point, membership, memberships
+from parc_jax.neuralparc.sets.pontryagin import shrink
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.published import by_support as shadow_module
-from parc_jax.published.bas import avoid_set, joint_avoid_set, knot_set, within_reach
-from parc_jax.published.brs import reach_set
-from parc_jax.published.by_support import clear_of_reach, margins, outside, shadows
-from parc_jax.published.cells import cells_outward, stack
-from parc_jax.published.grown_polytopes import grown_polytopes
-from parc_jax.published.sets.membership import find_point, membership, memberships
-from parc_jax.published.sets.pontryagin import shrink
-from parc_jax.sets.bounding_box import bounding_box
-from parc_jax.sets.hpolytope import HPolytope
 
 T, BAND = 4, 1e-7
 TUBE = arc_tube(T, (2, 1))

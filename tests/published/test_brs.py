@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from gap_model import HI, LO, arc_tube, gap_problem, gap_table
 
-from parc_jax.lp.status import LPStatus
-from parc_jax.published.brs import brs_rows, reach_set, reach_sets
-from parc_jax.published.cells import cells_outward, stack
-from parc_jax.published.sets.pontryagin import shrink
-from parc_jax.sets.bounding_box import bounding_box
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, from_box
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets.bounding_box import bounding_box
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.neuralparc.brs import brs_rows, reach_set, reach_sets
+from parc_jax.neuralparc.cells import cells_outward, stack
+from parc_jax.neuralparc.sets.pontryagin import shrink
 
 TABLE, TUBE = gap_table(4), arc_tube(4, (2, 1))
 PROBLEM = gap_problem()

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from gap_model import HI, LO, arc_tube, gap_table
 
-from parc_jax.errors import InputError
-from parc_jax.published.cells import breadth_first, cells_outward, stack
-from parc_jax.published.sets.volume import volume
+from parc_jax.common.errors import InputError
+from parc_jax.neuralparc.cells import breadth_first, cells_outward, stack
+from parc_jax.neuralparc.sets.volume import volume
 
 TABLE = gap_table(4)
 

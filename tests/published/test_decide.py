@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 
-from parc_jax.lp.status import LPStatus
-from parc_jax.lp.witness import row_bounds
-from parc_jax.published import brs, decide
-from parc_jax.published.cells import cells_outward, stack
-from parc_jax.published.sets.pontryagin import shrink
-from parc_jax.sets.bounding_box import bounding_box
-from parc_jax.sets.box import Box, box
-from parc_jax.sets.hpolytope import HPolytope, from_box
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.witness import row_bounds
+from parc_jax.common.sets.bounding_box import bounding_box
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.neuralparc import brs, decide
+from parc_jax.neuralparc.cells import cells_outward, stack
+from parc_jax.neuralparc.sets.pontryagin import shrink
 
 TUBE = arc_tube(4, (4, 3))
 CELLS = stack(

@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 
-from parc_jax.claim.tube import tube
-from parc_jax.errors import InputError
-from parc_jax.lp.status import LPResult, LPStatus
-from parc_jax.network.relu import relu_network
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.status import LPResult, LPStatus
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.learning.bound.tube import tube
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.neuralparc import by_lp as paper_lp
+from parc_jax.neuralparc.by_lp import Fault
+from parc_jax.neuralparc.cells import cells_outward
+from parc_jax.neuralparc.scene import paper_scene
+from parc_jax.neuralparc.search import paper_search
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.published import by_lp as paper_lp
-from parc_jax.published.by_lp import Fault
-from parc_jax.published.cells import cells_outward
-from parc_jax.published.scene import paper_scene
-from parc_jax.published.search import paper_search
-from parc_jax.pwa.subdivide import enumerate_regions
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.proof.regions.subdivide import enumerate_regions
 
 pytestmark = pytest.mark.slow
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from region_networks import random_network, unit_box
 
-from parc_jax.errors import BudgetError
-from parc_jax.pwa import budget, enumerate_regions
-from parc_jax.pwa.storage import NUMBER
+from parc_jax.common.errors import BudgetError
+from parc_jax.proof.regions import budget, enumerate_regions
+from parc_jax.proof.regions.storage import NUMBER
 
 NET, DOMAIN = random_network(3, [12, 12], seed=1), unit_box(3)
 

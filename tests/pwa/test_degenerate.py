@@ -7,10 +7,10 @@ import pytest
 from exact_regions import exact_regions
 from region_networks import degenerate_networks, random_network, unit_box
 
-from parc_jax.network.relu import relu_network
-from parc_jax.pwa import enumerate_regions
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import from_box, hpolytope
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box, hpolytope
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.proof.regions import enumerate_regions
 
 pytestmark = pytest.mark.soundness
 SHAPES = [(1, [4, 3]), (2, [3, 2]), (2, [2, 2, 2]), (3, [2, 2])]

@@ -7,10 +7,10 @@ import pytest
 from exact_regions import exact_regions
 from region_networks import degenerate_networks, random_network, unit_box
 
-from parc_jax.errors import SoundnessError
-from parc_jax.network.relu import relu_network
-from parc_jax.pwa import assemble, cut, enumerate_regions, proof, signs, subdivide, volume
-from parc_jax.sets.hpolytope import from_box
+from parc_jax.common.errors import SoundnessError
+from parc_jax.common.sets.hpolytope import from_box
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.proof.regions import assemble, cut, enumerate_regions, proof, signs, subdivide, volume
 
 pytestmark = pytest.mark.soundness
 NET, DOMAIN = random_network(2, [6, 5], seed=3), unit_box(2)

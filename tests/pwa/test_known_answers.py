@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from region_networks import random_network, unit_box
 
-from parc_jax.network.relu import relu_network
-from parc_jax.pwa import enumerate_regions
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.proof.regions import enumerate_regions
 
 
 def one_layer(W, b):

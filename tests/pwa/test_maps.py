@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from region_networks import outputs, random_network, unit_box
 
-from parc_jax.pwa import enumerate_regions, maps
-from parc_jax.pwa.maps import affine_maps, pattern_map
+from parc_jax.learning.network import maps
+from parc_jax.learning.network.maps import affine_maps, pattern_map
+from parc_jax.proof.regions import enumerate_regions
 
 
 @pytest.mark.parametrize(("n", "widths"), [(1, [4]), (2, [6, 5]), (3, [5, 4, 3])])

@@ -13,11 +13,11 @@ from region_networks import (
     unit_box,
 )
 
-from parc_jax.errors import InputError
-from parc_jax.network.relu import relu_network
-from parc_jax.pwa import enumerate_regions, march
-from parc_jax.pwa.exact import ExactNetwork
-from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.proof.regions import enumerate_regions, march
+from parc_jax.proof.regions.exact import ExactNetwork
 
 pytestmark = pytest.mark.soundness
 
@@ -129,7 +129,7 @@ def test_the_published_neighbour_rules_would_be_noticed(monkeypatch, rule):
     net = thin_network()
     right = patterns_of(enumerate_regions(net, unit_box(2)))
     assert {r.pattern.tobytes() for r in march(net, unit_box(2), np.zeros(2) - 0.5)} == right
-    monkeypatch.setattr("parc_jax.pwa.marching.pattern_across", rule)
+    monkeypatch.setattr("parc_jax.proof.regions.marching.pattern_across", rule)
     try:
         wrong = {
             r.pattern.tobytes() for r in islice(march(net, unit_box(2), np.zeros(2) - 0.5), 20)

@@ -3,7 +3,7 @@
 import pytest
 from region_networks import reference_network
 
-from parc_jax.pwa import enumerate_regions
+from parc_jax.proof.regions import enumerate_regions
 
 pytestmark = pytest.mark.soundness
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from region_networks import degenerate_networks, random_network, unit_box
 
-from parc_jax.network.relu import relu_network
-from parc_jax.pwa import enumerate_regions, signs
-from parc_jax.sets.box import box
+from parc_jax.common.sets.box import box
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.proof.regions import enumerate_regions, signs
 
 pytestmark = pytest.mark.soundness
 

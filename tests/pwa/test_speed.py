@@ -15,8 +15,8 @@ import pytest
 from effort import as_installed, calls_of
 from region_networks import reference_network, unit_box
 
-from parc_jax.network.relu import relu_network
-from parc_jax.pwa import enumerate_regions
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.proof.regions import enumerate_regions
 
 pytestmark = pytest.mark.night
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from region_networks import degenerate_networks, outputs, random_network, unit_box
 
-from parc_jax.errors import BudgetError, InputError
-from parc_jax.pwa import enumerate_regions
-from parc_jax.pwa import table as table_module
-from parc_jax.pwa.locate import float_patterns
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.common.errors import BudgetError, InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.proof.regions import enumerate_regions
+from parc_jax.proof.regions import table as table_module
+from parc_jax.proof.regions.locate import float_patterns
 
 SHAPES = [(1, [6, 5]), (2, [8, 6, 5]), (3, [7, 6]), (4, [6, 5])]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from parc_jax.pwa import volume
-from parc_jax.pwa.volume import cell_volumes
+from parc_jax.proof.regions import volume
+from parc_jax.proof.regions.volume import cell_volumes
 
 POLYGON = np.array([[0.0, 0.0], [1.0, 0.0], [10.0, 0.0], [10.0, 0.1]])
 

@@ -16,20 +16,20 @@ from toy_models import anchored_plans, fold_model, random_network, toy_case
 
 import parc_jax as pj
 from parc_jax import checker
-from parc_jax.certificate.write import question_parts
-from parc_jax.errors import InputError
-from parc_jax.network.predict import outputs
+from parc_jax.common.errors import InputError
+from parc_jax.learning.labels import labels
+from parc_jax.learning.network.predict import outputs
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
-from parc_jax.problem.labels import labels
-from parc_jax.robust.bend import bend, bend_by_bin
-from parc_jax.robust.bins import axis_of
-from parc_jax.robust.executions import executions_of
-from parc_jax.robust.question import plain
-from parc_jax.robust.withstood import words
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.problem.robust.bend import bend, bend_by_bin
+from parc_jax.problem.robust.bins import axis_of
+from parc_jax.problem.robust.executions import executions_of
+from parc_jax.problem.robust.question import plain
+from parc_jax.problem.robust.withstood import words
+from parc_jax.proof.certificate.write import question_parts
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
 SMALL = Settings(samples=8, target=0.3, budget_s=300, polytopes=True)

@@ -12,20 +12,20 @@ from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, line_model, told, toy_case
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.network.predict import outputs
-from parc_jax.network.relu import relu_network
+from parc_jax.app.plot.projections import default_pairs
+from parc_jax.common.errors import InputError
+from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.system import STAYS, TURNS, rotation_of
 from parc_jax.planner.planner import Planner
-from parc_jax.plot.projections import default_pairs
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.robust.pose import from_here, pose_of
-from parc_jax.robust.question import plain
-from parc_jax.robust.turn import misses_circle, turn_by
-from parc_jax.settings import Settings
-from parc_jax.system import STAYS, TURNS, rotation_of
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.problem.robust.pose import from_here, pose_of
+from parc_jax.problem.robust.question import plain
+from parc_jax.problem.robust.turn import misses_circle, turn_by
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
 SMALL = Settings(samples=8, target=0.3, budget_s=300, polytopes=True)
@@ -265,4 +265,4 @@ def test_pictures_of_answers_from_here_show_parameters_alone():
 def test_the_published_search_knows_no_place(asked):
     model, problem, at = asked
     with pytest.raises(InputError, match="at: expected the exact engine"):
-        Planner(model).solve(problem, KEY, SMALL.replace(method=pj.published.Published()), at=at)
+        Planner(model).solve(problem, KEY, SMALL.replace(method=pj.neuralparc.Published()), at=at)

@@ -14,21 +14,21 @@ from toy_models import anchored_plans, toy_case
 
 import parc_jax as pj
 from parc_jax import checker
-from parc_jax.certificate.write import question_parts
-from parc_jax.claim.error_set import at
-from parc_jax.errors import InputError
-from parc_jax.network.predict import Layout
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box, hpolytope
+from parc_jax.common.sets.rational import exact_support, rational_vertices
+from parc_jax.learning.bound.error_set import at
+from parc_jax.learning.network.predict import Layout
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.robust.question import moved_tube, plain
-from parc_jax.robust.scene import doubted_scene
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import from_box, hpolytope
-from parc_jax.sets.rational import exact_support, rational_vertices
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.problem.robust.question import moved_tube, plain
+from parc_jax.problem.robust.scene import doubted_scene
+from parc_jax.proof.certificate.write import question_parts
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
 SMALL = Settings(samples=12, target=0.2, budget_s=300, polytopes=True)

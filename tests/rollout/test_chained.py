@@ -8,12 +8,12 @@ import pytest
 from toy_running import DRIVE, LAG, ROUGH, Cart, Carts, H, settled_network
 
 import parc_jax as pj
-from parc_jax.base.keys import Stage
-from parc_jax.claim.score import score_batch
-from parc_jax.errors import InputError
-from parc_jax.rollout.chained import _pick
-from parc_jax.rollout.collect import collect
-from parc_jax.system import Trajectory
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.score import score_batch
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.system import Trajectory
+from parc_jax.learning.systems.chained import _pick
 
 KEY = jax.random.PRNGKey(0)
 CART, CARTS = Cart(), Carts()

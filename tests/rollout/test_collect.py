@@ -14,14 +14,14 @@ import pytest
 from compilations import compiled_by
 from synthetic_plants import disturbed, failing, noisy, plant
 
-from parc_jax.base.keys import SEEDS, Stage, key_of
-from parc_jax.errors import InputError
-from parc_jax.rollout import collect as collecting
-from parc_jax.rollout.batch import concatenate
-from parc_jax.rollout.chunks import default_chunk, run_chunks, worker_devices
-from parc_jax.rollout.collect import collect, stream_rollouts
-from parc_jax.rollout.simulate import simulator
-from parc_jax.system import Trajectory
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import SEEDS, Stage, key_of
+from parc_jax.learning.runs import collect as collecting
+from parc_jax.learning.runs.batch import concatenate
+from parc_jax.learning.runs.chunks import default_chunk, run_chunks, worker_devices
+from parc_jax.learning.runs.collect import collect, stream_rollouts
+from parc_jax.learning.runs.simulate import simulator
+from parc_jax.learning.system import Trajectory
 
 KEY = jax.random.PRNGKey(3)
 
@@ -158,7 +158,7 @@ def test_several_devices_give_the_same_rows(system):
     script = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
         "import jax; from synthetic_plants import noisy, plant\n"
-        "from parc_jax.rollout.collect import collect\n"
+        "from parc_jax.learning.runs.collect import collect\n"
         "assert len(jax.devices()) == 3\n"
         "print(collect(plant(noisy), jax.random.PRNGKey(3), 100, chunk=16, "
         "quiet=True).hashes()[-1].decode())\n"
@@ -179,8 +179,8 @@ def test_a_killed_process_continues_with_the_same_numbers(system, tmp_path):
     script = (
         "import os, signal, sys; sys.path.insert(0, sys.argv[1])\n"
         "import jax; from synthetic_plants import noisy, plant\n"
-        "from parc_jax.rollout.chunks import ChunkStore\n"
-        "from parc_jax.rollout.collect import collect\n"
+        "from parc_jax.learning.runs.chunks import ChunkStore\n"
+        "from parc_jax.learning.runs.collect import collect\n"
         "put = ChunkStore.put\n"
         "def put_four(store, index, arrays):\n"
         "    put(store, index, arrays)\n"

@@ -6,11 +6,11 @@ import pytest
 from scipy.io import savemat
 from synthetic_plants import failing, noisy, plant
 
-from parc_jax.errors import InputError
-from parc_jax.rollout.collect import collect
-from parc_jax.rollout.files import read_npz, save_rollouts, write_atomic, write_npz
-from parc_jax.rollout.loaders import load_rollouts
-from parc_jax.system import time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.files import read_npz, save_rollouts, write_atomic, write_npz
+from parc_jax.learning.runs.loaders import load_rollouts
+from parc_jax.learning.system import time_grid
 
 GRID = time_grid(0.25, 1.0, 0.05)
 

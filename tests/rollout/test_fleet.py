@@ -22,11 +22,11 @@ from needs import need
 from walkers import deadly, fatal, logged, slowly, unequipped, upright, walk
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.rollout import fleet
-from parc_jax.rollout.batch import concatenate
-from parc_jax.rollout.collect import stream_rollouts
-from parc_jax.rollout.python_worker import code_of, run_sent
+from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.batch import concatenate
+from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.systems import fleet
+from parc_jax.learning.systems.python_worker import code_of, run_sent
 
 DOMAIN, TIME = pj.box([0.0], [1.0]), pj.time_grid(0.5, 1.0)
 KEY = jax.random.PRNGKey(3)
@@ -52,7 +52,7 @@ def fresh_worker(monkeypatch, request):
     """Executors in this process make it a worker that has seen nothing; none is slow by day."""
     if request.node.get_closest_marker("night") is None:
         monkeypatch.setattr(fleet, "LEAST_S", 3600.0)
-    monkeypatch.setattr("parc_jax.rollout.python_worker._HELD", {})
+    monkeypatch.setattr("parc_jax.learning.systems.python_worker._HELD", {})
 
 
 @pytest.fixture(scope="module")

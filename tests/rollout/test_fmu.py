@@ -16,7 +16,7 @@ import pytest
 from needs import need
 
 import parc_jax as pj
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 HELPERS = Path(__file__).parents[1] / "helpers"
 DOMAIN, TIME = pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(0.25, 1.0, 0.05)

@@ -10,11 +10,11 @@ from synthetic_plants import noisy, plant, straight_network
 from toy_system import STUDY
 
 import parc_jax as pj
-from parc_jax.base.keys import Stage
-from parc_jax.claim.counts import required_runs
-from parc_jax.rollout.forecast import Forecast, Pace, spell
-from parc_jax.study.learn import forecast_of, learn
-from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.common.keys import Stage
+from parc_jax.common.stopwatch import Stopwatch
+from parc_jax.learning.bound.counts import required_runs
+from parc_jax.learning.learn import forecast_of, learn
+from parc_jax.learning.runs.forecast import Forecast, Pace, spell
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 
@@ -89,8 +89,8 @@ def test_the_shell_forecasts_a_whole_study():
 
 
 def test_the_readme_counts_every_run_of_the_main_job():
-    from parc_jax.local.local_model import Local
-    from parc_jax.study.driven import LOOKS
+    from parc_jax.app.study.driven import LOOKS
+    from parc_jax.drive.local.local_model import Local
     from sims.drift_parking.study import STUDY as MAIN
 
     told = (Path(pj.__file__).parents[1] / "README.md").read_text()

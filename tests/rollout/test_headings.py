@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from turning_arc import Arc
 
-from parc_jax.claim.start_gap import try_headings
-from parc_jax.errors import InputError
-from parc_jax.rollout.invariance import rotation_gap
-from parc_jax.system import STAYS
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.start_gap import try_headings
+from parc_jax.learning.system import STAYS
+from parc_jax.learning.systems.invariance import rotation_gap
 
 KEY = jax.random.PRNGKey(0)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from synthetic_plants import noisy, plant
 
-from parc_jax.errors import InputError
-from parc_jax.rollout.invariance import translation_gap
-from parc_jax.system import Trajectory
+from parc_jax.common.errors import InputError
+from parc_jax.learning.system import Trajectory
+from parc_jax.learning.systems.invariance import translation_gap
 
 STARTS = np.array([[1.0, 2.0], [-30.0, 4.0], [0.0, 0.0]])
 

@@ -8,8 +8,8 @@ import pytest
 import toy_walker
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.rollout.parts import collect_part, part_of
+from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.parts import collect_part, part_of
 
 KEY, WHOLE = jax.random.PRNGKey(0), range(5, 35)
 

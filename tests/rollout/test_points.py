@@ -14,15 +14,15 @@ from synthetic_plants import noisy, plant
 from turning_bar import LENGTH, Bar, Tail
 
 import parc_jax as pj
-from parc_jax.base.keys import Stage
-from parc_jax.errors import InputError
-from parc_jax.rollout.batch import concatenate, rollout_batch
-from parc_jax.rollout.collect import collect
-from parc_jax.rollout.files import read_npz, save_rollouts, write_npz
-from parc_jax.rollout.identity import identity_of
-from parc_jax.rollout.loaders import load_rollouts
-from parc_jax.rollout.rows import simulate_rows
-from parc_jax.rollout.simulate import simulator
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.runs.batch import concatenate, rollout_batch
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.files import read_npz, save_rollouts, write_npz
+from parc_jax.learning.runs.loaders import load_rollouts
+from parc_jax.learning.runs.rows import simulate_rows
+from parc_jax.learning.runs.simulate import simulator
+from parc_jax.learning.systems.identity import identity_of
 
 KEY = jax.random.PRNGKey(0)
 

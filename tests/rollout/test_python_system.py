@@ -11,10 +11,10 @@ import pytest
 from needs import need
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.rollout.environment import EnvironmentRun
-from parc_jax.rollout.invariance import translation_gap
-from parc_jax.rollout.python_system import python_system
+from parc_jax.common.errors import InputError
+from parc_jax.learning.systems.environment import EnvironmentRun
+from parc_jax.learning.systems.invariance import translation_gap
+from parc_jax.learning.systems.python_system import python_system
 
 DOMAIN, TIME = pj.box([0.0], [1.0]), pj.time_grid(0.5, 1.0)
 KEY = jax.random.PRNGKey(3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import parc_jax as pj
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 TIME = pj.time_grid(dt=0.5, t_f=1.0, dt_record=0.25)
 RNG = np.random.default_rng(0)

@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
-from parc_jax.rollout.loaders import load_rollouts
-from parc_jax.rollout.uniform import LEAST, LEVEL, check_uniform
-from parc_jax.sets.box import box
-from parc_jax.system import time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.runs.loaders import load_rollouts
+from parc_jax.learning.runs.uniform import LEAST, LEVEL, check_uniform
+from parc_jax.learning.system import time_grid
 
 K = box([-3.0, -3.0], [3.0, 3.0])
 

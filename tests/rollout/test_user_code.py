@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.rollout.invariance import translation_gap
-from parc_jax.rollout.python_system import python_system
-from parc_jax.rollout.user_code import blamed, is_own, own_place, said
+from parc_jax.common.errors import InputError
+from parc_jax.learning.systems.invariance import translation_gap
+from parc_jax.learning.systems.python_system import python_system
+from parc_jax.learning.systems.user_code import blamed, is_own, own_place, said
 
 KEY = jax.random.PRNGKey(0)
 DOMAIN, TIME = pj.box([0.0, 0.0], [1.0, 1.0]), pj.time_grid(0.25, 1.0)
@@ -162,7 +162,7 @@ def test_the_shell_says_it_in_one_sentence(tmp_path):
             """
         )
     )
-    start = "from parc_jax.cli import main; main()"
+    start = "from parc_jax.app.cli import main; main()"
     command = [
         sys.executable,
         "-c",

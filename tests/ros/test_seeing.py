@@ -10,7 +10,7 @@ import sliding
 from needs import need
 from toy_models import told
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot
 

@@ -8,18 +8,14 @@ import numpy as np
 import pytest
 from toy_models import random_polygon
 
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.common.sets.rational import convex_polygon
 from parc_jax.problem.body import Part, Polygon, body_of, hull
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.separation import directions
-from parc_jax.separation.directions import (
-    N_DIRECTIONS,
-    Multiplier,
-    direction_table,
-)
-from parc_jax.separation.polygon import corners
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.sets.rational import convex_polygon
+from parc_jax.safe_set.separation import directions
+from parc_jax.safe_set.separation.directions import N_DIRECTIONS, Multiplier, direction_table
+from parc_jax.safe_set.separation.polygon import corners
 
 GOAL = box([0, 0, 0], [1, 1, 1])
 

@@ -10,10 +10,10 @@ import pytest
 from exact_hulls import corners_between, differences, squared_distance
 from scipy.optimize import nnls
 
-from parc_jax.base.arrays import x64
-from parc_jax.claim.error_set import ErrorBox, template
-from parc_jax.separation import distance
-from parc_jax.separation.segment import separation as segment_separation
+from parc_jax.common.arrays import x64
+from parc_jax.learning.bound.error_set import ErrorBox, template
+from parc_jax.safe_set.separation import distance
+from parc_jax.safe_set.separation.segment import separation as segment_separation
 
 N = 64
 PLANE_AND_SPACE = [2, pytest.param(3, marks=pytest.mark.slow)]

@@ -7,14 +7,14 @@ import pytest
 from dense_oracle import polygon_corners
 from toy_models import random_polygon
 
-from parc_jax.errors import InputError
-from parc_jax.network.predict import Layout
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.separation import segment
-from parc_jax.separation.pairs import BUCKETS, bucket, obstacles_of
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.safe_set.separation import segment
+from parc_jax.safe_set.separation.pairs import BUCKETS, bucket, obstacles_of
 
 GOAL = box([0, 0, 0], [1, 1, 1])
 

@@ -6,8 +6,8 @@ import jax
 import numpy as np
 import pytest
 
-from parc_jax.base.arrays import x64
-from parc_jax.separation.inequality import at_both_knots, excess, height, separates
+from parc_jax.common.arrays import x64
+from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height, separates
 
 
 @pytest.mark.parametrize("n_p", [2, 3])

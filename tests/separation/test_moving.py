@@ -10,14 +10,14 @@ import pytest
 from compilations import compiled_by
 from toy_models import random_polygon
 
-from parc_jax.errors import InputError
-from parc_jax.model import load
-from parc_jax.separation.moving import moving
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
-from parc_jax.sets.rational import area, rational_vertices
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.rational import area, rational_vertices
+from parc_jax.learning.model import load
+from parc_jax.safe_set.separation.moving import moving
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 DT = 0.1
 

@@ -7,14 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.base.arrays import x64
-from parc_jax.claim.error_set import ErrorBox, at, template
-from parc_jax.errors import InputError
-from parc_jax.network.predict import Layout
+from parc_jax.common.arrays import x64
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.error_set import ErrorBox, at, template
+from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Part, Polygon, body_of, hull
 from parc_jax.problem.problem import goal_of_points, reach_avoid
-from parc_jax.separation.pairs import obstacles_of
-from parc_jax.sets.box import box
+from parc_jax.safe_set.separation.pairs import obstacles_of
 
 POINTS = ("nose", "tail", "hitch")
 LAYOUT = Layout(5, 2, 3)

@@ -7,11 +7,11 @@ import pytest
 from scipy.spatial import ConvexHull
 from toy_models import random_polygon
 
-from parc_jax.errors import InputError
-from parc_jax.separation.polygon import corners
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import from_box, hpolytope
-from parc_jax.sets.rational import convex_polygon
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box, hpolytope
+from parc_jax.common.sets.rational import convex_polygon
+from parc_jax.safe_set.separation.polygon import corners
 
 
 def exact_rows(poly):

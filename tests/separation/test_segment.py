@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from dense_oracle import convex_hull, distance
 
-from parc_jax.separation import segment
-from parc_jax.separation.segment import separation
+from parc_jax.safe_set.separation import segment
+from parc_jax.safe_set.separation.segment import separation
 
 separate = jax.jit(jax.vmap(separation, in_axes=(0, 0, 0, 0)))
 N, M = 512, 9

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from toy_models import random_model
 
-from parc_jax.network.predict import trajectories
-from parc_jax.separation import ways
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.safe_set.separation import ways
 
 
 @pytest.mark.parametrize("boxes", [1, 64])

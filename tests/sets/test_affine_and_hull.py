@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from random_polytopes import points_around, round_polytope
 
-from parc_jax.errors import InputError
-from parc_jax.lp.status import LPStatus
-from parc_jax.published.sets.affine import (
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.common.sets.vertices import vertices
+from parc_jax.neuralparc.sets.affine import (
     convex_hull,
     image,
     intersection,
@@ -16,11 +19,8 @@ from parc_jax.published.sets.affine import (
     product,
     projection,
 )
-from parc_jax.published.sets.ahpolytope import ahpolytope, as_ah
-from parc_jax.published.sets.membership import find_point, is_proved_outside, membership
-from parc_jax.sets.box import Box, box
-from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.vertices import vertices
+from parc_jax.neuralparc.sets.ahpolytope import ahpolytope, as_ah
+from parc_jax.neuralparc.sets.membership import find_point, is_proved_outside, membership
 
 BAND = 1e-7  # points this close to a boundary may be decided either way by a float LP
 

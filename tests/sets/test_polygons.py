@@ -4,10 +4,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
-from parc_jax.sets.polygons import OFF, corners_of_many
-from parc_jax.sets.rational import rational_vertices
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.polygons import OFF, corners_of_many
+from parc_jax.common.sets.rational import rational_vertices
 
 
 def polygon(rng, n: int) -> HPolytope:

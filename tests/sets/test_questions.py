@@ -9,11 +9,14 @@ import pytest
 from random_polytopes import points_around, round_polytope
 from scipy.optimize import linprog
 
-from parc_jax.errors import InputError
-from parc_jax.lp import solve as solve_module
-from parc_jax.lp.status import LPStatus
-from parc_jax.published.sets.affine import convex_hull, image
-from parc_jax.published.sets.membership import (
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp import solve as solve_module
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets.bounding_box import bounding_box
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.vertices import chebyshev_center, vertices
+from parc_jax.neuralparc.sets.affine import convex_hull, image
+from parc_jax.neuralparc.sets.membership import (
     find_point,
     find_points,
     is_proved_empty,
@@ -22,10 +25,7 @@ from parc_jax.published.sets.membership import (
     memberships,
     with_bounds,
 )
-from parc_jax.published.sets.support import support
-from parc_jax.sets.bounding_box import bounding_box
-from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.vertices import chebyshev_center, vertices
+from parc_jax.neuralparc.sets.support import support
 
 FLAT = HPolytope(
     np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0])

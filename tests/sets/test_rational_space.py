@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import from_box, hpolytope
-from parc_jax.sets.rational import exact_support, rational_vertices
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box, hpolytope
+from parc_jax.common.sets.rational import exact_support, rational_vertices
 
 
 def solved(rows):

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from random_polytopes import round_polytope
 
-from parc_jax.errors import InputError
-from parc_jax.published.sets.hit_and_run import sample_polytopes
-from parc_jax.published.sets.sampling import sample_polytope
-from parc_jax.published.sets.volume import simplex_volumes, triangulate
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.vertices import chebyshev_center, vertices
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.common.sets.vertices import chebyshev_center, vertices
+from parc_jax.neuralparc.sets.hit_and_run import sample_polytopes
+from parc_jax.neuralparc.sets.sampling import sample_polytope
+from parc_jax.neuralparc.sets.volume import simplex_volumes, triangulate
 
 COUNT = 4000
 

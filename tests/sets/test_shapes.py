@@ -10,14 +10,14 @@ import pytest
 from effort import calls_of
 from random_polytopes import points_around, round_polytope
 
-from parc_jax.errors import InputError
-from parc_jax.published.sets.clip import clip_to_box, extreme_points
-from parc_jax.published.sets.redundancy import irredundant_rows, without_redundant_rows
-from parc_jax.published.sets.volume import simplex_volumes, triangulate, volume
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.rational import area, convex_polygon, exact_support, rational_vertices
-from parc_jax.sets.vertices import vertices
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.common.sets.rational import area, convex_polygon, exact_support, rational_vertices
+from parc_jax.common.sets.vertices import vertices
+from parc_jax.neuralparc.sets.clip import clip_to_box, extreme_points
+from parc_jax.neuralparc.sets.redundancy import irredundant_rows, without_redundant_rows
+from parc_jax.neuralparc.sets.volume import simplex_volumes, triangulate, volume
 
 
 def rows_of(points):

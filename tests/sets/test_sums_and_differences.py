@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from random_polytopes import round_polytope
 
-from parc_jax.errors import InputError
-from parc_jax.lp.status import LPStatus
-from parc_jax.published.sets import pontryagin
-from parc_jax.published.sets.affine import image
-from parc_jax.published.sets.membership import membership
-from parc_jax.published.sets.minkowski import grow, minkowski_sum, polygon_sum, with_axis_rows
-from parc_jax.published.sets.pontryagin import pontryagin_difference, shrink
-from parc_jax.published.sets.support import support
-from parc_jax.published.sets.volume import volume
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.rational import rational_vertices
-from parc_jax.sets.vertices import vertices
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.common.sets.rational import rational_vertices
+from parc_jax.common.sets.vertices import vertices
+from parc_jax.neuralparc.sets import pontryagin
+from parc_jax.neuralparc.sets.affine import image
+from parc_jax.neuralparc.sets.membership import membership
+from parc_jax.neuralparc.sets.minkowski import grow, minkowski_sum, polygon_sum, with_axis_rows
+from parc_jax.neuralparc.sets.pontryagin import pontryagin_difference, shrink
+from parc_jax.neuralparc.sets.support import support
+from parc_jax.neuralparc.sets.volume import volume
 
 
 def breaks(p, e, x, signs):

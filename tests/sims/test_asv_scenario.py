@@ -12,8 +12,8 @@ from drawn_keys import drawn_keys
 
 import sims
 import sims.asv as asv
+from parc_jax.learning.system import BlackBoxSystem
 from parc_jax.problem.body import Disc, Polygon
-from parc_jax.system import BlackBoxSystem
 from sims.asv.evaluate import evaluate, hover_statistics
 from sims.asv.policy import HOVER
 

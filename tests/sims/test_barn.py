@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from needs import need
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from sims import barn
 from sims.barn.rectangles import GROW, rectangles
 from sims.barn.worlds import CELL, GOAL, RADIUS, START

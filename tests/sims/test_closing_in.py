@@ -6,13 +6,13 @@ import pytest
 from gap_model import HI, LO, arc_network, arc_tube, gap_problem
 from toy_models import model_of
 
-from parc_jax.base.status import Status
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.status import Status
 from parc_jax.planner.planner import Planner
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 from sims.drift_parking.closing_in import ClosingIn, narrowest
 from sims.drift_parking.scenario import APART, PARKED_CARS, problem
 

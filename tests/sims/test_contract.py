@@ -9,7 +9,7 @@ import pytest
 from drawn_keys import drawn_keys
 
 import sims
-from parc_jax.system import BlackBoxSystem, points_of
+from parc_jax.learning.system import BlackBoxSystem, points_of
 
 pytestmark = pytest.mark.slow
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import sims
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from sims.drift_parking import simulate
 from sims.drift_parking.plant_ode import newton_euler
 from sims.drift_parking.vehicle import State, Wrench

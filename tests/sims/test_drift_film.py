@@ -69,7 +69,7 @@ def test_a_film_or_one_sentence(backend, answer_file, tmp_path):
     command = [
         sys.executable,
         "-c",
-        "from parc_jax.cli import main; main()",
+        "from parc_jax.app.cli import main; main()",
         "plot",
         str(answer_file),
     ]

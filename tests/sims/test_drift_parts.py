@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from parc_jax.problem.body import Disc, Polygon
 from sims.drift_parking import control, ilqr, line_search, params, scenario, trig, tyre, vehicle
 from sims.drift_parking.plan import reference_plan

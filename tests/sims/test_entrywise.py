@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.base.arrays import x64
-from parc_jax.errors import InputError
+from parc_jax.common.arrays import x64
+from parc_jax.common.errors import InputError
 from sims.entrywise import entrywise
 from sims.quiet import lenient, quiet_import
 

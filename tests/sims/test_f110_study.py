@@ -13,11 +13,11 @@ import pytest
 from matplotlib.image import imread
 from scipy.stats import binomtest
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.measure import measure
-from parc_jax.cli import main
-from parc_jax.errors import InputError
-from parc_jax.rollout.collect import collect
+from parc_jax.app.cli import main
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.runs.collect import collect
 from sims.f110.lesson import Fold, as_if_of, bins_for, fitted
 from sims.f110.rows import Row, interval, sentence, table
 from sims.f110.system import seen_as, system

@@ -9,8 +9,8 @@ import pytest
 from drawn_keys import drawn_keys
 
 import sims
-from parc_jax.errors import InputError
-from parc_jax.rollout.law import law_of
+from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.law import law_of
 from sims.f110 import params as c
 from sims.f110 import problem
 from sims.f110.disturbance import LAWS, draw

@@ -13,9 +13,9 @@ from drawn_keys import drawn_keys
 
 import parc_jax as pj
 import sims
-from parc_jax.errors import InputError
-from parc_jax.rollout.invariance import rotation_gap
-from parc_jax.rollout.law import law_of
+from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.law import law_of
+from parc_jax.learning.systems.invariance import rotation_gap
 from sims.jackal import Driven, drift, params, problem
 from sims.jackal.before import before, running
 from sims.jackal.chained import Chain, chained

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from sims.lidar import Lidar, Shapes, cast, lidar, shapes
 
 

@@ -5,8 +5,8 @@ example in docs.
 import pytest
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.system import BlackBoxSystem
+from parc_jax.common.errors import InputError
+from parc_jax.learning.system import BlackBoxSystem
 from sims.mjx_system import mjx_system
 
 MODEL = """

@@ -10,14 +10,15 @@ from toy_models import line_model
 
 import parc_jax as pj
 import sims
-from parc_jax import checker, cli
-from parc_jax.base.keys import Stage, key_of
-from parc_jax.claim.measure import allowance
-from parc_jax.claim.score import score_arrays
-from parc_jax.cli.systems import black_box_of, find, scene_of, study_of
-from parc_jax.rollout.law import law_of
-from parc_jax.rollout.rows import simulate_rows
-from parc_jax.verdict.outline import require_same
+from parc_jax import checker
+from parc_jax.app import cli
+from parc_jax.app.cli.systems import black_box_of, find, scene_of, study_of
+from parc_jax.common.keys import Stage, key_of
+from parc_jax.learning.bound.measure import allowance
+from parc_jax.learning.bound.score import score_arrays
+from parc_jax.learning.runs.law import law_of
+from parc_jax.learning.runs.rows import simulate_rows
+from parc_jax.safe_set.verdict.outline import require_same
 
 DATA = Path(__file__).parents[1] / "data"
 # as docs/main_job.md tells; others are learned with the settings of their study

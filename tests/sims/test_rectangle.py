@@ -7,7 +7,7 @@ import pytest
 from drawn_keys import drawn_keys
 
 import sims
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from parc_jax.problem.body import numbered
 from sims import rectangle
 

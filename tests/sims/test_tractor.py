@@ -11,7 +11,7 @@ import pytest
 from drawn_keys import drawn_keys
 
 import sims
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from parc_jax.problem.body import numbered
 from sims.mjx_system import mjx_system
 from sims.tractor.system import POINTS, TRACTOR, TRAILER, XML, drive, some_start

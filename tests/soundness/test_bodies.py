@@ -11,11 +11,11 @@ from exact_hulls import corners_between
 from scipy.optimize import nnls
 from toy_bodies import points_model, points_problem
 
-from parc_jax.network.predict import by_point
+from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import Disc, numbered
-from parc_jax.separation.pairs import Obstacles
-from parc_jax.verdict.pointwise import anchor, verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.separation.pairs import Obstacles
+from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 

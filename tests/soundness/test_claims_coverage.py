@@ -18,13 +18,13 @@ from synthetic_plants import (
     straight_network,
 )
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.calibrate import calibrate, kept_maximum
-from parc_jax.claim.counts import required_runs, wrong_claim_probability
-from parc_jax.claim.declared import assumed_claim
-from parc_jax.claim.measure import measure
-from parc_jax.claim.monitor import inside_tube
-from parc_jax.rollout.collect import collect
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.calibrate import calibrate, kept_maximum
+from parc_jax.learning.bound.counts import required_runs, wrong_claim_probability
+from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.runs.collect import collect
 
 NET = straight_network(4)
 pytestmark = pytest.mark.soundness

@@ -16,25 +16,25 @@ from toy_models import line_model, model_of, uniform_tube
 
 import parc_jax
 from parc_jax import checker
-from parc_jax.base.spelling import hex_text
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import (
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.plot.page_data import page_data
+from parc_jax.common.sets.box import box
+from parc_jax.common.spelling import hex_text
+from parc_jax.planner.planner import Planner
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.robust.question import plain
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import (
     network_part,
     polytope_part,
     problem_part,
     sample_part,
     tube_part,
 )
-from parc_jax.io.answer_file import load_answer
-from parc_jax.planner.planner import Planner
-from parc_jax.plot.page_data import page_data
-from parc_jax.problem.doubt import Doubt
-from parc_jax.problem.problem import reach_avoid
-from parc_jax.robust.question import plain
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 PAGE = [
     Path(parc_jax.__file__).parent / "plot" / "page" / part for part in ("geometry.js", "model.js")

@@ -7,26 +7,26 @@ from exact_oracle import exact_safe
 from toy_models import fold_model, line_model, model_of, random_model, rectangle, uniform_tube
 
 from parc_jax import checker
-from parc_jax.certificate.write import (
+from parc_jax.checker.exact import dot
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.planner.planner import Planner
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.problem import reach_avoid
+from parc_jax.proof.certificate.write import (
     network_part,
     polytope_part,
     problem_part,
     sample_part,
     tube_part,
 )
-from parc_jax.checker.exact import dot
-from parc_jax.network.relu import relu_network
-from parc_jax.planner.planner import Planner
-from parc_jax.problem.body import Polygon
-from parc_jax.problem.problem import reach_avoid
-from parc_jax.separation import segment
-from parc_jax.separation.segment import separation
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.settings import Settings
-from parc_jax.verdict import pointwise as engine
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.separation import segment
+from parc_jax.safe_set.separation.segment import separation
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict import pointwise as engine
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 

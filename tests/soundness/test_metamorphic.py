@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from toy_models import TRIANGLE, anchored_plans, model_of, toy_case
 
-from parc_jax.network.relu import relu_network
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.learning.network.relu import relu_network
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, hpolytope
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 

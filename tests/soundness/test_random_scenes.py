@@ -12,13 +12,13 @@ import pytest
 from dense_oracle import DEPTH, knots_of, row_room, smallest_distance
 from toy_models import anchored_plans, random_model, random_problem
 
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.separation import segment
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import from_box, hpolytope
-from parc_jax.verdict import pointwise as engine
-from parc_jax.verdict.pointwise import verdicts as verdicts_of
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.separation import segment
+from parc_jax.safe_set.verdict import pointwise as engine
+from parc_jax.safe_set.verdict.pointwise import verdicts as verdicts_of
+from parc_jax.safe_set.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 

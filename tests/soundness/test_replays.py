@@ -13,16 +13,16 @@ from toy_models import model_of, told
 
 import parc_jax
 from parc_jax import checker
-from parc_jax.base.status import Status
-from parc_jax.errors import SoundnessError
+from parc_jax.app.study.replay import replay
+from parc_jax.common.errors import SoundnessError
+from parc_jax.common.sets.box import box
+from parc_jax.common.status import Status
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.settings import Settings
-from parc_jax.study.replay import replay
-from parc_jax.verdict import outcomes as judging
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict import outcomes as judging
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 

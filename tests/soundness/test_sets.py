@@ -13,24 +13,24 @@ from scipy.stats import beta, binom, chi2
 from toy_models import model_of, toy_case
 
 from parc_jax import checker
-from parc_jax.base.status import Status
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import (
+from parc_jax.checker.exact import dot
+from parc_jax.common.status import Status
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.planner.planner import Planner
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import (
     network_part,
     polytope_part,
     problem_part,
     sample_part,
     tube_part,
 )
-from parc_jax.checker.exact import dot
-from parc_jax.cover import build as building
-from parc_jax.cover import union as union_stage
-from parc_jax.cover.sampling import draw
-from parc_jax.network.relu import relu_network
-from parc_jax.planner.planner import Planner
-from parc_jax.settings import Settings
-from parc_jax.verdict.pointwise import anchor, verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.corridors import build as building
+from parc_jax.safe_set.corridors import union as union_stage
+from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 

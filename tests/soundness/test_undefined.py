@@ -14,16 +14,16 @@ from synthetic_plants import noisy, plant, straight_network
 from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, toy_case
 
-from parc_jax.claim.error_set import ErrorBox
-from parc_jax.claim.measure import Errors, allowance, measure, measure_arrays_along
-from parc_jax.network.predict import layout_of
-from parc_jax.rollout.collect import collect
-from parc_jax.separation import distance, segment
-from parc_jax.separation.pairs import Obstacles
-from parc_jax.verdict import pointwise
-from parc_jax.verdict.pointwise import CHUNK, clearance, verdict_in_turn, verdicts
-from parc_jax.verdict.scene import scene_of
-from parc_jax.verdict.screen import screen
+from parc_jax.learning.bound.error_set import ErrorBox
+from parc_jax.learning.bound.measure import Errors, allowance, measure, measure_arrays_along
+from parc_jax.learning.network.predict import layout_of
+from parc_jax.learning.runs.collect import collect
+from parc_jax.safe_set.separation import distance, segment
+from parc_jax.safe_set.separation.pairs import Obstacles
+from parc_jax.safe_set.verdict import pointwise
+from parc_jax.safe_set.verdict.pointwise import CHUNK, clearance, verdict_in_turn, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.screen import screen
 
 pytestmark = [pytest.mark.soundness, pytest.mark.slow]  # programs of its own: of the gate
 BAD = (np.nan, np.inf, -np.inf)

@@ -9,14 +9,14 @@ import pytest
 from toy_models import host_outputs, model_of, random_model, random_problem
 
 from parc_jax.checker import number
-from parc_jax.cover.limit import Limit
-from parc_jax.cover.sampling import ends_from
-from parc_jax.no_plan.prove_no_plan import prove_no_plan
+from parc_jax.common.sets.box import box
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.absence.prove_no_plan import prove_no_plan
+from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.sampling import ends_from
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 from tests.no_plan.test_no_plan import check
 
 pytestmark = pytest.mark.soundness

@@ -9,9 +9,9 @@ import toy_driven as toy
 from synthetic_plants import plant
 
 import parc_jax as pj
-from parc_jax.local.local_model import Local
-from parc_jax.rollout.collect import collect
-from parc_jax.study.driven import compile_near, guessed_near
+from parc_jax.app.study.driven import compile_near, guessed_near
+from parc_jax.drive.local.local_model import Local
+from parc_jax.learning.runs.collect import collect
 
 SETTINGS = pj.Settings(samples=4, target=0.3, polytopes=True)
 

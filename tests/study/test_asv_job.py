@@ -9,10 +9,10 @@ import pytest
 
 import sims
 from parc_jax import checker
-from parc_jax.base.status import Status
-from parc_jax.cli.systems import build
-from parc_jax.study.job import run_study
-from parc_jax.study.report import figures
+from parc_jax.app.cli.systems import build
+from parc_jax.app.study.job import run_study
+from parc_jax.app.study.report import figures
+from parc_jax.common.status import Status
 from sims import asv, asv_published
 
 FEW = {

@@ -7,10 +7,10 @@ from compilations import compiled_by
 from synthetic_plants import noisy, plant
 
 import parc_jax as pj
-from parc_jax.claim import pipeline
-from parc_jax.study.learn import learn
-from parc_jax.study.settings import Study
-from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.app.study.settings import Study
+from parc_jax.common.stopwatch import Stopwatch
+from parc_jax.learning.bound import pipeline
+from parc_jax.learning.learn import learn
 
 KEY = jax.random.PRNGKey(5)
 STUDY = Study(hidden=(), rollouts=200, eps=0.1, delta=0.05, profile_runs=300, search=64)

@@ -7,13 +7,13 @@ import pytest
 import slipping
 
 import parc_jax as pj
-from parc_jax import cli
-from parc_jax.claim.counts import most_discards
-from parc_jax.claim.monitor import inside_tube
-from parc_jax.errors import InputError
-from parc_jax.rollout.groups import worst_by_group
-from parc_jax.study.from_prior import ASKED
-from parc_jax.system import Trajectory
+from parc_jax.app import cli
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.counts import most_discards
+from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.from_prior import ASKED
+from parc_jax.learning.runs.groups import worst_by_group
+from parc_jax.learning.system import Trajectory
 
 AFFINE = {"hidden": (), "rollouts": 400}  # PARC's map: nothing is trained
 RUNS = slipping.recorded(slipping.drawn(120), noise=0.01)
@@ -108,7 +108,7 @@ def test_bad_input_is_refused():
 
 def test_the_shell_is_the_same_door(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("parc_jax.study.from_prior.ASKED", ASKED | AFFINE)
+    monkeypatch.setattr("parc_jax.learning.from_prior.ASKED", ASKED | AFFINE)
     points = RUNS.p.reshape(RUNS.n, -1, len(RUNS.points), 2)
     np.savez("log.npz", k=RUNS.k, p=points, q=RUNS.q, points=RUNS.points)
     times = ("--dt", "0.25", "--t-f", "2", "--dt-record", "0.125")

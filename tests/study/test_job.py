@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from parc_jax import checker
-from parc_jax.claim import pipeline, score
-from parc_jax.claim.asked import BoundSettings
-from parc_jax.claim.counts import required_runs
-from parc_jax.cli import main
-from parc_jax.cli.saying import COMPILING, SEARCHING
-from parc_jax.errors import InputError
-from parc_jax.model import load
-from parc_jax.study.settings import Study
+from parc_jax.app.cli import main
+from parc_jax.app.cli.saying import COMPILING, SEARCHING
+from parc_jax.app.study.settings import Study
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound import pipeline, score
+from parc_jax.learning.bound.asked import BoundSettings
+from parc_jax.learning.bound.counts import required_runs
+from parc_jax.learning.model import load
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
@@ -176,7 +176,7 @@ def test_settings_are_checked():
 
 
 def test_fresh_runs_grow_with_the_smallest_bin():
-    from parc_jax.claim.tube import tube
+    from parc_jax.learning.bound.tube import tube
 
     def profile(edges):
         n = len(edges) - 1

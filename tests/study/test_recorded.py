@@ -9,12 +9,12 @@ import pytest
 import toy_query
 
 import parc_jax as pj
-from parc_jax import cli
-from parc_jax.errors import InputError, SoundnessError
-from parc_jax.network.predict import trajectories
-from parc_jax.rollout.batch import rollout_batch
-from parc_jax.rollout.law import law_spec
-from parc_jax.study import replay as replaying
+from parc_jax.app import cli
+from parc_jax.app.study import replay as replaying
+from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.learning.runs.batch import rollout_batch
+from parc_jax.learning.runs.law import law_spec
 
 N = 40
 

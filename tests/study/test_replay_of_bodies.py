@@ -6,8 +6,8 @@ import pytest
 from turning_bar import Bar, straight_bar
 
 import parc_jax as pj
-from parc_jax.study.replay import replay
-from parc_jax.verdict.scene import scene_of
+from parc_jax.app.study.replay import replay
+from parc_jax.safe_set.verdict.scene import scene_of
 
 BLOCK = ([-0.45, 0.3], [-0.25, 0.6])
 RADIUS = 0.05

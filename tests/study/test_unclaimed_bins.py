@@ -9,22 +9,22 @@ import pytest
 from toy_models import model_of
 
 from parc_jax import checker
-from parc_jax.base.status import OfRegion, Status
-from parc_jax.certificate.write import tube_part
-from parc_jax.claim.risk import NoStatement
-from parc_jax.claim.tube import NO_CLAIM
-from parc_jax.errors import InputError
-from parc_jax.network.relu import relu_network
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box
+from parc_jax.common.status import OfRegion, Status
+from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.bound.tube import NO_CLAIM
+from parc_jax.learning.learn import final_error
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.neuralparc import Published
+from parc_jax.neuralparc.verdicts import region_verdicts
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.published import Published
-from parc_jax.published.verdicts import region_verdicts
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import from_box
-from parc_jax.settings import Settings
-from parc_jax.study.learn import final_error
-from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.proof.certificate.write import tube_part
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 
 def model(without: int | tuple[int, ...] | None):

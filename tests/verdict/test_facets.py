@@ -7,14 +7,14 @@ import pytest
 from scipy.spatial import ConvexHull
 from toy_bodies import points_model, points_problem
 
-from parc_jax.base.arrays import x64
-from parc_jax.claim.error_set import at
-from parc_jax.network.predict import by_point
+from parc_jax.common.arrays import x64
+from parc_jax.learning.bound.error_set import at
+from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import Polygon, body_of
-from parc_jax.verdict.facets import facets_of
-from parc_jax.verdict.pointwise import anchor, verdicts
-from parc_jax.verdict.scene import scene_of
-from parc_jax.verdict.screen import screen
+from parc_jax.safe_set.verdict.facets import facets_of
+from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.screen import screen
 
 pytestmark = pytest.mark.slow
 

@@ -5,18 +5,18 @@ import pytest
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_model, random_polygon, random_problem
 
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import sample_part
-from parc_jax.errors import InputError
-from parc_jax.network.predict import by_point
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.robust.question import Plain
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.verdict.near import extent_in, near_scene, whole_scene
-from parc_jax.verdict.pointwise import anchor, verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.problem.robust.question import Plain
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import sample_part
+from parc_jax.safe_set.verdict.near import extent_in, near_scene, whole_scene
+from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 SLACKS = 1e-10  # [m] the slack of a scene grows with its size
 GOAL = box([-0.5, -0.5, -1], [0.5, 0.5, 1])

@@ -8,14 +8,14 @@ from toy_models import told
 from turning_bar import Bar, straight_bar
 
 import parc_jax as pj
-from parc_jax.base.arrays import x64
-from parc_jax.base.keys import Stage
-from parc_jax.claim.error_set import ErrorBox
-from parc_jax.errors import SoundnessError
-from parc_jax.rollout.collect import collect
-from parc_jax.study.replay import counts_of, replay
-from parc_jax.verdict.outcomes import outcomes, reached_and_touched
-from parc_jax.verdict.scene import scene_of
+from parc_jax.app.study.replay import counts_of, replay
+from parc_jax.common.arrays import x64
+from parc_jax.common.errors import SoundnessError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.error_set import ErrorBox
+from parc_jax.learning.runs.collect import collect
+from parc_jax.safe_set.verdict.outcomes import outcomes, reached_and_touched
+from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(7)
 pytestmark = pytest.mark.slow  # kernels of its own: of the gate

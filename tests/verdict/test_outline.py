@@ -9,12 +9,12 @@ import toy_driven
 from synthetic_plants import plant
 
 import parc_jax as pj
-from parc_jax.errors import InputError
-from parc_jax.rollout.law import law_of
-from parc_jax.sets.box import Box, box
-from parc_jax.study.replay import counts_of, replay
-from parc_jax.system import TimeGrid, time_grid
-from parc_jax.verdict.outline import outline_of, require_fit, require_same
+from parc_jax.app.study.replay import counts_of, replay
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.runs.law import law_of
+from parc_jax.learning.system import TimeGrid, time_grid
+from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
 
 @dataclass(frozen=True)

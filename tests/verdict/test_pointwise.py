@@ -6,11 +6,11 @@ import pytest
 from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, host_outputs, line_model, model_of, toy_case
 
+from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.verdict import pointwise as engine
-from parc_jax.verdict.pointwise import CHUNK, Verdicts, anchor, row_margin, verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.safe_set.verdict import pointwise as engine
+from parc_jax.safe_set.verdict.pointwise import CHUNK, Verdicts, anchor, row_margin, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
 
 
 @pytest.fixture(scope="module")

@@ -9,17 +9,17 @@ import pytest
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_model, random_problem, toy_case
 
-from parc_jax.base.arrays import x64
-from parc_jax.cover import sampling as drawing
-from parc_jax.cover.sampling import draw, near
+from parc_jax.common.arrays import x64
+from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.separation import segment
-from parc_jax.sets.box import box
-from parc_jax.verdict import screen as screening
-from parc_jax.verdict.facets import facets_of
-from parc_jax.verdict.pointwise import anchor, verdicts
-from parc_jax.verdict.scene import scene_of
-from parc_jax.verdict.screen import CHUNK, screen
+from parc_jax.safe_set.corridors import sampling as drawing
+from parc_jax.safe_set.corridors.sampling import draw, near
+from parc_jax.safe_set.separation import segment
+from parc_jax.safe_set.verdict import screen as screening
+from parc_jax.safe_set.verdict.facets import facets_of
+from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.screen import CHUNK, screen
 
 
 def both(model, scene, z, k):

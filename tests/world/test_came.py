@@ -12,8 +12,8 @@ need("shapely")
 import shapely  # noqa: E402
 from lidar_worlds import Lidar, a_world  # noqa: E402
 
-from parc_jax.world.free_space import FreeSpace, free_place  # noqa: E402
-from parc_jax.world.seen import seen_from  # noqa: E402
+from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E402
+from parc_jax.problem.world.seen import seen_from  # noqa: E402
 
 pytestmark = pytest.mark.soundness
 WIDTH = 0.15

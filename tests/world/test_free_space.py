@@ -8,15 +8,15 @@ import pytest
 from exact_cover import exact, meets
 from needs import need
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 need("shapely")
 import shapely  # noqa: E402
 from lidar_worlds import Lidar, a_world  # noqa: E402
 
-from parc_jax.world import free_space  # noqa: E402
-from parc_jax.world.free_space import FreeSpace, free_place  # noqa: E402
-from parc_jax.world.seen import seen_from  # noqa: E402
+from parc_jax.problem.world import free_space  # noqa: E402
+from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E402
+from parc_jax.problem.world.seen import seen_from  # noqa: E402
 
 pytestmark = pytest.mark.soundness
 LIDAR = Lidar(np.linspace(-2.3, 2.3, 360), doubt=(0.01, 0.003), noise=0.01, angle_error=0.001)

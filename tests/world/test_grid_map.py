@@ -7,8 +7,8 @@ import pytest
 from exact_cover import left_over
 from needs import need
 
-from parc_jax.errors import InputError
-from parc_jax.world.grid_map import GridMap, _rectangles, occupancy_grid
+from parc_jax.common.errors import InputError
+from parc_jax.problem.world.grid_map import GridMap, _rectangles, occupancy_grid
 
 need("shapely")
 import shapely  # noqa: E402

@@ -10,9 +10,9 @@ need("shapely")
 import shapely  # noqa: E402
 
 import sims.barn  # noqa: E402
-from parc_jax.world.footprint import read_footprint  # noqa: E402
-from parc_jax.world.free_space import free_place  # noqa: E402
-from parc_jax.world.seen import seen_from  # noqa: E402
+from parc_jax.problem.world.footprint import read_footprint  # noqa: E402
+from parc_jax.problem.world.free_space import free_place  # noqa: E402
+from parc_jax.problem.world.seen import seen_from  # noqa: E402
 from sims.lidar import lidar, shapes  # noqa: E402
 
 ROBOT = read_footprint("[[0.21, 0.165], [0.21, -0.165], [-0.21, -0.165], [-0.21, 0.165]]")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from needs import need
 
-from parc_jax.errors import InputError
-from parc_jax.world.map_file import load_map
+from parc_jax.common.errors import InputError
+from parc_jax.problem.world.map_file import load_map
 
 need("shapely")
 from PIL import Image  # noqa: E402

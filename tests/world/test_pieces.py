@@ -5,10 +5,10 @@ import pytest
 from exact_cover import exact, left_over, rows, trapezoids
 from needs import need
 
-from parc_jax.errors import InputError, SoundnessError
-from parc_jax.sets.rational import area, rational_vertices
-from parc_jax.world import pieces
-from parc_jax.world.pieces import convex_pieces, thin_pieces
+from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.sets.rational import area, rational_vertices
+from parc_jax.problem.world import pieces
+from parc_jax.problem.world.pieces import convex_pieces, thin_pieces
 
 need("shapely")
 import shapely  # noqa: E402

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from needs import need
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 need("shapely")
 import shapely  # noqa: E402
 from lidar_worlds import Lidar, a_world  # noqa: E402
 
-from parc_jax.world import seen  # noqa: E402
-from parc_jax.world.seen import seen_from  # noqa: E402
+from parc_jax.problem.world import seen  # noqa: E402
+from parc_jax.problem.world.seen import seen_from  # noqa: E402
 
 pytestmark = pytest.mark.soundness
 WIDTH = 0.3

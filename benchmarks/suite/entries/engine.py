@@ -10,16 +10,16 @@ from scipy.linalg import block_diag
 import parc_jax as pj
 from benchmarks.suite.answer import Piece, Sets
 from benchmarks.suite.entries import kit
-from parc_jax.claim.intersample import DISCRETE_TIME, SpeedBound
-from parc_jax.cover.sampling import points
-from parc_jax.cover.search import cover_around
-from parc_jax.published.cells import cells_outward
-from parc_jax.published.scene import paper_scene
-from parc_jax.published.search import SAMPLES_PER_REGION, paper_search
-from parc_jax.rollout.batch import RolloutBatch, rollout_batch
-from parc_jax.rollout.law import law_spec
-from parc_jax.sets.qhull import halfspace_intersection, scaled_around
-from parc_jax.verdict.pointwise import verdicts
+from parc_jax.common.sets.qhull import halfspace_intersection, scaled_around
+from parc_jax.learning.bound.intersample import DISCRETE_TIME, SpeedBound
+from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.neuralparc.cells import cells_outward
+from parc_jax.neuralparc.scene import paper_scene
+from parc_jax.neuralparc.search import SAMPLES_PER_REGION, paper_search
+from parc_jax.safe_set.corridors.sampling import points
+from parc_jax.safe_set.corridors.search import cover_around
+from parc_jax.safe_set.verdict.pointwise import verdicts
 
 KNOTS = 40  # of a model, at most
 AS_PUBLISHED = SAMPLES_PER_REGION

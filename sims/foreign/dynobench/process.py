@@ -8,7 +8,7 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 
 SERVER = Path(__file__).with_name("serve.py")
 VARIABLE = "DYNOBENCH_PYTHON"

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from parc_jax.common.sets.box import Box, box
 from parc_jax.problem.body import Body, body_of, hull
 from parc_jax.problem.problem import GoalOfPoints, ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import Box, box
 from sims.foreign.dynobench.robots import BEND, ROBOTS, TRAILER_CORNERS, Robot
 from sims.foreign.dynobench.scenes import Scene, scene
 from sims.rectangle import CORNERS

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.errors import InputError
-from parc_jax.sets.box import Box, box
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
 from sims.foreign.dynobench.process import ask
 from sims.foreign.dynobench.robots import ROBOTS
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.loop.commitment import Commitment
+from parc_jax.drive.loop.commitment import Commitment
 from sims.foreign.dynobench.drive import places, start_of
 from sims.foreign.dynobench.episode import Liked
 from sims.foreign.dynobench.robots import ROBOTS

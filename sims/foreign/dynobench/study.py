@@ -1,6 +1,6 @@
 """The main job's settings for dynobench's first unicycle."""
 
-from parc_jax.study.settings import Study
+from parc_jax.app.study.settings import Study
 
 STUDY = Study(
     hidden=(16, 16),

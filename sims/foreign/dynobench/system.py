@@ -5,10 +5,10 @@ processes, each with a process of its own that has dynobench.
 from functools import partial
 from hashlib import sha256
 
-from parc_jax.errors import InputError
-from parc_jax.rollout.python_system import PythonSystem, python_system
-from parc_jax.sets.box import box
-from parc_jax.system import STAYS, TURNS, time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.system import STAYS, TURNS, time_grid
+from parc_jax.learning.systems.python_system import PythonSystem, python_system
 from sims.foreign.dynobench.drive import drive, drive_from
 from sims.foreign.dynobench.process import SERVER, interpreter
 from sims.foreign.dynobench.robots import ROBOTS, TICK

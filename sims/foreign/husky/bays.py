@@ -8,10 +8,10 @@ from pathlib import Path
 
 import jax
 
-from parc_jax.base.spelling import rounded_up
-from parc_jax.model import load
+from parc_jax.common.spelling import rounded_up
+from parc_jax.learning.model import load
 from parc_jax.planner.planner import Planner
-from parc_jax.settings import Settings
+from parc_jax.safe_set.settings import Settings
 from sims.foreign.husky.scenario import problem
 
 WIDTHS = (1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0)  # [m]

@@ -5,10 +5,10 @@ python -m sims.foreign.husky.compare
 
 import jax
 
-from parc_jax.network.relu import ReLUNetwork
-from parc_jax.network.train import train
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.network.train import train
 from parc_jax.planner.planner import Planner
-from parc_jax.settings import Settings
+from parc_jax.safe_set.settings import Settings
 from sims.foreign.husky.job import EPS
 from sims.foreign.husky.learn import Halves, claimed, halves, network
 from sims.foreign.husky.log import read_log

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.rollout.files import read_npz, write_npz
+from parc_jax.learning.runs.files import read_npz, write_npz
 
 EVERY = 2  # records of 20 Hz
 

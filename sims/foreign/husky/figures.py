@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.claim.measure import measure
-from parc_jax.plot import shapes, style
-from parc_jax.plot.predict import predicted
+from parc_jax.app.plot import shapes, style
+from parc_jax.app.plot.predict import predicted
+from parc_jax.app.study.recorded import Recorded
+from parc_jax.learning.bound.measure import measure
 from parc_jax.problem.body import numbered
-from parc_jax.study.recorded import Recorded
 from sims.foreign.husky import params as c
 from sims.foreign.husky.learn import Halves
 

@@ -7,12 +7,12 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.base.spelling import rounded_down, rounded_up
+from parc_jax.app.study.job import finish
+from parc_jax.app.study.recorded import Recorded, replay_recorded
+from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.planner.planner import Planner
-from parc_jax.settings import Settings
-from parc_jax.study.job import finish
-from parc_jax.study.recorded import Recorded, replay_recorded
-from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.safe_set.settings import Settings
 from sims.foreign.husky.learn import claimed, first_look, halves, network, profile, worst
 from sims.foreign.husky.log import read_log
 from sims.foreign.husky.scenario import problem

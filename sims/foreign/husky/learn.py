@@ -11,17 +11,17 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.claim import ErrorClaim
-from parc_jax.claim.measure import measure
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.tube import Tube, tube
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.relu import ReLUNetwork
-from parc_jax.network.train import train
-from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.rollout.collect import collect
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.claim import ErrorClaim
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.tube import Tube, tube
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.network.train import train
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.collect import collect
 from sims.foreign.husky import params as c
 from sims.foreign.husky.log import Log, domain, grid, recorded, windows
 from sims.foreign.husky.twist import TwistModel, identify

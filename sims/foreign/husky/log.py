@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.errors import InputError
-from parc_jax.rollout.batch import RolloutBatch, rollout_batch
-from parc_jax.rollout.files import read_npz
-from parc_jax.rollout.law import law_spec
-from parc_jax.sets.box import Box, box
-from parc_jax.system import TimeGrid, time_grid
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
+from parc_jax.learning.runs.files import read_npz
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.system import TimeGrid, time_grid
 from sims.foreign.husky import params as c
 from sims.rectangle import POINTS, centre_and_corners
 

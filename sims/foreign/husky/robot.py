@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from parc_jax.errors import InputError
-from parc_jax.system import Trajectory
+from parc_jax.common.errors import InputError
+from parc_jax.learning.system import Trajectory
 from sims.foreign.husky.log import K_LABELS, NAME, Log, domain, grid, read_log, recorded
 from sims.rectangle import POINTS
 

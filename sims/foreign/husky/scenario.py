@@ -2,8 +2,8 @@
 touched none.
 """
 
+from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import box
 from sims.foreign.husky import params as c
 from sims.rectangle import POINTS, rectangle
 

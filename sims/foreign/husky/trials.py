@@ -14,14 +14,14 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.claim.monitor import inside_tube
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.profile import profile_of, training_errors
-from parc_jax.model import trajectory_model
+from parc_jax.app.study.recorded import replay_recorded
+from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.profile import profile_of, training_errors
+from parc_jax.learning.model import trajectory_model
+from parc_jax.learning.runs.groups import worst_by_group
 from parc_jax.planner.planner import Planner
-from parc_jax.rollout.groups import worst_by_group
-from parc_jax.settings import Settings
-from parc_jax.study.recorded import replay_recorded
+from parc_jax.safe_set.settings import Settings
 from sims.foreign.husky import params as c
 from sims.foreign.husky.learn import DELTA, trained
 from sims.foreign.husky.scenario import BAY_LENGTH, BAY_WIDTH, problem

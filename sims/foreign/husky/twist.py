@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import least_squares
 
-from parc_jax.sets.box import Box
-from parc_jax.system import TimeGrid, Trajectory
+from parc_jax.common.sets.box import Box
+from parc_jax.learning.system import TimeGrid, Trajectory
 from sims.foreign.husky.log import NAME
 from sims.rectangle import POINTS, centre_and_corners
 

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.claim.counts import supported_eps
-from parc_jax.claim.score import score_batch
-from parc_jax.claim.tube import Tube
-from parc_jax.network.relu import ReLUNetwork
-from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.learning.bound.counts import supported_eps
+from parc_jax.learning.bound.score import score_batch
+from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.runs.batch import RolloutBatch
 from sims.foreign.husky.learn import DELTA
 
 

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.rollout.batch import RolloutBatch, rollout_batch
-from parc_jax.rollout.law import law_spec
-from parc_jax.sets.box import box
-from parc_jax.system import TimeGrid, time_grid
+from parc_jax.common.sets.box import box
+from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.system import TimeGrid, time_grid
 from sims.foreign.husky.log import K_LABELS, read_arrays
 from sims.rectangle import POINTS, centre_and_corners
 

@@ -1,7 +1,7 @@
 """The task: between two parked cars, all of the car inside the bay, and not onto the kerb."""
 
+from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import box
 from sims.rectangle import CORNERS, POINTS, rectangle
 
 ROOM = 9.5  # [m] between the parked cars

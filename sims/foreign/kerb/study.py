@@ -1,6 +1,6 @@
 """The main job's settings for the car; docs/kerb.md says how they were chosen."""
 
-from parc_jax.study.settings import Study
+from parc_jax.app.study.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8),

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from parc_jax.rollout.python_system import PythonSystem, python_system
-from parc_jax.sets.box import box
-from parc_jax.system import time_grid
+from parc_jax.common.sets.box import box
+from parc_jax.learning.system import time_grid
+from parc_jax.learning.systems.python_system import PythonSystem, python_system
 from sims.foreign.extras import require
 from sims.foreign.kerb import params as c
 from sims.foreign.kerb.drive import Orders, drives

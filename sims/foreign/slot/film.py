@@ -9,10 +9,10 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.base.arrays import x64
-from parc_jax.plot.film_file import require_kind, require_sample, write_film
-from parc_jax.plot.film_text import explained
-from parc_jax.sets.bounding_box import bounding_box
+from parc_jax.app.plot.film_file import require_kind, require_sample, write_film
+from parc_jax.app.plot.film_text import explained
+from parc_jax.common.arrays import x64
+from parc_jax.common.sets.bounding_box import bounding_box
 from sims import film
 from sims.foreign.slot import params as c
 from sims.foreign.slot import scenario
@@ -77,7 +77,7 @@ def run(plan: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def stage(answer: Answer, sample: int):
     """The compiled scene: drone, wall, goal, tube."""
-    from parc_jax.plot.predict import predicted
+    from parc_jax.app.plot.predict import predicted
 
     mujoco = film.headless_mujoco()
     spec = drone(mujoco)

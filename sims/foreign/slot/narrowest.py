@@ -8,9 +8,9 @@ from pathlib import Path
 
 import jax
 
-from parc_jax.model import load
+from parc_jax.learning.model import load
 from parc_jax.planner.planner import Planner
-from parc_jax.settings import Settings
+from parc_jax.safe_set.settings import Settings
 from sims.foreign.slot.scenario import problem
 
 SAMPLES = 4  # safe plans to look for in each slot

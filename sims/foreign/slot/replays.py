@@ -10,13 +10,13 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.base.keys import Stage
-from parc_jax.claim.monitor import inside_tube
-from parc_jax.io.answer_file import load_answer
-from parc_jax.network.predict import moved_to
-from parc_jax.rollout.collect import collect
-from parc_jax.sets.bounding_box import bounding_box
-from parc_jax.study.replay import outcomes
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.study.replay import outcomes
+from parc_jax.common.keys import Stage
+from parc_jax.common.sets.bounding_box import bounding_box
+from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.network.predict import moved_to
+from parc_jax.learning.runs.collect import collect
 from sims.foreign.slot.system import PLANTS, system
 
 ROUND = 2048  # runs held in memory at a time

@@ -4,9 +4,9 @@ hover behind it. In the frame of the slot: through the wall, along the slot, acr
 
 import numpy as np
 
+from parc_jax.common.sets.box import Box, box
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import Box, box
 from sims.foreign.slot.system import CORNERS, POINTS
 
 WIDTH = 0.1  # [m] of the slot; a level drone needs 0.141

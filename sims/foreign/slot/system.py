@@ -15,10 +15,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base.arrays import x64
-from parc_jax.errors import InputError
-from parc_jax.sets.box import Box, box
-from parc_jax.system import TimeGrid, Trajectory, time_grid
+from parc_jax.common.arrays import x64
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.system import TimeGrid, Trajectory, time_grid
 from sims.foreign.slot import params as c
 from sims.foreign.slot.pilot import FRAME, Flight, command, learned
 from sims.quiet import lenient, quiet_import

@@ -1,8 +1,8 @@
 """The task: between two rows of towers, through the only gap between them, and on."""
 
+from parc_jax.common.sets.box import box
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import box
 from sims.foreign.towers import params as c
 from sims.foreign.towers.flight import POINTS
 

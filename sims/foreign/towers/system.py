@@ -1,8 +1,8 @@
 """The aeroplane as a black box: worker processes, each flight from its own random stream."""
 
-from parc_jax.rollout.python_system import PythonSystem, python_system
-from parc_jax.sets.box import box
-from parc_jax.system import time_grid
+from parc_jax.common.sets.box import box
+from parc_jax.learning.system import time_grid
+from parc_jax.learning.systems.python_system import PythonSystem, python_system
 from sims.foreign.extras import require
 from sims.foreign.towers import params as c
 from sims.foreign.towers.flight import POINTS, fly, fly_from

@@ -12,7 +12,7 @@ from benchmarks.suite.boxes import load
 from benchmarks.suite.contact import block, gap, hull, touched
 from benchmarks.suite.instances import instances
 from benchmarks.suite.scene import load_scene
-from parc_jax.io.problem_file import load_problem
+from parc_jax.problem.problem_file import load_problem
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.3])

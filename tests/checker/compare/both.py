@@ -12,7 +12,7 @@ import pytest
 import two
 
 from parc_jax import checker
-from parc_jax.io import answer_file
+from parc_jax.app.files import answer_file
 
 SEEN, ACCEPTED, DIFFERENT = set(), [], []
 

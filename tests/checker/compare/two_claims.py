@@ -11,7 +11,7 @@ import two
 from two_readers import ODD
 
 from parc_jax import checker
-from parc_jax.claim.counts import required_runs
+from parc_jax.learning.bound.counts import required_runs
 
 EPS, DELTA = ("1/1000", "1/20", "0.3", "0.0123"), ("1/1000", "1/20", "1e-9")
 STANDINGS = ("checked", "measured", "assumed", "proved")

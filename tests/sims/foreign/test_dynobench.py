@@ -11,8 +11,8 @@ import pytest
 
 import parc_jax as pj
 import sims
-from parc_jax import cli
-from parc_jax.errors import InputError
+from parc_jax.app import cli
+from parc_jax.common.errors import InputError
 from sims.foreign.dynobench import process
 from sims.foreign.dynobench.drive import commands, drive, measured_of, places, start_of, states
 from sims.foreign.dynobench.robots import BEND, CAR, ROBOTS, TICK, UNICYCLE1, UNICYCLE2

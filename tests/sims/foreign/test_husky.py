@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import sims
-from parc_jax import cli
-from parc_jax.errors import InputError, SoundnessError
-from parc_jax.io.answer_file import load_answer
-from parc_jax.network.fit import fit_affine
-from parc_jax.network.train import training_arrays
-from parc_jax.study import replay
-from parc_jax.study.recorded import replay_recorded
+from parc_jax.app import cli
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.study import replay
+from parc_jax.app.study.recorded import replay_recorded
+from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.learning.network.fit import fit_affine
+from parc_jax.learning.network.train import training_arrays
 from sims.foreign.husky import learn, twist
 from sims.foreign.husky import log as logs
 from sims.foreign.husky import params as c

@@ -5,7 +5,7 @@ kept.
 import numpy as np
 import pytest
 
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from sims.foreign.husky import learn, trials
 from sims.foreign.husky.windows import grid, read_windows
 

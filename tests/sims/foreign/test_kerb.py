@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import sims
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from sims.foreign.kerb import params as c
 
 NEEDED = pytest.mark.needs("vehiclemodels")

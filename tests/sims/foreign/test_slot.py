@@ -16,7 +16,7 @@ from needs import need
 
 import parc_jax as pj
 import sims
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
 from sims.foreign.slot import params as c
 from sims.foreign.slot.pilot import ACROSS, FRAME, Flight, command, learned, way
 from sims.foreign.slot.replays import clear_along_an_axis
@@ -218,7 +218,7 @@ def test_another_plant_is_refused():
 
 
 def test_without_crazyflow_it_says_what_to_install(monkeypatch, capsys):
-    from parc_jax.cli import main
+    from parc_jax.app.cli import main
 
     find = importlib.util.find_spec
 

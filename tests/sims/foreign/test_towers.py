@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import sims
-from parc_jax.claim.start_gap import try_starts
-from parc_jax.errors import InputError
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.start_gap import try_starts
 from sims.foreign.towers import chart
 from sims.foreign.towers import params as c
 from sims.foreign.towers.flight import ARMS, FOOT, POINTS

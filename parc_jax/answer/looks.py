@@ -1,0 +1,114 @@
+"""Looks at fresh runs: how many are declared, how many are taken, what each of them may err.
+
+A look is a test that may decide which plan is driven. m of them, declared beforehand, get delta / m
+each, so that all of them together err with probability at most delta. [T1, T6]
+"""
+
+from fractions import Fraction
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.common.arrays import content_hash
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage, stream
+from parc_jax.common.options import check_count
+from parc_jax.common.spelling import rounded_up
+from parc_jax.learning.bound.counts import as_probability
+
+DELTA = Fraction(1, 1000)  # of all looks together, where nobody says another
+
+
+class Look(NamedTuple):
+    """One of the declared looks. number: from 1. delta: its share of the error probability."""
+
+    number: int
+    planned: int
+    delta: Fraction
+
+
+class Looks:
+    """The account of the looks at one answer and at all that comes of it: its polytopes, choices
+    and local claims hold this very object. It is the one thing here that remembers: a look is spent
+    when its runs are made, whatever they show.
+
+    delta: error probability of all looks together, None until `declare`. planned: how many may be
+    taken. taken: how many were.
+    """
+
+    def __init__(self):
+        self.delta: Fraction | None = None
+        self.planned = 0
+        self.taken = 0
+
+    def __repr__(self) -> str:
+        if self.delta is None:
+            return "Looks(none declared)"
+        return f"Looks({self.taken} of {self.planned} taken, delta {rounded_up(self.delta)})"
+
+    def declare(
+        self, delta: Fraction | float | str | None = None, planned: int | None = None
+    ) -> "Looks":
+        """The account itself, with so many looks. Declared once, before the first is taken; the
+        same again changes nothing. None: as it was declared, at first 1e-3 and one look. Raises
+        InputError for anything else.
+        """
+        if delta is None:
+            delta = DELTA if self.delta is None else self.delta
+        if planned is None:
+            planned = max(1, self.planned)
+        check_count("looks", planned, 1, "the number of tests that may decide what is driven")
+        delta = as_probability("delta", delta)
+        if self.delta is None:
+            self.delta, self.planned = delta, planned
+        if (delta, planned) != (self.delta, self.planned):
+            raise InputError(
+                f"looks: expected those declared by the first choice, {self!r}; got {planned} "
+                f"looks and delta = {delta}."
+            )
+        return self
+
+    def to_json(self) -> dict | None:
+        """As plain data, for the answer file; None where none are declared."""
+        if self.delta is None:
+            return None
+        return {"delta": str(self.delta), "planned": self.planned, "taken": self.taken}
+
+    def take(self) -> Look:
+        """The next look. Raises InputError when all that were declared are spent."""
+        if self.delta is None:
+            raise InputError("looks: expected some to be declared before one is taken; none are.")
+        if self.taken >= self.planned:
+            raise InputError(
+                f"looks: all {self.planned} that were declared are spent, and one more would be "
+                "wrong more often than it says. Declare more beforehand: looks="
+                f"{self.planned + 1} splits delta over them."
+            )
+        self.taken += 1
+        return Look(self.taken, self.planned, self.delta / self.planned)
+
+
+def looks_of_json(data: dict | None) -> Looks:
+    """The account of `Looks.to_json`, which goes on where it was. Raises InputError."""
+    looks = Looks()
+    if data is not None:
+        looks.declare(Fraction(data["delta"]), data["planned"])
+        looks.taken = data["taken"]
+        check_count("looks taken", looks.taken, 0, "how many were taken")
+    return looks
+
+
+def fresh_key(key: jax.Array, look: Look, *about: np.ndarray) -> jax.Array:
+    """A key for the runs of one look at `about` (plan, box): its streams meet neither those of
+    `key` nor those of another look, nor those of a look at anything else.
+
+    A choice that depends on earlier runs needs runs that these do not tell anything of, not even
+    through a shared disturbance.
+    """
+    arrays = [np.atleast_1d(np.asarray(x, np.float64)) for x in about]
+    words = np.frombuffer(bytes.fromhex(content_hash(*arrays)[:32]), ">u4")
+    own = stream(key, Stage.DRIVEN)
+    for word in (look.number, *words):
+        own = jax.random.fold_in(own, int(word))
+    return own

@@ -1,0 +1,1 @@
+"""What people use: files, figures, pages, studies, the shell."""

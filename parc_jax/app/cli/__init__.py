@@ -1,0 +1,132 @@
+"""The shell: learn a robot, find its safe sets, prove them, draw them.
+
+Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input, 3 a fault in a
+program, or a part that `check --second` did not look at, 130 stopped. Files appear complete or not
+at all, and a stopped `run` or `learn` continues where it was.
+With --verbose (twice for more), or PARC_JAX_LOG=info or debug, every command tells what it does.
+Completion scripts: parc-jax --tyro-print-completion bash (or zsh). Version: parc-jax --version.
+"""
+
+import contextlib
+import gc
+import os
+import sys
+import traceback
+
+from parc_jax.app.cli.logs import told
+from parc_jax.app.cli.stopping import STOPPED, Interrupts, stoppable
+from parc_jax.common.errors import HostLost, InputError, ParcError
+
+OK, NO_ANSWER, BAD_INPUT, BROKEN = 0, 1, 2, 3
+# new objects between two searches for what nobody refers to: tracing makes millions that all stay
+COLLECT_EVERY = 100_000
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of the console script. Always ends in SystemExit."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    gc.set_threshold(COLLECT_EVERY)
+    try:
+        with stoppable() as interrupts, told(arguments) as asked:
+            code = _run(asked, interrupts)
+            sys.stdout.flush()
+        code = STOPPED if interrupts.seen else code  # it was swallowed on the way
+    except KeyboardInterrupt:
+        kept = " Finished rollouts are kept; the same command continues from them."
+        code = _say(f"stopped.{kept if arguments[:1] in (['run'], ['learn']) else ''}", STOPPED)
+    except InputError as error:
+        code = _say(error, BAD_INPUT)
+    except BrokenPipeError:  # whoever read the output has seen enough, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = STOPPED
+    sys.exit(code)
+
+
+def _run(arguments: list[str], interrupts: Interrupts) -> int:
+    if arguments[:1] == ["check"] and not {"-h", "--help", "--second"} & set(arguments):
+        from parc_jax import checker  # before anything heavy: the checker needs no JAX
+
+        return checker.main(arguments[1:])
+    if arguments[:1] == ["--version"]:
+        from parc_jax import __version__
+
+        print(f"parc-jax {__version__}")
+        return OK
+    _require_once(arguments)
+    return _dispatch(arguments, interrupts)
+
+
+def _require_once(arguments: list[str]) -> None:
+    """Refuse an option that is there twice, of which the parser would drop one without a word.
+    Raises InputError.
+    """
+    names = [word.split("=", 1)[0] for word in arguments if word.startswith("--")]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(
+                f"{name}: expected every option once; it is there {names.count(name)} times. Name "
+                f"all its values after one {name}."
+            )
+
+
+def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
+    # the compilation cache reports CPU tuning hints at the level of errors, page after page
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+    import tyro
+
+    from parc_jax.app.cli.bench import bench
+    from parc_jax.app.cli.check import check
+    from parc_jax.app.cli.collect import collect
+    from parc_jax.app.cli.doctor import doctor
+    from parc_jax.app.cli.export import export
+    from parc_jax.app.cli.help import readable, wrapped
+    from parc_jax.app.cli.learn import learn
+    from parc_jax.app.cli.plot import plot
+    from parc_jax.app.cli.replay import replay
+    from parc_jax.app.cli.run import run
+    from parc_jax.app.cli.solve import solve
+    from parc_jax.app.cli.systems import systems
+
+    functions = (run, learn, collect, solve, check, replay, plot, export, bench, systems, doctor)
+    first = arguments[0] if arguments else ""
+    commands = {
+        f.__name__: readable(f, first == f.__name__ or first.startswith("--tyro"))
+        for f in functions
+    }
+    try:
+        asks = {"-h", "--help"} & set(arguments)
+        with wrapped() if asks else contextlib.nullcontext():
+            return tyro.extras.subcommand_cli_from_dict(
+                commands,
+                prog="parc-jax",
+                description=__doc__,
+                args=arguments,
+                use_underscores=False,
+            )
+    except InputError as error:
+        return _say(error, BAD_INPUT)
+    except HostLost as error:
+        os._exit(_say(error, NO_ANSWER))  # an orderly exit would wait for the process that is gone
+    except ParcError as error:
+        return _say(error, NO_ANSWER)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        what = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+        return _say(
+            f"expected to read and write the files named; {what}. Name another file or folder, or "
+            "make room and give the right to write.",
+            BAD_INPUT,
+        )
+    except (
+        Exception
+    ):  # a fault of ours, or in a robot's own program: never to be taken for "no plan"
+        if interrupts.seen:  # this is what a library made of it
+            raise KeyboardInterrupt from None
+        traceback.print_exc()
+        return _say("this should not have happened; the lines above say where.", BROKEN)
+
+
+def _say(message, code: int) -> int:
+    print(f"parc-jax: {message}", file=sys.stderr, flush=True)
+    return code

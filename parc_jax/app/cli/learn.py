@@ -1,0 +1,76 @@
+"""`parc-jax learn`: a model of a system, or of logged data, with an honest error bound."""
+
+import shutil
+from pathlib import Path
+from typing import Annotated
+
+from parc_jax.app.cli.offer import Offer
+from parc_jax.app.cli.shell import Shell
+
+
+def learn(
+    source: str,
+    /,
+    *,
+    out: Path,
+    study: Annotated[
+        dict, Offer("learning.settings.Learning", left_out="the study's, or ", but=("others",))
+    ],
+    logged: Annotated[dict, Offer("app.cli.learning.Logged", left_out="")],
+    bagged: Annotated[dict, Offer("app.cli.bagged.Bagged", left_out="")],
+    shell: Annotated[Shell, Offer("app.cli.shell.Shell")],
+) -> int:
+    """Learn a trajectory model and bound its error. Example: parc-jax learn drift_parking --out
+    model.npz
+
+    From logged runs: parc-jax learn logs.npz --dt 0.1 --t-f 4 --dt-record 0.05 --out model.npz;
+    from few of them, add --prior twist.
+
+    From bags of ROS: parc-jax learn bags --pose /odom --command /cmd_vel --k linear.x angular.z
+    --dt 0.1 --t-f 4 --out model.npz
+
+    Args:
+        source: A system of `parc-jax systems`, a module of yours with `system()`, logged runs
+            (.npz, .mat, folder), or a bag or a folder of bags (.bag, .mcap, .db3).
+        out: The model file. Unfinished work is kept beside it, in OUT.unfinished.
+    """
+    from parc_jax.app.cli.bagged import Bagged, are_bags
+    from parc_jax.app.cli.help import fitted
+    from parc_jax.app.cli.learning import NEW_RUNS, Logged, from_log, refuse, summary
+    from parc_jax.app.cli.lock import held
+    from parc_jax.app.cli.places import require_place
+    from parc_jax.app.cli.systems import black_box_of, find, study_of
+    from parc_jax.app.cli.unfinished import only_of
+    from parc_jax.app.study.cache import keep_compiled
+    from parc_jax.common.keys import key_of
+    from parc_jax.common.stopwatch import Stopwatch
+    from parc_jax.learning.learn import learn as learn_system
+
+    if shell.cache:
+        keep_compiled()
+    require_place(out)
+    work = out.with_name(f"{out.name}.unfinished")
+    with held(out):
+        bags = are_bags(Path(source))
+        if not bags:
+            refuse(bagged, source, "bags")
+        if bags or Path(source).suffix in (".npz", ".mat", ".csv") or Path(source).is_dir():
+            log = Logged(**logged)
+            run_anew = [name for name in NEW_RUNS if name in study]
+            if log.prior is not None:
+                run_anew = [name for name in run_anew if name != "rollouts"]
+            refuse(run_anew, source, "a system that can be run")
+            learned = from_log(Path(source), log, Bagged(**bagged), study, shell.seed)
+            learned.main.save(out)
+        else:
+            refuse(logged, source, "logged runs")
+            module = find(source, needed=("system",))
+            asked = study_of(module, others=(), **study)
+            black_box = black_box_of(module, asked.plant, asked.body)
+            with only_of(module, work):
+                key, quiet = key_of(shell.seed), shell.quiet
+                learned = learn_system(black_box, asked, key, Stopwatch(), work, quiet)
+                learned.main.save(out)
+            shutil.rmtree(work, ignore_errors=True)
+    print(summary(learned, out, as_json=True) if shell.json else fitted(summary(learned, out)))
+    return 0 if learned.main.tube.claimed.any() else 1

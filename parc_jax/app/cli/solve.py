@@ -1,0 +1,121 @@
+"""`parc-jax solve`: the safe set of one scene."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from parc_jax.app.cli.offer import Offer
+from parc_jax.app.cli.shell import Shell
+from parc_jax.safe_set.settings import Settings
+
+DOUBT = Offer(
+    "problem.doubt.Doubt",
+    left_out="the scene's, or ",
+    named={name: f"doubt_{name}" for name in ("start", "heading", "k", "goal")},
+    kinds={
+        "start": tuple[float, ...],
+        "heading": float,
+        "goal": tuple[float, ...],
+        **dict.fromkeys(("k", "given", "unknown"), tuple[str, ...]),
+        "sensing_eps": str,
+    },
+)
+
+
+def solve(
+    model: Path,
+    scene: Path | None = None,
+    /,
+    *,
+    out: Path = Path("answer.json"),
+    system: str | None = None,
+    settings: Annotated[
+        Settings, Offer("safe_set.settings.Settings", but=("samples_only", "proof"))
+    ],
+    method: Literal["exact", "paper", "paper-lp"] = "exact",
+    at: str | None = None,
+    first: bool = False,
+    doubt: Annotated[dict, DOUBT],
+    shell: Annotated[Shell, Offer("app.cli.shell.Shell")],
+) -> int:
+    """Find and prove the safe starts and parameters of a scene. Example: parc-jax solve
+    drift_parking --first
+
+    With files of your own: parc-jax solve model.npz scene.toml
+
+    A scene file names a goal, obstacles, a body and optionally a start set; `parc-jax systems NAME`
+    prints one. --doubt-..., --given, --unknown and --sensing-eps replace entries of its table
+    [doubt].
+
+    Args:
+        model: A model of `parc-jax learn` or `parc-jax run`, or a system of `parc-jax systems`
+            whose model comes along.
+        scene: The scene, .toml or .json. Default: that of the model's system.
+        out: The answer file, with certificates; it is written in every case but bad input.
+        system: Refuse a model of any other system. Default: take it.
+        method: The exact engine, or the published search by supports (paper) or linear programs
+            (paper-lp).
+        at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading
+            [rad] the scene is solved in the robot's frame. Default: from anywhere in its start set.
+        first: Stop at the first plan, proved: no sets, no shares.
+    """
+    import sys
+
+    from parc_jax.app.cli.doubt import numbers_of_option, under_doubt
+    from parc_jax.app.cli.goal_in_reach import odd_size, require_goal_in_reach
+    from parc_jax.app.cli.help import fitted
+    from parc_jax.app.cli.places import require_place
+    from parc_jax.app.cli.saying import COMPILING, SEARCHING, saying
+    from parc_jax.app.cli.systems import model_of, scene_of
+    from parc_jax.app.cli.verdict import as_json, verdict
+    from parc_jax.app.study.cache import keep_compiled
+    from parc_jax.common.errors import InputError
+    from parc_jax.common.keys import key_of
+    from parc_jax.method import Exact
+    from parc_jax.neuralparc import Published
+    from parc_jax.planner.planner import Planner
+    from parc_jax.problem.problem_file import labelled, load_problem
+
+    if shell.cache:
+        keep_compiled()
+    if model.suffix in (".toml", ".json") and scene is not None and scene.suffix == ".npz":
+        raise InputError(
+            f"solve: expected the model first and then the scene; got {model} and {scene}. Swap "
+            "the two."
+        )
+    require_place(out)
+    learned = model_of(model, system)
+    if scene is None:
+        asked = scene_of(learned)
+    else:
+        asked, learned = load_problem(scene, learned.points), labelled(learned, scene)
+    problem = under_doubt(asked, doubt)
+    planner = Planner(learned)
+    if not first:
+        require_goal_in_reach(problem, planner)
+    key = key_of(shell.seed)
+    methods = {"exact": Exact(), "paper": Published(), "paper-lp": Published(lps=True)}
+    settings = settings.replace(method=methods[method])
+    place = None if at is None else numbers_of_option("at", at)
+    planner.prepare(problem, at=place)  # what does not fit is told before anything is done
+    odd = odd_size(problem, planner.model)
+    if odd is not None:
+        print(odd, file=sys.stderr)
+    with saying(shell.quiet) as say:
+        if first:
+            say("compiling, and looking for a safe plan")
+            kept = {"budget_s": settings.budget_s, "method": settings.method}
+            one = Settings.fast().replace(samples=1, proof=True, **kept)
+            answer = planner.solve(problem, key, one, at=place)
+            cold_s = None
+        else:
+            # so that the times are those of the search and not of the compiler
+            say(COMPILING)
+            cold_s = planner.warm_up(problem, settings, at=place).timings["first_sample_s"]
+            say(SEARCHING)
+            answer = planner.solve(problem, key, settings, at=place)
+    answer.save(out)
+    if shell.json:
+        print(as_json(answer, out, cold_s))
+    else:
+        print(fitted(verdict(answer, out, cold_s, short=shell.quiet)))
+    return 0 if answer.found else 1

@@ -1,0 +1,178 @@
+"""`parc-jax systems`, and finding a system by name."""
+
+import contextlib
+import importlib
+import inspect
+import io
+import os
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated
+
+from parc_jax.app.cli.offer import Offer
+from parc_jax.common.errors import InputError
+from parc_jax.learning.systems.user_code import blamed, own_place, said
+
+WANTED = {
+    "system": ("name", "domain", "time", "n_p", "n_q"),
+    "problem": ("goal", "obstacles", "body", "start"),
+}  # attributes of what a module's functions return
+
+BODY = Offer("learning.settings.Learning", left_out="its study's, or ", only=("body",))
+
+
+def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
+    """List the systems that `run` and `learn` know, or print the scene of one. Example: parc-jax
+    systems drift_parking
+
+    Args:
+        name: Print this system's scene as a TOML file for `solve`, to be changed.
+    """
+    if name is None:
+        for each in known():
+            print(f"{each:16} {(find(each, or_job=True).__doc__ or '').splitlines()[0]}")
+        return 0
+    from parc_jax.learning.labels import labels_of
+    from parc_jax.learning.system import points_of
+    from parc_jax.problem.problem_file import problem_text
+
+    module = find(name)
+    body = study_of(module, **study).body
+    black_box = black_box_of(module, None, body)
+    scene = build(module, "problem", body=body)
+    print(problem_text(scene, labels_of(black_box), points_of(black_box)), end="")
+    return 0
+
+
+def known() -> tuple[str, ...]:
+    """Names of the systems and jobs that come with the package and are installed."""
+    sims = importlib.import_module("sims")
+    names = sims.NAMES + sims.JOBS
+    return tuple(name for name in names if importlib.util.find_spec(sims.place(name)))
+
+
+def find(name: str, needed: tuple[str, ...] = ("system", "problem"), or_job=False) -> ModuleType:
+    """The module of a system: one of `known`, or any importable module with the functions needed;
+    or_job: or with a function `job`. Raises InputError.
+    """
+    target = importlib.import_module("sims").place(name) if name in known() else name
+    if target == name and os.getcwd() not in sys.path:
+        sys.path.insert(0, os.getcwd())  # a console script does not look where it is started
+    try:
+        module = importlib.import_module(target)
+    except Exception as error:  # whatever the user's module raises
+        if isinstance(error, ModuleNotFoundError) and error.name in (target, target.split(".")[0]):
+            raise InputError(
+                f"system: expected one of {', '.join(known())}, or a module of your own; got "
+                f"{name!r} ({error})."
+            ) from None
+        place = own_place(error)
+        raise InputError(
+            f"system {name!r}: expected a module that can be imported; it fails"
+            f"{f' in {place}' if place else ''}: {said(error)}."
+        ) from None
+    for function in () if or_job and hasattr(module, "job") else needed:
+        if not callable(getattr(module, function, None)):
+            raise InputError(
+                f"system {name!r}: expected a function `{function}()` in module {target}; there is "
+                "none."
+            )
+    return module
+
+
+def study_of(module: ModuleType, **changes):
+    """The `Study` of a system, its module's STUDY or else the default one, but for the given
+    fields. Raises InputError.
+    """
+    from parc_jax.app.study.settings import Study
+
+    return getattr(module, "STUDY", Study()).replace(**changes)
+
+
+def black_box_of(module: ModuleType, plant: str | None, body: str | None):
+    """module.system() with the plant, and with the body where it depends on it. Raises
+    InputError.
+    """
+    depends = "body" in inspect.signature(module.system).parameters
+    return build(module, "system", plant=plant, body=body if depends else None)
+
+
+def black_box_with(module: ModuleType, points: tuple[str, ...]):
+    """module.system() with these reference points, of whichever of its BODIES has them. Raises
+    InputError.
+    """
+    from parc_jax.learning.system import points_of
+
+    black_box = build(module, "system")
+    for body in getattr(module, "BODIES", ()):
+        if points_of(black_box) == points:
+            break
+        black_box = black_box_of(module, None, body)
+    if points_of(black_box) != points:
+        raise InputError(
+            f"system {module.__name__}: expected the reference points {', '.join(points)}; it has "
+            f"{', '.join(points_of(black_box))}."
+        )
+    return black_box
+
+
+def model_of(path: Path, system: str | None):
+    """The model of a file, or the one that comes along with the system of that name; with `system`
+    of no other one. Raises InputError.
+    """
+    from parc_jax.learning.model import load
+
+    sims = importlib.import_module("sims")
+    along = str(path) in sims.NAMES and not path.is_file()
+    return load(sims.model_file(str(path)) if along else path, system=system)
+
+
+def scene_of(model):
+    """The scene of the system that a model is of, with the body of its study, or the first of its
+    BODIES that has the model's reference points. Raises InputError.
+    """
+    from parc_jax.safe_set.verdict.outline import require_fit
+
+    if model.system not in known():
+        raise InputError(
+            f"scene: expected a file, .toml or .json, since nothing is known of a scene of "
+            f"{model.system or 'unnamed'!r}; got none. Name it after the model."
+        )
+    module = find(model.system)
+    refused = None
+    for body in dict.fromkeys((study_of(module).body, *getattr(module, "BODIES", ()))):
+        problem = build(module, "problem", body=body)
+        try:
+            require_fit(problem, model)
+            return problem
+        except InputError as error:
+            refused = refused or error
+    raise InputError(f"{refused} Name a scene of your own.")
+
+
+def build(module: ModuleType, function: str, **options):
+    """Call module.system or module.problem, which print nothing, or module.job, with the options
+    that were given. Raises InputError for unknown ones.
+    """
+    chosen = {key: value for key, value in options.items() if value is not None}
+    target = getattr(module, function)
+    takes = inspect.signature(target).parameters
+    for key in chosen:
+        if key not in takes:
+            known_options = ", ".join(takes) or "no options"
+            raise InputError(
+                f"{key}: expected an option of {module.__name__}.{function} ({known_options})."
+            )
+    quiet = function in WANTED  # simulators print on import
+    silence = contextlib.redirect_stdout(io.StringIO()) if quiet else contextlib.nullcontext()
+    with blamed(f"{module.__name__}.{function}(): expected it to run"), silence:
+        built = target(**chosen)
+    lacking = [name for name in WANTED.get(function, ()) if not hasattr(built, name)]
+    if lacking:
+        raise InputError(
+            f"{module.__name__}.{function}(): expected something with "
+            f"{', '.join(WANTED[function])}; "
+            f"got {type(built).__name__} without {lacking[0]}."
+        )
+    return built

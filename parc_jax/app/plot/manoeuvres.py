@@ -1,0 +1,122 @@
+"""What there is to see of an episode at a time, for its film and its page: one manoeuvre after
+another, each with all that the body may reach and the stop that it ends in. In the plane.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from parc_jax.answer.path import NominalPath, nominal_path
+from parc_jax.app.files.episode_file import Episode, Manoeuvre, load_episode
+from parc_jax.app.plot.shapes import footprints
+from parc_jax.app.plot.triangles import in_world, obstacle_triangles, tube_triangles
+from parc_jax.common.errors import InputError
+from parc_jax.problem.body import numbered
+from parc_jax.problem.robust.pose import Pose
+
+REACH = 1.6  # [m] half width of what is shown around the robot, and more where a manoeuvre needs it
+SAME = 1e-9  # [s] moments that are one
+
+
+class Truth(NamedTuple):
+    """What is known of an episode beyond its file. times (n,) [s] of the loop's clock and poses
+    (n, 3) x, y [m], heading [rad]: where the robot truly was. standing: outlines (v, 2) [m] of what
+    truly stands there. seen: (time [s], Shapely region) of places known to be free from then on.
+    """
+
+    times: np.ndarray
+    poses: np.ndarray
+    standing: Sequence[np.ndarray] = ()
+    seen: Sequence[tuple[float, Any]] = ()
+
+
+class Shown:
+    """One manoeuvre in the world: triangles (t, 3, 2) [m] of the tube that its body sweeps and of
+    the obstacles that it was proved against; outlines (v, 2) [m] of the body at its rest.
+    """
+
+    def __init__(self, driven: Episode, one: Manoeuvre):
+        self.begin, self.pose, self.k = float(one.begin), one.pose, one.k
+        self.path: NominalPath = nominal_path(driven.model, one.p0, one.k)
+        self.parts = numbered(one.problem.body, driven.model.points)
+        tube = tube_triangles(self.parts, self.path.places, self.path.tube)
+        self.tube = in_world(tube, self.pose)[..., :2]
+        near = obstacle_triangles(one.problem.obstacles, self.path.places)
+        self.obstacles = in_world(near, self.pose)[..., :2]
+        self.rest = self._body(self.path.places[-1], self.pose)
+
+    @property
+    def end(self) -> float:
+        """[s] of its rest, on the loop's clock."""
+        return self.begin + float(self.path.times[-1])
+
+    def predicted(self, t: float) -> list[np.ndarray]:
+        """The body at a time t [s] of the loop's clock, as the model says."""
+        flat = self.path.places.reshape(len(self.path.times), -1)
+        since = t - self.begin
+        places = np.array([np.interp(since, self.path.times, column) for column in flat.T])
+        return self._body(places, self.pose)
+
+    def driven(self, pose: np.ndarray) -> list[np.ndarray]:
+        """The body at a true pose (3,)."""
+        start = self.path.places[0]
+        if self.pose.heading is None:
+            return self._body(start - start[0] + pose[:2], self.pose)
+        return self._body(start, Pose(pose[:2], float(pose[2])))
+
+    def _body(self, places: np.ndarray, pose: Pose) -> list[np.ndarray]:
+        outlines = footprints(self.parts, places.reshape(1, -1), 2)
+        return [in_world(outline, pose)[:, :2] for outline in outlines]
+
+
+class Moment(NamedTuple):
+    """A time [s] of the loop's clock. number: of the manoeuvre under way. body: outlines (v, 2) [m]
+    of its parts. middle (2,) [m] of them.
+    """
+
+    time: float
+    number: int
+    body: list[np.ndarray]
+    middle: np.ndarray
+
+
+class Stage:
+    """All of an episode. what, truth: as of `film_episode`. reach: [m] half width of what has to be
+    shown around the robot. Raises InputError for a file whose proof fails, or an episode in space.
+    """
+
+    def __init__(self, what: Episode | str | Path, truth: Truth | None):
+        driven = what if isinstance(what, Episode) else load_episode(what)
+        if driven.model.n_p != 2:
+            raise InputError(
+                f"episode: expected one in the plane to draw; got one in {driven.model.n_p}-D."
+            )
+        self.driven, self.truth = driven, truth
+        self.shown = [Shown(driven, one) for one in driven.manoeuvres]
+        self.name = driven.model.system or "episode"
+        self.begin, self.end = self.shown[0].begin, self.shown[-1].end
+        if truth is not None:
+            self.begin, self.end = float(truth.times[0]), float(truth.times[-1])
+        self.reach = max([REACH, *(np.ptp(one.tube, axis=(0, 1)).max() for one in self.shown)])
+
+    def times(self, rate: float) -> np.ndarray:
+        """[s] of so many moments a second, and the last."""
+        return np.append(np.arange(self.begin, self.end - SAME, 1 / rate), self.end)
+
+    def at(self, t: float) -> Moment:
+        """Where the robot is at a time [s]: truly, where that is known, else as predicted."""
+        number = max(int(sum(one.begin <= t + SAME for one in self.shown)) - 1, 0)
+        one = self.shown[number]
+        if self.truth is None:
+            body = one.predicted(t)
+        else:
+            columns = self.truth.poses.T
+            body = one.driven(np.array([np.interp(t, self.truth.times, each) for each in columns]))
+        return Moment(t, number, body, np.mean([part.mean(axis=0) for part in body], axis=0))
+
+
+def polygons(region) -> list:
+    """Of a Shapely region."""
+    return [one for one in getattr(region, "geoms", [region]) if not one.is_empty]

@@ -1,0 +1,277 @@
+"""The scene with safe samples: starts, predicted paths with their tubes, the body, obstacles, goal,
+and the true runs; in space from three sides.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.app.plot import shapes, style
+from parc_jax.app.plot.predict import predicted
+from parc_jax.app.plot.views import View, views_of
+from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import counted
+from parc_jax.problem.body import numbered
+
+CLOSER = 0.8  # the second panel shows at most this share of the first one's extent
+NEAR = 0.9  # room around the goal on the right, in widths of the goal
+SHOWN_RECORDS = 4  # true runs are drawn through about this many points per model interval
+FOOTPRINTS = 9  # of the body along the first sample
+
+
+def samples(
+    answer, replay=None, to=None, *, most: int = 100, heading: int | None = None, outline=None
+):
+    """Safe samples of an answer in the workspace, in the plane whole on the left and, where that
+    shows more, around the goal on the right; in space from above, from the side and from the front.
+
+    answer: Answer with n samples. replay: Replay of the same samples, drawn as the true runs. to:
+    as in `style.sheet`; two Axes, or one for the whole alone, in space three. most: samples drawn.
+    heading: number of the goal state q that is the final heading [rad], None = the one whose label
+    says so; arrows show it.
+    outline: (v, 2) [m] vertices of the robot in its own frame, drawn at the end of the first
+    sample; needs heading. Returns the figure or the Axes. Raises InputError.
+    """
+    count = min(len(answer.samples), most)
+    if replay is not None and len(replay.path) != len(answer.samples):
+        raise InputError(
+            f"samples: expected a replay of the {len(answer.samples)} samples; got one of "
+            f"{len(replay.path)} plans."
+        )
+    if replay is not None and not np.array_equal(
+        replay.path[:, 0, : answer.model.n_p], answer.samples[:, : answer.model.n_p]
+    ):
+        raise InputError("samples: expected a replay of these samples; its runs start elsewhere.")
+    if not count:
+        raise InputError(
+            "samples: expected an answer with safe samples; this one has none. Draw its regions "
+            "instead."
+        )
+    seen = predicted(answer.model, answer.samples[:count])
+    pictures = [
+        _Picture(answer, view, *seen, replay, count, heading, outline)
+        for view in views_of(answer.model.n_p)
+    ]
+    drawn = _in_space if len(pictures) > 1 else _in_plane
+    return drawn(pictures, to, f"{counted(count, 'safe sample')}{pictures[0].tally()}")
+
+
+def _in_plane(pictures: list["_Picture"], to, title: str):
+    (scene,) = pictures
+    at_goal = shapes.span(*scene.goals, room=NEAR)
+    columns = _columns(scene, at_goal, to)
+    same_height = [_shape(*scene.span), _shape(*at_goal)]
+    wide, ratios = (9.0, same_height) if columns == 2 else (6.0, [1.0])
+    with style.sheet(to, (wide, 3.5), columns=columns, width_ratios=ratios) as sheet:
+        whole, *beside = sheet.axes
+        scene.draw(whole)
+        scene.robot(whole)
+        style.limits(whole, *scene.span)
+        whole.set_title(title)
+        for near in beside:
+            scene.draw(near)
+            scene.headings(near)
+            style.limits(near, *at_goal)
+            near.set_title("the same, at the goal")
+            near.set_ylabel("")
+        if not beside:
+            scene.headings(whole)
+        _legend(sheet, scene)
+    return sheet.out
+
+
+def _in_space(pictures: list["_Picture"], to, title: str):
+    ratios = [_shape(*picture.span) for picture in pictures]
+    with style.sheet(to, (12.0, 3.8), columns=len(pictures), width_ratios=ratios) as sheet:
+        for picture, ax in zip(pictures, sheet.axes, strict=True):
+            picture.draw(ax)
+            picture.robot(ax)
+            style.limits(ax, *picture.span)
+            ax.set_title(picture.view.name)
+        sheet.axes[0].set_title(f"{title}\n{pictures[0].view.name}")
+        _legend(sheet, pictures[0])
+    return sheet.out
+
+
+def _legend(sheet, picture: "_Picture") -> None:
+    wide = picture.single or len(sheet.axes) > 1
+    style.explain(sheet, picture.handles(), 4 if wide else 3)
+
+
+class _Picture:
+    """Everything that all panels of a view show. path (n, T + 1, n_c), error (n, T, n_c), q (n,
+    n_q); on_view (n, m, T + 1, 2) and tubes (n, m, T, 6, 2) are of all reference points.
+    """
+
+    def __init__(self, answer, view: View, path, q, error, replay, count, heading, outline):
+        model = answer.model
+        self.view, self.n_p, self.q, self.outline = view, model.n_p, q, outline
+        self.heading = model.labels.heading if heading is None else heading
+        self.problem, self.labels = answer.problem, model.labels.p
+        self.points = model.points
+        self.parts = numbered(answer.problem.body, model.points)
+        self.single = shapes.grows_obstacles(answer)
+        self.columns = path
+        self.path = self._of_points(path)
+        self.tubes = shapes.tubes(self.path, self._of_points(error))
+        self.obstacles = [shapes.shadow(o, view.axes) for o in answer.problem.obstacles]
+        self.grown = [
+            shapes.grown(o, self.parts[0]) for o in answer.problem.obstacles if self.single
+        ]
+        found = shapes.goals(answer.problem.goal, model.n_p, model.n_points, [view.axes])
+        self.goals = [outline for _, (outline,) in found]
+        self.replay, self.count = replay, count
+        every = max(1, model.time.stride // SHOWN_RECORDS)
+        if replay is not None:
+            self.true = self._of_points(replay.path[:count])[:, 0]
+            self.shown = self.true[:, ::every]
+
+    def _of_points(self, columns: np.ndarray) -> np.ndarray:
+        """What is seen (n, m, t, 2) of columns (n, t, n_c)."""
+        return self.view.of_points(columns, self.n_p).swapaxes(1, 2)
+
+    @property
+    def span(self):
+        """Corners (2,), (2,) of all that is to be seen."""
+        return shapes.span(
+            self.path, *self.goals, *self.obstacles, *self.grown, *self._ends_of_bodies[:1]
+        )
+
+    def draw(self, ax) -> None:
+        flat = {"edgecolors": "none", "rasterized": True}
+        swept, first = self.tubes.reshape(-1, 6, 2), self.tubes[0].reshape(-1, 6, 2)
+        style.areas(ax, swept, facecolors="#D6E8F5", **flat, zorder=1)
+        style.areas(ax, first, facecolors="#9CCBE8", **flat, zorder=1.5)
+        for goal in self.goals:
+            ax.fill(*goal.T, facecolor=style.GREEN, alpha=0.25, edgecolor="none", zorder=2)
+            ax.fill(*goal.T, fill=False, edgecolor=style.GREEN, linewidth=1.2, zorder=2.5)
+        for around in self.grown:
+            ax.fill(*around.T, **shapes.GROWN, linewidth=0.9, zorder=0.5)
+        ink = None if self.n_p == 2 else 0.6  # in space they hide what is behind them
+        for obstacle in self.obstacles:
+            ax.fill(*obstacle.T, facecolor="#6E6E6E", edgecolor="none", zorder=2, alpha=ink)
+        lines = self.path[:, 0]
+        style.ways(ax, lines, colors=style.BLUE, linewidths=0.4, alpha=0.6, zorder=3)
+        ax.plot(*lines[0].T, color=style.BLUE, linewidth=1.6, zorder=4.5)
+        if self.replay is not None:
+            failed = self.replay.failed[: self.count]
+            colors = np.where(failed, style.RED, style.BLACK)
+            style.ways(ax, self.shown, colors=colors, linewidths=0.35, alpha=0.6, zorder=4)
+            ax.plot(
+                *self.shown[0].T, color=colors[0], linewidth=1.1, linestyle=(0, (3, 2)), zorder=4.6
+            )
+        ax.scatter(
+            *lines[:, 0].T, s=7, color=style.ORANGE, edgecolor="white", linewidth=0.3, zorder=5
+        )
+        ax.set_aspect("equal")
+        ax.set_xlabel(self.labels[self.view.axes[0]])
+        ax.set_ylabel(self.labels[self.view.axes[1]])
+
+    @property
+    def _ends(self):
+        """Final positions (n, 2) of the first point and goal states (n, n_q): the true ones where
+        there is a replay.
+        """
+        if self.replay is None:
+            return self.path[:, 0, -1], self.q
+        return self.true[:, -1], self.replay.q[: self.count]
+
+    @property
+    def _ends_of_bodies(self) -> list[np.ndarray]:
+        """Outlines of all parts at the predicted ends of all samples."""
+        return shapes.footprints(self.parts, self.columns[:, -1], self.n_p, self.view.axes)
+
+    def robot(self, ax) -> None:
+        """Body, and the robot itself, along or at the end of the first sample."""
+        if not self.single:
+            self._way(ax)
+            return
+        end, q = self._ends
+        body = shapes.placed(shapes.body_outline(self.problem.body), end[0])
+        ax.fill(*body.T, fill=False, edgecolor=style.BLUE, linewidth=1.0, zorder=6)
+        if self.outline is not None and self.heading is not None:
+            robot = shapes.placed(np.asarray(self.outline, float), end[0], q[0, self.heading])
+            ax.fill(
+                *robot.T,
+                facecolor=style.SKY,
+                alpha=0.6,
+                edgecolor=style.BLUE,
+                linewidth=0.9,
+                zorder=2.8,
+            )
+
+    def _way(self, ax) -> None:
+        """The true shape of the body along the first sample."""
+        knots = np.linspace(0, self.columns.shape[1] - 1, FOOTPRINTS).round().astype(int)
+        along = shapes.footprints(self.parts, self.columns[0, knots], self.n_p, self.view.axes)
+        ends = len(self.parts)
+        looks = {"edgecolors": style.BLUE, "linewidths": 0.6, "zorder": 4.2}
+        style.areas(ax, along[:-ends], facecolors="none", **looks)
+        looks = {"edgecolors": style.BLUE, "linewidths": 1.0, "alpha": 0.6, "zorder": 4.3}
+        style.areas(ax, along[-ends:], facecolors=style.SKY, **looks)
+
+    def headings(self, ax) -> None:
+        """Final positions, each with a stroke along the final heading."""
+        if not self.single:
+            looks = {"facecolors": "none", "edgecolors": style.BLUE, "linewidths": 0.4}
+            style.areas(ax, self._ends_of_bodies, **looks, alpha=0.5, zorder=4)
+        end, q = self._ends
+        ax.scatter(*end.T, s=4, color=style.BLUE, zorder=6)
+        if self.heading is not None:
+            along = np.stack([np.cos(q[:, self.heading]), np.sin(q[:, self.heading])], axis=1)
+            length = 0.09 * np.ptp(self.goals[0], axis=0).max()
+            strokes = np.stack([end, end + length * along], axis=1)
+            style.ways(ax, strokes, colors=style.BLUE, linewidths=0.7, zorder=6)
+
+    def tally(self) -> str:
+        """What the replay saw, in a few words."""
+        if self.replay is None:
+            return ""
+        reached, touched = (
+            int(part[: self.count].sum()) for part in (self.replay.reached, self.replay.touched)
+        )
+        return f"; in the black box {reached} reach the goal, {touched} touch"
+
+    def handles(self) -> list:
+        one = self.path.shape[1] == 1
+        tubes = "tubes (first sample darker)" if one else "tubes of all points"
+        of_first = shapes.name_first(self.points)
+        entries = [
+            style.patch("obstacle", facecolor="#6E6E6E"),
+            *([style.patch("grown by the body", **shapes.GROWN)] if self.single else []),
+            style.patch("goal", facecolor="#CBE8DF", edgecolor=style.GREEN),
+            style.patch(tubes, facecolor="#D6E8F5"),
+            style.mark(f"predicted path{of_first}", color=style.BLUE),
+            style.mark("start", color=style.ORANGE, marker="o", linestyle="none", markersize=4),
+            *self._bodies(),
+        ]
+        if self.replay is not None:
+            entries.append(style.mark(f"true run{of_first}", color=style.BLACK))
+            if self.replay.failed.any():
+                entries.append(style.mark("true run that failed", color=style.RED))
+        return entries
+
+    def _bodies(self) -> list:
+        if not self.single:
+            return [
+                style.patch("body, first sample", facecolor="none", edgecolor=style.BLUE),
+                style.patch("at its end", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.6),
+            ]
+        ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}
+        return [style.mark("body at its end", color=style.BLUE, **ring)]
+
+
+def _columns(scene: "_Picture", at_goal, to) -> int:
+    """Two panels, unless one set of Axes is given or the second would be hardly larger than life in
+    the first.
+    """
+    if to is not None and not isinstance(to, str | Path):
+        return len(np.atleast_1d(to))
+    (x0, y0), (x1, y1) = scene.span
+    (u0, v0), (u1, v1) = at_goal
+    return 2 if max(u1 - u0, v1 - v0) < CLOSER * max(x1 - x0, y1 - y0) else 1
+
+
+def _shape(lo, hi) -> float:
+    """Width over height of a box."""
+    return (hi[0] - lo[0]) / (hi[1] - lo[1])

@@ -1,0 +1,181 @@
+"""One look for every picture: fonts, colours that colour-blind readers can tell apart, how figures
+are made and saved.
+
+Figures are built without pyplot, inside `rc_context`: no backend is chosen and no global setting
+survives the call.
+"""
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.files import write_atomic
+
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"  # Okabe and Ito's palette
+SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#222222", "#8C8C8C"
+CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
+DASHES = ("-", (0, (5, 1.6)), (0, (1, 1.2)), (0, (5, 1.4, 1, 1.4)))
+SEQUENTIAL = "cividis"  # even in lightness, read alike with and without red-green vision
+SMALL = {"color": GREY, "fontsize": 8}  # of words within a picture
+DPI = 200
+
+RC = {
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.labelsize": 9.0,
+    "legend.fontsize": 8.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlelocation": "left",
+    "axes.axisbelow": True,
+    "axes.linewidth": 0.7,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.3,
+    "legend.frameon": False,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "pdf.fonttype": 42,
+}
+
+
+class Sheet(NamedTuple):
+    """What a figure function draws on. axes: flat array of Axes. out: what the function hands
+    back.
+    """
+
+    figure: Any
+    axes: np.ndarray
+    out: Any
+
+
+@contextmanager
+def sheet(
+    to, size: tuple[float, float], rows: int = 1, columns: int = 1, **grid
+) -> Iterator[Sheet]:
+    """Axes to draw on, in the house style.
+
+    to: None for a new figure; a path, which is also saved to on leaving, as PNG and PDF; or
+    existing Axes, one or rows x columns of them. size: [inch] of a new figure. grid: width_ratios,
+    height_ratios, sharex, sharey. The function hands back the figure it made, or the Axes it was
+    given. Raises InputError.
+    """
+    import matplotlib
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(RC):
+        if to is None or isinstance(to, str | Path):
+            figure = Figure(size, layout="constrained")
+            yield Sheet(
+                figure, np.atleast_1d(figure.subplots(rows, columns, **grid)).ravel(), figure
+            )
+            if to is not None:
+                save(figure, to)
+            return
+        given = list(to) if isinstance(to, Sequence | np.ndarray) else [to]
+        if len(given) != rows * columns or not all(isinstance(ax, Axes) for ax in given):
+            raise InputError(
+                f"plot: expected None, a path, or {rows * columns} matplotlib Axes; got {to!r:.80}."
+            )
+        yield Sheet(given[0].figure, np.array(given, dtype=object), to)
+
+
+def save(figure, path) -> tuple[Path, Path]:
+    """Write a figure as PNG and PDF; each file appears complete or not at all. Same input, same
+    bytes.
+
+    path: with or without suffix; .png and .pdf replace it.
+    """
+    import matplotlib
+
+    path = Path(path)
+    stem = path.with_suffix("") if path.suffix in (".png", ".pdf") else path
+    unstamped = {
+        "png": {"Software": None},
+        "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    }
+    done = []
+    with matplotlib.rc_context(RC):
+        for kind, metadata in unstamped.items():
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format=kind, dpi=DPI, metadata=metadata)
+            done.append(write_atomic(stem.with_name(f"{stem.name}.{kind}"), buffer.getvalue()))
+    return done[0], done[1]
+
+
+def legend(figure, handles, columns: int) -> None:
+    """A legend below the axes, where it hides no data."""
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=columns,
+        handlelength=1.8,
+        columnspacing=1.4,
+    )
+
+
+def explain(sheet: Sheet, handles, columns: int, loc: str = "best") -> None:
+    """The legend of a sheet: below a figure of its own, within the first of Axes that were given,
+    at `loc`.
+    """
+    if sheet.out is sheet.figure:
+        legend(sheet.figure, handles, columns)
+    else:
+        sheet.axes[0].legend(handles=handles, loc=loc)
+
+
+def mark(label: str, **looks):
+    """A line or a marker in a legend. looks: as of Line2D."""
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], label=label, **looks)
+
+
+def patch(label: str, **looks):
+    """An area in a legend. looks: as of Patch."""
+    from matplotlib.patches import Patch
+
+    return Patch(label=label, **looks)
+
+
+def areas(ax, outlines, **looks):
+    """Draw areas by their outlines (v, 2); returns them. looks: as of PolyCollection."""
+    from matplotlib.collections import PolyCollection
+
+    return ax.add_collection(PolyCollection(outlines, **looks))
+
+
+def ways(ax, places, **looks) -> None:
+    """Draw lines by their places (v, 2). looks: as of LineCollection."""
+    from matplotlib.collections import LineCollection
+
+    ax.add_collection(LineCollection(places, **looks))
+
+
+def note(ax, words: str, at, away: tuple[float, float], **looks) -> None:
+    """Words beside a place, [points] away from it. looks: as of `Axes.annotate`."""
+    ax.annotate(words, at, away, textcoords="offset points", **looks)
+
+
+def limits(ax, lo, hi) -> None:
+    """Show the box with these corners (2,)."""
+    ax.set_xlim(lo[0], hi[0])
+    ax.set_ylim(lo[1], hi[1])
+
+
+def line(number: int) -> dict:
+    """Colour and dashes of the n-th line of a picture: never told apart by colour alone."""
+    return {"color": CYCLE[number % len(CYCLE)], "linestyle": DASHES[number % len(DASHES)]}
+
+
+def name_axis(names: Sequence[str] | None, axis: int, otherwise: str) -> str:
+    """Label of a coordinate: the caller's, or letter and number, from 0."""
+    return names[axis] if names is not None else f"{otherwise}{axis}"

@@ -1,0 +1,56 @@
+"""What comes back and what may be asked with, by its class, for annotations and `isinstance`: each
+is made by the function that its own docstring names.
+"""
+
+from parc_jax.answer.answer import Answer
+from parc_jax.common.errors import BudgetError
+from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.status import Ended, Status
+from parc_jax.drive.local.choice import Choice
+from parc_jax.learning.bound.claim import ErrorClaim
+from parc_jax.learning.bound.intersample import AccelerationBound, SpeedBound
+from parc_jax.learning.bound.monitor import Monitor
+from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.system import BlackBoxSystem, TimeGrid
+from parc_jax.learning.systems.invariance import StartGap
+from parc_jax.planner.prepared import Prepared
+from parc_jax.problem.body import Body, Disc, Part, Polygon
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.proof.regions import RegionTable
+from parc_jax.safe_set.batch.box_scenes import BoxScenes
+
+__all__ = [
+    "AccelerationBound",
+    "Answer",
+    "BlackBoxSystem",
+    "Body",
+    "Box",
+    "BoxScenes",
+    "BudgetError",
+    "Choice",
+    "Disc",
+    "Ended",
+    "ErrorClaim",
+    "HPolytope",
+    "Monitor",
+    "NoStatement",
+    "Part",
+    "Polygon",
+    "Prepared",
+    "ReLUNetwork",
+    "ReachAvoid",
+    "RegionTable",
+    "Risk",
+    "RolloutBatch",
+    "SpeedBound",
+    "StartGap",
+    "Status",
+    "TimeGrid",
+    "TrajectoryModel",
+    "Tube",
+]

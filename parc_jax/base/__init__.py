@@ -1,1 +1,0 @@
-"""What every room stands on: float64 arrays, random streams, tolerances, exact numbers as text."""

@@ -1,0 +1,1 @@
+"""What every folder stands on: arrays, keys, tolerances, exact numbers, premises, errors."""

@@ -1,0 +1,168 @@
+"""Array doors: everything that ends in a verdict is float64, whatever the user's global JAX flag
+says; compiled calls over many rows, on all cores.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache, partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import ArrayLike
+
+from parc_jax.common.errors import InputError
+
+HIGHEST = jax.lax.Precision.HIGHEST  # accelerators round inputs of products to fewer bits otherwise
+product = partial(jnp.matmul, precision=HIGHEST)
+
+
+def x64():
+    """Context in which JAX computes in float64, for verdict kernels; no global flag is touched."""
+    return jax.enable_x64(True)
+
+
+def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
+    """A finite, read-only float64 copy of `value` with the given shape (None = any length).
+
+    Raises InputError that says what was expected and what came.
+    """
+    wanted = str(shape).replace("None", "any")
+    try:
+        array = np.array(real(value), dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{name}: expected numbers of shape {wanted}; got {value!r:.80} ({error})."
+        ) from None
+    fits = array.ndim == len(shape) and all(
+        want in (None, have) for want, have in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        raise InputError(f"{name}: expected shape {wanted}; got {array.shape}.")
+    if not np.isfinite(array).all():
+        bad = int(np.size(array) - np.isfinite(array).sum())
+        raise InputError(
+            f"{name}: expected finite numbers; got {bad} NaN or infinite entries. Clean the data "
+            "first."
+        )
+    array.setflags(write=False)
+    return array
+
+
+def real(value):
+    """The value itself. Raises TypeError for complex numbers, of which NumPy would drop half."""
+    if getattr(getattr(value, "dtype", None), "kind", "") == "c":
+        raise TypeError("complex numbers")
+    return value
+
+
+def slices(n: int, size: int) -> Iterator[slice]:
+    """The rows 0..n-1 in chunks of at most `size`, in order."""
+    return (slice(first, min(first + size, n)) for first in range(0, n, size))
+
+
+def on_all_cores(call: Callable, parts: Iterable) -> list:
+    """[call(part), ...] on one thread per core: compiled calls and large NumPy operations let other
+    threads run. Not for use inside of a call: its threads would wait for each other.
+    """
+    parts = list(parts)
+    if len(parts) < 2:  # a thread costs more than a first look
+        return [call(part) for part in parts]
+    return list(_threads(os.getpid()).map(call, parts))
+
+
+@cache
+def _threads(process: int) -> ThreadPoolExecutor:
+    """The threads of a process; a forked child has none of its parent's."""
+    return ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="parc_jax")
+
+
+def in_chunks(n: int, size: int, call: Callable):
+    """The results of call(rows) for all rows 0 ... n - 1, on all cores. The one way to run a
+    compiled call over many rows.
+
+    rows: (size,) int, always as many, so that one program is compiled; the last chunk is filled up
+    by repeating its last row. call returns arrays, or a tuple of them, with leading axis `size`;
+    they are put together and cut to n rows. n must be positive. See `map_rows` for whole arrays.
+    """
+    rows = np.minimum(np.arange(-(-n // size) * size), n - 1).reshape(-1, size)
+    parts = on_all_cores(call, rows)
+    return jax.tree.map(lambda *x: np.concatenate(x)[:n], *parts)
+
+
+def map_rows(size: int, kernel: Callable, *batch, only: Callable | None = None):
+    """A compiled, vectorised kernel over n >= 0 rows of arrays (n, ...), `size` a call, in float64.
+
+    only: of what a call found, (size,) bool the rows to be kept; others are never put together.
+    """
+    n = len(batch[0])
+    if n == 0:
+        batch = [np.zeros((1, *np.shape(x)[1:]), np.asarray(x).dtype) for x in batch]
+
+    def one(rows):
+        with x64():
+            found = jax.device_get(kernel(*(np.asarray(x)[rows] for x in batch)))
+        if only is None:
+            return found
+        kept = only(found) & (np.diff(rows, prepend=-1) > 0)  # what fills up repeats the last row
+        return jax.tree.map(lambda x: x[kept], found)
+
+    found = in_chunks(max(n, 1), size, one)
+    return jax.tree.map(lambda x: x[:n], found)
+
+
+def dot(a, b):
+    """Product of a and b (..., n) over the last axis, written out so that it fuses and never
+    becomes a matmul of reduced precision. Kernel; n is small.
+    """
+    products = a * b
+    return sum(products[..., i] for i in range(1, products.shape[-1])) + products[..., 0]
+
+
+def least(x: np.ndarray | jax.Array, axis: int | tuple[int, ...] | None = None):
+    """Least along axes, -inf where one is undefined: not every version of JAX keeps NaN in a
+    minimum, and what is not known must not look like room. Kernel, NumPy or JAX.
+    """
+    xp = jnp if isinstance(x, jax.Array) else np
+    return xp.where(xp.isnan(x), -np.inf, x).min(axis=axis)
+
+
+def most(x: np.ndarray | jax.Array, axis: int | tuple[int, ...] | None = None):
+    """Largest along axes, inf where one is undefined. Kernel, NumPy or JAX."""
+    xp = jnp if isinstance(x, jax.Array) else np
+    return xp.where(xp.isnan(x), np.inf, x).max(axis=axis)
+
+
+def single(x: ArrayLike) -> jax.Array:
+    """Floats as float32, all else as it is: for what proposes and decides nothing. Kernel."""
+    x = jnp.asarray(x)
+    return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x
+
+
+def once(owner, make: Callable, *about):
+    """make(owner, *about), about hashable, made once while `owner`, a frozen record, lives."""
+    made = owner.__dict__.setdefault("_made", {})
+    name = (make, *about)
+    if name not in made:
+        made[name] = make(owner, *about)
+    return made[name]
+
+
+def content_hash(*arrays) -> str:
+    """SHA-256 over shapes and float64 bytes: equal content, equal hash, on every machine."""
+    digest = hashlib.sha256()
+    for array in arrays:
+        array = np.ascontiguousarray(np.asarray(array), dtype="<f8")
+        digest.update(repr(array.shape).encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def difference(a, b) -> np.ndarray:
+    """|a - b|: none where both are NaN, infinite where one of them is."""
+    a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    both = np.isnan(a) & np.isnan(b)
+    gap = np.abs(np.where(both, 0.0, a) - np.where(both, 0.0, b))
+    return np.where(np.isnan(gap), np.inf, gap)

@@ -1,0 +1,90 @@
+"""Random streams that never meet: training, bound, search, replay.
+
+Every rollout has a global row number; its key and its parameters depend on (seed, stage, row)
+alone, so the numbers do not depend on chunking, batch size, devices or hosts, and a resumed run
+continues bit for bit.
+"""
+
+import enum
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.common.errors import InputError, expected
+
+SEEDS = 2**32  # so many: a larger number would lose its upper half without 64-bit integers
+
+
+class Stage(enum.IntEnum):
+    """What a stream is for. Two stages never share random numbers."""
+
+    TRAIN = 1
+    BOUND = 2
+    SEARCH = 3
+    REPLAY = 4
+    FIT = 5  # initial weights and minibatches: not rollouts
+    VALIDATE = 6
+    DRIVEN = 7  # keys of runs around the plan that is driven, one per look
+    EPISODE = 8  # seeds of worlds and of drives through them, two per episode
+    FIRST = 9  # key of the runs behind a first claim, of few
+
+
+def as_key(key) -> jax.Array:
+    """The key itself, of either kind that `jax.random` makes. Raises InputError for anything else,
+    such as a seed.
+    """
+    is_array = isinstance(key, jax.Array | np.ndarray)
+    typed = is_array and jnp.issubdtype(key.dtype, jax.dtypes.prng_key) and key.shape == ()
+    raw = is_array and key.dtype == np.uint32 and key.shape == (2,)
+    if not (typed or raw):
+        seed = key if isinstance(key, int) else 0
+        raise InputError(expected("key", "a random key", key, f"jax.random.PRNGKey({seed})"))
+    return key
+
+
+def check_seed(seed: int) -> int:
+    """The seed itself. Raises InputError for what is none."""
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed < SEEDS:
+        raise InputError(f"seed: expected a whole number from 0 to {SEEDS - 1}; got {seed!r:.40}.")
+    return int(seed)
+
+
+def key_of(seed: int) -> np.ndarray:
+    """The random key of a seed: `jax.random.PRNGKey`, without a compiled program. Raises InputError
+    for what is none.
+    """
+    return np.array([0, check_seed(seed)], np.uint32)
+
+
+def key_data(key) -> np.ndarray:
+    """The numbers of a key of either kind, for kernels that fold further numbers in."""
+    return np.asarray(jax.random.key_data(key))
+
+
+def generator(key) -> np.random.Generator:
+    """A host generator seeded by all bits of a key of either kind: its draws are cheap."""
+    return np.random.default_rng([int(word) for word in key_data(key).ravel()])
+
+
+def stream(key: jax.Array, stage: Stage) -> jax.Array:
+    """The key of one stage. Does not consume `key`. Raises InputError for what is no key."""
+    return _of_stage(as_key(key), int(stage))
+
+
+def row_keys(key: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Of global rollout rows (B,) uint32 of a stage, whose `stream` is given: keys (B, 2) that draw
+    k, and keys (B, 2) that drive the systems. A kernel.
+    """
+    keys = jax.vmap(jax.random.fold_in, in_axes=(None, 0))(key, rows)
+    return jax.vmap(split_rollout)(jax.random.key_data(keys))
+
+
+def split_rollout(key: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """One rollout key (2,) -> (key that draws k, key that drives the system)."""
+    k_key, system_key = jax.random.split(key)
+    return k_key, system_key
+
+
+# a program for each stage, since a query may move no number to the device
+_of_stage = jax.jit(jax.random.fold_in, static_argnums=1)

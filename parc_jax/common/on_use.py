@@ -1,0 +1,39 @@
+"""What is loaded on first use: names that a package offers, listed in its stub `__init__.pyi`, the
+one that type checkers read too, and packages of extras.
+"""
+
+import importlib
+import pkgutil
+import re
+from collections.abc import Callable
+
+from parc_jax.common.errors import InputError
+
+OFFER = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.M)
+
+
+def on_use(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` for the package of that name."""
+    stub = pkgutil.get_data(package, "__init__.pyi").decode("utf-8")
+    home = {name: module for module, name in OFFER.findall(stub)}
+    names = sorted(home)
+
+    def load(name: str) -> object:
+        if name not in home:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        if home[name] == package:  # a module of its own
+            return importlib.import_module(f"{package}.{name}")
+        return getattr(importlib.import_module(home[name]), name)
+
+    return load, lambda: names, names
+
+
+def package(name: str, call: str, extra: str):
+    """A package, for a call that needs it. Raises InputError where its extra is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise InputError(
+            f"{call}: expected the package {name.split('.')[0]}; it is not installed. Try "
+            f"pip install 'parc_jax[{extra}]'."
+        ) from None

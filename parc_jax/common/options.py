@@ -1,0 +1,56 @@
+"""Records of options: each option is one field of one frozen dataclass, and the docstring under it
+is all that is told of it: in the shell's help, on the page of the API, to who reads the source.
+"""
+
+import ast
+import dataclasses
+import functools
+import inspect
+import itertools
+import textwrap
+from numbers import Integral
+from typing import Self
+
+from parc_jax.common.errors import InputError, expected
+
+
+class Options:
+    """Base of the records. Values without meaning are refused where a record is made."""
+
+    def __post_init__(self) -> None:
+        """Refuse values without meaning; a record adds its own. Raises InputError."""
+
+    def replace(self, **changes) -> Self:
+        """The same but for the given fields. Raises InputError."""
+        known = [f.name for f in dataclasses.fields(self)]  # type: ignore[arg-type]
+        unknown = sorted(set(changes) - set(known))
+        if unknown:
+            raise InputError(
+                f"settings: expected fields among {', '.join(known)}; got {unknown[0]!r}."
+            )
+        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
+
+
+def part_of(record: Options, kind: type) -> dict:
+    """The values of a record for the fields of another kind, which it has among its own."""
+    return {f.name: getattr(record, f.name) for f in dataclasses.fields(kind)}
+
+
+@functools.cache
+def told(kind: type) -> dict[str, str]:
+    """The docstring under each field of a record, inherited ones too, on one line."""
+    found = {}
+    for base in reversed(kind.__mro__):
+        if dataclasses.is_dataclass(base):
+            tree = ast.parse(textwrap.dedent(inspect.getsource(base)))
+            for field, text in itertools.pairwise(tree.body[0].body):  # type: ignore[attr-defined]
+                if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                    words = ast.literal_eval(text.value).split()
+                    found[field.target.id] = " ".join(words)  # type: ignore[union-attr]
+    return found
+
+
+def check_count(name: str, value, least: int, hint: str) -> None:
+    """Refuse what is no whole number, or too small a one. Raises InputError."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise InputError(expected(name, f"a whole number >= {least}", value, hint))

@@ -1,0 +1,134 @@
+"""Premises: all that a sentence rests on, with its numbers, as one record that is hashed whole.
+
+A sentence is printed from its premises and from nothing else; two things that meet (a claim and the
+runs that are watched under it, a manoeuvre and the next one) meet through `agree`.
+"""
+
+import hashlib
+import json
+from collections.abc import Container, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from parc_jax.common.errors import InputError
+
+CHECKED = "checked"  # recomputed by whoever reads the record: the engine and both checkers
+MEASURED = "measured"  # counted in runs, or read off the thing itself; the record's word
+ASSUMED = "assumed"  # nobody showed it
+STANDINGS = (CHECKED, MEASURED, ASSUMED)
+LONGEST = 120  # characters of a value that a message quotes
+
+
+class Premise(NamedTuple):
+    """One of them. standing: one of STANDINGS. value: text with its unit, a whole number, or a list
+    of such; numbers that are not whole are spelled, so that files and hashes keep them.
+    """
+
+    name: str
+    standing: str
+    value: Any
+
+    def __str__(self) -> str:
+        return f"{self.standing} {self.name}: {text_of(self.value)}"
+
+
+@dataclass(frozen=True)
+class Premises:
+    """Entries by name, in the order in which they are told. Make it with `premises`."""
+
+    entries: tuple[Premise, ...]
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the canonical JSON of all entries."""
+        return hashlib.sha256(json.dumps(self.to_json(), sort_keys=True).encode()).hexdigest()
+
+    def __getitem__(self, name: str) -> Any:
+        """The value of an entry. Raises KeyError."""
+        return self._by_name()[name].value
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._by_name()
+
+    def __iter__(self) -> Iterator[Premise]:
+        return iter(self.entries)
+
+    def __add__(self, others: "Premises") -> "Premises":
+        return premises((*self.entries, *others.entries))
+
+    def to_json(self) -> list[list]:
+        """Lists of name, standing and value."""
+        return [list(entry) for entry in self.entries]
+
+    def lines(self) -> list[str]:
+        """A line for each entry."""
+        return [str(entry) for entry in self.entries]
+
+    def _by_name(self) -> dict[str, Premise]:
+        return {entry.name: entry for entry in self.entries}
+
+
+def premises(entries: Iterable[tuple[str, str, Any]]) -> Premises:
+    """The record of entries (name, standing, value). Raises InputError for a name that stands there
+    twice, an unknown standing, or a value that a file could not keep.
+    """
+    found = tuple(Premise(*entry) for entry in entries)
+    names = [entry.name for entry in found]
+    if len(set(names)) < len(names) or any(e.standing not in STANDINGS for e in found):
+        raise InputError(
+            f"premises: expected each name once, its standing one of {', '.join(STANDINGS)}; got "
+            f"{[tuple(e[:2]) for e in found]}."
+        )
+    for entry in found:
+        if not _keepable(entry.value):
+            raise InputError(
+                f"premises: expected {entry.name} as text, a whole number or a list of such; got "
+                f"{entry.value!r:.80}."
+            )
+    return Premises(found)
+
+
+def agree(
+    where: str,
+    a: Premises,
+    b: Premises,
+    *,
+    disjoint: Container[str] = (),
+    free: Container[str] = (),
+) -> None:
+    """Refuse two records that meet and differ: every entry has one value in both.
+
+    where: who asks, for the message. disjoint: entries, lists, that must share nothing instead, as
+    the recordings of training and of calibration. free: entries that may differ; whoever calls says
+    beside it why. Raises InputError, which names every entry that does not fit, with both values.
+    """
+    one, other = a._by_name(), b._by_name()
+    faults = []
+    for name in dict.fromkeys([*one, *other]):
+        if name in free:
+            continue
+        values = [held[name].value if name in held else None for held in (one, other)]
+        if name in disjoint:
+            shared = [value for value in values[0] or [] if value in set(values[1] or [])]
+            if shared:
+                faults.append(f"{name} are shared, {text_of(shared)}")
+        elif values[0] != values[1]:
+            faults.append(f"{name} is {_quoted(values[0])}, beside {_quoted(values[1])}")
+    if faults:
+        raise InputError(f"{where}: expected premises that agree; {'; '.join(faults)}.")
+
+
+def text_of(value: Any) -> str:
+    """A value for people."""
+    return ", ".join(map(text_of, value)) if isinstance(value, list | tuple) else str(value)
+
+
+def _quoted(value: Any) -> str:
+    text = "not stated" if value is None else text_of(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+
+
+def _keepable(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(map(_keepable, value))
+    return isinstance(value, str) or type(value) is int

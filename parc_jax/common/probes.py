@@ -1,0 +1,174 @@
+"""Start-up probes of the arithmetic: known faults of compilers and chips that no rounding analysis
+survives.
+
+A failed probe refuses to certify. The result is cached per installation, so that a query does not
+notice them.
+"""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.common.arrays import product, x64
+from parc_jax.common.errors import SoundnessError
+
+SIZES = (16_385, 20_000, 32_769)  # batch sizes at which jaxlib 0.10.2 returns wrong rows
+HANG_LIMIT_S = 60.0
+NAMES = {"float64", "nan", "subnormals", "full precision dots", "batched rows"}
+
+
+class Finding(NamedTuple):
+    """One probe: its name, whether it passed, and what was seen."""
+
+    name: str
+    ok: bool
+    detail: str
+
+
+def require_sound_arithmetic() -> None:
+    """Raise SoundnessError unless all probes pass. Cheap but for an installation's first call."""
+    failed = [f for f in _cached() if not f.ok]
+    if failed:
+        raise SoundnessError(
+            f"probe {failed[0].name}: {failed[0].detail} Nothing is certified on this "
+            "installation; run `parc-jax doctor` and install the pinned JAX."
+        )
+
+
+def probe_all() -> list[Finding]:
+    """Run every quick probe now."""
+    with x64():
+        return [
+            probe_float64(),
+            probe_nan(),
+            probe_subnormal_margin(),
+            probe_full_precision(),
+            probe_batched_rows(),
+        ]
+
+
+def probe_float64() -> Finding:
+    """Doubles are doubles inside a compiled function."""
+    value = jax.jit(lambda x: x + 2.0**-50)(jnp.asarray(1.0))
+    ok = value.dtype == jnp.float64 and float(value) == 1.0 + 2.0**-50
+    return Finding("float64", ok, f"1 + 2^-50 is {float(value)!r} as {value.dtype}.")
+
+
+def probe_nan() -> Finding:
+    """NaN survives max, min and relu, and never passes a comparison."""
+    out = jax.jit(lambda x: (jnp.max(x), jnp.min(x), jnp.maximum(x, 0)[1], (x > 0)[1]))(
+        jnp.array([1.0, jnp.nan])
+    )
+    ok = all(np.isnan(float(v)) for v in out[:3]) and not bool(out[3])
+    return Finding(
+        "nan", ok, "NaN propagates through max, min and relu." if ok else f"NaN was lost: {out}."
+    )
+
+
+def probe_subnormal_margin() -> Finding:
+    """A margin as large as the engine's is positive, whatever happens to subnormal numbers."""
+    margin, tiny = jax.jit(lambda x: (x * 2.0**-40 > 0, x * 5e-310 > 0))(jnp.asarray(1.0))
+    flushed = "kept" if bool(tiny) else "flushed to zero (allowed for in every bound)"
+    return Finding("subnormals", bool(margin), f"subnormal numbers are {flushed}.")
+
+
+def probe_full_precision() -> Finding:
+    """Dots at highest precision do not round their inputs to TF32 or bfloat16."""
+    a = jnp.full((64, 64), 1.0 + 2.0**-40)
+    out = jax.jit(lambda x: product(x, jnp.eye(64, dtype=x.dtype)))(a)
+    ok = bool((np.asarray(out) == 1.0 + 2.0**-40).all())
+    return Finding(
+        "full precision dots", ok, "products keep 40 bits." if ok else "products lose low bits."
+    )
+
+
+def probe_batched_rows() -> Finding:
+    """jit(vmap(max(M x))) against NumPy at the batch sizes where a known compiler fault shows."""
+    rng = np.random.default_rng(0)
+    M = rng.normal(size=(3, 3))
+    kernel = jax.jit(jax.vmap(lambda x: jnp.max(product(M, x))))
+    for size in SIZES:
+        x = rng.normal(size=(size, 3))
+        wrong = int((np.abs(np.asarray(kernel(x)) - (x @ M.T).max(axis=1)) > 1e-12).sum())
+        if wrong:
+            return Finding(
+                "batched rows",
+                False,
+                f"{wrong} of {size} rows are wrong (a known fault of jaxlib 0.10.2).",
+            )
+    return Finding(
+        "batched rows", True, f"batches of {', '.join(map(str, SIZES))} agree with NumPy."
+    )
+
+
+def probe_hang() -> Finding:
+    """Batched factorisations side by side finish, in a process of their own with a time limit
+    (jaxlib 0.10 hangs).
+    """
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _HANG], timeout=HANG_LIMIT_S, capture_output=True, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return Finding(
+            "no hang", False, f"four batched factorisations did not finish in {HANG_LIMIT_S:.0f} s."
+        )
+    ok = done.returncode == 0
+    return Finding(
+        "no hang", ok, "four batched factorisations finish." if ok else done.stderr.decode()[-200:]
+    )
+
+
+_HANG = """
+import jax, jax.numpy as jnp
+@jax.jit
+def run(A):
+    def step(c, _):
+        ys = [jnp.linalg.cholesky(A[i] + c[i]) for i in range(4)]
+        return jnp.stack([y.mean() * 1e-9 for y in ys]), None
+    return jax.lax.scan(step, jnp.zeros(4), None, length=50)[0]
+jax.block_until_ready(run(jnp.broadcast_to(jnp.eye(12) * 4, (4, 512, 12, 12))))
+"""
+
+
+@lru_cache(maxsize=1)
+def _cached() -> tuple[Finding, ...]:
+    store = _store()
+    try:
+        known = tuple(Finding(*entry) for entry in json.loads(store.read_text()))
+        if {finding.name for finding in known} == NAMES:
+            return known
+    except (OSError, ValueError, TypeError):
+        pass  # absent or damaged: probe now
+    findings = tuple(probe_all())
+    try:
+        store.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        store.write_text(json.dumps(findings))
+    except OSError:
+        pass  # a read-only home: probe again next time
+    return findings
+
+
+def _store() -> Path:
+    """One file per JAX, device and interpreter."""
+    import jaxlib
+
+    device = jax.devices()[0]
+    versions = f"{jax.__version__}|{jaxlib.__version__}"
+    name = f"{versions}|{device.platform}|{device.device_kind}|{sys.executable}"
+    name += "|".join(
+        f"{key}={value}"
+        for key, value in sorted(os.environ.items())
+        if key.startswith(("XLA_", "JAX_"))
+    )
+    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return base / "parc_jax" / f"probes-{hashlib.sha256(name.encode()).hexdigest()[:16]}.json"

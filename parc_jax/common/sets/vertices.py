@@ -1,0 +1,148 @@
+"""Vertices of H-polytopes in up to six dimensions, through Qhull; empty and flat sets included.
+And the Chebyshev centre: the deepest point of a polytope, from which they are found.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.lp.solve import solve
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.qhull import halfspace_intersection
+
+MAX_N = 6
+# [size of the set] thinner sets are treated as flat: their vertices move by at most this much
+_FLAT = 1e-9
+_SAME = 1e-10  # [size of the set] vertices closer than this are one
+
+
+class Ball(NamedTuple):
+    """Largest inscribed ball found.
+
+    status: FEASIBLE (a ball of this radius fits), INFEASIBLE (the set is proved empty) or UNKNOWN.
+    center: (n,). radius: () >= 0, measured from the rows at the centre and not taken from the
+    solver. NaN where there is no ball.
+    """
+
+    status: LPStatus
+    center: np.ndarray
+    radius: float
+
+
+def chebyshev_center(p: HPolytope, largest: float | None = None) -> Ball:
+    """Centre of the largest ball in p of radius up to `largest`; by default the size of the
+    offsets, so that unbounded sets have an answer too.
+    """
+    length = np.linalg.norm(p.A, axis=1)
+    if largest is None:
+        largest = 1.0 + float(np.max(np.abs(p.b) / np.where(length > 0, length, 1.0), initial=0.0))
+    rows = np.concatenate([p.A, length[:, None]], axis=1)
+    cost = np.r_[np.zeros(p.n), -1.0]
+    unknown = np.full(p.n, np.inf)
+    found = solve(cost, rows, p.b, lo=np.r_[-unknown, 0.0], hi=np.r_[unknown, largest])
+    if found.status not in (LPStatus.OPTIMAL, LPStatus.FEASIBLE):
+        status = LPStatus.INFEASIBLE if found.status is LPStatus.INFEASIBLE else LPStatus.UNKNOWN
+        return Ball(status, np.full(p.n, np.nan), float("nan"))
+    center = found.x[:-1]
+    depth = (p.b - p.A @ center) / np.where(length > 0, length, 1.0)
+    return Ball(LPStatus.FEASIBLE, center, float(np.clip(depth.min(initial=largest), 0.0, largest)))
+
+
+def vertices(p: HPolytope) -> Float[np.ndarray, "v n"]:
+    """Vertices (v, n) of a bounded polytope, in no particular order; (0, n) if it is proved empty.
+
+    Floats: a vertex misses its rows by rounding. What must be exact uses `rational_vertices` or the
+    supports.
+    Raises InputError if p is unbounded or n > 6, SoundnessError if emptiness could not be decided.
+    """
+    if p.n > MAX_N:
+        raise InputError(
+            f"vertices: expected at most {MAX_N} dimensions; got {p.n}. Use supports instead."
+        )
+    ball = chebyshev_center(p)
+    if ball.status is LPStatus.INFEASIBLE:
+        return np.zeros((0, p.n))
+    if ball.status is LPStatus.UNKNOWN:
+        raise SoundnessError(
+            "vertices: could not decide whether the set is empty. " + LPStatus.UNKNOWN.advice
+        )
+    length = np.linalg.norm(p.A, axis=1)
+    kept = length > 0
+    rows = HPolytope(p.A[kept] / length[kept, None], p.b[kept] / length[kept])
+    size = 1.0 + float(np.abs(ball.center).max())
+    if ball.radius > _FLAT * size:
+        found = _round_vertices(rows, ball.center)
+    else:
+        found = _flat_vertices(rows, size)
+    return _distinct(found, _SAME * size)
+
+
+def _round_vertices(p: HPolytope, inside: np.ndarray) -> np.ndarray:
+    """Vertices of a full-dimensional polytope from an interior point."""
+    if p.n == 1:
+        ends = p.b / p.A[:, 0]
+        above = ends[p.A[:, 0] > 0]
+        below = ends[p.A[:, 0] < 0]
+        if not (len(above) and len(below)):
+            raise _unbounded()
+        return np.array([[below.max()], [above.min()]])
+    found = halfspace_intersection(p.A, p.b, inside)
+    if found is None:
+        raise _unbounded()  # too few rows to enclose the point, or all parallel
+    # The dual points enclose the origin exactly when the rows close the set in every direction.
+    closed = (found.dual_equations[:, -1] < -1e-12).all()
+    if not closed or not np.isfinite(found.intersections).all():
+        raise _unbounded()
+    return found.intersections
+
+
+def _flat_vertices(p: HPolytope, size: float) -> np.ndarray:
+    """Vertices of a set without interior: rows that are equalities are solved for, taken out."""
+    n = p.n
+    h = len(p.b)
+    # max sum t over A x + t <= b, 0 <= t <= size: exactly the rows that can be slack somewhere get
+    # t > 0.
+    rows = np.concatenate([p.A, np.eye(h)], axis=1)
+    unknown = np.full(n, np.inf)
+    slack = solve(
+        np.r_[np.zeros(n), -np.ones(h)],
+        rows,
+        p.b,
+        lo=np.r_[-unknown, np.zeros(h)],
+        hi=np.r_[unknown, np.full(h, size)],
+    )
+    if slack.status not in (LPStatus.OPTIMAL, LPStatus.FEASIBLE):
+        raise SoundnessError(
+            "vertices: could not find the flat directions of the set. " + slack.status.advice
+        )
+    point = slack.x[:n]
+    tight = slack.x[n:] <= 10 * _FLAT * size
+    _, singular, right = np.linalg.svd(p.A[tight])
+    rank = int((singular > 1e-9).sum())
+    if rank == n:
+        return point[None]
+    free = right[rank:].T
+    inner = p.A[~tight] @ free
+    offset = p.b[~tight] - p.A[~tight] @ point
+    used = np.linalg.norm(inner, axis=1) > 1e-9
+    if rank == 0 or not used.any():
+        raise _unbounded()
+    return point + vertices(HPolytope(inner[used], offset[used])) @ free.T
+
+
+def _distinct(points: np.ndarray, distance: float) -> np.ndarray:
+    """One of every cluster of points closer than `distance` per coordinate."""
+    kept: list[np.ndarray] = []
+    for q in points[np.lexsort(points.T)]:
+        if not any((np.abs(q - other) <= distance).all() for other in kept):
+            kept.append(q)
+    return np.array(kept).reshape(-1, points.shape[1])
+
+
+def _unbounded() -> InputError:
+    return InputError(
+        "vertices: expected a bounded set; its rows leave a direction open. Add the missing rows."
+    )

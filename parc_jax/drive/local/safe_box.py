@@ -1,0 +1,154 @@
+"""The largest box of parameters around a plan that is proved safe from its start. [T21]"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from jaxtyping import Float
+
+from parc_jax.common.sets.box import Box
+from parc_jax.common.shapes import Params, Vector
+from parc_jax.common.spelling import hex_text
+from parc_jax.proof.certificate.prove import proves_box
+from parc_jax.proof.certificate.write import corridor_part
+from parc_jax.safe_set.corridors.sampling import points
+from parc_jax.safe_set.corridors.search import cover_around
+from parc_jax.safe_set.verdict.near import whole_scene
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import Scene
+
+HALVINGS = 24  # of the box of all K, until a box of safe plans is found
+LOOKED_AT = 256  # plans of a box that are judged before a corridor is asked to hold all of it
+SHRINK = 0.85  # [1] from a box that the checker refuses to the next one
+ATTEMPTS = 10
+# [bits] corners of a box are multiples of its side, rounded to a power of two, over 2^GRID
+GRID = 12
+INWARD = 1 - 2.0**-40  # [1] middle and half widths are rounded: their box stays inside the other
+
+
+@dataclass(frozen=True, eq=False)
+class SafeBox:
+    """A box of k from one start, every plan of which is proved safe in exact arithmetic.
+
+    p0 (n_p,): the start. middle, half (n_k,): the box. share: exact, of K. certificate: as the
+    checker's `check_doubt` takes it.
+    """
+
+    p0: np.ndarray
+    middle: np.ndarray
+    half: np.ndarray
+    share: Fraction
+    certificate: dict
+
+    @property
+    def lo(self) -> np.ndarray:
+        """(n_k,) lower corner."""
+        return self.middle - self.half
+
+    @property
+    def hi(self) -> np.ndarray:
+        """(n_k,) upper corner."""
+        return self.middle + self.half
+
+
+def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None:
+    """A large box around k, cut to `within`, every plan from p0 proved safe; None for none.
+
+    Boxes have the sides of `within`. Large, not largest: it is found by looking at plans, and what
+    is returned is what the exact checker accepted. [T21]
+    """
+    model = scene.model
+    rng = np.random.default_rng(0)
+    scene = whole_scene(scene)
+    if not verdicts(scene, p0[None], k[None]).safe.all():
+        return None
+    scale = _of_safe_plans(scene, p0, k, within, rng)
+    if scale is None:
+        return None
+    for _ in range(ATTEMPTS):
+        box = _cut(k, scale, within)
+        for certificate in _certificates(scene, p0, box, rng):
+            if proves_box(scene.problem, model, certificate):
+                return SafeBox(p0, *box, share_of(Box(-box[1], box[1]), model.domain), certificate)
+        scale *= SHRINK
+    return None
+
+
+def box_around(k: np.ndarray, scale: float | np.ndarray, within: Box) -> Box:
+    """The box around k (n_k,) with `scale` times the sides of `within`, of each or of all, moved
+    into it at its borders; its corners are short binary fractions, so that its middle is one too.
+    """
+    side = scale * (within.hi - within.lo)
+    lo = np.clip(k - side / 2, within.lo, within.hi - side)
+    unit = 2.0 ** (np.floor(np.log2(side)) - GRID)
+    return Box(np.ceil(lo / unit) * unit, np.floor((lo + side) / unit) * unit)
+
+
+def _cut(k: Float[np.ndarray, " n_k"], scale: float, within: Box) -> tuple[np.ndarray, np.ndarray]:
+    """Middle and half widths of the box around k, cut to `within`; exactly inside of it."""
+    side = scale * (within.hi - within.lo) / 2
+    lo = np.maximum(k - side, within.lo)
+    hi = np.minimum(k + side, within.hi)
+    middle = (lo + hi) / 2
+    half = (hi - lo) / 2
+    return middle, np.where(_inside(middle, half, within), half, half * INWARD)
+
+
+def _inside(
+    middle: Float[np.ndarray, " n_k"], half: Float[np.ndarray, " n_k"], within: Box
+) -> np.ndarray:
+    """(n_k,) bool: whether the box is inside `within` in exact arithmetic."""
+    exact = [
+        (Fraction(float(m)), Fraction(float(h)), Fraction(float(lo)), Fraction(float(hi)))
+        for m, h, lo, hi in zip(middle, half, within.lo, within.hi, strict=True)
+    ]
+    return np.array([lo <= m - h and m + h <= hi for m, h, lo, hi in exact])
+
+
+def _of_safe_plans(
+    scene: Scene, p0: Vector, k: Params, within: Box, rng: np.random.Generator
+) -> float | None:
+    """The largest scale of boxes whose plans, as far as looked at, are all safe."""
+    scale = 2.0
+    for _ in range(HALVINGS):
+        x = _plans_of(*_cut(k, scale, within), rng)
+        if verdicts(scene, np.broadcast_to(p0, (len(x), len(p0))), x).safe.all():
+            return scale
+        scale *= 0.5**0.5
+    return None
+
+
+def _plans_of(middle: np.ndarray, half: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """(LOOKED_AT, n_k) corners of a box, its middle, and uniform draws, a little inside of it."""
+    n = len(middle)
+    ways = np.array(np.meshgrid(*[[-1.0, 1.0]] * min(n, 6))).reshape(min(n, 6), -1).T
+    corners = np.pad(ways, ((0, 0), (0, n - ways.shape[1])))[: LOOKED_AT // 2]
+    drawn = rng.uniform(-1, 1, (LOOKED_AT - len(corners) - 1, n))
+    return middle + half * np.concatenate([np.zeros((1, n)), corners, drawn]) * INWARD
+
+
+def _certificates(
+    scene: Scene, p0: Vector, box: tuple[np.ndarray, np.ndarray], rng: np.random.Generator
+):
+    """Certificates for the box: of corridors around its plans, first those that hold most."""
+    x = _plans_of(*box, rng)
+    starts = np.broadcast_to(p0, (len(x), len(p0)))
+    e = verdicts(scene, starts, x)
+    seen = points(starts, x, e).at(e.safe)
+    if not len(seen.k):
+        return
+    corridors, _ = cover_around(scene, rng, seen)
+    room = {"p0": hex_text(np.zeros(len(p0))), "k": hex_text(box[1])}
+    for corridor in corridors[:4]:
+        part = corridor_part(corridor, scene.problem)
+        yield {"p0": hex_text(p0), "k": hex_text(box[0]), "room": room, "sep": part["sep"]}
+
+
+def share_of(part: Box, whole: Box) -> Fraction:
+    """Exact share of the volume of a box that a box in it takes."""
+    share = Fraction(1)
+    for lo, hi, least, most in zip(part.lo, part.hi, whole.lo, whole.hi, strict=True):
+        share *= (Fraction(float(hi)) - Fraction(float(lo))) / (
+            Fraction(float(most)) - Fraction(float(least))
+        )
+    return share

@@ -1,0 +1,187 @@
+"""What is claimed of a loop: fresh episodes of a law, counted. [T40]"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+from jax import Array
+
+from parc_jax.answer.looks import DELTA, Look
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage, key_data, stream
+from parc_jax.common.options import check_count
+from parc_jax.drive.loop.crew import driven
+from parc_jax.drive.loop.ledger import Ledger
+from parc_jax.drive.loop.outcome import Driven, Outcome, Task
+from parc_jax.learning.bound.counts import as_probability, clopper_pearson
+from parc_jax.learning.runs.chunks import cores
+from parc_jax.learning.runs.rows import seed_of
+from parc_jax.learning.systems.identity import lasting_digest
+from parc_jax.statement import about_episodes
+
+FORMAT = "parc_jax.episodes/1"
+HOPELESS = 4  # episodes, all failed, after which nobody goes on
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """What fresh episodes of a law showed. [T40]
+
+    driven: all of them, by number. look: which of the looks this is, with its share of delta.
+    """
+
+    driven: tuple[Driven, ...] = field(repr=False)
+    look: Look
+
+    @property
+    def n(self) -> int:
+        """Episodes."""
+        return len(self.driven)
+
+    @property
+    def touched(self) -> int:
+        """In which anything was touched."""
+        return sum(one.touched is True for one in self.driven)
+
+    @property
+    def left(self) -> int | None:
+        """In which a tube was left; None where nobody looked in all of them."""
+        known = [one.left for one in self.driven if not one.failed]
+        return None if None in known else sum(known)
+
+    @property
+    def failed(self) -> int:
+        """That came to no outcome; they count as bad."""
+        return sum(bool(one.failed) for one in self.driven)
+
+    @property
+    def bad(self) -> int:
+        """In which a tube was left, or anything touched, or nobody knows."""
+        return sum(one.bad for one in self.driven)
+
+    @property
+    def contradictions(self) -> tuple[int, ...]:
+        """Numbers of episodes in which something was touched inside the tubes."""
+        return tuple(one.number for one in self.driven if one.touched and one.left is False)
+
+    @property
+    def eps(self) -> Fraction:
+        """Bound, with confidence 1 - look.delta, on the probability that an episode is bad."""
+        return clopper_pearson(self.bad, self.n, float(self.look.delta))
+
+    def statement(self) -> str:
+        """The sentences (C) and (E) of a loop."""
+        counts = {"a tube was left": self.left, "something was touched": self.touched}
+        counts["there was no outcome"] = self.failed
+        return about_episodes(
+            self.n, self.bad, counts, self.eps, self.look, list(self.contradictions)
+        )
+
+
+def drive_episodes(
+    drive: Callable[..., Outcome],
+    law: Callable,
+    key: Array,
+    n: int,
+    *,
+    folder: str | Path | None = None,
+    workers: int | None = None,
+    delta: Fraction | float | str = DELTA,
+    looks: Sequence[int] = (),
+    quiet: bool = False,
+) -> Episodes:
+    """Drive n fresh episodes of a law and say what they show of the next one. [T40]
+
+    drive: (world, seed) -> Outcome, with all that was decided before: the planner, its model and
+        tube, the sensors, when an episode ends. An exception is a failed episode, and so is one
+        that ends its process; failed ones count as bad.
+    law: seed -> a world, with its start and goal: whatever differs from episode to episode. A seed
+        is an array (2,) of uint32: a random key of JAX, or `numpy.random.default_rng(seed)`. All
+        randomness comes from seeds; they are the key's and the episode's number alone, and meet no
+        other stream.
+    folder: keeps a line for each episode, written whole when it ends: a killed run goes on where it
+        was. Episodes of another drive, law or key are refused; of objects, what begins with an
+        underscore is not looked at.
+    workers: processes, None for one per core, 0 for none; drive and law are sent to each once,
+        pickled.
+    delta: error probability of all looks together. looks: all numbers n at which the claim may ever
+        be asked for, declared before the first episode, each with its share of delta; by default n
+        alone. What is seen in between, or in a folder, may then decide nothing.
+
+    Assumed: what kills a run, and when you do, does not depend on how its episodes were going.
+    Raises InputError.
+    """
+    check_count("episodes", n, 1, "how many to drive")
+    workers = cores() if workers is None else workers
+    check_count("workers", workers, 0, "processes")
+    for name, given in (("drive", drive), ("law", law)):
+        if not callable(given):
+            raise InputError(f"episodes: expected {name} to be a function; got {given!r:.60}.")
+    look = _look(n, looks, as_probability("delta", delta))
+    words = key_data(stream(key, Stage.EPISODE))
+    if folder is None:
+        done: dict[int, Driven] = {}
+        _drive(drive, law, words, n, workers, done, lambda one: None, quiet)
+        return _of(done, n, look)
+    meta = {
+        "format": FORMAT,
+        "drive": lasting_digest(drive),
+        "law": lasting_digest(law),
+        "seed": list(seed_of(key)),
+        "delta": str(look.delta * look.planned),
+        "looks": sorted(looks) or [n],
+    }
+    with Ledger(folder, meta) as ledger:
+        _drive(drive, law, words, n, workers, ledger.done, ledger.add, quiet)
+        return _of(ledger.done, n, look)
+
+
+def _look(n: int, looks: Sequence[int], delta: Fraction) -> Look:
+    """Which of the declared looks this is. Raises InputError where it is none of them."""
+    declared = sorted(looks) or [n]
+    if n not in declared or len(set(declared)) < len(declared):
+        listed = ", ".join(f"{m}" for m in declared)
+        raise InputError(
+            f"looks: expected the numbers of episodes, each once, at which the claim may be asked "
+            f"for, {n} among them; got {listed}."
+        )
+    return Look(declared.index(n) + 1, len(declared), delta / len(declared))
+
+
+def task_of(words: np.ndarray, number: int) -> Task:
+    """The seeds of one episode: hashed from the key of the stream and its number."""
+    entropy = [*(int(word) for word in words.ravel()), number]
+    seeds = np.random.SeedSequence(entropy).generate_state(4)
+    return Task(number, seeds[:2], seeds[2:])
+
+
+def _drive(
+    drive: Callable[..., Outcome],
+    law: Callable,
+    words: np.ndarray,
+    n: int,
+    workers: int,
+    done: Mapping[int, Driven],
+    keep: Callable[[Driven], None],
+    quiet: bool,
+) -> None:
+    """All that are not done yet. Raises InputError where not one of the first has an outcome."""
+    from tqdm import tqdm
+
+    tasks = [task_of(words, i) for i in range(n) if i not in done]
+    with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
+        for one in driven(drive, law, tasks, workers):
+            keep(one)
+            done[one.number] = one
+            bar.update()
+            if len(done) >= min(n, HOPELESS) and all(each.failed for each in done.values()):
+                raise InputError(
+                    f"episodes: expected drive(world, seed) to work; all {len(done)} so far "
+                    f"failed, the last {one.failed}."
+                )
+
+
+def _of(done: dict[int, Driven], n: int, look: Look) -> Episodes:
+    return Episodes(tuple(done[i] for i in range(n)), look)

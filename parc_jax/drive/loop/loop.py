@@ -1,0 +1,337 @@
+"""The loop that never stops being safe: at every step a new manoeuvre that is proved over all of
+its time, rest included, or the one that is under way, which was. [T37, T38, T39]
+"""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.common.probes import require_sound_arithmetic
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.drive.loop.candidates import even_candidates, given_axes, own_candidates
+from parc_jax.drive.loop.commitment import Commitment, Step
+from parc_jax.drive.loop.left import leads_to, outside_tube
+from parc_jax.drive.loop.outlook import Outlook, outlook
+from parc_jax.drive.loop.prover import Prover
+from parc_jax.drive.loop.rest import require_rest
+from parc_jax.drive.loop.scenes import Scenes
+from parc_jax.drive.loop.thinking import SAME, Thinking, UnderWay
+from parc_jax.learning.labels import name_of
+from parc_jax.learning.model import TrajectoryModel, check_model
+from parc_jax.learning.systems.chained import hand_over_of
+from parc_jax.problem.body import Body, Disc, Polygon
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.robust.pose import Pose, pose_of
+from parc_jax.problem.robust.question import Plain
+from parc_jax.safe_set.corridors.preferred import preferred
+
+if TYPE_CHECKING:
+    import shapely
+
+AT_ONCE = 64  # candidates judged in one compiled call, between looks at the clock
+AMONG = 6  # safe ones of a call, of which one with room is taken
+
+Prefer = Callable[[Outlook], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How a loop looks for manoeuvres.
+
+    candidates: drawn once, evenly over the chosen parameters. judged: of these, at most, the best
+    first. looks: at a pair of an obstacle and a part, which are nearly all of the work; after so
+    many no further candidate is judged, so that no scene is dear. room: [m] of clearance that is
+    liked: of the first few safe ones the best liked one with so much is taken, else the one with
+    most. deadline: [s] of the clock for a step; what is not decided by then is not committed to.
+    """
+
+    candidates: int = 1024
+    judged: int = 256
+    looks: int = 1024
+    room: float = 0.0
+    deadline: float = 0.1
+
+    def __post_init__(self):
+        counts = min(self.candidates, self.judged, self.looks) >= 1
+        if not (counts and self.room >= 0 and self.deadline > 0):
+            raise InputError(
+                "Effort: expected at least one candidate, one to judge, one look, room of 0 m or "
+                f"more and a deadline above 0 s; got {self}."
+            )
+
+
+class Loop:
+    """A robot that drives by one model. Made once, which compiles; `step` is asked again and again.
+
+    model: whose manoeuvres carry their stop: at the end of each the robot rests, and stays. body:
+    as of `reach_avoid`. leave: [s] after the start of a manoeuvre from when on it may be left for
+    the next one. given: parameters of k that are measured at the start, names or numbers; by
+    default those that the system declares, and where the claim rests on runs just these. doubt: of
+    the start and heading, the same at every step. end: where a manoeuvre may end, a set over all
+    points and q seen from its start with the heading that is measured, whichever within its doubt
+    it has; None for anywhere. candidates (b, chosen parameters): that are looked at, at every step;
+    by default `effort.candidates` of them, even over K. prover: proves every commitment exactly in
+    a second process; while it is far behind, and after it rejected one, nothing is committed to.
+    thinking: that every run of the model waits for the next command; None where the new one is
+    followed from the very moment of measuring, as in a simulation that waits. Raises InputError for
+    what does not fit the model, also for one that at some k of many (`require_rest`) does not rest
+    at its end, and for a time to leave at which no run of its claim was left.
+
+    A pose outside of the tube of the manoeuvre under way, by more than its doubt and drift, begins
+    nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre goes on to
+    its stop, with a sentence by how far, until `restart` says that another episode begins.
+    """
+
+    def __init__(
+        self,
+        model: TrajectoryModel,
+        body: Body | Disc | Polygon | float,
+        *,
+        leave: float,
+        given: Sequence[str | int] | None = None,
+        doubt: Doubt | None = None,
+        end: HPolytope | None = None,
+        candidates: np.ndarray | None = None,
+        effort: Effort | None = None,
+        prover: Prover | None = None,
+        thinking: Thinking | None = None,
+    ):
+        check_model(model)
+        require_sound_arithmetic()
+        self.model, self.prover = model, prover
+        self.doubt = Doubt() if doubt is None else doubt
+        self.effort = Effort() if effort is None else effort
+        self.given = given_axes(model, given)
+        self._scenes = Scenes(model, body, end, self.doubt)
+        dt = Fraction(model.time.dt)
+        self.leave = round(leave / model.time.dt)
+        if not 0 < self.leave <= model.time.n_steps:
+            raise InputError(
+                f"Loop: expected a time to leave within a manoeuvre, {model.time.dt:g} to "
+                f"{model.time.t_f:g} s; got {leave!r}."
+            )
+        self.lasts, self.leave_after = dt * model.time.n_steps, dt * self.leave
+        of_runs = hand_over_of(model.claim.law.k_law)
+        self._leaves = (min(self.leave_after, Fraction(leave)), self.lasts)
+        if of_runs is not None:
+            self._leaves = of_runs
+            self._require_left(self.leave_after, "leave")
+            self._leaves = (max(of_runs[0], self.leave_after), of_runs[1])
+        self._known_before = None if thinking is None else UnderWay(thinking, model, self.given)
+        self._require_time_to_think()
+        self.candidates = even_candidates(model, self.given, self.effort.candidates)
+        if candidates is not None:
+            self.candidates = own_candidates(model, self.given, candidates)
+        require_rest(model, self.candidates, self.given)
+        self.under_way: Commitment | None = None
+        self._before: Commitment | None = None
+        self._n = 0
+        self._warm_up()
+
+    def step(
+        self,
+        pose: ArrayLike,
+        given: ArrayLike,
+        obstacles: Sequence,
+        prefer: Prefer,
+        at: float | None = None,
+        measured: float | None = None,
+        spans: Sequence | None = None,
+        drift: float = 0.0,
+        gone: "shapely.Geometry | None" = None,
+    ) -> Step:
+        """Commit to the best manoeuvre that is safe, or go on with the one that is under way.
+
+        pose: where the robot is, as of `Planner.solve`. given: values of the given parameters, in
+        their order, without those that `thinking` knows. obstacles: boxes or polytopes in the
+        world that it must not touch from now on. prefer: of an Outlook of candidates, (b,) numbers,
+        the least is liked best; NaN and infinite ones are left out. at: [s] of the loop's clock, at
+        which the pose was measured; None for when the manoeuvre under way may first be left; before
+        that nothing is begun. measured: the reading of `time.perf_counter()` at that moment, from
+        which the deadline counts; None for now. spans: when the obstacles exist, in intervals from
+        the moment of the pose, as of `reach_avoid`; those of `moving` move. Nothing is told of them
+        after the manoeuvre's rest: they may run into a robot that rests [T38]. drift: [m] by which
+        the pose may be off against the one at which the manoeuvre under way began, as odometry's
+        may, beside the doubt of both. gone: as of `FreeSpace.gone`, for the sentence. Whatever is
+        wrong with what was measured ends in the manoeuvre under way, with a sentence.
+        """
+        begin = time.perf_counter()
+        trouble = "" if self.prover is None else self.prover.trouble()
+        if trouble:
+            return self.go_on(trouble, gone)
+        try:
+            if measured is not None:
+                begin = min(begin, float(as_float64("measured", measured, ())))
+            at = self._time(at)
+            here = pose_of(pose, self.model)
+            if here.heading is not None:  # certificates take no more than a turn
+                here = here._replace(heading=math.remainder(here.heading, 2 * math.pi))
+            k = self._all_of_k(self._with_command(given, at))
+            self._require_inside(here, at, k[0], drift)
+            scene = self._scenes.seen(here, obstacles, spans)
+        except InputError as error:
+            return self.go_on(str(error).rstrip("."), gone)
+        cost = np.asarray(prefer(outlook(self.model, here, k, self.leave)), float)
+        if cost.shape != (len(k),):
+            raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
+        order = np.argsort(cost, kind="stable")
+        order = order[np.isfinite(cost[order])]
+        most = min(len(order), self.effort.judged)
+        judged = looks = 0
+        while judged < most and looks < self.effort.looks:
+            rows = order[judged : min(judged + AT_ONCE, most)]
+            # a short call is filled up with its last candidate
+            rows = rows[np.minimum(np.arange(AT_ONCE), len(rows) - 1)]
+            left = self.effort.looks - looks
+            found = preferred(scene, k[rows], AMONG, self.effort.room, left)
+            judged, looks = min(judged + found.judged, most), looks + found.looks
+            if time.perf_counter() - begin > self.effort.deadline:
+                return self.go_on(
+                    f"no manoeuvre was proved within {self.effort.deadline:g} s, effort.deadline; "
+                    f"{judged:,} of {len(order):,} candidates were looked at",
+                    gone,
+                )
+            if len(found.rows):
+                i = int(np.argmax(np.minimum(found.clearance, self.effort.room)))
+                chosen = k[rows[found.rows[i]]]
+                return self._commit(scene.asked, chosen, found.clearance[i], judged, at)
+        more = ""
+        if judged < len(order):
+            which = "looks" if judged < most else "judged"
+            more = (
+                f"; {len(order) - judged:,} of {len(order):,} were not looked at, which takes more "
+                f"than {getattr(self.effort, which):,} as effort.{which}"
+            )
+        if len(order) < len(k):
+            more += f"; {len(k) - len(order):,} were left out by prefer"
+        why = self._scenes.why_none(scene, k)
+        return self.go_on(f"none of {judged:,} candidates is safe{more}{why}", gone)
+
+    def restart(self) -> None:
+        """Another episode: the robot rests, at a place where it touches nothing."""
+        self.under_way = self._before = None
+        self._n = 0
+
+    def go_on(self, reason: str, gone: "shapely.Geometry | None" = None) -> Step:
+        """The manoeuvre under way goes on to its stop, for a reason of the caller: a scan that
+        makes no sense, a place without free space around it. gone: as of `step`; whether the
+        manoeuvre may lead there is told.
+        """
+        if self.under_way is not None and gone is not None and leads_to(self.under_way, gone):
+            reason += "; the manoeuvre under way may lead where it is no longer known to be free"
+        return Step(self.under_way, False, reason)
+
+    def _warm_up(self) -> None:
+        """Compile all that a step needs, whatever it sees."""
+        pose = np.zeros(self.model.n_p + (self.model.rotation is not None))
+        scene = self._scenes.seen(pose_of(pose, self.model), ())
+        k = self._all_of_k(self.model.domain.lo[list(self.given)])
+        preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
+        if self.prover is not None:
+            zero = Fraction(0)
+            self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.asked))
+
+    def _commit(
+        self, asked: Plain, k: np.ndarray, clearance: float, judged: int, at: Fraction
+    ) -> Step:
+        one = Commitment(self._n, at, at + self.lasts, k, float(clearance), judged, asked)
+        if self.prover is not None:
+            self.prover.add(one)
+        self._before, self.under_way = self.under_way, one
+        self._n += 1
+        return Step(one, True)
+
+    def _time(self, at: float | None) -> Fraction:
+        """[s] of the clock, after the manoeuvre under way began. Raises InputError."""
+        last = self.under_way
+        if at is None:
+            return Fraction(0) if last is None else last.begin + self.leave_after
+        now = Fraction(float(as_float64("at", at, ())))
+        if last is not None and now <= last.begin:
+            raise InputError(
+                f"at: expected a time after {float(last.begin):g} s, when the manoeuvre under way "
+                f"began; got {at:g} s. Another episode begins with `restart`."
+            )
+        if last is not None:
+            self._require_left(now - last.begin, "at")
+        return now
+
+    def _require_left(self, passed: Fraction, name: str) -> None:
+        """Raises InputError for a time [s] into a manoeuvre at which it may not be left, or no run
+        of the claim was; at rest it may.
+        """
+        first, last = self._leaves
+        if passed >= self.lasts - SAME or first - SAME <= passed <= last + SAME:
+            return
+        raise InputError(
+            f"{name}: expected a manoeuvre to be left from {float(first):g} s to {float(last):g} s "
+            f"after its beginning, or at rest; this is after {float(passed):g} s."
+        )
+
+    def _require_time_to_think(self) -> None:
+        """Raises InputError where a step could end, or the next one begin, before the command."""
+        if self._known_before is None:
+            return
+        seconds = float(self._known_before.seconds)
+        if not (self.effort.deadline <= seconds <= float(self.leave_after)):
+            raise InputError(
+                f"Loop: expected a deadline within the {seconds:g} s of thinking, and a time to "
+                f"leave no earlier; got {self.effort.deadline:g} s and "
+                f"{float(self.leave_after):g} s."
+            )
+
+    def _with_command(self, given: ArrayLike, at: Fraction):
+        """Values of all given parameters: what was measured, and what the loop knows itself. [T39]
+        Raises InputError.
+        """
+        known = self._known_before
+        if known is None:
+            return given
+        own = [axis for axis in self.given if axis not in known.axes]
+        values = dict(zip(own, as_float64("given", given, (len(own),)), strict=True))
+        values |= dict(zip(known.axes, known.command(self.under_way, at), strict=True))
+        return [values[axis] for axis in self.given]
+
+    def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray, drift: float) -> None:
+        """Raises InputError for a pose to which the manoeuvre under way has not led. [T38]"""
+        last = self.under_way
+        drift = float(as_float64("drift", drift, ()))
+        if not drift >= 0:
+            raise InputError(f"drift: expected 0 m or more; got {drift:g}.")
+        if last is None or (outside := outside_tube(last, pose, at, k)) <= drift:
+            return
+        late = ""
+        if self._before is None:
+            moved = outside_tube(last, pose, last.begin, k)
+        else:
+            moved = outside_tube(self._before, pose, at, k)
+        if moved <= drift:
+            late = ", and where it would be without the last command, which came late: see thinking"
+        raise InputError(
+            f"at: expected a pose to which the manoeuvre under way may have led by {float(at):g} "
+            f"s; this one is {outside:.3g} m beyond what tube, doubt and drift allow{late}. At "
+            "rest, begin again with `restart`."
+        )
+
+    def _all_of_k(self, given: ArrayLike) -> np.ndarray:
+        """(b, n_k) all candidates from what was measured. Raises InputError."""
+        values = as_float64("given", given, (len(self.given),))
+        lo, hi = (side[list(self.given)] for side in (self.model.domain.lo, self.model.domain.hi))
+        outside = ~((lo <= values) & (values <= hi))
+        if outside.any():
+            i = int(np.argmax(outside))
+            name = name_of(self.model.labels.k[self.given[i]])
+            raise InputError(
+                f"given: expected {name} within K, {lo[i]:g} to {hi[i]:g}; got {values[i]:g}."
+            )
+        k = self.candidates.copy()
+        k[:, list(self.given)] = values
+        return k

@@ -1,0 +1,170 @@
+"""An answer as a C99 header: `is_safe(p0, k)` and `nearest_plan`, for a robot's own computer."""
+
+import re
+import textwrap
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.answer.answer import Answer
+from parc_jax.common.errors import InputError
+from parc_jax.drive.onboard.paid import require_fitting, require_paid
+from parc_jax.drive.onboard.tables import Tables, tables
+from parc_jax.learning.bound.error_set import ErrorBox
+from parc_jax.learning.model import check_model
+from parc_jax.learning.runs.files import write_atomic
+
+CODE = Path(__file__).with_name("safe_set.h")
+LONGEST = 100  # characters of a line
+WARNING = (
+    "What is_safe says is tested in float64: every decision keeps a margin that pays for the "
+    "rounding of float64 in any order of additions, fused or not. It rests on IEEE's double, "
+    "rounded to nearest, with nothing wider in its place, on literals that are doubles, and on a "
+    "compiler that changes no sums: compile without -ffast-math and the options that it stands "
+    "for. Where the compiler tells that it is otherwise, this file does not compile. The processor "
+    "is asked in each call: under another rounding mode, or where a number of p0 or k is infinite "
+    "or none, is_safe gives 0. These guards stand outside of the code that is proved, and can only "
+    "refuse."
+)
+GUARDS = """#include <float.h>
+#include <stdint.h>
+
+#if defined(__FAST_MATH__) || defined(_M_FP_FAST)
+#error "compile without -ffast-math: margins rely on the rounding of float64"
+#endif
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "compile without -ffinite-math-only: what is not a number would be called safe"
+#endif
+#ifdef __ASSOCIATIVE_MATH__
+#error "compile without -fassociative-math: margins rely on sums of the terms that are written"
+#endif
+#if !defined(FLT_EVAL_METHOD) || (FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 1)
+#error "compile so that double is computed as double (-mfpmath=sse): margins rely on float64"
+#endif
+#if FLT_RADIX != 2 || DBL_MANT_DIG != 53 || DBL_MAX_EXP != 1024
+#error "compile for IEEE's double of 64 bits: margins rely on the rounding of float64"
+#endif
+"""
+
+
+def write_c(answer: Answer, path, name: str | None = None) -> Path:
+    """Write an answer's corridors as a C99 header without dependencies; it appears complete or not
+    at all.
+
+    name: what its functions begin with; default: the name of the file. A plan that the header calls
+    safe keeps to one of the answer's corridors: so it is tested there in float64, with the margins
+    that the answer itself keeps [T10, T11]; whatever keeps to one is safe [T27].
+    Raises InputError, also where these margins would not pay for all rounding.
+    """
+    path = Path(path)
+    name = path.stem if name is None else name
+    if path.suffix != ".h":
+        raise InputError(f"export: expected a file that ends in .h; got {path.name}.")
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
+        raise InputError(
+            f"export: expected a name that C allows, of letters, digits and _; got {name!r}. Name "
+            "another file, or give a name."
+        )
+    check_model(answer.model)
+    known = tables(answer)
+    require_fitting(known, answer.model)
+    require_paid(known, answer.model, float(answer.scene.slack))
+    return write_atomic(path, "\n".join(_lines(answer, known, name)).encode())
+
+
+def _lines(answer: Answer, known: Tables, name: str) -> Iterator[str]:
+    guard = f"{name.upper()}_H"
+    yield from _comment(f"{answer.statement()}\n{WARNING}")
+    yield f"#ifndef {guard}\n#define {guard}\n"
+    yield GUARDS
+    for what, number in _sizes(answer, known):
+        yield f"#define {name}_{what} {number}"
+    yield ""
+    for kind, what, array in _arrays(answer, known):
+        yield from _table(kind, f"{name}_{what}", array)
+    yield CODE.read_text().replace("NAME", name)
+    yield "#endif"
+    yield ""
+
+
+def _sizes(answer: Answer, known: Tables) -> Iterator[tuple[str, int]]:
+    model = answer.model
+    yield "N_P", model.n_p
+    yield "N_C", model.n_c
+    yield "N_Q", model.n_q
+    yield "N_K", model.n_k
+    yield "N_STEPS", model.time.n_steps
+    yield "N_LAYERS", len(model.net.weights)
+    yield "WIDEST", max(model.n_k, *(len(b) for b in model.net.biases[:-1]), 1)
+    yield "N_CORRIDORS", len(known.probes)
+    yield "N_PROBES", known.probes.shape[1]
+    yield "N_PART", known.pair_points.shape[1]
+    yield "N_BASES", 0 if isinstance(known.errors, ErrorBox) else known.errors.half.shape[-2]
+    yield "N_START", len(known.start_b)
+    yield "N_GOAL", len(known.goal_A)
+    yield "N_PLANS", len(known.plans)
+
+
+def _arrays(answer: Answer, known: Tables) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Type, name and values of every table. An empty one has a zero that nobody reads."""
+    net = answer.model.net
+    yield "int", "widths", np.array([answer.model.n_k, *(len(b) for b in net.biases)])
+    yield "double", "weights", np.concatenate([W.T.ravel() for W in net.weights])
+    yield "double", "biases", np.concatenate(net.biases)
+    yield "double", "edges", np.concatenate(known.edges)
+    yield "int", "first_edge", np.cumsum([0, *(len(e) for e in known.edges)])
+    if not isinstance(known.errors, ErrorBox):
+        yield "double", "dual", known.errors.dual
+        yield "double", "centre", known.errors.centre
+    yield "double", "half", known.errors.half
+    yield "int", "pair_points", known.pair_points
+    yield "int", "first_run", known.runs.first_run
+    yield "int", "run_pair", known.runs.pair
+    yield "int", "run_first", known.runs.first
+    yield "int", "run_end", known.runs.end
+    yield "double", "run_w", known.runs.w
+    yield "double", "run_support", known.runs.support
+    yield "int", "probes", known.probes
+    yield "double", "far", known.far
+    yield "double", "start_A", known.start_A
+    yield "double", "start_b", known.start_b
+    yield "double", "goal_A", known.goal_A
+    yield "double", "goal_b", known.goal_b
+    yield "double", "plans", known.plans
+
+
+def _table(kind: str, name: str, array) -> Iterator[str]:
+    """A constant table; several axes as C wants them."""
+    array = np.asarray(array)
+    if not array.size:
+        array = np.zeros([max(1, n) for n in array.shape], array.dtype)
+    extent = "".join(f"[{n}]" for n in array.shape)
+    spell = float.hex if kind == "double" else str
+    *rows, last = _initialiser(array, spell)
+    yield f"static const {kind} {name}{extent} ="
+    yield from rows
+    yield f"{last.removesuffix(',')};"
+
+
+def _initialiser(array: np.ndarray, spell: Callable) -> Iterator[str]:
+    """Lines of nested braces, each closed by a comma."""
+    if array.ndim == 1:
+        row = ", ".join(spell(x) for x in array.tolist())
+        yield from _wrapped(f"{{{row}}},", LONGEST)
+        return
+    yield "{"
+    for part in array:
+        yield from _initialiser(part, spell)
+    yield "},"
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
+
+
+def _comment(text: str) -> Iterator[str]:
+    yield "/*"
+    for paragraph in text.replace("*/", "* /").split("\n"):
+        yield from (f" * {line}" for line in _wrapped(paragraph, LONGEST - 3))
+    yield " */"

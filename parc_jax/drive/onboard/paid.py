@@ -1,0 +1,200 @@
+"""Do a header's tables fit together, and its margins pay for all rounding? What the theorem about
+its code asks of the tables, asked number by number in exact rationals; bounds on the way are
+rounded up. [T10, T11]
+
+Names and formulas are those of the proof (Dot.v, Network.v, Tube.v, Sound.v in proved/theories).
+"""
+
+from fractions import Fraction
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.exact import round_up
+from parc_jax.drive.onboard.tables import Tables
+from parc_jax.learning.bound.error_set import ErrorTemplate
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.proof.absence.bin_errors import as_template
+
+U = Fraction(1, 2**53)  # unit roundoff of a double
+ETA = Fraction(1, 2**1022)  # its least normal number
+LARGEST = Fraction(2**1023)  # a result of at most this size does not overflow
+
+_exact = np.vectorize(Fraction, otypes=[object])
+_up = np.vectorize(lambda x: Fraction(round_up(x)), otypes=[object])
+
+
+def require_fitting(known: Tables, model: TrajectoryModel) -> None:
+    """What the theorem calls `fits_together`, and that no index of the code leads out of a table.
+    Raises InputError where something does not.
+    """
+    unfitting = _unfitting(known, model)
+    if unfitting:
+        raise InputError(
+            f"export: expected tables that fit together; {unfitting} do not. Was the answer or "
+            "its model put together by hand? Solve again, and export that answer."
+        )
+
+
+def _unfitting(known: Tables, model: TrajectoryModel) -> str | None:
+    """The first table that does not fit to the others; None where all do."""
+    n_p, n_c, n_k, T = model.n_p, model.n_c, model.n_k, model.time.n_steps
+    runs, tube, n_runs = known.runs, as_template(known.errors, 1), len(known.runs.w)
+    n_bins = [len(e) - 1 for e in known.edges]
+    lead, n_goal = (int(np.prod(n_bins)), T, n_c // max(n_p, 1)), len(known.goal_A)
+    widths = [n_k, *(len(b) for b in model.net.biases)]
+    weights = [W.shape for W in model.net.weights]
+    ends = (*runs.first_run[:1], *runs.first_run[-1:])
+    fit = {
+        "coordinates": 0 < n_p <= n_c and n_c % n_p == 0,
+        "edges of the bins": len(n_bins) == n_k and all(n > 0 for n in n_bins),
+        "layers of the network": weights == list(zip(widths[1:], widths[:-1], strict=True))
+        and widths[-1] == (T + 1) * n_c - n_p + model.n_q,
+        "errors": tube.half.shape[:3] == lead
+        and tube.half.shape[4:] == (n_p,)
+        and tube.centre.shape == tube.half.shape
+        and tube.dual.shape == (*tube.half.shape, n_p),
+        "rows of the start": known.start_A.shape == (len(known.start_b), n_p)
+        and known.far.shape == (n_p,),
+        "rows of the goal": known.goal_A.shape[1:] == (n_c + model.n_q,)
+        and known.goal_b.shape == (lead[0], n_goal),
+        "points of the body": _within(known.pair_points, lead[2]),
+        "runs of the corridors": ends == (0, n_runs)
+        and len(runs.first_run) == len(known.probes) + 1
+        and bool((np.diff(runs.first_run) >= 0).all())
+        and {len(column) for column in runs[1:]} == {n_runs}
+        and runs.w.shape == (n_runs, n_p)
+        and _within(runs.pair, len(known.pair_points))
+        and _within(runs.first, T)
+        and _within(runs.end, T + 1),
+        "probes": _within(known.probes[..., 0], n_runs) and _within(known.probes[..., 1], T),
+        "plans": known.plans.shape[1:] == (n_k,),
+    }
+    return next((what for what, fits in fit.items() if not fits), None)
+
+
+def _within(indices: np.ndarray, n: int) -> bool:
+    """Whether all of these are 0, 1, ... n - 1."""
+    return bool(((indices >= 0) & (indices < n)).all())
+
+
+def require_paid(known: Tables, model: TrajectoryModel, slack: float) -> None:
+    """Half of the slack for each unit of |w|_1 pays for what the header's own code rounds; the
+    other half is for the tables. Raises InputError where it does not.
+    """
+    unpaid = _unpaid(known, model, Fraction(slack) / 2)
+    if unpaid:
+        raise InputError(
+            f"export: expected margins that pay for all rounding; those of {unpaid} do not. Give "
+            "rows of the goal and of the start in metres, none of them nearly zero."
+        )
+
+
+def _unpaid(known: Tables, model: TrajectoryModel, room: Fraction) -> str | None:
+    """The first part whose margins do not pay; None where all do."""
+    tube = as_template(known.errors, 1)
+    rows = (known.start_A, known.start_b, known.goal_A, known.goal_b)
+    numbers = (*known.edges, known.far, *rows, known.runs.w, known.runs.support)
+    if not all(np.isfinite(x).all() for x in (*numbers, tube.dual, tube.centre, tube.half)):
+        return "numbers that are not finite"
+    if (tube.half < 0).any():
+        return "errors of less than none"
+    start = max(map(Fraction, known.far))
+    ends = [Fraction(max(abs(e[0]), abs(e[-1]))) for e in known.edges]
+    bounded = _network_bounded(model.net, np.array(ends, object))
+    if bounded is None:
+        return "a network whose outputs may overflow"
+    beta, most = bounded
+    moved = U * (most + start) + ETA  # what p0 + out loses
+    off, size = beta + moved, most + start + moved
+    if size > LARGEST:
+        return "starts so far out that sums may overflow"
+    of_rows = _norms(known.start_A)
+    if not _rows_paid(of_rows, model.n_p, Fraction(0), start, room):
+        return "a row of the start"
+    of_rows = _norms(known.goal_A)
+    if not _rows_paid(of_rows, model.n_c + model.n_q, off, size, room):
+        return "a row of the goal"
+    return _runs_unpaid(known, model.n_p, (off, size), _reaches(tube), room)
+
+
+def _network_bounded(net: ReLUNetwork, size: np.ndarray) -> tuple[Fraction, Fraction] | None:
+    """beta >= |fl N(k) - N(k)| and most >= |fl N(k)| for all |k| <= size (n_k,); None: overflow."""
+    off = 0 * size
+    for W, b in zip(net.weights, net.biases, strict=True):
+        n = W.shape[1]
+        weight = np.abs(_exact(W))
+        absolute = weight @ size + np.abs(_exact(b))
+        if (absolute > LARGEST / 4).any():
+            return None
+        off = _up(weight @ off + _lost_by(n + 1, 2 * n, absolute))
+        size = _up(_reach_of(n + 1, 2 * n, absolute))
+    return off.max(), size.max()
+
+
+def _rows_paid(norms, n: int, off: Fraction, size: Fraction, room: Fraction) -> bool:
+    """Rows of n terms, by their |a|_1, of numbers that are off and of some size."""
+    return all(
+        _reach_of(n + 1, 2 * n, norm * size) <= LARGEST
+        and norm * off + _lost_by(n + 1, 2 * n, norm * size) <= room * norm
+        for norm in norms
+    )
+
+
+class _Reaches(NamedTuple):
+    """Of all bases of a tube: no entry of dual is above steep, the faces of none are together wider
+    than wide; for each unit of |w|_1 no more than excess cancels.
+    """
+
+    steep: Fraction
+    wide: Fraction
+    excess: Fraction
+
+
+def _reaches(tube: ErrorTemplate) -> _Reaches:
+    n = tube.half.shape[-1]
+    slanted = (tube.dual != 0).sum(axis=-1) > 1  # of a face along an axis no half cancels
+    sizes = (tube.dual, tube.centre, tube.half, np.where(slanted, tube.half, 0.0))
+    steep, centre, half, cancels = (Fraction(float(abs(x).max())) for x in sizes)
+    return _Reaches(steep, n * (centre + half), n * steep * (2 * centre + cancels))
+
+
+def _runs_unpaid(known: Tables, n_p: int, path, tube: _Reaches, room: Fraction) -> str | None:
+    off, size = path
+    deep, many = n_p + 1, 2 * n_p  # roundings of a sum along a direction, and of one face
+    all_deep, all_many = 2 * n_p + 1, 4 * n_p  # of all faces of a basis
+    g = _grown(deep + all_deep) - 1
+    least = many * ETA * _grown(deep + all_deep) * tube.wide + all_many * ETA * _grown(all_deep)
+    for norm, support in zip(_norms(known.runs.w), map(Fraction, known.runs.support), strict=True):
+        reach, face = (_reach_of(deep, many, norm * x) for x in (size, tube.steep))
+        faces = _reach_of(all_deep, all_many, tube.wide * face)
+        if max(reach, face, abs(support) + faces) > LARGEST:
+            return "a direction along which sums may overflow"
+        rest = (1 + 2 * U) * (reach + ETA) + abs(support) + least + norm * tube.excess
+        lost = norm * off + _lost_by(deep, many, norm * size) + least
+        lost += g * (1 + 2 * g) * (rest + least) + U * rest + ETA
+        if lost > room * norm:
+            return "a direction of a corridor"
+    return None
+
+
+def _norms(A) -> list[Fraction]:
+    return [sum((abs(Fraction(a)) for a in row), Fraction(0)) for row in A.tolist()]
+
+
+@cache
+def _grown(depth: int) -> Fraction:
+    """At least (1 + u)^depth."""
+    return Fraction(round_up((1 + U) ** depth))
+
+
+def _lost_by(depth: int, n: int, size):
+    """What n roundings, at most so many one after another, may lose of terms of a size."""
+    return (_grown(depth) - 1) * size + n * ETA * _grown(depth)
+
+
+def _reach_of(depth: int, n: int, size):
+    return _lost_by(depth, n, size) + size

@@ -1,0 +1,108 @@
+"""What is asked of claims: probabilities, runs, shapes, as one frozen record."""
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.options import Options, check_count
+from parc_jax.learning.bound.counts import MOST, as_probability
+from parc_jax.learning.bound.intersample import (
+    DISCRETE_TIME,
+    AccelerationBound,
+    DiscreteTime,
+    SpeedBound,
+)
+
+Intersample = DiscreteTime | SpeedBound | AccelerationBound
+CLAIMS = ("one", "bins")
+SHAPES = ("box", "fitted")
+GAP = 1e-5  # [m or rad] that the start of a run may matter, unless declared otherwise
+
+
+@dataclass(frozen=True)
+class Sizing(Options):
+    """How a tube is sized: what claims of the whole of K and of a part of it have in common."""
+
+    shape: str = "box"
+    """Shape of the tube: "box", half widths along the axes, or "fitted", faces along the principal
+    axes of the errors beside them. [T26]"""
+    eps: float | Fraction = 1e-3
+    """Probability with which a new run may leave the tube."""
+    fresh: int | None = None
+    """Runs behind the claims. Default: as many as they need."""
+    discard: int | Literal["most"] = MOST
+    """Runs to leave outside of the tube, fixed before any is seen; "most": as many as eps and delta
+    allow; with a number, such as 0, the claims carry the eps that the runs support."""
+    profile_runs: int | None = None
+    """Runs beside the training ones from which the tube's profile is learnt, which is where
+    tightness comes from; the network does not see them. Default: as many as the fresh runs."""
+    gap: float = GAP
+    """Most that the start of a run may matter [m or rad]. It is tried from a few starts, a larger
+    effect is refused, and the tube is widened by it."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        as_probability("eps", self.eps)
+        if self.shape not in SHAPES:
+            raise InputError(f"shape: expected one of {', '.join(SHAPES)}; got {self.shape!r}.")
+        if self.discard != MOST:
+            hint = f'0, or "{MOST}" where eps and delta decide'
+            check_count("discard", self.discard, 0, hint)
+        if self.fresh is not None:
+            check_count("fresh", self.fresh, 1, "None for as many as the claims need")
+        if self.profile_runs is not None:
+            check_count("profile_runs", self.profile_runs, 0, "0 for the training runs alone")
+        check_gap(self.gap)
+
+
+@dataclass(frozen=True)
+class BoundSettings(Sizing):
+    """What is asked of the claims about some networks, for all of these together."""
+
+    delta: float | Fraction = 1e-3
+    """One minus the confidence in eps, for all networks and claims at once."""
+    claims: tuple[str, ...] = ("one",)
+    """"one" over all of K [T1, T2], "bins" in every bin at once [T4]; the first is the one that the
+    returned model has, the others are compared."""
+    blocks: tuple[int, ...] | None = None
+    """Claims per axis of K where "bins" is asked for, each about a block of neighbouring bins: a
+    profile in fine bins, claims in coarse ones. Default: every bin."""
+    bins: tuple[int, ...] | tuple[np.ndarray, ...] | None = None
+    """Bins per axis of K over which the tube's profile varies; in Python also their edges per axis.
+    Default: cut where the error of the first network changes."""
+    even: bool = False
+    """Hold a quarter of the profile's runs back, and widen every bin by what it lacked for them, so
+    that the worst learnt bin does not decide about all."""
+    search: int | None = None
+    """Runs spent looking for bad ones of the first network on purpose, which can only widen the
+    tube [T8]; 0 for none. Default: as many as the fresh runs, 2,048 at most."""
+    looks: int = 1
+    """Times that the fresh runs are used beyond the networks and claims asked for here."""
+    intersample: Intersample = DISCRETE_TIME
+    """What happens between records. [T9]"""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        as_probability("delta", self.delta)
+        given = set(self.claims)
+        if not given or len(given) < len(self.claims) or given - set(CLAIMS):
+            raise InputError(
+                f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got "
+                f"{self.claims}."
+            )
+        if self.search is not None:
+            check_count("search", self.search, 0, "0 for no search")
+        check_count("looks", self.looks, 1, "1 for a holdout that is used once")
+
+
+def check_gap(declared: float) -> None:
+    """Refuse what is no gap. Raises InputError."""
+    if not 0 <= declared < math.inf:
+        raise InputError(
+            "gap: expected how much the start may matter, a number >= 0 [m or rad]; got "
+            f"{declared}."
+        )

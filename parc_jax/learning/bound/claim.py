@@ -1,0 +1,305 @@
+"""What is claimed of the model's error, in words and numbers that say no more than was shown."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.premises import Premises
+from parc_jax.common.sets.box import Box
+from parc_jax.common.spelling import hex_text, listed, plain, rounded_up
+from parc_jax.learning.bound.counts import RECORDED_ROWS, RECORDINGS, RUNS, Unit
+from parc_jax.learning.bound.risk import NoStatement, Risk, density_of_share, risk_of
+from parc_jax.learning.bound.statement import DIGITS, premises_of, statement
+from parc_jax.learning.bound.tube import Tube, refined
+from parc_jax.learning.bound.tube_file import tube_to_json
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.runs.files import write_atomic
+from parc_jax.learning.runs.law import LawSpec
+from parc_jax.learning.runs.subject import Subject
+
+KINDS = ("pac", "assumed", "declared")
+FORMAT = "parc_jax.claim/3"
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorClaim:
+    """A tube and exactly what is known about it. Made by `bound_error`, `calibrate`,
+    `assumed_claim`, `declared_claim`, all through `error_claim`.
+
+    kind: one of
+        "pac"       with confidence 1 - delta, a new run leaves the tube with probability <= eps.
+                    [T1, T2]
+        "assumed"   nothing is shown; the published maximum over training data.
+        "declared"  nothing is shown here; the bound comes from elsewhere.
+    tube: what holds the errors; a bin with infinite widths has no claim (`tube.claimed`).
+    subject: whose runs leave it or not: system, K, time grid, points in order, rotation.
+    network: hash of the one whose errors the tube holds.
+    quantifier: the law of runs that the claim speaks of, in words; of a declared one, the reason.
+    eps, delta: exact; None where the kind has none.
+    n, discard, looks: runs that support it, runs discarded (fixed beforehand), times this holdout
+        has been looked at.
+    law: where those runs came from.
+    assumptions: ledger of identifiers. evidence: JSON-able record (hashes of profile and holdout,
+        seeds, largest scores, search).
+    bin_eps: per-bin claims: one eps per bin, None for a bin without claim [T4]; else None.
+    intersample: (n_p,) [m] part of the interval widths that covers the time between records. [T9]
+    hash: of all of this together, as it was when the claim was made. A claim with a number or a
+        part from elsewhere has another one, and `check_claim` refuses it.
+    """
+
+    kind: str
+    tube: Tube
+    subject: Subject
+    network: str
+    quantifier: str
+    eps: Fraction | None
+    delta: Fraction | None
+    n: int
+    discard: int
+    looks: int
+    law: LawSpec
+    assumptions: tuple[str, ...]
+    evidence: dict = field(default_factory=dict)
+    bin_eps: tuple[Fraction | None, ...] | None = None
+    intersample: tuple[float, ...] = ()
+    hash: str = ""
+
+    @property
+    def domain(self) -> Box:
+        """K, or the box of k that the claim is about."""
+        return self.subject.domain
+
+    def __repr__(self) -> str:
+        known = {"eps": self.eps, "delta": self.delta}
+        numbers = [f"{name} {rounded_up(v, DIGITS)}" for name, v in known.items() if v is not None]
+        shown = (
+            f"{self.n:,} {self.unit.many} of {self.law.generator}" if self.n else self.quantifier
+        )
+        return f"ErrorClaim({', '.join([self.kind, *numbers, shown])}, {self.tube})"
+
+    @property
+    def unit(self) -> Unit:
+        """What n counts."""
+        return RECORDINGS if RECORDED_ROWS in self.evidence else RUNS
+
+    @property
+    def premises(self) -> Premises:
+        """All that its sentences rest on, with its numbers."""
+        return premises_of(self)
+
+    def statement(self) -> str:
+        """The claim in full sentences. Never claims more than the kind allows."""
+        return statement(self.premises)
+
+    def risk(
+        self,
+        *,
+        share: float | Fraction | None = None,
+        density: float | Fraction | None = None,
+        bin: int | None = None,
+        shift: float = 0.0,
+    ) -> Risk | NoStatement:
+        """What the claim promises when k is drawn in a certain way. [T5]
+
+        share: k is drawn by the law of the claim's runs restricted to a set, which that law enters
+            with this probability; vol(set) / vol(K) where it is uniform on K.
+        density: k is drawn by any law that is at most so many times as dense as the claim's.
+        Neither: one k, picked by hand or by a planner. Nothing is promised of it.
+        bin: the set lies in this bin, of a claim per bin; share stays that of the whole of K.
+        shift: total variation between the declared and the deployed law of (k, disturbance).
+        Raises InputError.
+        """
+        if None not in (share, density) or (bin is not None and share is None):
+            raise InputError("risk: expected share, with or without bin, or density; got more.")
+        if self.kind in ("assumed", "declared"):
+            return NoStatement(
+                f"the tube is {self.kind}, not shown; calibrate it on a fresh holdout (bound_error)"
+            )
+        if not self.tube.claimed.any():
+            return NoStatement("no bin of K has a claim")
+        if self.evidence.get("not_drawn"):
+            names = self.evidence["not_drawn"]
+            are = "is" if len(names) == 1 else "are"
+            return NoStatement(
+                f"{listed(names)} {are} not drawn, and the claim is about k drawn from all of K"
+            )
+        if share is not None:
+            return self._risk_within(share, bin, shift)
+        if density is None:
+            return NoStatement(
+                "a probability over k says nothing about one k; draw k from a certified set, or "
+                "run the plan afresh (Choice.run)"
+            )
+        by_bin = self.bin_eps or (self.eps,)
+        if None in by_bin:
+            return NoStatement("some bins of K have no claim, and k of this law may fall into them")
+        # the bins' parts of P(leave) add up to at most density * (sum over bins of Pi(b) eps_b)
+        return risk_of(max(by_bin), self.delta, Fraction(str(density)), shift)
+
+    def to_json(self) -> dict:
+        """A JSON-able dictionary; the tube has a place of its own in files; numbers are strings."""
+        told = {"statement": self.statement(), "premises": self.premises.to_json()}
+        return self._facts() | told | {"hash": self.hash}
+
+    def _facts(self) -> dict:
+        """What its hash is of, but for the tube."""
+        return {
+            "format": FORMAT,
+            "kind": self.kind,
+            "subject": self.subject.to_json(),
+            "network": self.network,
+            "quantifier": self.quantifier,
+            "eps": _spell(self.eps),
+            "delta": _spell(self.delta),
+            "n": self.n,
+            "discard": self.discard,
+            "looks": self.looks,
+            "law": plain(asdict(self.law)) | {"hash": self.law.hash},
+            "assumptions": list(self.assumptions),
+            "evidence": self.evidence,
+            "bin_eps": None if self.bin_eps is None else [_spell(e) for e in self.bin_eps],
+            "intersample": hex_text(self.intersample),
+        }
+
+    def save(self, path: str | Path) -> Path:
+        """Claim and tube in one JSON file, atomically. `load_claim` gives back equal numbers."""
+        data = {"claim": self.to_json(), "tube": tube_to_json(self.tube)}
+        return write_atomic(path, json.dumps(data, indent=1).encode())
+
+    def _risk_within(
+        self, share: float | Fraction, bin: int | None, shift: float
+    ) -> Risk | NoStatement:
+        """Of k drawn by the claim's law within a set, which may lie in one bin."""
+        if self.bin_eps is None:
+            return risk_of(self.eps, self.delta, density_of_share(share), shift)
+        claimed = [eps for eps in self.bin_eps if eps is not None]
+        if bin is None:  # sum over bins of Pi(b) eps_b is at most the largest eps
+            return risk_of(max(claimed), self.delta, density_of_share(share), shift)
+        if self.bin_eps[bin] is None:
+            return NoStatement(f"bin {bin} holds too few runs: no claim")
+        if self.evidence["bin_share"] is None:
+            return NoStatement("k was not uniform on K: the probability of a bin is not known")
+        whole = Fraction(self.evidence["bin_share"][bin])
+        return risk_of(self.bin_eps[bin], self.delta, density_of_share(share, whole), shift)
+
+
+def error_claim(**fields) -> ErrorClaim:
+    """A claim about what its fields say, bound to it by `hash`. Fields as in `ErrorClaim`. Raises
+    InputError where they do not fit, also for a K that is not the one of the law of runs.
+    """
+    law, domain = fields["law"], fields["subject"].domain
+    if (law.lo, law.hi) != (tuple(hex_text(domain.lo)), tuple(hex_text(domain.hi))):
+        raise InputError(
+            f"claim: expected K = {_box(domain)} to be that of the law of its runs, "
+            f"{law.describe()}; take domain and law of the same runs."
+        )
+    return _bound(ErrorClaim(**fields))
+
+
+def derived(claim: ErrorClaim, **changes) -> ErrorClaim:
+    """The claim told of something else, such as a wider tube or a part of K: whoever calls this has
+    shown that it stays true. Fields as in `ErrorClaim`; evidence is added. Raises InputError.
+    """
+    evidence = claim.evidence | changes.pop("evidence", {})
+    return _bound(replace(claim, evidence=evidence, **changes))
+
+
+def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
+    """What a search looks by in place of a claim, with any tube: nothing is claimed of it."""
+    why = "assumed for a search alone"
+    return derived(
+        claim, kind="assumed", tube=tube, quantifier=why, eps=None, delta=None, bin_eps=None
+    )
+
+
+def check_claim(claim: ErrorClaim) -> None:
+    """Refuse a claim beside anything else than what it was made about. Raises InputError."""
+    _check_parts(claim)
+    if claim.hash != _hash(claim):
+        raise InputError(
+            "claim: expected the network, tube, K, time grid, points, rotation, law and numbers "
+            f"that it was made about ({claim.hash[:12]}); got others ({_hash(claim)[:12]}). Bound "
+            "the error anew."
+        )
+
+
+def check_network(claim: ErrorClaim, net: ReLUNetwork) -> None:
+    """Refuse another network than the claim's. Raises InputError."""
+    if claim.network != net.hash:
+        raise InputError(
+            f"claim: expected the network its claim was measured on ({claim.network[:12]}); got "
+            f"another one ({net.hash[:12]}). Bound the error of this network anew."
+        )
+
+
+def weaker(claim: ErrorClaim, wider: Tube, **evidence) -> ErrorClaim:
+    """The claim with a tube nowhere narrower: every label stays true. [T8] Raises InputError."""
+    if not wider.at_least(claim.tube):
+        raise InputError(
+            "claim: a claim survives a wider tube only; the new one is narrower somewhere."
+        )
+    return derived(claim, tube=wider, evidence=evidence)
+
+
+def on_bins(claim: ErrorClaim, edges: Sequence[np.ndarray]) -> ErrorClaim:
+    """The claim told by finer bins: models on equal bins share compiled code. Raises InputError."""
+    return derived(claim, tube=refined(claim.tube, edges))
+
+
+def check_edges(tube: Tube, domain: Box) -> None:
+    """Refuse a tube, or a profile, whose bins do not span K. Raises InputError."""
+    for axis, edge in enumerate(tube.edges):
+        if edge[0] != domain.lo[axis] or edge[-1] != domain.hi[axis]:
+            raise InputError(
+                f"tube: expected bins that span K = {_box(domain)}; along axis {axis} they cover "
+                f"[{edge[0]:.10g}, {edge[-1]:.10g}]. Make them on K, or run all of what they cover."
+            )
+
+
+def _check_parts(claim: ErrorClaim) -> None:
+    """Refuse a tube that is not one of these runs. Raises InputError."""
+    layout, about = claim.tube.layout, claim.subject
+    if layout.n_steps != about.time.n_steps:
+        raise InputError(
+            f"claim: expected a tube with {about.time.n_steps} intervals, as the time grid has; "
+            f"got {layout.n_steps}."
+        )
+    if layout.n_points != len(about.points):
+        raise InputError(
+            f"claim: expected a tube of {len(about.points)} reference points "
+            f"({', '.join(about.points)}); got {layout.n_points}."
+        )
+    sizes = (about.n_p, about.n_q, about.domain.n)
+    if sizes != (claim.tube.n_p, claim.tube.n_q, claim.tube.n_k):
+        raise InputError(
+            f"claim: expected a tube in {about.n_p}-D with {about.n_q} goal states and "
+            f"{about.domain.n} axes of K; got {claim.tube.n_p}-D, {claim.tube.n_q} and "
+            f"{claim.tube.n_k}."
+        )
+    check_edges(claim.tube, about.domain)
+
+
+def _bound(claim: ErrorClaim) -> ErrorClaim:
+    _check_parts(claim)
+    return replace(claim, hash=_hash(claim))
+
+
+def _hash(claim: ErrorClaim) -> str:
+    facts = claim._facts() | {"subject": claim.subject.identity}  # labels are for people
+    about = [plain(facts), claim.tube.hash]  # as answers spell them
+    return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
+
+
+def _box(domain: Box) -> str:
+    sides = zip(domain.lo, domain.hi, strict=True)
+    return " x ".join(f"[{lo:.10g}, {hi:.10g}]" for lo, hi in sides)
+
+
+def _spell(value: Fraction | None) -> str | None:
+    return None if value is None else str(value)

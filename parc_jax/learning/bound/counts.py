@@ -1,0 +1,174 @@
+"""What a claim counts: how many runs it costs, what a number of them supports. [T1, T2, T6]"""
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.options import check_count
+from parc_jax.common.spelling import rounded_up
+
+MOST = "most"  # discards: as many as the runs, eps and delta allow
+
+# covers the rounding of the binomial tail and its inverse; always towards more runs or a larger eps
+_OUTWARD = 1.0 + 1e-9
+# the same of scipy's tail with discards, which is off by 4e-9 of itself at a million runs
+_TAIL_OUTWARD = 1.0 + 1e-7
+SURE = 0.9  # probability, by what the training runs show, that so many discards suffice
+MOST_SHARE = 0.1  # of the holdout, but for failed runs: a tube that more may leave is hardly one
+
+
+class Unit(NamedTuple):
+    """What is independent among runs, in words: single runs, or the recordings that they are parts
+    of. each: what a claim speaks of. many: what it counts.
+    """
+
+    each: str
+    many: str
+
+
+RUNS = Unit("a new rollout", "runs")
+RECORDINGS = Unit("any run of a new recording", "recordings")
+
+RECORDED_ROWS = "rows"  # evidence of a claim about recordings: of how many runs they are
+
+
+def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
+    """Bound, rounded up, on P(more than eps of new runs leave) after n runs with discards. [T2]
+
+    sum_{i <= discard} C(n, i) eps^i (1 - eps)^(n - i)
+    """
+    if n <= discard:
+        return 1.0
+    if discard == 0:
+        return min(1.0, math.exp(n * math.log1p(-eps)) * _OUTWARD)
+
+    from scipy.special import bdtr  # slower to load than much of what asks
+
+    return min(1.0, float(bdtr(float(discard), n, eps)) * _TAIL_OUTWARD)
+
+
+def required_runs(eps: float, delta: float, discard: int = 0) -> int:
+    """Smallest n for (eps, delta); without discards ceil(ln delta / ln(1 - eps)). [T1, T2]"""
+    _check(eps, delta, discard)
+    low, high = discard, max(2 * discard, 16)
+    while wrong_claim_probability(high, eps, discard) > delta:
+        low, high = high, 2 * high
+    return _last(low, high, lambda n: wrong_claim_probability(n, eps, discard) > delta) + 1
+
+
+def supported_eps(n: int, delta: float, discard: int = 0) -> Fraction | None:
+    """The smallest eps that n runs support at 1 - delta, rounded up; None for none. [T1, T2]"""
+    _check(0.5, delta, discard)
+    if n <= discard:
+        return None
+    eps = -math.expm1(math.log(delta) / n)
+    if discard:
+        eps = float(clopper_pearson(discard, n, delta)) / _OUTWARD
+    for _ in range(60):
+        if eps >= 1.0:
+            return None
+        if wrong_claim_probability(n, eps, discard) <= delta:
+            return Fraction(f"{_round_up(eps):.6g}")
+        eps *= _TAIL_OUTWARD**2 if discard else _OUTWARD**2
+    return None
+
+
+def clopper_pearson(failures: int, n: int, delta: float) -> Fraction:
+    """Upper bound, rounded up, with confidence 1 - delta on a probability of which n independent
+    trials showed `failures`; 1 - delta^(1/n) for none. [T6] Raises InputError.
+    """
+    from scipy.special import betainccinv
+
+    if not 0 <= failures <= n or n < 1:
+        raise InputError(
+            f"clopper_pearson: expected 0 <= failures <= n, n >= 1; got {failures} of {n}."
+        )
+    if failures == n:
+        return Fraction(1)
+    bound = float(betainccinv(failures + 1, n - failures, delta)) * _OUTWARD
+    return min(Fraction(1), Fraction(bound))
+
+
+def least_probability(successes: int, n: int, delta: float) -> float:
+    """Lower bound, rounded down, at 1 - delta on a probability of `successes` in n trials. [T6]"""
+    return float(1 - clopper_pearson(n - successes, n, delta))
+
+
+def most_discards(n: int, eps: float, delta: float) -> int:
+    """The largest number of discards that n runs allow for (eps, delta); -1 when n is too small."""
+    _check(eps, delta, 0)
+    return _last(-1, n, lambda discard: wrong_claim_probability(n, eps, discard) <= delta)
+
+
+def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
+    """Discards for a holdout of n independent runs, from the largest errors (m,) of runs that have
+    no part in it, infinite for failed ones.
+
+    They are taken where eps times the width that the tube then needs is least: a tube half as wide
+    is worth twice the eps. At most MOST_SHARE of the holdout is discarded, or as many more as fail:
+    a failed run makes a tube infinite.
+    """
+    best, least = 0, math.inf
+    for discard in range(n):
+        eps, width = supported_eps(n, delta, discard), width_needed(sizes, n, discard)
+        if eps is None or (discard > MOST_SHARE * n and math.isfinite(least)):
+            break
+        if float(eps) * width < least:
+            best, least = discard, float(eps) * width
+    return best
+
+
+def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
+    """The least of the sizes (m,) that all but `discard` of n runs like these keep below, with
+    probability SURE; infinite for none. One more run than was seen may be beyond each of them: a
+    first failure among the n must not make an end of all plans.
+    """
+    from scipy.special import bdtr
+
+    ordered = np.sort(sizes)
+    beyond = np.arange(len(ordered), 0, -1) / (len(ordered) + 1)
+    enough = bdtr(float(discard), n, beyond) >= SURE
+    return float(ordered[np.argmax(enough)]) if enough.any() else math.inf
+
+
+def cheaper(eps: float, delta: float, spelled: str = "eps = ") -> str:
+    """What ten times the eps would cost, in words, or "" when that is none."""
+    if 10 * eps >= 1:
+        return ""
+    few = required_runs(10 * eps, delta)
+    return f"{spelled}{rounded_up(str(10 * eps), 3)} needs {few:,} fresh ones"
+
+
+def as_probability(name: str, value: Fraction | float | str) -> Fraction:
+    """The decimal the user wrote, as an exact fraction in (0, 1). Raises InputError."""
+    try:
+        exact = value if isinstance(value, Fraction) else Fraction(str(value))
+    except ValueError:  # nan, or no number
+        exact = Fraction(0)
+    if not 0 < exact < 1:
+        raise InputError(f"{name}: expected a probability strictly between 0 and 1; got {value}.")
+    return exact
+
+
+def _last(low: int, high: int, holds: Callable[[int], bool]) -> int:
+    """The last number from low, where `holds` is true, to below high, where it is not."""
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
+
+
+def _round_up(eps: float) -> float:
+    """Six significant digits, upward."""
+    unit = 10.0 ** (math.floor(math.log10(eps)) - 5)
+    return math.ceil(eps / unit + 1e-9) * unit
+
+
+def _check(eps: float, delta: float, discard: int) -> None:
+    as_probability("eps", eps)
+    as_probability("delta", delta)
+    check_count("discard", discard, 0, "0 runs to leave outside")

@@ -1,0 +1,96 @@
+"""Tubes of which nothing is shown here: the published maximum, and bounds from elsewhere."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.bins import Bins
+from parc_jax.learning.bound.claim import ErrorClaim, error_claim
+from parc_jax.learning.bound.edges import edges_of
+from parc_jax.learning.bound.intersample import DISCRETE_TIME
+from parc_jax.learning.bound.profile import bin_maxima, training_errors
+from parc_jax.learning.bound.start_gap import invariances
+from parc_jax.learning.bound.tube import Tube, tube
+from parc_jax.learning.labels import Labels
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.runs.subject import subject
+from parc_jax.learning.system import TimeGrid
+
+_HOLDS = "THE TUBE HOLDS"
+
+
+def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = None) -> ErrorClaim:
+    """The published bound: the largest error over the training data, per bin. Shows nothing and
+    says so. [paper Sec. III-C]
+
+    bins: per axis of K, None = one bin. A bin without finite runs has no claim. Raises InputError.
+    """
+    k, errors = training_errors(net, train)
+    edges = edges_of(train.domain, (1,) * train.n_k if bins is None else bins)
+    frame, (interval, final), counts = bin_maxima(k, errors, edges)
+    interval[counts == 0] = np.inf
+    final[counts == 0] = np.inf
+    between = DISCRETE_TIME.assumption(train.time.dt_record)
+    return error_claim(
+        kind="assumed",
+        tube=tube(frame.edges, interval, final, len(train.points)),
+        subject=train.subject,
+        network=net.hash,
+        quantifier="assumed for every run",
+        eps=None,
+        delta=None,
+        n=len(k),
+        discard=train.n - len(k),
+        looks=1,
+        law=train.law,
+        assumptions=(_HOLDS, *invariances(train.rotation), between),
+        evidence={"failed": int(train.failed.sum())},
+    )
+
+
+def declared_claim(
+    tube: Tube,
+    why: str,
+    net: ReLUNetwork,
+    time: TimeGrid,
+    *,
+    system: str = "",
+    points: Sequence[str] | None = None,
+    rotation: Sequence[str] | None = None,
+    labels: Labels | Mapping[str, Sequence[str]] | None = None,
+    given: Sequence[str | int] = (),
+) -> ErrorClaim:
+    """A bound from elsewhere, such as an analysis of the robot or a data sheet. Nothing is shown
+    here, and every sentence says so.
+
+    tube: half widths [m, .] for runs from every start and for all times; its outer edges are K.
+    why: the reason, one clause: "... no run leaves the tube, because {why}". net, time: the network
+    and the grid that the bound is about. system: name of the robot. points: names of its reference
+    points, None where it has only one. rotation: what it declares of the heading, as a system's
+    `rotation`. labels: of p, q and k, as {"k": ("speed [m/s]", ...)}. given: parameters that are
+    measured at the start, as a system's `given`. Raises InputError.
+    """
+    if not isinstance(tube, Tube) or not isinstance(why, str) or not why.strip():
+        raise InputError(
+            "declared_claim: expected a Tube (see parc_jax.tube) and a reason in words; got "
+            f"{type(tube).__name__} and {why!r}."
+        )
+    domain = box([e[0] for e in tube.edges], [e[-1] for e in tube.edges])
+    return error_claim(
+        kind="declared",
+        tube=tube,
+        subject=subject(system, domain, time, tube.n_p, tube.n_q, points, rotation, labels, given),
+        network=net.hash,
+        quantifier=why.strip().rstrip("."),
+        eps=None,
+        delta=None,
+        n=0,
+        discard=0,
+        looks=1,
+        law=law_spec("declared", domain, "given"),
+        assumptions=(_HOLDS, *invariances(rotation)[1:]),
+    )

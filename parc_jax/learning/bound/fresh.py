@@ -1,0 +1,125 @@
+"""Is a holdout fresh? Independent runs, none of them twice, none that training has seen."""
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.spelling import hex_floats
+from parc_jax.common.tolerances import TOLERANCES
+from parc_jax.learning.bound.score import Scores
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.copies import marks_of, near_copies
+from parc_jax.learning.runs.groups import NAMED
+from parc_jax.learning.runs.law import TO_ALL
+from parc_jax.learning.runs.uniform import by_chance, check_uniform
+
+_HOW_NEAR = (
+    f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "
+    "size"
+)
+
+
+def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
+    """Refuse repeated runs, near copies, runs of the training data, and a K that was fitted to
+    these very runs. Raises InputError.
+    """
+    if scores.law.fitted == TO_ALL:
+        raise InputError(
+            "holdout: expected a K that these runs had no part in; it is the smallest box of their "
+            "k. Declare it (domain=), split the runs, or pass the training runs to bound_error."
+        )
+    repeated = len(scores.ids) - len(np.unique(scores.ids))
+    if repeated:
+        raise InputError(
+            f"holdout: {repeated} of {len(scores.ids)} runs occur twice; expected independent "
+            "runs. Remove the copies."
+        )
+    if scores.seed is None:  # the rows of a seed are independent by construction
+        _check_recorded(scores)
+    if train is not None:
+        _check_unseen(scores, train)
+
+
+def _check_recorded(scores: Scores) -> None:
+    """Recorded runs that cannot be independent of each other."""
+    if scores.law.k_law == "uniform":
+        check_uniform("holdout", scores.k, _domain(scores), scores.groups)
+    pairs = near_copies(scores.marks, None, _width(scores))
+    if scores.groups is not None:
+        pairs = pairs[scores.groups[pairs[:, 0]] != scores.groups[pairs[:, 1]]]
+    if len(pairs):
+        first, second = scores.rows[pairs[0]]
+        raise InputError(
+            f"holdout: expected independent runs; rows {first} and {second} are copies of each "
+            f"other ({_HOW_NEAR}), {len(pairs):,} pairs in all. Parts of one recording belong to "
+            "one group (groups=); remove other copies."
+        )
+
+
+def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
+    """Runs of the holdout that are training runs, or parts of the same recordings."""
+    seen = np.isin(scores.ids, train.hashes())
+    if scores.seed is not None and (scores.seed, scores.stage) == (train.seed, train.stage):
+        seen |= np.isin(scores.rows, train.rows)
+    if scores.seed is None or train.seed is None:
+        if scores.law.k_law == "uniform":
+            equal = np.isin(_row_bytes(scores.k), _row_bytes(train.k))
+            if equal.sum() > by_chance(scores.k, len(scores.k) * train.n):
+                seen |= equal
+        if scores.marks is not None:
+            seen[near_copies(scores.marks, marks_of(train), _width(scores))[:, 0]] = True
+    if seen.any():
+        raise InputError(
+            f"holdout: {int(seen.sum())} of {len(seen)} runs are training runs or copies of them "
+            f"({_HOW_NEAR}), the first is row {scores.rows[np.argmax(seen)]}; expected fresh ones. "
+            "Draw from stage BOUND, or set recordings aside before training."
+        )
+    if scores.groups is None or train.groups is None:
+        return
+    shared = np.isin(scores.groups, train.groups)
+    if not _comparable(scores, train):
+        raise InputError(
+            f"holdout: expected recordings that can be told from those of training; in "
+            f"{scores.law.generator} or {train.law.generator} they have numbers, which two files "
+            "may give to the same recording or to others. Name them (groups of texts, or names in "
+            "groups.csv), or load all runs together and split: batch.split(share)."
+        )
+    if shared.any():
+        raise InputError(
+            f"holdout: {int(shared.sum())} of {len(shared)} runs belong to recordings of which "
+            f"training has seen a part, the first is row {scores.rows[np.argmax(shared)]}. "
+            "Split by group: batch.split(share)."
+        )
+
+
+def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
+    """What is assumed of runs that training never saw, beyond what `check_fresh` can see."""
+    if scores.seed is not None or (train is not None and train.seed is not None):
+        return ()
+    if train is None:
+        return ("FRESH(there were no training runs to compare with)",)
+    one_log = scores.law.generator == train.law.generator
+    grouped = scores.groups is not None and train.groups is not None
+    if grouped or (one_log and scores.groups is None and train.groups is None):
+        return ()
+    return ("FRESH(other windows of recordings that training saw would not be recognised)",)
+
+
+def _comparable(scores: Scores, train: RolloutBatch) -> bool:
+    """Do equal numbers of groups mean the same recording, and others another?"""
+    named = min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
+    return named or scores.law.generator == train.law.generator
+
+
+def _width(scores: Scores) -> np.ndarray:
+    domain = _domain(scores)
+    return domain.hi - domain.lo
+
+
+def _domain(scores: Scores) -> Box:
+    return box(hex_floats(scores.law.lo), hex_floats(scores.law.hi))
+
+
+def _row_bytes(k: np.ndarray) -> np.ndarray:
+    k = np.ascontiguousarray(k, "<f8")
+    return k.view(f"V{k.shape[1] * 8}").ravel()

@@ -1,0 +1,216 @@
+"""Measured errors: how far recorded runs are from the network, per interval and at the end."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from parc_jax.common.arrays import dot, most, x64
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box
+from parc_jax.common.shapes import ManyParams, Params, Path, Paths, State, States
+from parc_jax.learning.network.predict import Layout, layout_of, predict
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.network.rounding import UNIT, rounding_bound
+from parc_jax.learning.runs.batch import RolloutBatch
+
+_FLOAT32_UNIT = 2.0**-24  # rounding unit of positions stored in float32
+
+
+class Errors(NamedTuple):
+    """Error bounds of runs, rounded outward; infinite where a run failed.
+
+    interval: (..., T, n_c) [m]        max over the records s in the closed interval [t, t + 1] of
+        |p(s) - p^(s)|.
+    final:    (..., n_c + n_q) [m, .]  |final state - predicted|.
+    """
+
+    interval: np.ndarray
+    final: np.ndarray
+
+
+class Extremes(NamedTuple):
+    """How far the errors of runs reach both ways along directions, rounded outward; infinite where
+    a run failed. [T26]
+
+    least, most: as `Errors`, of u . error, for R directions u of every interval and point and
+        others of the end: interval (..., T, n_points, R), final (..., R).
+    """
+
+    least: Errors
+    most: Errors
+
+
+class Allowance(NamedTuple):
+    """What float64 may hide of each error: interval (T, n_c), final (n_c + n_q,). [T10, T11]"""
+
+    interval: np.ndarray
+    final: np.ndarray
+
+
+def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = 1024) -> Errors:
+    """Errors of all runs of the batch against the float64 network, as NumPy. Raises InputError."""
+    layout = layout_of(batch)
+    slack = allowance(net, batch.domain, layout)
+
+    def errors(rows: np.ndarray):
+        return measure_arrays(net, slack, layout, batch.k[rows], batch.p[rows], batch.q[rows])
+
+    return by_chunk(batch.n, errors, chunk)
+
+
+def by_chunk(n: int, work: Callable[[np.ndarray], Any], chunk: int = 1024):
+    """What work(rows) gives for rows 0 .. n - 1, joined on the host; few shapes are compiled."""
+    parts = [jax.tree.map(np.asarray, work(rows)) for rows in padded_chunks(n, chunk)]
+    return jax.tree.map(lambda *x: np.concatenate(x)[:n], *parts)
+
+
+def padded_chunks(n: int, chunk: int = 1024) -> list[np.ndarray]:
+    """The rows 0 .. n - 1 in chunks of one size, the last one filled up with the last row."""
+    chunk = min(chunk, 1 << max(n - 1, 1).bit_length())
+    return [np.minimum(np.arange(start, start + chunk), n - 1) for start in range(0, n, chunk)]
+
+
+def measure_arrays(
+    net: ReLUNetwork, slack: Allowance, layout: Layout, k: ManyParams, p: Paths, q: States
+) -> Errors:
+    """Errors (B, ...) of runs, p at their records, left on their device."""
+    with x64():
+        return _errors_many(net, slack, k, p, q, layout=layout)
+
+
+def measure_arrays_along(
+    net: ReLUNetwork,
+    slack: Allowance,
+    layout: Layout,
+    directions: Errors,
+    k: ManyParams,
+    p: Paths,
+    q: States,
+) -> Extremes:
+    """Extremes (B, ...) of runs as in `measure_arrays` along directions of their own: interval (B,
+    T, n_points, R, n_p), final (B, R, n_c + n_q).
+    """
+    with x64():
+        return _extremes_many(net, slack, directions, k, p, q, layout=layout)
+
+
+def allowance(net: ReLUNetwork, domain: Box, layout: Layout) -> Allowance:
+    """Rounding of network, interpolation, subtraction, over K. [T10, T11] Raises InputError."""
+    if net.n_in != domain.n or net.n_out < layout.n_offsets:
+        raise InputError(
+            f"network: expected {domain.n} inputs and at least {layout.n_offsets} outputs (offsets "
+            f"of all reference points at the {layout.n_steps} knots after the start, then q); got "
+            f"{net.n_in} inputs, {net.n_out} outputs."
+        )
+    error, size = rounding_bound(net, domain)
+    last = layout.n_offsets - layout.n_c
+    at_end = error[last:] + 4 * UNIT * size[last:]
+    # interpolation c_t (1 - a) + c_{t+1} a: five roundings, each at most UNIT of a magnitude below
+    # |c_t| + |c_{t+1}|
+    offsets = (error + 8 * UNIT * size)[: layout.n_offsets]
+    knots = np.concatenate([np.zeros(layout.n_p), offsets]).reshape(-1, layout.n_c)
+    return Allowance(knots[:-1] + knots[1:], at_end)
+
+
+class _Signed(NamedTuple):
+    """Errors of one run as computed, with their signs, and what storage may hide of each: interval
+    (T, stride + 1, n_c), both end records of an interval included; final (n_c + n_q,).
+    """
+
+    error: Errors
+    stored: Errors
+
+
+def _signed(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: Layout) -> _Signed:
+    """Of one run, p at its records. p^ is affine between knots."""
+    c, q_hat, _ = predict(net, layout, k)
+    stride = (p.shape[0] - 1) // layout.n_steps
+    share = (jnp.arange(stride + 1, dtype=c.dtype) / stride)[None, :, None]
+    p_hat = c[:-1, None] * (1 - share) + c[1:, None] * share
+    records = jnp.arange(layout.n_steps)[:, None] * stride + jnp.arange(stride + 1)[None]
+    unit = _FLOAT32_UNIT if p.dtype == jnp.float32 else 0.0
+    seen = p[records].astype(c.dtype)
+    last = p[-1].astype(c.dtype)
+    return _Signed(
+        Errors(seen - p_hat, jnp.concatenate([last - c[-1], q - q_hat])),
+        Errors(
+            unit * jnp.abs(seen), jnp.concatenate([unit * jnp.abs(last), jnp.zeros_like(q_hat)])
+        ),
+    )
+
+
+def rollout_errors(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: Layout) -> Errors:
+    """Errors of one run, as computed; p at its records, p^ affine between knots; NaN is infinity.
+
+    Both end records of an interval belong to it, so a knot counts in two intervals.
+    """
+    error, stored = _signed(net, k, p, q, layout=layout)
+    size = Errors(*(jnp.abs(e) + s for e, s in zip(error, stored, strict=True)))
+    return Errors(
+        most(size.interval, axis=1), jnp.where(jnp.isnan(size.final), jnp.inf, size.final)
+    )
+
+
+def rollout_extremes(
+    net: ReLUNetwork,
+    slack: Allowance,
+    directions: Errors,
+    k: Params,
+    p: Path,
+    q: State,
+    *,
+    layout: Layout,
+) -> Extremes:
+    """Of one run, along directions: interval (T, n_points, R, n_p), final (R, n_c + n_q)."""
+    error, stored = _signed(net, k, p, q, layout=layout)
+    points = (*error.interval.shape[:2], layout.n_points, layout.n_p)
+    hidden = stored.interval + slack.interval[:, None]
+    low, high = _along(
+        directions.interval[:, None], error.interval.reshape(points), hidden.reshape(points)
+    )
+    low_end, high_end = _along(directions.final, error.final, stored.final + slack.final)
+    return Extremes(Errors(low.min(axis=1), low_end), Errors(high.max(axis=1), high_end))
+
+
+def _along(
+    u: Float[jax.Array, "*b r n"], error: Float[jax.Array, "*c n"], hidden: Float[jax.Array, "*c n"]
+):
+    """Least and most of u . e, (..., R), e within `hidden` of the error; infinite both ways where
+    that is not finite.
+    """
+    n = error.shape[-1]  # the subtraction rounds, and so do n products and their sum
+    middle = dot(u, error[..., None, :])
+    pad = dot(jnp.abs(u), (hidden + (n + 4) * UNIT * jnp.abs(error))[..., None, :])
+    failed = ~jnp.isfinite(middle + pad)
+    return jnp.where(failed, -jnp.inf, middle - pad), jnp.where(failed, jnp.inf, middle + pad)
+
+
+@partial(jax.jit, static_argnames="layout")
+def _errors_many(
+    net: ReLUNetwork, slack: Allowance, k: ManyParams, p: Paths, q: States, *, layout: Layout
+):
+    errors = jax.vmap(partial(rollout_errors, layout=layout), in_axes=(None, 0, 0, 0))(net, k, p, q)
+    up = 1 + 4 * UNIT  # the subtraction itself rounds
+    return Errors(
+        errors.interval * up + slack.interval[None], errors.final * up + slack.final[None]
+    )
+
+
+@partial(jax.jit, static_argnames="layout")
+def _extremes_many(
+    net: ReLUNetwork,
+    slack: Allowance,
+    directions: Errors,
+    k: ManyParams,
+    p: Paths,
+    q: States,
+    *,
+    layout: Layout,
+):
+    one = partial(rollout_extremes, layout=layout)
+    return jax.vmap(one, in_axes=(None, None, 0, 0, 0, 0))(net, slack, directions, k, p, q)

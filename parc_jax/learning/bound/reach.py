@@ -1,0 +1,107 @@
+"""What the errors of a tube take along directions: the only place that asks of which kind they are,
+where directions are known beforehand. [T14, T26]
+
+Errors in boxes tell it in a few products, wherever it is asked; between fitted faces it takes many,
+so it is worked out once per tube and set of directions, and looked up.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import ArrayLike, Float, Int
+from numpy.typing import DTypeLike
+
+from parc_jax.common import struct
+from parc_jax.common.arrays import once, x64
+from parc_jax.common.shapes import Index, Indices, Vector
+from parc_jax.learning.bound.error_set import ErrorSet
+from parc_jax.learning.bound.tube import Tube
+
+
+@struct.dataclass
+class Reach:
+    """How far errors reach against u directions, in all bins; `of` some bins alone.
+
+    half: (n_bins, n_points, n_p, T) [m] half widths of boxes; None between faces. lost: (u, n_bins,
+        n_points, T) against each direction; None for boxes. bin: (...) of those that were asked
+        for, in place of the first axis of `half`.
+    """
+
+    half: jax.Array | None
+    lost: jax.Array | None
+    bin: jax.Array | None = None
+
+    def of(self, bin: Indices) -> "Reach":
+        """In some bins (...). Kernel."""
+        half = None if self.half is None else jnp.asarray(self.half)[bin]
+        return self.replace(half=half, bin=bin)
+
+    def along(self, number: Index, w: Vector, point: Index | slice = slice(None)):
+        """(..., n_points, T) against a direction w, which has this number, in the bins asked
+        for; of one point (..., T). Kernel.
+        """
+        if self.lost is not None:
+            return self.lost[number, self.bin, point]
+        return sum(jnp.abs(w[axis]) * self.half[..., point, axis, :] for axis in range(len(w)))
+
+    def during(self, some: Int[ArrayLike, " s"]) -> "Reach":
+        """In some intervals alone."""
+        half, lost = (None if x is None else x[..., some] for x in (self.half, self.lost))
+        return self.replace(half=half, lost=lost)
+
+
+def reach(
+    tube: Tube, w: np.ndarray, size: int | None = None, dtype: DTypeLike = np.float64
+) -> Reach:
+    """Against directions w (u, n_p), with zeros beyond those where a size asks for more. Worked out
+    once, and kept where kernels find it.
+    """
+    if tube.templates is None:
+        return once(tube, _half, np.dtype(dtype))
+    w = np.ascontiguousarray(w, np.float64)
+    return once(tube, _lost, w.tobytes(), len(w) if size is None else size, np.dtype(dtype))
+
+
+def numbered(w: np.ndarray, room: int) -> tuple[np.ndarray, np.ndarray]:
+    """The different ones (u, n_p) among directions w (o, d, n_p), and the number of each among
+    them: (room, d), zero where there is only room.
+    """
+    unique, which = np.unique(w.reshape(-1, w.shape[-1]), axis=0, return_inverse=True)
+    number = np.zeros((room, w.shape[1]), int)
+    number[: len(w)] = which.reshape(w.shape[:2])
+    return unique, number
+
+
+def errors_of(tube: Tube, dtype: DTypeLike) -> ErrorSet:
+    """The errors in another precision, where kernels find them; moved there once."""
+    return once(tube, _errors, np.dtype(dtype))
+
+
+def _errors(tube: Tube, dtype: np.dtype) -> ErrorSet:
+    with x64():
+        return jax.device_put(jax.tree.map(dtype.type, tube.errors))
+
+
+def _half(tube: Tube, dtype: np.dtype) -> Reach:
+    half = np.ascontiguousarray(np.moveaxis(tube.errors.half, 1, -1), dtype)
+    with x64():
+        return Reach(jax.device_put(half), None)
+
+
+def _lost(tube: Tube, directions: bytes, size: int, dtype: np.dtype) -> Reach:
+    w = np.frombuffer(directions).reshape(-1, tube.n_p)
+    padded = np.pad(w, ((0, size - len(w)), (0, 0))).astype(dtype)
+    with x64():
+        return Reach(None, _along(errors_of(tube, dtype), padded, np.int32(len(w))))
+
+
+@jax.jit
+def _along(errors: ErrorSet, w: Float[ArrayLike, "u n_p"], n: Index):
+    """(u, n_bins, n_points, T) of the first n of w; errors (n_bins, T, n_points)."""
+    w = jnp.asarray(w)
+    n_bins, n_steps, n_points = errors.half.shape[:3]
+
+    def of_one(u: Index, lost: jax.Array):
+        return lost.at[u].set(errors.support(-w[u]).swapaxes(1, 2))
+
+    return jax.lax.fori_loop(0, n, of_one, jnp.zeros((len(w), n_bins, n_points, n_steps), w.dtype))

@@ -1,0 +1,270 @@
+"""The tube: how far the black box may be from the model, per bin of k, interval and axis."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import jax
+import numpy as np
+import numpy.typing as npt
+from jaxtyping import ArrayLike, Float
+
+from parc_jax.common import struct
+from parc_jax.common.arrays import as_float64, content_hash
+from parc_jax.common.errors import InputError
+from parc_jax.common.shapes import Index, Indices
+from parc_jax.common.spelling import counted
+from parc_jax.learning.bound.bins import Binned
+from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorBox, ErrorSet, at
+from parc_jax.learning.bound.faces import Faces, Templates
+from parc_jax.learning.network.predict import Layout
+
+
+@struct.dataclass
+class Tube(Binned):
+    """Interval and final errors by bin of k. Build with `tube`, which validates.
+
+    edges:    tuple over the n_k axes of (n_bins_i + 1,) increasing edges; the outer ones bound K.
+              Bins are closed boxes, numbered row-major (last axis fastest).
+    interval: (n_bins, T, n_c) [m]       |p(s) - p^(s)| per axis for all recorded s in [t, t + 1],
+              of every reference point: n_c = n_points n_p columns, point by point.
+    final:    (n_bins, n_c + n_q) [m, .] |final state - predicted|.
+    n_points: number of reference points.
+    templates: faces that fit the errors better; then interval and final are boxes around them, for
+              all that asks for no more. None = the boxes are the tube.
+    A bin whose widths are infinite has no claim: nothing in it is ever safe. See `claimed`.
+
+    Ask it through its methods: `during` and `at_end` give the errors that bins allow,
+    `support_at_end` what a row of a goal loses, `bins_of` and `widest_at` what holds at a k,
+    `widest` what holds over several bins.
+    """
+
+    interval: np.ndarray
+    final: np.ndarray
+    n_points: int = struct.field(pytree_node=False, default=1)
+    templates: Templates | None = None
+
+    @property
+    def layout(self) -> Layout:
+        """Of the outputs of a network that has this tube."""
+        return Layout(self.n_steps, self.n_p, self.n_points)
+
+    @property
+    def n_c(self) -> int:
+        """Number of columns: the coordinates of all reference points."""
+        return self.interval.shape[2]
+
+    @property
+    def n_bins(self) -> int:
+        """Number of bins of K."""
+        return self.interval.shape[0]
+
+    @property
+    def n_steps(self) -> int:
+        """Number of intervals T."""
+        return self.interval.shape[1]
+
+    @property
+    def n_p(self) -> int:
+        """Workspace dimension."""
+        return self.n_c // self.n_points
+
+    @property
+    def n_q(self) -> int:
+        """Number of further goal states."""
+        return self.final.shape[1] - self.n_c
+
+    @property
+    def claimed(self) -> np.ndarray:
+        """(n_bins,) bool: bins whose widths are all finite. Only these may be planned in."""
+        return np.isfinite(self.interval).all(axis=(1, 2)) & np.isfinite(self.final).all(axis=1)
+
+    @property
+    def hash(self) -> str:
+        """Content hash of edges and widths."""
+        points = () if self.n_points == 1 else (np.array(self.n_points),)
+        faces = () if self.templates is None else self.templates.arrays.values()
+        return content_hash(*self.edges, self.interval, self.final, *points, *faces)
+
+    @property
+    def halves(self) -> tuple[np.ndarray, np.ndarray]:
+        """What a scale multiplies, bins first: half widths of the boxes, or between the faces."""
+        if self.templates is None:
+            return self.interval, self.final
+        return self.templates.interval.half, self.templates.final.half
+
+    def with_halves(self, interval: np.ndarray, final: np.ndarray) -> "Tube":
+        """The tube with other `halves`. Raises InputError."""
+        if self.templates is None:
+            return tube(self.edges, interval, final, self.n_points)
+        during, at_end = self.templates
+        return fitted_tube(self.edges, during.with_half(interval), at_end.with_half(final))
+
+    def at_least(self, other: "Tube") -> bool:
+        """Whether its sets are seen to hold the other's: same bins, faces, no half width less."""
+        ours, theirs = ({} if t.templates is None else t.templates._asdict() for t in (self, other))
+        alike = ours.keys() == theirs.keys() and all(
+            np.array_equal(getattr(ours[part], name), getattr(theirs[part], name))
+            for part in ours
+            for name in ("directions", "centre")
+        )
+        return alike and all(
+            a.shape == b.shape and bool((a >= b).all())
+            for a, b in zip(self.halves, other.halves, strict=True)
+        )
+
+    def halves_around(
+        self, interval: npt.ArrayLike, final: npt.ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """`halves` that hold errors of at most interval () or (n_c,), final () or (n_c + n_q,)."""
+        interval = np.broadcast_to(interval, self.n_c)
+        if self.templates is None:
+            return interval, np.broadcast_to(final, self.final.shape[1])
+        during, at_end = self.templates
+        return during.half_around(interval.reshape(self.n_points, -1)), at_end.half_around(final)
+
+    @property
+    def finite_widths(self) -> tuple[np.ndarray, np.ndarray]:
+        """Interval and final, NO_CLAIM wide in place of infinity: obstacles there fill the world
+        and the goal is empty, so still nothing is ever safe."""
+        interval = np.where(np.isinf(self.interval), NO_CLAIM, self.interval)
+        return interval, np.where(np.isinf(self.final), NO_CLAIM, self.final)
+
+    @property
+    def errors(self) -> ErrorSet:
+        """What each bin allows by interval and point: (n_bins, T, n_points) sets, n_p axes [m]."""
+        if self.templates is not None:
+            return self.templates.interval.errors
+        return ErrorBox(self.interval.reshape(*self.interval.shape[:2], self.n_points, -1))
+
+    @property
+    def final_errors(self) -> ErrorSet:
+        """What each bin allows at the end: leading axis n_bins, n_c + n_q coordinates [m, .]."""
+        return ErrorBox(self.final) if self.templates is None else self.templates.final.errors
+
+    def during(self, bins: Indices, t: Indices | slice = slice(None)) -> ErrorSet:
+        """What bins (...) allow at each point: leading axes (..., T, n_points), or (..., n_points)
+        for intervals t (...). Also in kernels.
+        """
+        return at(self.errors, (bins, t))
+
+    def at_end(self, bins: Indices) -> ErrorSet:
+        """What bins (...) allow at the end. Also in kernels."""
+        return at(self.final_errors, bins)
+
+    def support_at_end(self, A: Float[ArrayLike, "h y"], bin_number: Index):
+        """(h,) largest A e over the errors e that one bin allows at the end; A (h, n_c + n_q): what
+        the rows of a goal lose. Kernel.
+        """
+        return at(self.final_errors, (bin_number, None)).support(A)
+
+    @property
+    def end_extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest error of the first point at the end, (n_bins, n_p) [m] each."""
+        axes = np.eye(self.n_p, self.final.shape[1])
+        far = at(self.final_errors, (slice(None), None))
+        return -far.support(-axes), far.support(axes)
+
+    def widest(self, bins: np.ndarray | slice = slice(None)) -> tuple[np.ndarray, np.ndarray]:
+        """Largest half widths over the bins: interval (T, n_c), final (n_c + n_q,)."""
+        return self.interval[bins].max(axis=0), self.final[bins].max(axis=0)
+
+    def widest_at(self, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Half widths that a proof about k (n, n_k) must allow for: interval (n, T, n_c), final (n,
+        n_c + n_q), the widest of all closed bins that contain k. Raises InputError outside K.
+        """
+        bins = self.bins_of(k)
+        return self.interval[bins].max(axis=1), self.final[bins].max(axis=1)
+
+    def __repr__(self) -> str:
+        if not isinstance(self.interval, np.ndarray):
+            return f"Tube({self.interval!r})"
+        claimed = self.claimed
+        without = int((~claimed).sum())
+        if without == self.n_bins:
+            size = "without claim"
+        else:
+            middle = np.median(self.interval[claimed])
+            size = f"median half width {middle:.3g} m"
+            size += f", {without} without claim" if without else ""
+        bins = counted(self.n_bins, "bin")
+        fitted = ""
+        if self.templates is not None:
+            n_faces = self.templates.interval.half.shape[-1]
+            fitted = f", {counted(n_faces, 'pair', 'pairs')} of faces each"
+        return f"Tube({bins} of K, {counted(self.n_steps, 'interval')}{fitted}, {size})"
+
+
+def tube(
+    edges: Sequence[np.ndarray], interval: npt.ArrayLike, final: npt.ArrayLike, n_points: int = 1
+) -> Tube:
+    """Validated tube; widths >= 0, infinite in bins without claim. Raises InputError."""
+    edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
+    for i, e in enumerate(edges):
+        if len(e) < 2 or not (np.diff(e) > 0).all():
+            raise InputError(f"tube edges[{i}]: expected at least two increasing numbers; got {e}.")
+    n_bins = int(np.prod([len(e) - 1 for e in edges]))
+    interval = _widths("tube interval errors", interval, (n_bins, None, None))
+    final = _widths("tube final errors", final, (n_bins, None))
+    n_c = interval.shape[2]
+    if n_points < 1 or n_c % n_points or final.shape[1] < n_c:
+        raise InputError(
+            f"tube: expected interval errors of {n_points} points with equally many axes and final "
+            f"errors that begin with theirs; got {n_c} and {final.shape[1]} columns."
+        )
+    return Tube(edges, interval, final, n_points)
+
+
+def fitted_tube(edges: Sequence[np.ndarray], during: Faces, at_end: Faces) -> Tube:
+    """Validated tube between faces, as in `Templates`; infinite: no claim. Raises InputError."""
+    lost = np.isinf(during.half).any(axis=(1, 2, 3)) | np.isinf(at_end.half).any(axis=1)
+    if lost.any():
+        during, at_end = _without_claim(during, lost), _without_claim(at_end, lost)
+    n_bins, n_steps, n_points = during.half.shape[:3]
+    boxes = tube(edges, during.box.reshape(n_bins, n_steps, -1), at_end.box, n_points)
+    return replace(boxes, templates=Templates(during, at_end))
+
+
+def _without_claim(given: Faces, bins: np.ndarray) -> Faces:
+    half = np.array(given.half)
+    half[bins] = np.inf
+    return given.with_half(half)
+
+
+def _widths(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...]) -> np.ndarray:
+    """Half widths >= 0, read-only. One infinite width makes its bin infinite: a claim or none."""
+    value = np.asarray(value, np.float64)
+    infinite = np.isposinf(value)
+    checked = as_float64(name, np.where(infinite, 0.0, value), shape)
+    if (checked < 0).any():
+        raise InputError(f"{name}: expected half widths >= 0; got a negative one.")
+    if not infinite.any():
+        return checked
+    out = np.array(value)
+    out[infinite.reshape(len(value), -1).any(axis=1)] = np.inf
+    out.setflags(write=False)
+    return out
+
+
+def refined(coarse: Tube, edges: Sequence[np.ndarray]) -> Tube:
+    """The tube told on finer edges, which must contain the coarse ones. Raises InputError."""
+    edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
+    for axis, (old, new) in enumerate(zip(coarse.edges, edges, strict=True)):
+        if not np.isin(old, new).all():
+            raise InputError(
+                f"tube: expected finer edges that keep the old ones; axis {axis} loses some of "
+                f"{old}."
+            )
+    middles = np.meshgrid(*(0.5 * (e[1:] + e[:-1]) for e in edges), indexing="ij")
+    source = coarse.bin_of(np.stack(middles, axis=-1).reshape(-1, len(edges)))
+    whole = (coarse.interval, coarse.final, coarse.templates)
+    interval, final, templates = jax.tree.map(lambda x: x[source], whole)
+    return replace(coarse, edges=edges, interval=interval, final=final, templates=templates)
+
+
+def zero_tube(
+    edges: Sequence[np.ndarray], n_steps: int, n_c: int, n_end: int, n_points: int = 1
+) -> Tube:
+    """A tube of zero widths on these bins of K."""
+    n_bins = int(np.prod([len(e) - 1 for e in edges]))
+    interval = np.zeros((n_bins, n_steps, n_c))
+    return tube(edges, interval, np.zeros((n_bins, n_end)), n_points)

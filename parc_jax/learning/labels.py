@@ -1,0 +1,124 @@
+"""What coordinates are called, for people: pictures, page, films, messages. No verdict reads it."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from parc_jax.common.errors import InputError
+
+LONGEST = 80  # characters of a label
+HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
+PARTS = ("p", "q", "k")
+
+
+class Labels(NamedTuple):
+    """One label per coordinate: a name and, in brackets, its unit, as in "speed [m/s]".
+
+    p (n_p,): workspace. q (n_q,): the other goal states. k (n_k,): parameters. Build with `labels`
+    or `labels_of`, which validate.
+    """
+
+    p: tuple[str, ...]
+    q: tuple[str, ...]
+    k: tuple[str, ...]
+
+    @property
+    def plan(self) -> tuple[str, ...]:
+        """Of (p0, k): the coordinates of a plan."""
+        return (*self.p, *self.k)
+
+    @property
+    def goal(self) -> tuple[str, ...]:
+        """Of (p, q): the coordinates of the goal."""
+        return (*self.p, *self.q)
+
+    @property
+    def heading(self) -> int | None:
+        """Index in q of the final heading [rad], by its name (HEADINGS); None for none."""
+        for i, label in enumerate(self.q):
+            words = name_of(label).lower().split()
+            if unit_of(label) == "rad" and any(word in HEADINGS for word in words):
+                return i
+        return None
+
+
+def labels(
+    n_p: int,
+    n_q: int,
+    n_k: int,
+    p: Sequence[str] | None = None,
+    q: Sequence[str] | None = None,
+    k: Sequence[str] | None = None,
+) -> Labels:
+    """Validated labels; None leaves the plain ones: x [m], y [m], z [m], then q0, q1, k0, k1.
+
+    Raises InputError for a wrong number of labels, one that is no short plain text, or a name that
+    two coordinates of a part share, or that is a number: by its name one of them is meant.
+    """
+    axes = ("x [m]", "y [m]", "z [m]")
+    plain = {
+        "p": axes[:n_p] if n_p <= len(axes) else tuple(f"p{i} [m]" for i in range(n_p)),
+        "q": tuple(f"q{i}" for i in range(n_q)),
+        "k": tuple(f"k{i}" for i in range(n_k)),
+    }
+    given = {"p": p, "q": q, "k": k}
+    return Labels(
+        *(
+            plain[part] if given[part] is None else _checked(part, given[part], len(plain[part]))
+            for part in PARTS
+        )
+    )
+
+
+def plain_k(named: Labels) -> bool:
+    """Has nobody named the parameters?"""
+    return named.k == tuple(f"k{i}" for i in range(len(named.k)))
+
+
+def labels_of(system) -> Labels:
+    """The labels of a system: its attributes p_labels, q_labels and k_labels, where it has them.
+    Raises InputError.
+    """
+    given = {part: getattr(system, f"{part}_labels", None) for part in PARTS}
+    return labels(system.n_p, system.n_q, system.domain.n, **given)
+
+
+def name_of(label: str) -> str:
+    """The label without its unit."""
+    return label.rsplit(" [", 1)[0] if label.endswith("]") else label
+
+
+def unit_of(label: str) -> str:
+    """The unit in the label's brackets, or nothing."""
+    return label.rsplit(" [", 1)[1][:-1] if label.endswith("]") and " [" in label else ""
+
+
+def degrees_hint(label: str, lo: float, hi: float) -> str:
+    """A question, where an angle in rad is asked to be where only degrees are; else nothing."""
+    ends = [abs(end) for end in (lo, hi) if math.isfinite(end)]
+    if unit_of(label) != "rad" or max(ends, default=0.0) <= 2 * math.pi:
+        return ""
+    return f" Is it in degrees? {name_of(label)} is in rad: 90 degrees are 1.571."
+
+
+def _checked(part: str, given, n: int) -> tuple[str, ...]:
+    words = (given,) if isinstance(given, str) else tuple(given)
+    if len(words) != n:
+        raise InputError(
+            f"labels of {part}: expected {n}, one per coordinate, such as 'speed [m/s]'; got "
+            f"{len(words)}."
+        )
+    for word in words:
+        plain = isinstance(word, str) and word.isprintable() and "$" not in word
+        if not plain or not 0 < len(word) <= LONGEST:
+            raise InputError(
+                f"labels of {part}: expected plain text of 1 to {LONGEST} characters without '$'; "
+                f"got {word!r:.60}."
+            )
+        name = name_of(word)
+        if name.isdecimal() or [name_of(other) for other in words].count(name) > 1:
+            raise InputError(
+                f"labels of {part}: expected a name for every coordinate that is its own and no "
+                f"number; got {', '.join(words)}."
+            )
+    return words

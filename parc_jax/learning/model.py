@@ -1,0 +1,209 @@
+"""The model of a system: a network and its claim. One file holds it; loading refuses anything
+incomplete, or put together from several.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.common import struct
+from parc_jax.common.arrays import once
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.spelling import counted
+from parc_jax.learning.bound.claim import ErrorClaim, check_claim, check_network, derived
+from parc_jax.learning.bound.claim_file import claim_from_json
+from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.bound.tube_file import tube_arrays, tube_from_arrays
+from parc_jax.learning.labels import Labels
+from parc_jax.learning.network.predict import Layout
+from parc_jax.learning.network.relu import ReLUNetwork, relu_network
+from parc_jax.learning.runs.files import read_npz, write_npz
+from parc_jax.learning.system import TimeGrid
+from parc_jax.proof.regions import RegionTable, enumerate_regions
+
+FORMAT = "parc_jax.model/2"
+
+
+@struct.dataclass
+class TrajectoryModel:
+    """What a query needs to know of a system: a network, and a claim that says all else. Build with
+    `trajectory_model`, which validates.
+
+    net: k -> (c_1 ... c_T, q). claim: what its error bound states, and of what: system, K, time
+        grid, points and rotation are those that it was made about.
+    """
+
+    net: ReLUNetwork
+    claim: ErrorClaim = struct.field(pytree_node=False)
+
+    @property
+    def domain(self) -> Box:
+        """K."""
+        return self.claim.domain
+
+    @property
+    def time(self) -> TimeGrid:
+        """Knots and horizon."""
+        return self.claim.subject.time
+
+    @property
+    def system(self) -> str:
+        """Name of the black box it was learned from."""
+        return self.claim.subject.system
+
+    @property
+    def labels(self) -> Labels:
+        """What the coordinates are called."""
+        return self.claim.subject.labels
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """Names of the robot's reference points."""
+        return self.claim.subject.points
+
+    @property
+    def rotation(self) -> tuple[str, ...] | None:
+        """What its system declares of the heading, as `rotation_of` has it."""
+        return self.claim.subject.rotation
+
+    @property
+    def given(self) -> tuple[int, ...]:
+        """Axes of k that its system measures at the start, as `given_of` has them."""
+        return self.claim.subject.given
+
+    @property
+    def tube(self) -> Tube:
+        """The tube of the claim."""
+        return self.claim.tube
+
+    @property
+    def regions(self) -> RegionTable:
+        """All regions of the network over K, enumerated once."""
+        return once(self.net, _regions, tuple(self.domain.lo), tuple(self.domain.hi))
+
+    @property
+    def n_p(self) -> int:
+        """Workspace dimension."""
+        return self.tube.n_p
+
+    @property
+    def n_points(self) -> int:
+        """Number of reference points."""
+        return self.tube.n_points
+
+    @property
+    def n_c(self) -> int:
+        """Number of columns: the coordinates of all reference points."""
+        return self.tube.n_c
+
+    @property
+    def layout(self) -> Layout:
+        """Of the network's outputs."""
+        return self.tube.layout
+
+    @property
+    def n_q(self) -> int:
+        """Number of further goal states."""
+        return self.tube.n_q
+
+    @property
+    def n_k(self) -> int:
+        """Number of manoeuvre parameters."""
+        return self.domain.n
+
+    def __repr__(self) -> str:
+        size = (
+            f"{counted(self.n_k, 'parameter')}, {self.time.t_f:g} s in "
+            f"{counted(self.time.n_steps, 'interval')}"
+        )
+        return f"TrajectoryModel({self.system or 'unnamed'}: {size}, {self.net}, {self.claim})"
+
+    def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "TrajectoryModel":
+        """The model with other words for its coordinates, for people: `Labels`, or a mapping of
+        some of p, q and k, as {"k": ("speed [m/s]", ...)}. Raises InputError.
+        """
+        subject = self.claim.subject.with_labels(given)
+        return replace(self, claim=derived(self.claim, subject=subject))
+
+    def save(self, path) -> Path:
+        """Write one .npz; it appears complete or not at all."""
+        meta = {"format": FORMAT, "claim": self.claim.to_json()}
+        arrays = {f"W{i}": W for i, W in enumerate(self.net.weights)}
+        arrays |= {f"b{i}": b for i, b in enumerate(self.net.biases)}
+        arrays |= tube_arrays(self.tube)
+        arrays = {"meta": np.array(json.dumps(meta)), **arrays}
+        return write_npz(path, arrays, compressed=True)
+
+
+def trajectory_model(net: ReLUNetwork, claim: ErrorClaim) -> TrajectoryModel:
+    """Validated model. Raises InputError where the claim is about another network, or has a part
+    from elsewhere.
+
+    Of which system, over which K, on which time grid, of which points in which order: that is what
+    the claim was made about.
+    """
+    model = TrajectoryModel(net, claim)
+    check_model(model)
+    return model
+
+
+def check_model(model: TrajectoryModel) -> None:
+    """Refuse a network or a claim with a part from elsewhere. Raises InputError."""
+    net, claim = model.net, model.claim
+    check_claim(claim)
+    check_network(claim, net)
+    layout, n_q = claim.tube.layout, claim.tube.n_q
+    if net.n_out != layout.n_offsets + n_q:
+        raise InputError(
+            f"model: expected {layout.n_offsets} + {n_q} network outputs for this tube (offsets of "
+            f"{layout.n_points} points in {layout.n_p} dimensions at {layout.n_steps} knots after "
+            f"the first, further states); got {net.n_out}."
+        )
+    if net.n_in != claim.domain.n:
+        raise InputError(
+            f"model: expected a network with {claim.domain.n} inputs, as K has axes; got "
+            f"{net.n_in}."
+        )
+
+
+def load(path, system: str | None = None) -> TrajectoryModel:
+    """Read a model written by `save`. With `system`, refuse a model of another system. Raises
+    InputError.
+    """
+    if Path(path).suffix == ".json":
+        raise InputError(
+            f"{path}: expected a model (.npz of `TrajectoryModel.save`); a .json file is an answer "
+            "or a scene. Try pj.load_answer(path) or pj.exchange.load_problem(path)."
+        )
+    file = read_npz(path)
+    try:
+        meta = json.loads(str(file["meta"]))
+        if meta["format"] != FORMAT:
+            raise InputError(
+                f"{path}: expected a model of format {FORMAT}; got {meta['format']!r}. Learn it "
+                "again."
+            )
+        layers = sum(name.startswith("W") for name in file)
+        net = relu_network(
+            [file[f"W{i}"] for i in range(layers)], [file[f"b{i}"] for i in range(layers)]
+        )
+        n_points = len(meta["claim"]["subject"]["points"])
+        claim = claim_from_json(meta["claim"], tube_from_arrays(file, net.n_in, n_points))
+    except (KeyError, TypeError, json.JSONDecodeError) as error:
+        raise InputError(
+            f"{path}: expected a file of `TrajectoryModel.save`; {type(error).__name__}: {error}. "
+            "Save it again."
+        ) from None
+    if system is not None and claim.subject.system != system:
+        raise InputError(
+            f"{path}: expected a model of {system!r}; it was learned from {claim.subject.system!r}."
+        )
+    return trajectory_model(net, claim)
+
+
+def _regions(net: ReLUNetwork, lo: tuple, hi: tuple) -> RegionTable:
+    return enumerate_regions(net, box(np.array(lo), np.array(hi)))

@@ -1,0 +1,84 @@
+"""What the network says of an input: one kernel for JAX, one function for NumPy, for everybody."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import ArrayLike, Float, Shaped
+
+from parc_jax.learning.network.relu import ReLUNetwork, forward
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.system import BlackBoxSystem, points_of
+
+
+class Layout(NamedTuple):
+    """What the outputs of a network are: offsets from p0 of n_points reference points in n_p
+    dimensions at the knots 0 .. n_steps, knot by knot, point by point, without the first n_p (the
+    first point starts at p0 itself); then further states q.
+    """
+
+    n_steps: int
+    n_p: int
+    n_points: int = 1
+
+    @property
+    def n_c(self) -> int:
+        """Number of columns: the coordinates of all points at one knot."""
+        return self.n_points * self.n_p
+
+    @property
+    def n_offsets(self) -> int:
+        """Number of outputs before q."""
+        return (self.n_steps + 1) * self.n_c - self.n_p
+
+
+def layout_of(source: BlackBoxSystem | RolloutBatch) -> Layout:
+    """Of a network that is learned from this black box, or batch of its runs."""
+    return Layout(source.time.n_steps, source.n_p, len(points_of(source)))
+
+
+def predict(
+    net: ReLUNetwork, layout: Layout, k: Float[ArrayLike, " n_k"]
+) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """Kernel: offsets (T + 1, n_c) from p0, states (n_q,), activation pattern (n_hidden,) at k."""
+    y, active = forward(net.weights, net.biases, k)
+    knots = jnp.concatenate([jnp.zeros(layout.n_p, y.dtype), y[: layout.n_offsets]])
+    return knots.reshape(-1, layout.n_c), y[layout.n_offsets :], active
+
+
+def features(
+    weights: Sequence[np.ndarray], biases: Sequence[np.ndarray], x: np.ndarray
+) -> np.ndarray:
+    """Values (n, width) after the given hidden layers at inputs x (n, n_in), on the host."""
+    for W, b in zip(weights, biases, strict=True):
+        x = np.maximum(x @ W.T + b, 0.0)
+    return x
+
+
+def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(None)) -> np.ndarray:
+    """Network outputs (n, n_out) at k (n, n_k), on the host in float64. rows: of those wanted."""
+    h = features(net.weights[:-1], net.biases[:-1], k)
+    return h @ net.weights[-1][rows].T + net.biases[-1][rows]
+
+
+def trajectories(net: ReLUNetwork, layout: Layout, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Offsets (n, T + 1, n_c) from p0 and further states (n, n_q) at k (n, n_k), on the host."""
+    y = outputs(net, k)
+    knots = np.concatenate([np.zeros((len(k), layout.n_p)), y[:, : layout.n_offsets]], axis=1)
+    return knots.reshape(len(k), -1, layout.n_c), y[:, layout.n_offsets :]
+
+
+def by_point(columns: Shaped[ArrayLike, "*b n_c"], n_points: int):
+    """Coordinates (..., n_points, n_p) of each point, from columns (..., n_c)."""
+    return columns.reshape(*columns.shape[:-1], n_points, columns.shape[-1] // n_points)
+
+
+def moved_to(p0: Float[ArrayLike, "*b n_p"], offsets: Float[ArrayLike, "*b knots n_c"]):
+    """Places (..., T + 1, n_c) of all points, from offsets (..., T + 1, n_c) and the place p0 (...,
+    n_p) of the first one at the start. NumPy or JAX.
+    """
+    xp = jnp if isinstance(offsets, jax.Array) else np
+    n_points = offsets.shape[-1] // p0.shape[-1]
+    return xp.concatenate([p0] * n_points, axis=-1)[..., None, :] + offsets

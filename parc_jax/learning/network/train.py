@@ -1,0 +1,217 @@
+"""Training: Flax features, Optax steps, and the last layer in closed form (variable projection).
+
+The outputs are linear in the last hidden features, so that layer is solved exactly inside the loss.
+By the envelope theorem the gradient needs no derivative of the solve.
+"""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any, NamedTuple
+
+import flax.linen as nn
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+from jaxtyping import Float
+
+from parc_jax.common.errors import InputError, expected
+from parc_jax.common.keys import Stage, stream
+from parc_jax.common.options import check_count
+from parc_jax.learning.network.fold import Normalisation, fold
+from parc_jax.learning.network.predict import features, layout_of, outputs
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.runs.batch import RolloutBatch
+
+# [mean feature power] keeps dead and twin features from making the last layer singular
+RIDGE = 1e-5
+LEARNING_RATE = 2e-2  # [normalised weights] peak step at width 8; wider layers take smaller ones
+# principal directions of the outputs that training sees; the final solve uses every output
+COMPONENTS = 24
+
+
+class Features(nn.Module):
+    """The hidden layers: (B, n_k) normalised parameters -> (B, width) features."""
+
+    hidden: tuple[int, ...]
+
+    @nn.compact
+    def __call__(self, x: Float[jax.Array, "b n_k"]):
+        """Apply the hidden layers."""
+        for width in self.hidden:
+            x = nn.relu(
+                nn.Dense(width, kernel_init=nn.initializers.he_uniform(), bias_init=_spread)(x)
+            )
+        return x
+
+
+class TrainReport(NamedTuple):
+    """Held-out errors [m], (seeds,): tail, the largest in the mean over K, and rms."""
+
+    best: int
+    tail: np.ndarray
+    rms: np.ndarray
+
+
+def train(
+    data: RolloutBatch,
+    hidden: Sequence[int] = (8, 8, 8, 8),
+    *,
+    key: jax.Array,
+    seeds: int = 8,
+    steps: int = 3000,
+    batch: int = 1000,
+    validation: float = 0.15,
+):
+    """A ReLUNetwork k -> (c_1 ... c_T, q) fitted to `data` (RolloutBatch). [paper Sec. III-B]
+
+    Trains `seeds` networks (two at a time on two cores) and returns the one with the smallest
+    held-out tail error, which is what the tube pays for. float32 inside, float64 last layer and
+    folding. The FIT stream of `key` is used.
+    """
+    return train_report(
+        data, hidden, key=key, seeds=seeds, steps=steps, batch=batch, validation=validation
+    )[0]
+
+
+def train_report(
+    data: RolloutBatch,
+    hidden: Sequence[int] = (8, 8, 8, 8),
+    *,
+    key: jax.Array,
+    seeds: int = 8,
+    steps: int = 3000,
+    batch: int = 1000,
+    validation: float = 0.15,
+) -> tuple[ReLUNetwork, TrainReport]:
+    """As `train`, with the held-out errors of every seed."""
+    if not isinstance(data, RolloutBatch):
+        raise InputError(expected("train", "a RolloutBatch", data, "collect(system, key, n=1000)"))
+    if not isinstance(hidden, tuple | list) or not hidden:
+        what = "the widths of at least one hidden layer"
+        raise InputError(expected("train", what, hidden, "hidden=(8, 8, 8, 8)"))
+    for name, count in (*(("hidden", width) for width in hidden), ("seeds", seeds)):
+        check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8")
+    k, y = training_arrays(data)
+    n_fit = max(1, round(len(k) * (1 - validation)))
+    norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets)
+    x = norm.inputs(k).astype(np.float32)
+    targets = _principal(norm.outputs(y[:n_fit])).astype(np.float32)
+    keys = jax.random.split(stream(key, Stage.FIT), seeds)
+    batch = min(batch, n_fit)
+
+    def one_seed(seed_key: jax.Array):
+        # Optax mixes dtypes that a strict caller would refuse
+        with jax.numpy_dtype_promotion("standard"):
+            params = _fit_features(seed_key, x[:n_fit], targets, tuple(hidden), steps, batch)
+        return _finish(jax.device_get(params), norm, k[:n_fit], y[:n_fit])
+
+    with ThreadPoolExecutor(max_workers=min(seeds, os.cpu_count() or 1)) as pool:
+        nets = list(pool.map(one_seed, list(keys)))
+    held = slice(n_fit, None) if n_fit < len(k) else slice(None)
+    errors = [np.abs(outputs(net, k[held]) - y[held]) for net in nets]
+    tail = np.array([_tail(k[held], e.max(axis=1)) for e in errors])
+    rms = np.array([np.sqrt((e**2).mean()) for e in errors])
+    best = int(np.argmin(tail))
+    return nets[best], TrainReport(best, tail, rms)
+
+
+def training_arrays(data: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
+    """k (n, n_k), targets (n, n_out) as in `Layout`, of finite runs. Raises InputError."""
+    knots = np.asarray(data.p, np.float64)[:, :: data.time.stride]
+    offsets = knots.reshape(len(knots), -1)[:, data.n_p :]
+    y = np.concatenate([offsets, np.asarray(data.q, np.float64)], axis=1)
+    finite = np.isfinite(y).all(axis=1)
+    if finite.sum() < 10:
+        raise InputError(
+            f"train: expected at least 10 finite rollouts; got {int(finite.sum())} of {len(y)}."
+        )
+    return np.asarray(data.k, np.float64)[finite], y[finite]
+
+
+@partial(jax.jit, static_argnames=("hidden", "steps", "batch"))
+def _fit_features(
+    key: jax.Array,
+    x: Float[jax.Array, "n n_k"],
+    targets: Float[jax.Array, "n m"],
+    hidden: tuple[int, ...],
+    steps: int,
+    batch: int,
+):
+    """Hidden parameters after `steps` minibatch updates. x (n, n_k), targets (n, m)."""
+    model = Features(hidden)
+    key_init, key_rows = jax.random.split(key)
+    params = model.init(key_init, x[:1])
+    peak = LEARNING_RATE * (8 / max(8, *hidden)) ** 0.5
+    schedule = optax.cosine_onecycle_schedule(steps, peak, pct_start=0.1)
+    optimiser = optax.chain(optax.clip_by_global_norm(1.0), optax.adam(schedule))
+
+    def loss(params, xb, tb):
+        hidden = _with_one(model.apply(params, xb))
+        last = jax.lax.stop_gradient(_solve_last(hidden, tb))
+        return jnp.mean((hidden @ last - tb) ** 2)
+
+    def step(carry, step_key):
+        params, state = carry
+        rows = jax.random.randint(step_key, (batch,), 0, x.shape[0])
+        grads = jax.grad(loss)(params, x[rows], targets[rows])
+        updates, state = optimiser.update(grads, state)
+        return (optax.apply_updates(params, updates), state), None
+
+    (params, _), _ = jax.lax.scan(
+        step, (params, optimiser.init(params)), jax.random.split(key_rows, steps)
+    )
+    return params
+
+
+def _solve_last(features: Float[jax.Array, "n width"], targets: Float[jax.Array, "n m"]):
+    gram = features.T @ features / features.shape[0]
+    gram += RIDGE * (jnp.trace(gram) / len(gram) + 1) * jnp.eye(len(gram), dtype=gram.dtype)
+    return jax.scipy.linalg.cho_solve(
+        jax.scipy.linalg.cho_factor(gram), features.T @ targets / features.shape[0]
+    )
+
+
+def _finish(
+    params: dict,
+    norm: Normalisation,
+    k: Float[np.ndarray, "n n_k"],
+    y: Float[np.ndarray, "n n_out"],
+) -> ReLUNetwork:
+    """The last layer by float64 least squares on all rows, then the normalisation folded in."""
+    layers = params["params"]
+    weights = [np.asarray(layers[f"Dense_{i}"]["kernel"], np.float64).T for i in range(len(layers))]
+    biases = [np.asarray(layers[f"Dense_{i}"]["bias"], np.float64) for i in range(len(layers))]
+    h = features(weights, biases, norm.inputs(k))
+    h = np.concatenate([h, np.ones((len(h), 1))], axis=1)
+    last = np.linalg.lstsq(h, norm.outputs(y), rcond=1e-10)[0]
+    return fold([*weights, last[:-1].T], [*biases, last[-1]], norm)
+
+
+def _principal(targets: np.ndarray) -> np.ndarray:
+    """Targets along their leading principal directions, unwhitened (metres stay metres)."""
+    _, vectors = np.linalg.eigh(targets.T @ targets / len(targets))
+    return targets @ vectors[:, ::-1][:, :COMPONENTS]
+
+
+def _tail(k: np.ndarray, worst: np.ndarray) -> float:
+    """Mean over a grid of K of the largest error in each cell: one jump must not hide the rest."""
+    bins = 6  # along every axis
+    span = np.ptp(k, axis=0)
+    share = (k - k.min(axis=0)) / np.where(span > 0, span, 1)
+    cell = np.minimum((share * bins).astype(int), bins - 1)
+    number = np.ravel_multi_index(cell.T, (bins,) * k.shape[1])
+    largest = np.full(bins ** k.shape[1], -np.inf)
+    np.maximum.at(largest, number, worst)
+    return float(largest[np.isfinite(largest)].mean())
+
+
+def _with_one(features: Float[Any, "n width"]):
+    return jnp.concatenate([features, jnp.ones((features.shape[0], 1), features.dtype)], axis=1)
+
+
+def _spread(key, shape, dtype=jnp.float32):
+    """Initial biases spread the kinks over the data instead of stacking them at its mean."""
+    return jax.random.uniform(key, shape, dtype, -1.0, 1.0)

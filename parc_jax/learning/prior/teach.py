@@ -1,0 +1,119 @@
+"""From a prior and few real runs to as many runs as a network likes to be trained on."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage, generator, stream
+from parc_jax.learning.prior.correct import corrected, flat, largest
+from parc_jax.learning.prior.identify import chosen_kind, fitted, moving_body
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.system import points_of
+
+TWIST = "twist"
+REPEATS = 8  # runs of a simulator at the k of a real run, whose mean is what it expects there
+_LEAST = 10  # finite real runs, without which nothing can be corrected or tried
+
+
+class Taught(NamedTuple):
+    """What a network is trained from. runs: of the corrected prior. unseen: the finite real runs,
+    as far from it as they were when it had not seen them. size [m] (n_train,): how far at most in a
+    coordinate, infinite for a failed run. said: which prior, what became of residuals.
+    """
+
+    runs: RolloutBatch
+    unseen: RolloutBatch
+    size: np.ndarray
+    said: str
+
+
+def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
+    """n runs of a prior that is corrected by recorded runs `train`, k uniform on their domain.
+
+    prior: TWIST, for a robot that is one body in the plane; or any system of the time grid, points
+    and goal states of the runs, whose domain holds theirs. Raises InputError.
+    """
+    usable = ~train.failed
+    _check(train, usable, " that are finite")
+    rng = generator(stream(key, Stage.TRAIN))
+    k = rng.uniform(train.domain.lo, train.domain.hi, (n, train.n_k))
+    if isinstance(prior, str):
+        finite = train.select(usable)
+        at_runs, drawn, said = _by_twist(prior, finite, k)
+    else:
+        require_like(prior, train)
+        repeated = _run(prior, np.repeat(train.k, REPEATS, axis=0), key)
+        at_all = repeated.reshape(train.n, REPEATS, -1).mean(axis=1)
+        usable &= np.isfinite(at_all).all(axis=1)
+        _check(train, usable, f" that are finite, and that {prior.name} can do too")
+        finite = train.select(usable)
+        at_runs, drawn, said = lambda _: at_all[usable], _run(prior, k, key), f"prior {prior.name}"
+    better = corrected(at_runs, finite)
+    size = np.full(train.n, np.inf)
+    size[usable] = largest(finite, better.errors)
+    unseen = _like(finite, better.predicted + better.errors)
+    runs = finite.select(np.zeros(n, int)).replace(rows=np.arange(n), k=k, groups=None)
+    runs = _like(runs, drawn + better.more(k))
+    return Taught(runs, unseen, size, f"{said}; {better.statement()}")
+
+
+def _by_twist(prior: str, runs: RolloutBatch, k: np.ndarray) -> tuple[Callable, np.ndarray, str]:
+    """Predictions for the runs from those of them that may be known; at k; which twist."""
+    if prior != TWIST:
+        raise InputError(f'prior: expected "{TWIST}" or a system; got {prior!r:.40}.')
+    kind = chosen_kind(moving_body(runs))
+
+    def at(rows: np.ndarray, k: np.ndarray) -> np.ndarray:
+        p, q = fitted(moving_body(runs.select(rows)), kind).rollout_batch(None, k)
+        return np.concatenate([p.reshape(len(k), -1), q], axis=1)
+
+    said = f"prior twist, order {kind.order} in k and {kind.degree} in time"
+    return lambda rows: at(rows, runs.k), at(np.ones(runs.n, bool), k), said
+
+
+def _run(system, k: np.ndarray, key: jax.Array) -> np.ndarray:
+    return flat(collect(system, key, len(k), Stage.TRAIN, k=k, quiet=True))
+
+
+def require_like(prior, runs: RolloutBatch) -> None:
+    """Refuse a simulator whose runs are not of the kind of these. Raises InputError."""
+    for what, own, other in (
+        ("number of parameters", prior.domain.n, runs.n_k),
+        ("dimension of space", prior.n_p, runs.n_p),
+        ("number of goal states", prior.n_q, runs.n_q),
+        ("time grid", prior.time, runs.time),
+        ("reference points", points_of(prior), runs.points),
+    ):
+        if own != other:
+            raise InputError(
+                f"prior {prior.name}: expected the {what} of the recorded runs, {other}; got {own}."
+            )
+    if not prior.domain.contains(np.stack([runs.domain.lo, runs.domain.hi])).all():
+        raise InputError(
+            f"prior {prior.name}: expected a domain that holds that of the recorded runs, "
+            f"{runs.domain.lo} to {runs.domain.hi}; got {prior.domain.lo} to {prior.domain.hi}."
+        )
+
+
+def _check(train: RolloutBatch, usable: np.ndarray, which: str) -> None:
+    if usable.sum() < _LEAST:
+        raise InputError(
+            f"prior: expected at least {_LEAST} training runs{which}; got {int(usable.sum())} of "
+            f"{train.n}."
+        )
+    still = train.domain.hi <= train.domain.lo
+    if still.any():
+        raise InputError(
+            f"prior: expected every parameter to vary; axis {int(np.argmax(still))} is constant. "
+            "Leave it out of k."
+        )
+
+
+def _like(runs: RolloutBatch, places: np.ndarray) -> RolloutBatch:
+    """Runs with other places and goal states, flat (n, m)."""
+    m = places.shape[1] - runs.n_q
+    return runs.replace(p=places[:, :m].reshape(runs.n, *runs.p.shape[1:]), q=places[:, m:])

@@ -1,0 +1,330 @@
+"""Batches of recorded runs: what every later stage learns and measures from."""
+
+import dataclasses
+import hashlib
+import itertools
+from collections.abc import Iterable
+from functools import cached_property
+
+import numpy as np
+
+from parc_jax.common import struct
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import check_seed
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.labels import Labels
+from parc_jax.learning.runs.groups import group_numbers
+from parc_jax.learning.runs.law import FITTED, TO_ALL, TO_TRAINING, LawSpec, law_spec
+from parc_jax.learning.runs.subject import Subject, subject
+from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
+
+
+@struct.dataclass
+class RolloutBatch:
+    """n runs on one record grid. Build with `rollout_batch`, which validates, or with `collect`.
+
+    rows:   (n,) int64           global row numbers within (seed, stage).
+    k:      (n, n_k) float64     parameters that were run.
+    p:      (n, n_record + 1, n_c) [m], float64 or float32 storage; columns: the coordinates of all
+        reference points, point by point, relative to the start of the first: p[:, 0, :n_p] = 0.
+    q:      (n, n_q)             other goal states at t_f.
+    domain: Box                  K.
+    points: (n_points,)          names of the reference points, static.
+    groups: (n,) int64           which recording a row is part of; None = every row is its own run.
+        Rows of one group are not independent: they are split together and count as one.
+    lost: (n,) int64             how often a run was lost with its worker, or slow, and made again,
+        -1 where nobody counted; None = every run was made once.
+    rotation: what the system declares of the heading, None for nothing, static. labels: what
+        coordinates are called, None for the plain ones, static. given: axes of k that are measured
+        at the start, static.
+    time, law, seed, stage: static; seed is the data of the random key, seed and stage are None for
+    files. A run that failed holds NaN or infinities. It stays in the batch: a failure is an error
+    without bound, not a missing row.
+    """
+
+    rows: np.ndarray
+    k: np.ndarray
+    p: np.ndarray
+    q: np.ndarray
+    domain: Box
+    time: TimeGrid = struct.field(pytree_node=False)
+    law: LawSpec = struct.field(pytree_node=False)
+    seed: tuple[int, ...] | None = struct.field(pytree_node=False, default=None)
+    stage: int | None = struct.field(pytree_node=False, default=None)
+    groups: np.ndarray | None = None
+    points: tuple[str, ...] = struct.field(pytree_node=False, default=ONE_POINT)
+    rotation: tuple[str, ...] | None = struct.field(pytree_node=False, default=None)
+    labels: Labels | None = struct.field(pytree_node=False, default=None)
+    given: tuple[int, ...] = struct.field(pytree_node=False, default=())
+    lost: np.ndarray | None = None
+
+    @property
+    def subject(self) -> Subject:
+        """What the runs are about. Raises InputError."""
+        about = (self.name, self.domain, self.time, self.n_p, self.n_q)
+        return subject(*about, self.points, self.rotation, self.labels, self.given)
+
+    @property
+    def n(self) -> int:
+        """Number of runs."""
+        return self.k.shape[0]
+
+    @property
+    def n_k(self) -> int:
+        """Number of parameters."""
+        return self.k.shape[1]
+
+    @property
+    def n_p(self) -> int:
+        """Dimension of the workspace."""
+        return self.n_c // len(self.points)
+
+    @property
+    def n_c(self) -> int:
+        """Number of columns: the coordinates of all reference points."""
+        return self.p.shape[2]
+
+    @property
+    def n_q(self) -> int:
+        """Number of other goal states."""
+        return self.q.shape[1]
+
+    @property
+    def name(self) -> str:
+        """Name of the system."""
+        return self.law.generator
+
+    @property
+    def failed(self) -> np.ndarray:
+        """(n,) bool: runs with a NaN or an infinity anywhere."""
+        return ~(np.isfinite(self.p).all(axis=(1, 2)) & np.isfinite(self.q).all(axis=1))
+
+    @property
+    def finite(self) -> "RolloutBatch":
+        """The runs that did not fail; this very batch where none did, which is why it is not kept:
+        what refers to itself stays until a search for such.
+        """
+        failed = self.failed
+        return self.select(~failed) if failed.any() else self
+
+    def select(self, index) -> "RolloutBatch":
+        """The runs picked by an index array, mask or slice (n,)."""
+        return dataclasses.replace(
+            self,
+            rows=self.rows[index],
+            k=self.k[index],
+            p=self.p[index],
+            q=self.q[index],
+            groups=None if self.groups is None else self.groups[index],
+            lost=None if self.lost is None else self.lost[index],
+        )
+
+    def split(self, share: float, seed: int = 0) -> tuple["RolloutBatch", "RolloutBatch"]:
+        """(the rest, a random share), rows in order; a group is never torn apart. Raises
+        InputError when either would be empty.
+
+        Split recorded runs like this before anything is learned from them: the share is the
+        holdout. A K that was fitted to the runs becomes the smallest box of the rest, as `refitted`
+        has it.
+        """
+        if not 0 < share < 1:
+            raise InputError(f"holdout: expected a share between 0 and 1; got {share}.")
+        rng = np.random.default_rng(check_seed(seed))
+        own = np.arange(self.n) if self.groups is None else self.groups
+        names = np.unique(own)
+        order = rng.permutation(len(names))
+        chosen = np.isin(own, names[order[: round(share * len(names))]])
+        if chosen.all() or not chosen.any():
+            raise InputError(
+                f"{self.name}: expected enough runs for training and a holdout; got {len(names)}"
+                f"{'' if self.groups is None else ' groups'}."
+            )
+        return refitted(self.select(~chosen), self.select(chosen))
+
+    def hashes(self) -> np.ndarray:
+        """(n,) 128-bit content hashes as 32 hex characters: k in float64, p and q rounded to
+        float32.
+
+        The same run has the same hash in either storage.
+        """
+        return self._hashes
+
+    @cached_property
+    def _hashes(self) -> np.ndarray:
+        def digest(i: int) -> str:  # row by row: a copy of all runs would be large
+            k, p, q = self.k[i].astype("<f8"), self.p[i].astype("<f4"), self.q[i].astype("<f4")
+            return hashlib.sha256(k.tobytes() + p.tobytes() + q.tobytes()).hexdigest()[:32]
+
+        return np.array([digest(i) for i in range(self.n)], dtype="S32")
+
+
+def rollout_batch(
+    k,
+    p,
+    q,
+    *,
+    time: TimeGrid,
+    domain: Box,
+    law: LawSpec,
+    rows=None,
+    seed=None,
+    stage=None,
+    groups=None,
+    points=ONE_POINT,
+    rotation=None,
+    labels=None,
+    given=(),
+    lost=None,
+) -> RolloutBatch:
+    """Validated batch. k must be finite and inside the domain; p and q may hold NaN (failed
+    runs). groups: (n,) whole numbers or names, or None. points: names of the reference points,
+    whose coordinates are the columns of p. rotation: as of `rotation_of(system)`. labels: `Labels`,
+    or a mapping of some of p, q and k, as {"k": ("speed [m/s]", ...)}. given: parameters that are
+    measured at the start, by name or number. lost: (n,), as of `RolloutBatch`. Raises InputError.
+    """
+    require_finite_k(k)
+    k = as_float64("rollouts k", k, (None, domain.n))
+    n = k.shape[0]
+    points = check_points("rollouts", points)
+    p, q = np.asarray(p), np.asarray(q, dtype=np.float64)
+    if p.dtype != np.float32:
+        p = p.astype(np.float64, copy=False)
+    n_p = _check_places(p, n, time, points)
+    if q.ndim != 2 or q.shape[0] != n:
+        raise InputError(
+            f"rollouts q: expected shape ({n}, n_q), (n, 0) without other goal states; got "
+            f"{q.shape}."
+        )
+    outside = ~domain.contains(k)
+    if outside.any():
+        first = int(np.argmax(outside))
+        raise InputError(
+            f"rollouts k: {int(outside.sum())} of {n} outside the domain, first row {first}: "
+            f"{k[first]}. Widen it?"
+        )
+    rows = np.arange(n, dtype=np.int64) if rows is None else np.asarray(rows, np.int64)
+    numbers, lost = group_numbers(groups, n), _losses(np.zeros(n) if lost is None else lost, n)
+    about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels, given)
+    named = (points, about.rotation, about.labels, about.given)
+    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, numbers, *named, lost)
+
+
+def _losses(lost: np.ndarray, n: int) -> np.ndarray | None:
+    """The losses of n runs as a batch keeps them. Raises InputError."""
+    counted = np.asarray(lost).astype(np.int64)
+    if counted.shape != (n,):
+        raise InputError(f"rollouts lost: expected shape ({n},); got {counted.shape}.")
+    return counted if counted.any() else None
+
+
+def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]) -> int:
+    """The dimension of the workspace in which p (n, n_record + 1, n_c) are places of these points,
+    relative to the start of the first. Raises InputError.
+    """
+    if p.ndim != 3 or p.shape[:2] != (n, time.n_record + 1):
+        raise InputError(
+            f"rollouts p: expected shape ({n}, {time.n_record + 1}, n_p), one row per k, one "
+            "sample per record time; "
+            f"got {p.shape}. Do dt_record and t_f match the recording?"
+        )
+    n_p, beyond = divmod(p.shape[2], len(points))
+    if beyond or n_p < 1:
+        raise InputError(
+            f"rollouts p: expected columns of {len(points)} reference points "
+            f"({', '.join(points)}), equally many each; got {p.shape[2]} columns."
+        )
+    begin = p[:, 0, :n_p]
+    moved = np.isfinite(begin).all(axis=1) & (begin != 0).any(axis=1)
+    if moved.any():
+        raise InputError(
+            "rollouts p: expected positions relative to the start, p[:, 0] = 0; run "
+            f"{int(np.argmax(moved))} starts at "
+            f"{begin[np.argmax(moved)]}. Subtract the start"
+            f"{'.' if points == ONE_POINT else f' of {points[0]} from all points.'}"
+        )
+    return n_p
+
+
+def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, RolloutBatch]:
+    """Training runs and others; where K was fitted to the others too it becomes the smallest box of
+    the training runs, and what of the others lies outside of it is left out and counted: a claim
+    from them is then about runs whose k lies in a K that they had no part in. Raises InputError
+    when none is left.
+    """
+    if held.law.fitted != TO_ALL:
+        return train, held
+    domain = box(train.k.min(axis=0), train.k.max(axis=0))
+    inside = domain.contains(held.k)
+    if not inside.any():
+        raise InputError(
+            f"{held.name}: expected runs whose k lies in K, the smallest box of the training runs; "
+            f"none of {held.n} does. Declare K: domain=box(lo, hi)."
+        )
+    missed = "" if inside.all() else f", which {held.n - int(inside.sum())} of {held.n} others miss"
+
+    def on(batch: RolloutBatch, words: str) -> RolloutBatch:
+        about = dict(batch.law.parameters) | {FITTED: words}
+        law = law_spec(batch.law.generator, domain, batch.law.k_law, about)
+        return dataclasses.replace(batch, domain=domain, law=law)
+
+    return on(train, TO_TRAINING), on(held.select(inside), TO_TRAINING + missed)
+
+
+def require_finite_k(k) -> None:
+    """Name the row whose parameters are not known, or too large to compute with. Raises
+    InputError.
+    """
+    k = np.asarray(k)
+    if k.ndim != 2 or k.dtype.kind not in "fiu" or (np.abs(k) <= LARGEST).all():
+        return  # other faults have other words
+    bad = ~np.isfinite(k).all(axis=1)
+    if not bad.any():
+        raise InputError(
+            f"rollouts k: expected parameters up to {LARGEST:g}; the largest is "
+            f"{np.abs(k).max():g}. Tell them in a larger unit."
+        )
+    row = int(np.argmax(bad))
+    raise InputError(
+        f"rollouts k: expected finite parameters; row {row} is {k[row]}, {int(bad.sum())} of "
+        f"{len(k)} rows in all. A run whose command is not known cannot be used: leave it out."
+    )
+
+
+def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> RolloutBatch:
+    """One batch from several of the same law (and so K), time grid, reference points, rotation and
+    given parameters, in order. n: rows of all together, where it is known: then batches may come
+    one after another, and none is held any longer than it takes to copy it. Raises InputError when
+    they differ.
+    """
+    if n is None:
+        batches = list(batches)
+        n = sum(batch.n for batch in batches)
+    batches = iter(batches)
+    first = next(batches)
+    names = ("rows", "k", "p", "q") if first.groups is None else ("rows", "k", "p", "q", "groups")
+    parts = {name: getattr(first, name) for name in names}
+    whole: dict = {name: np.empty((n, *x.shape[1:]), x.dtype) for name, x in parts.items()}
+    at, lost = 0, np.zeros(n, np.int64)
+    for batch in itertools.chain([first], batches):
+        _require_alike(first, batch)
+        begin, at = at, at + batch.n
+        if at <= n:
+            for name in names:
+                whole[name][begin:at] = getattr(batch, name)
+            lost[begin:at] = 0 if batch.lost is None else batch.lost
+    if at != n:
+        raise InputError(f"concatenate: expected {n:,} rows in all batches together; got {at:,}.")
+    return dataclasses.replace(first, **whole, lost=_losses(lost, n))
+
+
+def _require_alike(first: RolloutBatch, other: RolloutBatch) -> None:
+    shared = ("law", "time", "seed", "stage", "points", "rotation", "given")
+    alike = all(getattr(other, fact) == getattr(first, fact) for fact in shared)
+    if not alike or first.p.dtype != other.p.dtype:
+        raise InputError(
+            "concatenate: expected batches of one law, time grid, seed, stage, reference "
+            "points, rotation, given parameters and storage; they differ."
+        )
+    if (first.groups is None) != (other.groups is None):
+        raise InputError("concatenate: expected groups in all batches or in none.")

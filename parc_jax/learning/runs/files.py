@@ -1,0 +1,141 @@
+"""Files that are either whole or absent: atomic writes, and the .npz form of a rollout batch."""
+
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
+from parc_jax.learning.runs.law import LawSpec
+from parc_jax.learning.system import ONE_POINT, time_grid
+
+FORMAT = "parc_jax.rollouts/1"
+# what a wrong byte makes of an archive: also one of a later kind, or encrypted
+DAMAGED = (zipfile.BadZipFile, zlib.error, EOFError, OSError, AttributeError, RuntimeError)
+RAGGED = (
+    "Runs of different lengths go onto one record grid first: interpolate each at the times of the "
+    "grid, with NaN after its end (page Your own robot, door 3)."
+)
+
+
+def write_atomic(path, data: bytes | Callable[[BinaryIO], None]) -> Path:
+    """Write bytes, or what data(file) writes, to a temporary file beside `path`, then rename: a
+    reader never sees half a file. What fails leaves nothing behind.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        with open(temporary, "wb") as handle:
+            if callable(data):
+                data(handle)
+            else:
+                handle.write(data)
+            handle.flush()
+            os.fsync(handle.fileno())
+        os.replace(temporary, path)
+    except BaseException:  # a full disk, a folder of that name, Ctrl-C
+        temporary.unlink(missing_ok=True)
+        raise
+    return path
+
+
+def write_npz(path, arrays: dict, compressed: bool = False) -> Path:
+    """Atomic .npz of named arrays. compressed: smaller and slower, for what is kept for good."""
+    write = np.savez_compressed if compressed else np.savez
+    return write_atomic(path, lambda file: write(file, **arrays))
+
+
+def read_npz(path) -> dict[str, np.ndarray]:
+    """All arrays of an .npz file. Raises InputError when it is missing, truncated or not an .npz
+    file.
+    """
+    try:
+        with open(path, "rb") as handle, np.load(handle, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file.") from None
+    except ValueError as error:
+        if "Object arrays" not in str(error):
+            raise _damaged(path, error) from None
+        raise InputError(f"{path}: expected arrays of numbers; one is a list. {RAGGED}") from None
+    except DAMAGED as error:
+        raise _damaged(path, error) from None
+
+
+def _damaged(path, error) -> InputError:
+    return InputError(
+        f"{path}: expected a complete .npz file; it is truncated or damaged ({error}). Write it "
+        "again."
+    )
+
+
+def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Path:
+    """Save a batch as .npz, atomically. `load_rollouts` gives back equal numbers.
+
+    made_by: JSON-able facts about the program that made the runs, for `collect(path=)`.
+    """
+    meta = {
+        "format": FORMAT,
+        "time": asdict(batch.time),
+        "law": asdict(batch.law),
+        "seed": batch.seed,
+        "stage": batch.stage,
+        "made_by": made_by,
+        "points": batch.points,
+        "rotation": batch.rotation,
+        "labels": None if batch.labels is None else batch.labels._asdict(),
+        "given": batch.given,
+    }
+    arrays = {
+        "rows": batch.rows,
+        "k": batch.k,
+        "p": batch.p,
+        "q": batch.q,
+        "lo": batch.domain.lo,
+        "hi": batch.domain.hi,
+    }
+    if batch.groups is not None:
+        arrays["groups"] = batch.groups
+    if batch.lost is not None:
+        arrays["lost"] = batch.lost
+    return write_npz(path, arrays | {"meta": np.array(json.dumps(meta))})
+
+
+def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
+    """The batch in the arrays of a file written by `save_rollouts`. Raises InputError."""
+    meta = json.loads(str(arrays["meta"]))
+    if meta.get("format") != FORMAT:
+        raise InputError(f"{path}: expected format {FORMAT}; got {meta.get('format')!r}.")
+    law = meta["law"] | {"parameters": tuple(tuple(pair) for pair in meta["law"]["parameters"])}
+    law = LawSpec(**(law | {"lo": tuple(law["lo"]), "hi": tuple(law["hi"])}))
+    try:
+        return rollout_batch(
+            arrays["k"],
+            arrays["p"],
+            arrays["q"],
+            time=time_grid(**meta["time"]),
+            domain=box(arrays["lo"], arrays["hi"]),
+            law=law,
+            rows=arrays["rows"],
+            seed=None if meta["seed"] is None else tuple(meta["seed"]),
+            stage=meta["stage"],
+            groups=arrays.get("groups"),
+            points=meta.get("points", ONE_POINT),
+            rotation=meta.get("rotation"),
+            labels=meta.get("labels"),
+            given=meta.get("given", ()),
+            lost=arrays.get("lost"),
+        )
+    except KeyError as error:
+        raise InputError(
+            f"{path}: array {error} is missing. Write the file again with save_rollouts."
+        ) from None

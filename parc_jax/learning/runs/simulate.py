@@ -1,0 +1,235 @@
+"""Rows of a random stream -> parameters and trajectories: one compiled program per system and chunk
+shape.
+"""
+
+import threading
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.common.arrays import x64
+from parc_jax.common.backend import backend
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage, row_keys, stream
+from parc_jax.learning.runs.chunks import worker_devices
+from parc_jax.learning.system import Retried, Trajectory, check_system, points_of
+from parc_jax.learning.systems.chained import Chained, begun, links_of
+from parc_jax.learning.systems.identity import Content, content_of
+from parc_jax.learning.systems.user_code import blamed
+
+_KEPT = 8  # compiled systems held at a time: enough for a few plants side by side, bounded memory
+
+
+class ToRun(NamedTuple):
+    """What is to be run: keys (B, 2) of the systems and k (B, n_k) float64, exactly as the system
+    will see it. states: in which the last manoeuvres of chains begin; None = as k says.
+    """
+
+    keys: jax.Array
+    k: np.ndarray
+    states: Any = None
+
+
+class Simulator:
+    """A system as it is now, compiled once for every chunk shape. Get it from `simulator`, which
+    remembers the last few systems.
+    """
+
+    def __init__(self, system):
+        check_system(system)
+        self.system = system
+        self.traceable = is_traceable(system)
+        # named to every call: to XLA the device that is meant and the one that is not named differ,
+        # and each has a program of its own
+        self._device = worker_devices(system)[0]
+        self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
+        self._many = jitted_rollouts(system) if self.traceable else system.rollout_batch
+        self._links = links_of(system, self.traceable) if isinstance(system, Chained) else None
+        # what is not compiled reads its attributes at every run, and may hold a fleet
+        self._content = content_of(system) if self.traceable else Content("", [])
+        self._compiled: set = set()
+        self._compiling = threading.Lock()
+
+    @property
+    def content(self) -> str:
+        """Digest of what the compiled program was made from."""
+        return self._content.digest
+
+    def is_current(self) -> bool:
+        """Does the system still hold what the program was made from, if there is one?"""
+        with self._compiling:  # while it is traced, a system may fill caches of its own
+            return not self.traceable or content_of(self.system).digest == self.content
+
+    def rows(self, key: jax.Array, stage: Stage, rows: np.ndarray, k=None, device=None) -> ToRun:
+        """Keys and parameters of global rows (B,). k: None = uniform on K, or what the chain of a
+        chained system leads to, run on the device; (n_k,) = that one, (B, n_k) = as given, a
+        function key -> (n_k,) = drawn by it. Depends on (key, stage, row) alone. Raises InputError.
+        """
+        lo, hi = self._bounds()
+        with x64():
+            own, numbers = stream(key, stage), np.asarray(rows, np.uint32)
+            if k is None and self._links is not None:
+                return self._begun(*_row_keys(own, numbers), device)
+            if k is None:
+                keys, drawn = _drawn(own, numbers, lo, hi)
+                drawn = np.asarray(drawn)
+            elif callable(k):
+                k_keys, keys = _row_keys(own, numbers)
+                drawn = np.asarray(jax.vmap(k)(k_keys), np.float64)
+            else:
+                _, keys = _row_keys(own, numbers)
+                drawn = np.broadcast_to(np.asarray(k, np.float64), (len(rows), len(lo)))
+        return ToRun(keys, self.as_run(drawn))
+
+    def _begun(self, k_keys, keys, device) -> ToRun:
+        """The last manoeuvres of chains."""
+        device = device or self._device
+        k_keys, keys = jax.device_put((k_keys, keys), device)
+
+        def run():
+            with jax.enable_x64(self.double):
+                return begun(self.system, self._links, k_keys, keys, *self._bounds())
+
+        last = self._once(("chain", keys.shape, device), run)
+        return ToRun(last.keys, self.as_run(last.k), last.states)
+
+    def as_run(self, k: np.ndarray) -> np.ndarray:
+        """k (B, n_k) as the system will see it: inside K, rounded to float32 for a float32
+        system.
+        """
+        k = np.clip(k, *self._bounds())
+        return k if self.double else k.astype(np.float32).astype(np.float64)
+
+    def run(self, rows: ToRun, device=None) -> Trajectory | Retried:
+        """Trajectories (B, ...) of the rows, on the device (None: the first), p as columns (B,
+        n_record + 1, n_c); float64 unless the system declares dtype = float32. Raises InputError.
+        """
+        device = device or self._device
+        shape = (rows.states is None, rows.k.shape, device)
+        return self._once(shape, lambda: self._run(rows, device))
+
+    def _once(self, shape, run):
+        """What run() gives. The first run of a shape compiles, after which the system must stay as
+        it is; two workers that meet a new shape would both compile it.
+        """
+        if self.traceable and shape not in self._compiled:
+            with self._compiling:
+                if shape not in self._compiled:
+                    found = run()
+                    self._compiled.add(shape)
+                    self._content = content_of(self.system)
+                    return found
+        return run()
+
+    def _run(self, rows: ToRun, device) -> Trajectory | Retried:
+        with jax.enable_x64(self.double):
+            k = jax.device_put(
+                jnp.asarray(rows.k, np.float64 if self.double else np.float32), device
+            )
+            keys = jax.device_put(rows.keys, device)
+            with blamed(f"{self.system.name}: expected rollout(key, k) to run"):
+                if rows.states is None:
+                    out = self._many(keys, k)
+                else:
+                    out = self._links.go_on(keys, rows.states, k)[0]
+        if isinstance(out, Retried):
+            return in_columns(self.system, out)
+        if not isinstance(out, tuple) or len(out) != 2:
+            raise InputError(
+                f"{self.system.name}: expected rollout(key, k) to return Trajectory(p, q); got "
+                f"{type(out).__name__}."
+            )
+        return in_columns(self.system, Trajectory(*out))
+
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners of K; for a float32 system the outermost float32 numbers inside K."""
+        lo, hi = (
+            np.asarray(self.system.domain.lo, np.float64),
+            np.asarray(self.system.domain.hi, np.float64),
+        )
+        if self.double:
+            return lo, hi
+        lo32, hi32 = lo.astype(np.float32), hi.astype(np.float32)
+        lo32 = np.where(lo32 < lo, np.nextafter(lo32, np.float32(np.inf)), lo32)
+        hi32 = np.where(hi32 > hi, np.nextafter(hi32, np.float32(-np.inf)), hi32)
+        return lo32.astype(np.float64), hi32.astype(np.float64)
+
+
+def simulator(system) -> Simulator:
+    """The compiled form of a system as it is now; the last few systems are remembered, so later
+    calls do not compile again. A system that was changed in place is compiled anew.
+    """
+    with _REMEMBERING:
+        for place, known in enumerate(_RECENT):
+            if known.system is not system:
+                continue
+            if known.is_current():
+                return known
+            del _RECENT[place]
+            # jitted parts of the system, with the system as a static argument, were traced with
+            # the old values too
+            jax.clear_caches()
+            break
+        _RECENT.append(Simulator(system))
+        del _RECENT[:-_KEPT]
+        return _RECENT[-1]
+
+
+def remembered(system) -> Simulator:
+    """The compiled form that the last call of `simulator` gave, without another look at the
+    system.
+    """
+    with _REMEMBERING:
+        known = next((s for s in _RECENT if s.system is system), None)
+    return known or simulator(system)
+
+
+def in_columns(system, trajectory: Trajectory | Retried) -> Trajectory | Retried:
+    """Trajectories (B, ...) with p as columns (B, n_record + 1, n_c): the coordinates of all
+    reference points, point by point. Raises InputError for a rollout that does not keep its word
+    about shapes.
+    """
+    n_record, n_points = system.time.n_record, len(points_of(system))
+    each = (system.n_p,) if n_points == 1 else (n_points, system.n_p)
+    want_p, want_q = (n_record + 1, *each), (system.n_q,)
+    have_p, have_q = np.shape(trajectory.p)[1:], np.shape(trajectory.q)[1:]
+    if have_p != want_p or have_q != want_q:
+        raise InputError(
+            f"{system.name}: expected rollout(key, k) to return p {want_p} on the record grid and "
+            f"q {want_q}; "
+            f"got p {have_p} and q {have_q}. p holds n_record + 1 samples, the start included"
+            f"{'.' if n_points == 1 else ', of all reference points.'}"
+        )
+    if n_points == 1:
+        return trajectory
+    p = trajectory.p if isinstance(trajectory.p, jax.Array) else np.asarray(trajectory.p)
+    return trajectory._replace(p=p.reshape(-1, n_record + 1, n_points * system.n_p))
+
+
+def jitted_rollouts(system):
+    """jit(vmap(rollout)), compiled as suits the kind of device."""
+    return jax.jit(jax.vmap(system.rollout), compiler_options=dict(backend().compiler) or None)
+
+
+def is_traceable(system) -> bool:
+    """Is it run by JAX? A system with its own `rollout_batch` is not."""
+    return not callable(getattr(system, "rollout_batch", None))
+
+
+@jax.jit
+def _drawn(key, rows, lo, hi):
+    """Keys (B, 2) of the systems and k (B, n_k), uniform on K, of rows (B,) of a stage."""
+
+    def uniform(k_key):
+        u = jax.random.uniform(k_key, lo.shape, lo.dtype)
+        return jnp.clip(lo + u * (hi - lo), lo, hi)
+
+    k_keys, keys = row_keys(key, rows)
+    return keys, jax.vmap(uniform)(k_keys)
+
+
+_row_keys = jax.jit(row_keys)
+_RECENT: list[Simulator] = []
+_REMEMBERING = threading.Lock()

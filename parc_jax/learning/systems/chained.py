@@ -1,0 +1,211 @@
+"""Runs that begin in what manoeuvres before them left behind: a chain of manoeuvres with random
+commands, each left for the next while it is under way, of which the last is recorded. [T37]
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import counted
+from parc_jax.learning.labels import labels_of
+from parc_jax.learning.runs.subject import given_of
+from parc_jax.learning.system import check_system
+from parc_jax.learning.systems.user_code import blamed
+
+LEFT = "each left after "  # how a law of k says when, in seconds
+METHODS = ("start_state", "measured", "rollout_from_state")
+
+
+@dataclass(frozen=True, eq=False)
+class Chained:
+    """A system whose runs begin as the last of a chain of manoeuvres. Build with `chained`, which
+    validates. All else is the system's own, runs of k that somebody gives as well.
+
+    before: manoeuvres before the one that is recorded. hand_over: [s] from when on, and until when,
+    a manoeuvre is left for the next.
+    """
+
+    system: Any
+    before: int
+    hand_over: tuple[float, float]
+
+    def __getattr__(self, name: str):
+        if name == "system" or name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.system, name)
+
+    @property
+    def k_law(self) -> str:
+        """How k is drawn, for a LawSpec."""
+        begin, end = self.hand_over
+        manoeuvres = counted(self.before, "manoeuvre")
+        return f"a chain of {manoeuvres} before it, {LEFT}{begin:g} to {end:g} s"
+
+    @cached_property
+    def leaves(self) -> np.ndarray:
+        """(n_record + 1,) bool: the records at which a manoeuvre may be left."""
+        record, step = np.arange(self.system.time.n_record + 1), self.system.time.dt_record
+        begin, end = (round(at / step, 6) for at in self.hand_over)
+        return (begin <= record) & (record <= end)
+
+
+class Begun(NamedTuple):
+    """Where last manoeuvres begin: keys (B, 2) of the systems, k (B, n_k), their states."""
+
+    keys: jax.Array
+    k: np.ndarray
+    states: Any
+
+
+class Links(NamedTuple):
+    """The parts of a chain, many at once: begin(keys) -> (states, g); go_on(keys, states, k) ->
+    (Trajectory, states, g) with states and g at all records.
+    """
+
+    begin: Callable
+    go_on: Callable
+
+
+def chained(system, before: int = 3, hand_over: tuple[float, float] | None = None) -> Chained:
+    """The system with runs that begin in states that manoeuvres leave behind: whoever takes a
+    system, such as `collect` and `bound_error`, takes this one. [T37]
+
+    A run is the last of a chain of its own, so runs are independent: `before` manoeuvres with
+    commands uniform on K follow a start at rest, each left at a record drawn uniformly among those
+    at which what is measured lies in K. hand_over: [s] the first and last time at which one is
+    left; None = from the first record to its end.
+
+    The system declares `given`, and offers, as JAX functions of one run,
+        start_state(key) -> state: at rest; any pytree of arrays,
+        measured(state) -> g (n_given,): in the order of `given`,
+        rollout_from_state(key, state, k) -> (Trajectory, states): a manoeuvre from a state, told
+            from its pose, and the states at all its n_record + 1 records, along a leading axis.
+    One with `rollout_batch` offers them for batches: keys, states and k have a leading axis, states
+    at records a second one. Raises InputError.
+    """
+    check_system(system)
+    missing = [name for name in METHODS if not callable(getattr(system, name, None))]
+    if missing or not given_of(system):
+        raise InputError(
+            f"chained: expected {system.name} to declare `given` and to offer "
+            f"{', '.join(METHODS)}; it lacks {', '.join(missing) or 'given'}."
+        )
+    if isinstance(before, bool) or not isinstance(before, int | np.integer) or before < 1:
+        raise InputError(f"chained: expected before >= 1 manoeuvres; got {before!r:.40}.")
+    step, t_f = system.time.dt_record, system.time.t_f
+    times = (step, t_f) if hand_over is None else hand_over
+    begin, end = (float(at) for at in as_float64("chained hand_over", times, (2,)))
+    made = Chained(system, int(before), (begin, end))
+    if not (0 < begin and end <= t_f and made.leaves.any()):
+        raise InputError(
+            f"chained: expected hand_over, two times in (0, {t_f:g}] s with a record between them, "
+            f"which come every {step:g} s; got {begin:g} and {end:g}."
+        )
+    return made
+
+
+def hand_over_of(k_law: str) -> tuple[Fraction, Fraction] | None:
+    """[s] `hand_over` of the chains that a law of k names, None where it names none."""
+    if LEFT not in k_law:
+        return None
+    begin, end = k_law.split(LEFT)[1].removesuffix(" s").split(" to ")
+    return Fraction(begin), Fraction(end)
+
+
+def links_of(chain: Chained, traceable: bool) -> Links:
+    """The parts, compiled where the system is JAX."""
+    system = chain.system
+    if not traceable:
+
+        def go_on(keys, states, k):
+            trajectory, states = system.rollout_from_state(keys, states, k)
+            return trajectory, states, system.measured(states)
+
+        def begin(keys):
+            states = system.start_state(keys)
+            return states, system.measured(states)
+
+        return Links(begin, go_on)
+
+    def one(key, state, k):
+        trajectory, states = system.rollout_from_state(key, state, k)
+        return trajectory, states, jax.vmap(system.measured)(states)
+
+    def at_rest(key):
+        state = system.start_state(key)
+        return state, system.measured(state)
+
+    return Links(jax.jit(jax.vmap(at_rest)), jax.jit(jax.vmap(one)))
+
+
+def begun(chain: Chained, links: Links, k_keys, keys, lo: np.ndarray, hi: np.ndarray) -> Begun:
+    """Run all of a chain but its last manoeuvre, from keys (B, 2) of its commands and of its
+    systems. lo, hi (n_k,): corners of K. Raises InputError where what is measured leaves K.
+    """
+    given = list(given_of(chain.system))
+    with blamed(f"{chain.name}: expected start_state and measured to run"):
+        states, g = links.begin(keys)
+    inside = partial(_inside, chain, lo[given], hi[given])
+    _pick(chain, inside(np.asarray(g)[:, None], 1), np.zeros(len(keys)))
+    for turn in range(chain.before + 1):
+        drawn, share, own = (np.asarray(x) for x in _draws(k_keys, keys, np.uint32(turn), lo, hi))
+        k = np.array(drawn, np.float64)
+        k[:, given] = np.asarray(g, np.float64)
+        if turn == chain.before:
+            break
+        with blamed(f"{chain.name}: expected rollout_from_state(key, state, k) to run"):
+            _, along, measured = links.go_on(own, states, k)
+        measured = np.asarray(measured)
+        record = _pick(chain, inside(measured, len(chain.leaves)) & chain.leaves, share)
+        rows = np.arange(len(record))
+        states = jax.tree.map(lambda x, at=(rows, record): np.asarray(x)[at], along)
+        g = measured[rows, record]
+    return Begun(own, k, states)
+
+
+def _inside(chain: Chained, lo, hi, g: np.ndarray, n: int) -> np.ndarray:
+    """(B, n) bool: whether g (B, n, n_given) at n records lies in its side of K. Raises
+    InputError.
+    """
+    if g.shape[1:] != (n, len(lo)):
+        raise InputError(
+            f"{chain.name}: expected measured(state) to give {len(lo)} numbers, as many as `given` "
+            f"has, of states at {counted(n, 'record')}; got shape {g.shape[1:]}."
+        )
+    return ((lo <= g) & (g <= hi)).all(axis=2)
+
+
+def _pick(chain: Chained, fits: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """(B,) a record of each row of fits (B, R), the one at a share in [0, 1) of those that fit.
+    Raises InputError for a row without any.
+    """
+    count = fits.sum(axis=1)
+    if not count.all():
+        names = [labels_of(chain.system).k[axis] for axis in given_of(chain.system)]
+        raise InputError(
+            f"{chain.name}: expected what is measured ({', '.join(names)}) to be in K whenever a "
+            f"manoeuvre may be left; {int((count == 0).sum())} of {len(fits)} chains never came "
+            "back to it. Widen K, or leave manoeuvres later."
+        )
+    which = np.minimum((share * count).astype(int), count - 1)
+    return np.argmax(np.cumsum(fits, axis=1) > which[:, None], axis=1)
+
+
+@jax.jit
+def _draws(k_keys, keys, turn, lo, hi):
+    """Of one manoeuvre of chains: k (B, n_k) uniform on K, shares (B,) of [0, 1), keys (B, 2)."""
+
+    def one(k_key, key):
+        drawn = jax.random.uniform(jax.random.fold_in(k_key, turn), (len(lo) + 1,), lo.dtype)
+        k = jnp.clip(lo + drawn[1:] * (hi - lo), lo, hi)
+        return k, drawn[0], jax.random.fold_in(key, turn)
+
+    return jax.vmap(one)(k_keys, keys)

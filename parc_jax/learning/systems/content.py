@@ -1,0 +1,240 @@
+"""Digests of objects by what they contain: code, numbers, and whatever these refer to.
+
+Loads NumPy alone: worker processes read what they were sent.
+"""
+
+import dis
+import hashlib
+import sys
+import types
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from functools import cached_property, lru_cache, partial
+from itertools import chain
+
+import numpy as np
+
+from parc_jax.learning.systems.user_code import is_own
+
+# how fast it runs and what its numbers are called, not what it is
+OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels", "k_labels")
+_MOST = 20_000  # objects looked at; what lies beyond counts as opaque
+_PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
+_MAIN = ("__main__", "__mp_main__")  # what spawned processes call the first
+_GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
+
+
+class Reader:
+    """Digests of objects by what they contain. lasting: the digest must be the same in another
+    process.
+    """
+
+    def __init__(self, lasting: bool):
+        self.lasting = lasting
+        self.held: list = []
+        self._known: dict[object, str] = {}
+
+    def digest(self, x) -> str:
+        """Equal content, equal digest."""
+        if isinstance(x, _PLAIN):
+            return f"{type(x).__name__} {x!r}"
+        return self._once(id(x), x, lambda: self._parts(x))
+
+    def attributes(self, x) -> Iterator[tuple[str, object]]:
+        """Attributes of an instance that make it what it is."""
+        names = dict.fromkeys(f.name for f in fields(x)) if is_dataclass(x) else {}
+        names |= dict.fromkeys(getattr(x, "__dict__", {}))
+        for cls in type(x).__mro__:
+            slots = cls.__dict__.get("__slots__", ())
+            names |= dict.fromkeys((slots,) if isinstance(slots, str) else slots)
+        for name in names:
+            if self.lasting and (name.startswith("_") or name in OPERATIONAL):
+                continue
+            if hasattr(x, name):
+                yield name, getattr(x, name)
+
+    def _once(self, key, x, parts) -> str:
+        if key in self._known:
+            return self._known[key]
+        self.held.append(x)
+        if len(self.held) > _MOST:
+            return self._opaque(x)
+        self._known[key] = "itself"  # a cycle
+        found = hashlib.blake2b(digest_size=16)
+        for part in parts():
+            found.update(part if isinstance(part, bytes) else str(part).encode())
+            found.update(b"\0")
+        self._known[key] = found.hexdigest()
+        return self._known[key]
+
+    def _opaque(self, x) -> str:
+        name = _name_of(type(x))
+        return name if self.lasting else f"{name} {id(x)}"
+
+    def _parts(self, x) -> Iterator:
+        yield type(x).__qualname__
+        jax = sys.modules.get("jax")  # what is of JAX was made by it
+        if jax is not None and isinstance(x, jax.core.Tracer):
+            yield self._opaque(x)
+        elif jax is not None and isinstance(x, jax.Array):
+            yield from self._device_array(jax, x)
+        elif isinstance(x, np.ndarray | np.generic):
+            yield from self._array(np.asarray(x))
+        elif isinstance(x, Mapping):
+            for key, value in list(x.items()):
+                yield self.digest(key)
+                yield self.digest(value)
+        elif isinstance(x, set | frozenset):
+            yield from sorted(self.digest(item) for item in x)
+        elif isinstance(x, list | tuple):
+            yield from (self.digest(item) for item in list(x))
+        else:
+            yield from self._code(x) if _is_code(x) else self._object(x)
+
+    def _device_array(self, jax, x) -> Iterator:
+        if not self.lasting:  # cannot change
+            yield id(x)
+            return
+        if jax.dtypes.issubdtype(x.dtype, jax.dtypes.prng_key):
+            x = jax.random.key_data(x)
+        yield from self._array(np.asarray(x))
+
+    def _array(self, x: np.ndarray) -> Iterator:
+        yield x.shape
+        if x.dtype.hasobject:
+            yield from (self.digest(item) for item in x.ravel().tolist())
+        else:
+            yield x.dtype.str
+            yield np.ascontiguousarray(x).tobytes()
+
+    def _object(self, x) -> Iterator:
+        inner = getattr(x, "__wrapped__", None)  # jitted and cached functions
+        if inner is not None:
+            yield self.digest(inner)
+            return
+        named = list(self.attributes(x))
+        if not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
+            yield self._opaque(x)
+            return
+        yield self.digest(type(x))
+        for name, value in named:
+            yield name
+            yield self.digest(value)
+
+    def _code(self, x) -> Iterator:
+        """Functions, methods, classes, modules: what they do, when they are the user's own."""
+        if isinstance(x, types.FunctionType):
+            yield from self._function(x)
+        elif isinstance(x, types.CodeType):
+            yield x.co_code
+            yield x.co_names + x.co_varnames + x.co_freevars
+            yield from (self.digest(constant) for constant in x.co_consts)
+        elif isinstance(x, types.MethodType):
+            yield self.digest(x.__func__)
+            yield self.digest(x.__self__)
+        elif isinstance(x, partial):
+            yield from (self.digest(part) for part in (x.func, x.args, x.keywords))
+        elif isinstance(x, staticmethod | classmethod):
+            yield self.digest(x.__func__)
+        elif isinstance(x, property):
+            yield self.digest(x.fget)
+        elif isinstance(x, cached_property):
+            yield self.digest(x.func)
+        elif isinstance(x, type):
+            yield from self._class(x)
+        else:  # modules and built-in functions
+            yield getattr(x, "__name__", "")
+
+    def _class(self, cls: type) -> Iterator:
+        yield _name_of(cls)
+        for base in cls.__mro__:
+            if not is_own(_file_of(base)):
+                continue
+            for name, value in list(vars(base).items()):
+                if name.startswith("__") and name != "__call__":
+                    continue
+                if isinstance(value, types.MemberDescriptorType | types.GetSetDescriptorType):
+                    continue  # slots: read from the instance
+                yield name
+                yield self.digest(value)
+
+    def _function(self, f: types.FunctionType) -> Iterator:
+        yield _name_of(f)
+        for cell in f.__closure__ or ():
+            try:
+                yield self.digest(cell.cell_contents)
+            except ValueError:  # empty
+                yield "empty"
+        yield self.digest(f.__defaults__)
+        yield self.digest(f.__kwdefaults__)
+        if not is_own(f.__code__.co_filename):
+            inner = getattr(f, "__wrapped__", None)
+            yield self.digest(inner)
+            return
+        yield self.digest(f.__code__)
+        meant = {x: f.__globals__[x] for x in _globals(f.__code__) if x in f.__globals__}
+        yield from self._named(meant, frozenset(_names(f.__code__)))
+
+    def _named(self, space: dict, names: frozenset) -> Iterator:
+        """What the names of a function mean in its module."""
+        for name in sorted(names & space.keys()):
+            value = space[name]
+            yield name
+            if isinstance(value, types.ModuleType) and is_own(getattr(value, "__file__", "") or ""):
+                # only what is named of it: `params.GUST`
+                yield self._once(
+                    (id(value), names), value, lambda v=value: self._named(vars(v), names)
+                )
+            else:
+                yield self.digest(value)
+
+
+def _names(code: types.CodeType) -> Iterator[str]:
+    """Global and attribute names in a function and in the functions inside it."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _names(constant)
+
+
+@lru_cache(maxsize=4096)  # a system is looked at before every chunk of its runs
+def _globals(code: types.CodeType) -> tuple[str, ...]:
+    """Global names alone, of those in `_names`: what a function takes along to another process."""
+    own = (step.argval for step in dis.get_instructions(code) if step.opname in _GLOBAL)
+    inner = (_globals(x) for x in code.co_consts if isinstance(x, types.CodeType))
+    return *own, *chain.from_iterable(inner)
+
+
+def _name_of(x) -> str:
+    """Where a class or function is defined, called alike in every process that it is sent to."""
+    module = _MAIN[0] if x.__module__ in _MAIN else x.__module__
+    return f"{module}.{x.__qualname__}"
+
+
+def _is_code(x) -> bool:
+    kinds = (
+        types.FunctionType,
+        types.CodeType,
+        types.MethodType,
+        types.BuiltinFunctionType,
+        types.ModuleType,
+        type,
+        partial,
+        staticmethod,
+        classmethod,
+        property,
+        cached_property,
+    )
+    return isinstance(x, kinds)
+
+
+def _file_of(cls: type) -> str:
+    """The file of a class; library files for built-in ones."""
+    module = sys.modules.get(cls.__module__)
+    if module is None and any(isinstance(x, types.FunctionType) for x in vars(cls).values()):
+        return "<own>"  # sent here by value
+    if cls.__module__ == "builtins" or module is None:
+        return "<frozen>"
+    if cls.__module__ in _MAIN:
+        return "<own>"  # of another process, perhaps
+    return getattr(module, "__file__", None) or "<own>"

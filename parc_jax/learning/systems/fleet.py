@@ -1,0 +1,273 @@
+"""Runs on workers: processes of our own, or any `concurrent.futures.Executor`, here or elsewhere.
+
+A run that is lost with its worker has failed, since the robot may have ended it. Only where the
+user says that workers go away whatever their runs do it is made again, and counted.
+"""
+
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    wait,
+)
+from dataclasses import dataclass
+from typing import NamedTuple
+from uuid import uuid4
+
+from parc_jax.common.errors import InputError
+from parc_jax.learning.systems.python_worker import (
+    UNCOUNTED,
+    Call,
+    OtherCode,
+    code_of,
+    failed,
+    run_sent,
+)
+from parc_jax.learning.systems.user_code import blamed, said
+
+RUNS_PER_PART = 4  # of runs that are made again; others go alone, so that none is lost with another
+LOSSES = 3  # of a part, then its runs go out alone; of a run alone, then the work ends
+SLOW = 3.0  # times as long as the longest so far: a part that is out as long is sent once more
+LEAST_S = 1.0  # [s] what is out for less is not slow; time between two looks
+UNKNOWN = 64  # workers of an executor that does not say how many it has
+MAKE_AGAIN = ("distributed",)  # packages whose executors make lost calls again and tell nobody
+
+
+class Sent(NamedTuple):
+    """What comes of a call, and the executor that was asked."""
+
+    future: Future
+    executor: Executor
+
+
+@dataclass
+class Share:
+    """Some runs of a batch. places: in the batch. lost: how often. copies: sent for being slow.
+    since: when it was sent last [s].
+    """
+
+    places: range
+    lost: int = 0
+    copies: int = 0
+    since: float = 0.0
+
+
+class Fleet:
+    """An executor, or a function that makes one, and so another when it broke.
+
+    name: of the system, for messages. workers: None = as many as the executor says. again: are lost
+    runs made again, and slow ones twice? Else each of them is begun once at most. own: processes of
+    ours, which hold our code.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        executor: Executor | Callable[[], Executor],
+        workers: int | None,
+        again: bool = False,
+        own: bool = False,
+    ):
+        self.name, self.again, self.own = name, again, own
+        self._make = None if hasattr(executor, "submit") else executor
+        self._executor = executor if self._make is None else None
+        self._changing, self._one_by_one = threading.Lock(), threading.Lock()
+        self._beginning, self._has_begun = threading.Lock(), False
+        self._longest_s = 0.0  # that a part took
+        self.workers: int = workers or getattr(self._current(), "_max_workers", UNKNOWN)
+        # no run waits in a queue of the executor, where it would be lost with those that are run
+        self._room = threading.Semaphore(sys.maxsize if again else self.workers)
+        self._uncounted = not own and type(self._current()).__module__.startswith(MAKE_AGAIN)
+        if self._uncounted and not again:
+            raise InputError(
+                f"{name}: expected an executor that loses the calls of a lost worker; "
+                f"{type(self._current()).__name__} makes them again, until they succeed. Where "
+                'workers go away whatever their runs do, say so: lost="again".'
+            )
+
+    def run(self, function, seeds, arguments: list[tuple], *shapes) -> list[Call]:
+        """The runs of a batch, in order. Raises InputError for workers that do not begin or have
+        other code, for runs that are made again and lost every time, and where an executor broke
+        and nobody makes another; ImportError for what a worker lacks.
+        """
+        code = "" if self.own else code_of(function)
+
+        def send(places) -> Sent:
+            of_part = [seeds[i] for i in places], [arguments[i] for i in places]
+            return self._sent(run_sent, uuid4().hex, code, function, *of_part, *shapes)
+
+        self._begin(send)
+        found = self._together(send, len(seeds))
+        with self._one_by_one:
+            for place in sorted(range(len(seeds)) - found.keys()):
+                found[place] = self._alone(send, place, arguments[place])
+        for place, call in found.items():
+            if isinstance(call, str):
+                why = f"as its worker was lost ({call}), with k = {arguments[place][0]}"
+                found[place] = failed(*shapes, why)
+            elif self._uncounted:
+                found[place] = call._replace(lost=UNCOUNTED)
+        return [found[place] for place in range(len(seeds))]
+
+    def _begin(self, send: Callable[[range], Sent]) -> None:
+        """An empty call before the first run: what goes wrong with it is no run's fault. Raises
+        InputError.
+        """
+        with self._beginning:
+            for _ in range(LOSSES if self.again else 1):
+                if self._has_begun:
+                    return
+                sent = send(range(0))
+                wait([sent.future])
+                error = _error_of(sent.future)
+                self._has_begun = error is None and self._brought(sent) is not None
+        if not self._has_begun:
+            self.close()
+            raise InputError(
+                f"{self.name}: expected workers that start; an empty call, before the first run, "
+                f"ended with {said(error)}. A script guards its own start with "
+                '`if __name__ == "__main__":`, since worker processes import it; what they run '
+                "stands at the top level of a module that they can import."
+            )
+
+    def close(self) -> None:
+        """End an executor that was made here; another is made when needed."""
+        with self._changing:
+            if self._make is not None and self._executor is not None:
+                self._executor.shutdown(wait=True)
+                self._executor = None
+
+    def _together(self, send: Callable[[range], Sent], n: int) -> dict[int, Call | str]:
+        """What the parts of n runs bring; for lost runs what became of their worker, where they are
+        made again nothing for those that were lost LOSSES times.
+        """
+        found: dict[int, Call | str] = {}
+        out: dict[Future, tuple[Sent, Share]] = {}
+        each = RUNS_PER_PART if self.again else 1
+        waiting = deque(Share(range(i, min(i + each, n))) for i in range(0, n, each))
+
+        def go(part: Share) -> None:
+            part.since = time.monotonic()
+            try:
+                sent = send(part.places)
+            except BaseException:
+                self._room.release()
+                raise
+            sent.future.add_done_callback(lambda _: self._room.release())
+            out[sent.future] = sent, part
+
+        # what is out and found was sent twice
+        while waiting or any(part.places[0] not in found for _, part in out.values()):
+            while waiting and self._room.acquire(blocking=not out):
+                go(waiting.popleft())
+            done, _ = wait(out, timeout=LEAST_S, return_when=FIRST_COMPLETED)
+            for future in done:
+                sent, part = out.pop(future)
+                calls = self._brought(sent)
+                if part.places[0] in found:
+                    continue
+                if calls is not None:
+                    self._longest_s = max(self._longest_s, time.monotonic() - part.since)
+                    lost = part.lost + part.copies
+                    calls = [call._replace(lost=lost) for call in calls]
+                    found.update(zip(part.places, calls, strict=True))
+                elif not self.again:
+                    found[part.places[0]] = said(_error_of(future))
+                elif part.lost + 1 < LOSSES:
+                    part.lost += 1
+                    waiting.append(part)
+            for part in self._slow(out, found):
+                part.copies += 1
+                waiting.append(part)
+        return found
+
+    def _slow(self, out: dict, found: dict) -> list[Share]:
+        """Parts of which nobody knows whether their worker still works on them."""
+        if not self.again or self._longest_s == 0.0:
+            return []  # or how long one takes is not known yet
+        latest = time.monotonic() - max(LEAST_S, SLOW * self._longest_s)
+        parts = {id(part): part for _, part in out.values() if part.places[0] not in found}
+        return [part for part in parts.values() if part.since < latest and part.copies < LOSSES]
+
+    def _alone(self, send: Callable[[range], Sent], place: int, given: tuple) -> Call:
+        """A run by itself, so that what is lost is lost by it."""
+        for lost in range(LOSSES):
+            sent = send(range(place, place + 1))
+            wait([sent.future])
+            calls = self._brought(sent)
+            if calls is not None:
+                return calls[0]._replace(lost=LOSSES + lost)
+        raise InputError(
+            f"{self.name}: expected workers that finish their runs; the one with k = {given[0]} "
+            f"was lost {LOSSES} times when it was sent alone, the last time with "
+            f"{said(_error_of(sent.future))}. A run that fails raises an exception and does not "
+            "end its process; a function for other processes stands at the top level of a module "
+            "that they can import."
+        )
+
+    def _brought(self, sent: Sent) -> list[Call] | None:
+        """The finished runs, None for lost ones. Raises InputError, and ImportError."""
+        error = _error_of(sent.future)
+        if isinstance(error, ImportError):
+            raise error
+        if error is not None:
+            self._replace(sent.executor, error)
+            return None
+        brought = sent.future.result()
+        if isinstance(brought, OtherCode):
+            raise InputError(
+                f"{self.name}: expected workers with the program that is here; {brought.where} has "
+                "other code of the system, or another parc_jax, NumPy or Python. Bring the same "
+                "there and start its workers anew."
+            )
+        return brought
+
+    def _sent(self, *call) -> Sent:
+        """The call on its way: what an executor refuses has not begun, and goes to the next. Raises
+        InputError.
+        """
+        for _ in range(LOSSES):
+            executor = self._current()
+            try:
+                return Sent(executor.submit(*call), executor)
+            except Exception as error:  # broken, shut down, or what it cannot pickle
+                refused = error
+                self._replace(executor, error)
+        raise InputError(
+            f"{self.name}: expected an executor that takes calls; it refused {LOSSES} times, the "
+            f"last time with {said(refused)}."
+        )
+
+    def _current(self) -> Executor:
+        with self._changing:
+            if self._executor is None:
+                with blamed(f"{self.name}: expected a function that makes an executor"):
+                    self._executor = self._make()
+            return self._executor
+
+    def _replace(self, executor: Executor, error: BaseException) -> None:
+        """Leave a broken executor, once. Raises InputError where there is no other."""
+        if not isinstance(error, BrokenExecutor):
+            return
+        with self._changing:
+            if self._executor is not executor:
+                return
+            if self._make is None:
+                raise InputError(
+                    f"{self.name}: expected an executor that goes on; it broke with {said(error)}. "
+                    "Give a function that makes one, so that another can take its place; finished "
+                    "chunks are kept where a path was given."
+                )
+            self._executor = None
+        executor.shutdown(wait=False)
+
+
+def _error_of(future: Future) -> BaseException | None:
+    return CancelledError() if future.cancelled() else future.exception()

@@ -1,0 +1,184 @@
+"""A plain Python callable as a black box: worker processes, reproducible row by row, failures stay
+failures.
+"""
+
+import pickle
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from functools import partial
+
+import jax
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import key_data
+from parc_jax.common.sets.box import Box
+from parc_jax.learning.runs.chunks import cores
+from parc_jax.learning.system import ONE_POINT, Retried, TimeGrid, Trajectory, check_points
+from parc_jax.learning.systems.fleet import RUNS_PER_PART, Fleet
+from parc_jax.learning.systems.processes import Processes
+from parc_jax.learning.systems.python_worker import run_many
+from parc_jax.learning.systems.user_code import said
+
+RUNS_PER_WORKER = 16  # per chunk: the progress bar moves and finished work is kept this often
+LOST = ("failed", "again")
+AT_ONCE = 3  # chunks that a fleet works on: nobody waits for the slowest part of one
+
+
+class PythonSystem:
+    """A black box around simulate(rng, k) -> (p, q). Build with `python_system`, which validates.
+
+    name, domain, time, n_p, n_q, law, points: as of any black box. chunk: runs per step of the
+    progress bar. at_once: chunks worked on side by side.
+    """
+
+    def __init__(
+        self,
+        simulate,
+        simulate_from,
+        name: str,
+        domain: Box,
+        time: TimeGrid,
+        n_p: int,
+        n_q: int,
+        workers: int,
+        law,
+        points: tuple[str, ...],
+        fleet: Fleet | None,
+    ):
+        self.simulate, self.simulate_from, self.name, self.law = simulate, simulate_from, name, law
+        self.domain, self.time, self.n_p, self.n_q, self.workers = domain, time, n_p, n_q, workers
+        self.points = points
+        self.chunk, self.at_once = RUNS_PER_WORKER * max(1, workers), 1
+        if fleet is not None and not fleet.own:
+            self.chunk, self.at_once = RUNS_PER_PART * fleet.workers, AT_ONCE
+        self.q_labels: Sequence[str] | None = None
+        self.k_labels: Sequence[str] | None = None
+        self._fleet = fleet
+        self._has_worked = False
+        if simulate_from is not None:
+            self.rollout_from_batch = self._rollout_from_batch
+
+    def rollout_batch(self, keys: jax.Array, ks: np.ndarray) -> Trajectory | Retried:
+        """Runs (B, ...) of keys (B, 2) and ks (B, n_k), in float64. A run that raised or ended its
+        process is NaN.
+
+        Raises InputError with file and line of the fault when not one run has worked so far.
+        """
+        return self._run(self.simulate, keys, [(k,) for k in np.asarray(ks, np.float64)])
+
+    def close(self) -> None:
+        """End the worker processes; they start again when needed."""
+        if self._fleet is not None:
+            self._fleet.close()
+
+    def _rollout_from_batch(self, keys, ks, starts) -> Trajectory | Retried:
+        pairs = zip(np.asarray(ks, np.float64), np.asarray(starts, np.float64), strict=True)
+        return self._run(self.simulate_from, keys, list(pairs))
+
+    def _run(self, function: Callable, keys, arguments: list[tuple]) -> Trajectory | Retried:
+        seeds = [tuple(int(v) for v in row) for row in key_data(keys)]
+        each = (self.n_p,) if len(self.points) == 1 else (len(self.points), self.n_p)
+        shapes = (self.time.n_record + 1, *each), (self.n_q,)
+        run = run_many if self._fleet is None else self._fleet.run
+        try:
+            runs = run(function, seeds, arguments, *shapes)
+        except ImportError as error:
+            raise InputError(
+                f"{self.name}: expected simulate to find what it imports; {said(error)}. Install "
+                "it where the runs are made."
+            ) from None
+        self._has_worked |= not all(run.why for run in runs)
+        if not self._has_worked:
+            raise InputError(
+                f"{self.name}: expected simulate(rng, k) to work; all {len(runs)} runs of a batch "
+                f"failed, the first {runs[0].why}."
+            )
+        p, q = np.stack([run.p for run in runs]), np.stack([run.q for run in runs])
+        if self._fleet is None or not self._fleet.again:
+            return Trajectory(p, q)
+        return Retried(p, q, np.array([run.lost for run in runs]))
+
+
+def python_system(
+    simulate: Callable,
+    domain: Box,
+    time: TimeGrid,
+    *,
+    name: str,
+    n_p: int,
+    n_q: int = 0,
+    workers: int | None = None,
+    executor: Executor | Callable[[], Executor] | None = None,
+    lost: str = "failed",
+    law: Mapping | None = None,
+    simulate_from: Callable | None = None,
+    points: Sequence[str] = ONE_POINT,
+    q_labels: Sequence[str] | None = None,
+    k_labels: Sequence[str] | None = None,
+) -> PythonSystem:
+    """A black box around a plain Python function.
+
+    simulate: (rng, k (n_k,)) -> (p (n_record + 1, n_p) [m], q (n_q,)). All randomness comes from
+    rng, a NumPy generator seeded by the row alone. Positions are made relative to the first one. An
+    exception counts as a failed run.
+    points: names of the reference points; with m of them p is (n_record + 1, m, n_p).
+    simulate_from: (rng, k, p0) -> the same from another start: with it, translation invariance can
+        be measured.
+    workers: processes, None = one per core, 0 = none (runs in this process; anything callable will
+        do). With workers
+    the function is pickled: define it at the top level of a module, and guard a script's own start
+    with `if __name__ == "__main__":`, since every worker imports it.
+    executor: runs are made there instead: any `concurrent.futures.Executor`, of other packages too,
+        or a function that makes one, which is called again when one broke. workers: how many it
+        has, None = as it says. A worker with other code is refused.
+    lost: of an executor, what becomes of a run whose worker was lost: "failed", since the run may
+        have ended it; or "again", where machines go away whatever their runs do. Slow runs are then
+        made twice too, both are counted, and claims list `WORKERS_LOST`.
+    law: parameters of the disturbances, to have them on record. q_labels, k_labels: names with
+    units, such as "speed [m/s]". Raises InputError.
+    """
+    if lost not in LOST or (lost == "again" and executor is None):
+        raise InputError(
+            f'{name}: expected lost = "failed", or "again" beside an executor whose machines go '
+            f"away; got {lost!r}. A run that ends a process of this machine has failed."
+        )
+    fleet = None if executor is None else _fleet(name, executor, workers, lost == "again")
+    workers = cores() if workers is None else workers
+    if n_p < 1 or n_q < 0 or workers < 0:
+        raise InputError(
+            f"{name}: expected n_p >= 1, n_q >= 0 and workers >= 0; got {n_p}, {n_q}, {workers}."
+        )
+    for function in (simulate, simulate_from):
+        if function is not None and not callable(function):
+            raise InputError(f"{name}: expected a function; got {type(function).__name__}.")
+        if workers and fleet is None:
+            _require_picklable(name, function)
+    if workers and fleet is None:
+        fleet = Fleet(name, partial(Processes, workers), workers, own=True)
+    named = check_points(name, points)
+    black_box = (name, domain, time, n_p, n_q)
+    system = PythonSystem(simulate, simulate_from, *black_box, workers, law, named, fleet)
+    system.q_labels = q_labels
+    system.k_labels = k_labels
+    return system
+
+
+def _fleet(name: str, executor, workers: int | None, again: bool) -> Fleet:
+    if (not hasattr(executor, "submit") and not callable(executor)) or workers == 0:
+        raise InputError(
+            f"{name}: expected an executor with `submit`, or a function that makes one, and one or "
+            f"more workers; got {type(executor).__name__} and {workers}."
+        )
+    return Fleet(name, executor, workers, again)
+
+
+def _require_picklable(name: str, function) -> None:
+    try:
+        pickle.dumps(function)
+    except Exception as error:  # pickle raises whatever the object's own hooks do
+        raise InputError(
+            f"{name}: expected a function that can be sent to worker processes; {error}. Define it "
+            "at the top level of "
+            "a module, or pass workers=0."
+        ) from None

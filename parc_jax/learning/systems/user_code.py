@@ -1,0 +1,66 @@
+"""Which code is the user's own, and errors in it said in one sentence.
+
+Standard library only: worker processes import it.
+"""
+
+import contextlib
+import re
+import sysconfig
+import traceback
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+
+from parc_jax.common.errors import InputError, ParcError
+
+_LIBRARIES = tuple(
+    {str(Path(sysconfig.get_path(name))) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
+    | {str(Path(__file__).parents[1])}
+)
+_LONGEST = 300  # characters of somebody else's message
+_IN_TEXT = re.compile(r'File "([^"]+)", line (\d+)')  # tracebacks that come as text, of callbacks
+
+
+@lru_cache(maxsize=4096)
+def is_own(filename: str) -> bool:
+    """Is this a file of the user's, not of Python, an installed library or this package?"""
+    path = Path(filename)
+    if filename.startswith("<frozen") or {"site-packages", "dist-packages"} & set(path.parts):
+        return False
+    return not any(path.is_relative_to(folder) for folder in _LIBRARIES)
+
+
+def own_place(error: BaseException) -> str | None:
+    """File, line and text of the innermost line of the user's own code that the error passed."""
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        if is_own(frame.filename):
+            text = f" (`{frame.line}`)" if frame.line else ""
+            return f"{frame.filename}, line {frame.lineno}{text}"
+    for filename, line in reversed(_IN_TEXT.findall(str(error))):
+        if is_own(filename):
+            return f"{filename}, line {line}"
+    return None
+
+
+def said(error: BaseException) -> str:
+    """Type and first line of an error."""
+    text = next((line.strip() for line in str(error).splitlines() if line.strip()), "")
+    return f"{type(error).__name__}: {text[:_LONGEST]}".rstrip(": .")
+
+
+@contextlib.contextmanager
+def blamed(what: str) -> Iterator[None]:
+    """An error that comes out of the user's own code in here becomes an InputError with their file
+    and line.
+
+    what: what was expected of their code. Errors of ours pass as they are.
+    """
+    try:
+        yield
+    except ParcError:
+        raise
+    except Exception as error:
+        place = own_place(error)
+        if place is None:
+            raise
+        raise InputError(f"{what}; it fails in {place}: {said(error)}.") from error

@@ -1,0 +1,139 @@
+"""How a query is searched by the exact engine; as published: `parc_jax.neuralparc`.
+
+A method has one call, `search`: (scene, key, rng, settings) -> what was found, and
+what is known where nothing was. Samples, proofs and sentences are the planner's, whatever the
+method.
+"""
+
+import time
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+
+from parc_jax.common.status import Ended
+from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
+from parc_jax.safe_set.corridors.found import Cover
+from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.place import Place
+from parc_jax.safe_set.corridors.rare import where_around, where_safe
+from parc_jax.safe_set.corridors.sampling import no_points, points
+from parc_jax.safe_set.corridors.search import cover, cover_around, draw_safe_plans
+from parc_jax.safe_set.corridors.stopping import nothing_covered
+from parc_jax.safe_set.settings import Settings, Work, work_of
+from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import Scene, laid_out
+
+
+@dataclass(frozen=True)
+class Exact:
+    """Plans judged in float64 with a rounding margin, corridors grown around them, polytopes cut
+    from these. Where hardly a draw was safe, plans climb to where some are, and where none was and
+    none is found branch and bound decides; draws are made there then. [T14, T15, T24, T27, T30]
+
+    around: p0 (n_p,), k (n_k,) of a plan that is known to be safe or nearly so; draws are made
+    around it from the beginning, in scenes too narrow for others.
+    """
+
+    around: tuple[np.ndarray, np.ndarray] | None = None
+
+    def search(
+        self, scene: Scene, key: jax.Array, rng: np.random.Generator, settings: Settings
+    ) -> tuple[Cover, NoPlan | None]:
+        """Draws from `rng`, a few plans alone from `key`."""
+        begin = time.perf_counter()
+        limit = Limit(settings.budget_s)
+        work = work_of(settings.work)
+        if self.around is not None:
+            within = where_around(scene, rng, *self.around, limit)
+            return self._drawn(scene, key, rng, settings, limit, within), None
+        soon = settings.samples_only and scene.at is None  # where hardly anything is waited for
+        why = None if soon else why_none(scene)
+        decided = why is not None and why.sure
+        if decided:
+            found = _nothing(scene, settings)
+        else:
+            found = self._drawn(scene, key, rng, settings, limit)
+        if len(found.points.k) and not found.hopeless:
+            return found, None
+        no_plan = None
+        hopeless = decided or why_none(scene) is not None
+        within = None if hopeless or limit.over() else where_safe(scene, rng, 1, limit)
+        nothing = within is None and not len(found.points.k)
+        if nothing and scene.at is None:  # a proof would be about any start
+            no_plan = prove_no_plan(
+                laid_out(scene.asked),  # of what is there alone: boxes look at all of it
+                limit=limit,
+                max_leaves=min(work.leaves, MAX_LEAVES),
+            )
+            within = _elsewhere(no_plan, hopeless, scene, rng, work, limit)
+        if limit.cut:  # by a climb or the proof; what draws find is whole or says so itself
+            found = found._replace(ended=Ended.SECONDS)
+        if within is None:
+            return found, no_plan
+        spent = time.perf_counter() - begin
+        rare = self._drawn(scene, key, rng, settings, limit, within)
+        if len(rare.points.k):
+            return rare.later(spent), no_plan
+        if no_plan is None or no_plan.safe_plan is None:
+            return found, no_plan
+        return _around(found, no_plan, scene, rng, begin), no_plan
+
+    def _drawn(
+        self, scene: Scene, key, rng, settings: Settings, limit: Limit, within=None
+    ) -> Cover:
+        """What draws show, from everywhere or within a place. Without any claim nothing is safe."""
+        if not scene.model.tube.claimed.any():
+            return _nothing(scene, settings)
+        if settings.samples_only:
+            n, confidence = settings.samples, settings.confidence
+            return draw_safe_plans(scene, key, rng, n, confidence, limit, within)
+        return cover(
+            scene,
+            rng,
+            target=settings.target,
+            confidence=settings.confidence,
+            work=work_of(settings.work),
+            limit=limit,
+            polytopes=settings.polytopes,
+            within=within,
+        )
+
+
+def _nothing(scene: Scene, settings: Settings) -> Cover:
+    """Nothing was drawn, since nothing is safe."""
+    none = nothing_covered(settings.confidence)
+    return Cover(0, 0, 0, float("nan"), no_points(scene.model), none, none, ended=None)
+
+
+def _elsewhere(
+    no_plan: NoPlan,
+    hopeless: bool,
+    scene: Scene,
+    rng: np.random.Generator,
+    work: Work,
+    limit: Limit,
+) -> Place | None:
+    """Where to draw after branch and bound: around the safe plan that it came across, or where
+    larger populations climb to, where it proved nothing. hopeless: no end fits the goal.
+    """
+    if no_plan.safe_plan is not None:
+        return where_around(scene, rng, *no_plan.safe_plan, limit)
+    if hopeless or no_plan.kind == PROVED or limit.over():
+        return None
+    return where_safe(scene, rng, work.population, limit)
+
+
+def _around(found: Cover, no_plan: NoPlan, scene: Scene, rng, begin: float) -> Cover:
+    """Corridors and polytopes around the plan that branch and bound came across."""
+    p0, k = (x[None] for x in no_plan.safe_plan)
+    seen = points(p0, k, verdicts(scene, p0, k))
+    corridors, polytopes = cover_around(scene, rng, seen)
+    return found._replace(
+        points=seen,
+        corridors=corridors,
+        polytopes=polytopes,
+        first_sample_s=no_plan.seconds,
+        first_polytope_s=time.perf_counter() - begin,
+    )

@@ -1,0 +1,187 @@
+"""The published avoid sets without LPs: polygons in the workspace, through support functions.
+
+B_s = O~ + (-c_s(R)), so conv(B_t u B_{t+1}) = O~ + Q_t with Q_t the hull of -c_t(v), -c_{t+1}(v)
+over the vertices v of R [T13]. In the plane the sum is described exactly by its supports along
+the normals of O~ and of Q_t, and a support of a sum is the sum of supports: no set is ever built,
+and no LP solved.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.common import struct
+from parc_jax.common.arrays import x64
+from parc_jax.neuralparc.cells import Cell
+from parc_jax.neuralparc.gift_wrap import hull_normals
+from parc_jax.neuralparc.grown_polytopes import GrownPolytopes
+
+_UNIT = 2.0**-53
+_OPERATIONS = 64  # more than any number computed here goes through
+
+
+@struct.dataclass
+class Shadows:
+    """Lambda_P of r cells, T intervals and o obstacles:
+    {p0 : edge.p0 <= edge_support and facet.p0 <= facet_support}.
+
+    edge: (r, T, m, 2), largest entry 1 or zero; edge_support: (r, T, o, m).
+    facet: (o, h, 2); facet_support: (r, T, o, h).
+    slack: (r,) [m] covers the rounding of all of it: outside means beyond a support by more than
+        the slack.
+    """
+
+    edge: np.ndarray
+    edge_support: np.ndarray
+    facet: np.ndarray
+    facet_support: np.ndarray
+    slack: np.ndarray
+
+
+def edge_normals(offsets):
+    """Normals of Q_t for one cell. offsets: (T + 1, v, 2) of its vertices at the knots. Returns
+    (T, 2v, 2).
+    """
+    points = _swept(offsets)
+    edge = jnp.stack(hull_normals(*jnp.moveaxis(points, (2, 1), (0, 1))), axis=2)  # (2v, T, 2)
+    edge = jnp.swapaxes(edge, 0, 1)
+    size = jnp.max(jnp.abs(edge), axis=2, keepdims=True)
+    return edge / jnp.where(size > 0, size, 1)
+
+
+def supports(edge, offsets, error, facet_b, facet, corners):
+    """Supports of Lambda_P of one cell. Pure kernel.
+
+    edge: (T, m, 2). offsets: (T + 1, v, 2). error: (T, 2). facet_b: (T, o, h). facet: (o, h, 2).
+    corners: (o, c, 2) of obstacle + (-body). Returns edge_support (T, o, m), facet_support (T, o,
+    h).
+    """
+    points = _swept(offsets)
+    in_error_box = (jnp.abs(edge) * error[:, None]).sum(axis=2)
+    swept = _support(edge, points[:, None]) + in_error_box  # (T, m)
+    grown = _support(edge[:, None], corners[None, :, None])  # (T, o, m)
+    knot = _support(facet[None], -offsets[:, None, None])  # (T + 1, o, h)
+    along = jnp.maximum(knot[:-1], knot[1:])
+    return grown + swept[:, None], facet_b + along
+
+
+def shadows(cells: Cell, grown: GrownPolytopes) -> Shadows:
+    """Lambda_P of r stacked cells for all intervals and obstacles. Exact up to `slack`."""
+    offsets, slack = _offsets(cells, grown)
+    with x64():
+        on_device = jnp.asarray(offsets)
+        edge, used = (np.asarray(part) for part in _edge_normals(on_device))
+        count = 1 + int(np.flatnonzero(used).max(initial=0))
+        edge = edge[:, :, : _padded(count, edge.shape[2])]
+        edge_support, facet_support = _supports(
+            jnp.asarray(edge),
+            on_device,
+            jnp.asarray(grown.error[cells.bin]),
+            jnp.asarray(grown.b[cells.bin]),
+            jnp.asarray(grown.A),
+            jnp.asarray(grown.corners),
+        )
+        return Shadows(edge, np.asarray(edge_support), grown.A, np.asarray(facet_support), slack)
+
+
+def margins(sh: Shadows, p0: np.ndarray) -> np.ndarray:
+    """How far starts p0 (r, s, 2) lie beyond Lambda_P of their cell: (r, s, T, o) [m along a w of
+    size <= 1].
+
+    Positive outside, negative inside, up to `slack` and the rounding of p0.
+    """
+    with x64():
+        arrays = (p0, sh.edge, sh.edge_support, sh.facet_support, sh.facet)
+        return np.asarray(_margins(*(jnp.asarray(x) for x in arrays)))
+
+
+def outside(sh: Shadows, p0: np.ndarray) -> np.ndarray:
+    """Which starts p0 (r, s, 2) of each cell are proved outside Lambda_P: (r, s, T, o). False:
+    inside or too close.
+    """
+    slack = sh.slack[:, None] + _OPERATIONS * _UNIT * np.abs(p0).sum(axis=2)
+    return margins(sh, p0) > slack[:, :, None, None]
+
+
+def clear_of_reach(sh: Shadows, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
+    """Which Lambda_P miss a box of starts, lo and hi (r, 2), altogether: (r, T, o). The pruning of
+    empty avoid sets.
+    """
+    slack = sh.slack + 8 * _UNIT * np.maximum(np.abs(lo), np.abs(hi)).sum(axis=1)
+    with x64():
+        arrays = (lo, hi, sh.edge, sh.edge_support, sh.facet_support, sh.facet)
+        margin = np.asarray(_box_margins(*(jnp.asarray(x) for x in arrays)))
+    return margin > slack[:, None, None]
+
+
+def _offsets(cells: Cell, grown: GrownPolytopes) -> tuple[np.ndarray, np.ndarray]:
+    """Offsets (r, T + 1, v, 2) of the vertices at the knots, and the slack (r,) of the cells."""
+    n_steps = grown.error.shape[1]
+    r, v = cells.vertices.shape[:2]
+    C = cells.C[:, : 2 * n_steps]
+    d = cells.d[:, : 2 * n_steps]
+    at_vertices = C @ cells.vertices.swapaxes(1, 2) + d[:, :, None]
+    offsets = np.zeros((r, n_steps + 1, v, 2))
+    offsets[:, 1:] = at_vertices.reshape(r, n_steps, 2, v).swapaxes(2, 3)
+    size = (np.abs(C) @ cells.largest_k[:, :, None])[:, :, 0] + np.abs(d)
+    # the cell's own error: other bins may be unclaimed
+    error = np.abs(grown.error[cells.bin]).max(axis=(1, 2), initial=0)
+    size = size.max(axis=1) + np.abs(grown.corners).max(initial=0) + error
+    # Vertices are floats: the cell may reach further by its slip, and its image by C times that.
+    moved = (np.abs(C) @ cells.slip[:, :, None]).max(axis=(1, 2))
+    return offsets, 2 * moved + 4 * _OPERATIONS * _UNIT * size
+
+
+def _margin(p0, edge, edge_support, facet_support, facet):
+    """One cell, one start (2,): (T, o)."""
+    beyond_edge = (edge[..., 0] * p0[0] + edge[..., 1] * p0[1])[:, None] - edge_support
+    beyond_facet = (facet[..., 0] * p0[0] + facet[..., 1] * p0[1])[None] - facet_support
+    return jnp.maximum(beyond_edge.max(axis=2), beyond_facet.max(axis=2))
+
+
+def _box_margin(lo, hi, edge, edge_support, facet_support, facet):
+    """One cell, the least margin over a box along one direction: (T, o)."""
+
+    def lowest(w):
+        x = jnp.minimum(w[..., 0] * lo[0], w[..., 0] * hi[0])
+        y = jnp.minimum(w[..., 1] * lo[1], w[..., 1] * hi[1])
+        return x + y
+
+    beyond_edge = lowest(edge)[:, None] - edge_support
+    beyond_facet = lowest(facet)[None] - facet_support
+    return jnp.maximum(beyond_edge.max(axis=2), beyond_facet.max(axis=2))
+
+
+def _swept(offsets):
+    """Points of Q_t: minus the offsets at both knots of every interval, (T, 2v, 2)."""
+    return -jnp.concatenate([offsets[:-1], offsets[1:]], axis=1)
+
+
+def _support(w, points):
+    """Supports of points (..., v, 2) along w (..., d, 2): (..., d), with the leading axes
+    broadcast.
+    """
+    return (w[..., :, None, 0] * points[..., 0] + w[..., :, None, 1] * points[..., 1]).max(axis=-1)
+
+
+def _padded(count: int, most: int) -> int:
+    """Next multiple of four: few shapes compile."""
+    return min(-(-count // 4) * 4, most)
+
+
+@jax.jit
+def _edge_normals(offsets):
+    """`edge_normals` of cell after cell (the arrays of one cell stay in cache), and which of the
+    2v rows matter.
+
+    Hulls have far fewer edges than points: rows that repeat the first edge in every set can go.
+    """
+    edge = jax.lax.map(edge_normals, offsets)
+    return edge, (edge != edge[:, :, :1]).any(axis=(0, 1, 3))
+
+
+_supports = jax.jit(jax.vmap(supports, in_axes=(0, 0, 0, 0, None, None)))
+_margins = jax.jit(
+    jax.vmap(jax.vmap(_margin, in_axes=(0, None, None, None, None)), in_axes=(0, 0, 0, 0, None))
+)
+_box_margins = jax.jit(jax.vmap(_box_margin, in_axes=(0, 0, 0, 0, 0, None)))

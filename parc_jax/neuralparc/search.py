@@ -1,0 +1,180 @@
+"""The published search: region by region outward, sample Omega, drop starts that lie in an avoid
+set. [NP, Sec. IV]
+
+Two interchangeable ways to decide: "lp" with AH-polytopes and one LP per question, as published,
+and "supports" with the same avoid sets as polygons. Faults of published code (`Fault`) are not
+repeated; for parity they can be asked for by name, and then the answer says "assumed".
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from itertools import islice
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.witness import gamma
+from parc_jax.neuralparc.answer import PaperAnswer, Tally
+from parc_jax.neuralparc.brs import ReachSet, reach_sets
+from parc_jax.neuralparc.by_lp import Fault, avoid_by_lp, reach_by_lp, safe_by_lp
+from parc_jax.neuralparc.by_support import clear_of_reach, outside, shadows
+from parc_jax.neuralparc.cells import Cell, stacks
+from parc_jax.neuralparc.scene import PaperScene
+from parc_jax.neuralparc.sets.hit_and_run import sample_polytopes
+
+SAMPLES_PER_REGION = 50  # as published
+_THIN = 16  # hit-and-run steps between samples
+_TOGETHER = 256  # regions handled at once by "supports" when all are to be visited
+_ROWS = 8  # rows are padded to a multiple of this
+
+
+def paper_search(
+    key,
+    regions: Iterable[list[Cell]],
+    scene: PaperScene,
+    *,
+    method: str = "supports",
+    anytime: bool = False,
+    samples: int = SAMPLES_PER_REGION,
+    faults: frozenset[Fault] = frozenset(),
+) -> PaperAnswer:
+    """Safe (p0, k) of a problem by the published method. `key` is not consumed: every cell folds
+    in its own numbers.
+
+    regions: cells of one region after the other, outward from a seed (`cells_outward`). method:
+        "supports" or "lp".
+    anytime: stop at the first region with a safe sample; else visit all.
+    samples: drawn from Omega per region, evenly from its cells, by hit-and-run.
+    faults: only with "lp". Raises InputError.
+    """
+    if method not in ("supports", "lp"):
+        raise InputError(f'paper_search: expected method "supports" or "lp"; got {method!r}.')
+    if faults and method != "lp":
+        raise InputError('paper_search: faults of the published code exist only in method "lp".')
+    tally = Tally()
+    points = [np.zeros((0, scene.n_p + scene.n_k))]
+    numbers = [np.zeros(0, int)]
+    together = 1 if anytime or method == "lp" else _TOGETHER
+    for batch in _batches(regions, together):
+        tally.regions += len(batch)
+        cells = [cell for region in batch for cell in region]
+        if not cells:
+            continue
+        if method == "lp":
+            kept = _search_by_lp(key, cells, scene, samples, faults, tally)
+        else:
+            kept = _search_by_supports(key, cells, scene, samples, tally)
+        points += [x for _, x in kept]
+        numbers += [np.full(len(x), number) for number, x in kept]
+        if anytime and any(len(x) for _, x in kept):
+            break
+    label = "assumed" if faults else "model"
+    return PaperAnswer(np.concatenate(points), np.concatenate(numbers), label, tally)
+
+
+def _search_by_supports(
+    key, cells: list[Cell], scene: PaperScene, samples: int, tally: Tally
+) -> list[tuple[int, np.ndarray]]:
+    """Region numbers and safe samples of the cells, many at once."""
+    n_p = scene.n_p
+    active = scene.grown.active.T
+    live: list[int] = []
+    drawn: dict[int, np.ndarray] = {}
+    safe: dict[int, np.ndarray] = {}
+    for index, stacked in stacks(cells):
+        with tally.timed("reach"):
+            reach = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, n_p)
+        inner = np.flatnonzero(_live(reach, len(index), tally))
+        with tally.timed("avoid"):
+            polygons = shadows(stacked, scene.grown)
+            clear = clear_of_reach(polygons, reach.lo[:, :n_p], reach.hi[:, :n_p])
+        tally.avoid_sets += int(active.sum()) * len(inner)
+        tally.avoid_empty += int((clear[inner] & active).sum())
+        with tally.timed("samples"):
+            points = _draw(key, stacked, reach, samples)
+        with tally.timed("check"):
+            fine = (outside(polygons, points[:, :, :n_p]) | ~active).all(axis=(2, 3))
+            fine &= _strictly_inside(reach, points)
+        live += index[inner].tolist()
+        for row, number in enumerate(index.tolist()):  # rows beyond are padding
+            drawn[number] = points[row]
+            safe[number] = fine[row]
+    live.sort()
+    quota = _quota(cells, live, samples)
+    tally.reachable += len({int(cells[i].region) for i in live})
+    return [(int(cells[i].region), drawn[i][: quota[i]][safe[i][: quota[i]]]) for i in live]
+
+
+def _search_by_lp(
+    key, cells: list[Cell], scene: PaperScene, samples: int, faults, tally: Tally
+) -> list[tuple[int, np.ndarray]]:
+    """Region numbers and safe samples of the cells of one region, one LP after the other."""
+    with tally.timed("reach"):
+        reach = [reach_by_lp(cell, scene) for cell in cells]
+    live = [i for i, one in enumerate(reach) if _live(one, 1, tally)]
+    tally.reachable += bool(live)
+    quota = _quota(cells, live, samples)
+    found = []
+    for i in live:
+        with tally.timed("samples"):
+            one = jax.tree.map(lambda a: np.asarray(a)[None], (cells[i], reach[i]))
+            drawn = _draw(key, *one, samples)[0, : quota[i]]
+        with tally.timed("avoid"):
+            avoid_sets = avoid_by_lp(cells[i], reach[i], scene, faults, tally)
+        with tally.timed("check"):
+            safe = safe_by_lp(drawn[:, : scene.n_p], avoid_sets, faults, tally)
+            safe &= _strictly_inside(reach[i], drawn)
+        found.append((int(cells[i].region), drawn[safe]))
+    return found
+
+
+def _live(reach: ReachSet, count: int, tally: Tally) -> np.ndarray:
+    """Which of the first `count` Omegas have an inner point to sample from; undecided ones are
+    counted only.
+    """
+    status = np.atleast_1d(reach.status)[:count]
+    tally.unknown += int((status == int(LPStatus.UNKNOWN)).sum())
+    return status == int(LPStatus.FEASIBLE)
+
+
+def _quota(cells: list[Cell], live: list[int], samples: int) -> dict[int, int]:
+    """Samples per live cell: those of a region are shared evenly among its live cells."""
+    sharing = Counter(int(cells[i].region) for i in live)
+    return {i: -(-samples // sharing[int(cells[i].region)]) for i in live}
+
+
+def _draw(key, cells: Cell, reach: ReachSet, samples: int) -> np.ndarray:
+    """Hit-and-run samples (r, s, n_p + n_k) of stacked Omegas, from keys that depend on region and
+    bin only.
+    """
+    fill = -reach.b.shape[1] % _ROWS
+    A = np.pad(reach.A, ((0, 0), (0, fill), (0, 0)))
+    b = np.pad(reach.b, ((0, 0), (0, fill)), constant_values=1.0)
+    numbers = np.stack([cells.region, cells.bin], axis=1)
+    keys = _cell_keys(key, jnp.asarray(numbers, jnp.uint32))
+    return sample_polytopes(keys, A, b, np.nan_to_num(reach.inner), samples, _THIN)
+
+
+def _strictly_inside(reach: ReachSet, points: np.ndarray) -> np.ndarray:
+    """Which points (..., s, n) satisfy the rows of Omega by more than rounding: (..., s)."""
+    rows = np.swapaxes(reach.A, -1, -2)
+    b = reach.b[..., None, :]
+    slack = gamma(points.shape[-1] + 2) * (np.abs(points) @ np.abs(rows) + np.abs(b))
+    return (points @ rows + slack < b).all(axis=-1)
+
+
+def _batches(regions: Iterable[list[Cell]], size: int) -> Iterator[list[list[Cell]]]:
+    iterator = iter(regions)
+    while batch := list(islice(iterator, size)):
+        yield batch
+
+
+def _cell_key(key, numbers):
+    """A key of one cell from its numbers (2,) of region and bin."""
+    return jax.random.fold_in(jax.random.fold_in(key, numbers[0]), numbers[1])
+
+
+_cell_keys = jax.jit(jax.vmap(_cell_key, in_axes=(None, 0)))

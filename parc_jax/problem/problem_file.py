@@ -1,0 +1,311 @@
+"""Scenes as small TOML or JSON files. A decimal is the float64 nearest to it, in the proof too,
+which spells that float exactly; one that a float64 does not print again is refused.
+"""
+
+import json
+import tomllib
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.learning.labels import PARTS, Labels
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.runs.files import write_atomic
+from parc_jax.learning.system import check_points
+from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
+from parc_jax.problem.doubt_file import doubt_of, own_doubt, spelled_doubt
+from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid, require_points
+from parc_jax.problem.scene_values import grown_set_of, numbers_of, set_of, spelled_set, table_of
+
+# the fields of a problem, but that an interval of time stands with its obstacle
+ENTRIES = (*(f.name for f in fields(ReachAvoid) if f.name != "spans"), "labels")
+# words for the hull of so many reference points
+POINTS_OF_KIND = {"disc": 1, "ball": 1, "capsule": 2, "rectangle": 4, "box": 8}
+
+
+def load_problem(path, points: Sequence[str] | None = None) -> ReachAvoid:
+    """The problem in a .toml or .json file. Raises InputError that names the entry.
+
+    [goal]       over (p, q) at the end: lo, hi; or rows A, b of A x <= b. With points = ["nose",
+        ...] over p: where these reference points end; and [goal.q] alike over q. With [goal.q] and
+        without points, all of them end there.
+    [[obstacles]] over p: lo, hi; or A, b; or vertices = [[x, y], ...], whose hull it is; optionally
+        steps = [first, last], the intervals in which it exists.
+    [body]       radius [m], or vertices = [[x, y], ...], about the first reference point; a polygon
+        does not turn with the robot. With points = ["nose", ...] it is the hull of these reference
+        points, grown by the radius or the vertices, if any. In place of points also disc or ball
+        (one point), capsule (two), rectangle (four), box (eight). [[body]] for each of several
+        parts.
+    [start]      over p0, optional: lo, hi; or A, b.
+    points       the robot's reference points in the order that the goal was made for, optional, in
+        front of the tables. A robot with others, or in another order, is refused.
+    [labels]     for people, optional: p, q, k, a list of names with units each; see `labelled`.
+    [doubt]      what is not known exactly, optional; see `io.doubt_file` and docs/doubt.md.
+
+    points: names of the robot's reference points, as `model.points`, for a goal that names some in
+    a file that does not have them all; and to be compared with those that it has.
+    """
+    return problem_of_text(_text(path), str(path), Path(path).suffix == ".json", points)
+
+
+def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
+    """The model with the labels of a scene file, where it has any, in place of its own. Raises
+    InputError.
+    """
+    data = _data(_text(path), str(path), Path(path).suffix == ".json")
+    return model.with_labels(data.get("labels", {}))
+
+
+def problem_of_text(
+    text: str, name: str, is_json: bool = False, points: Sequence[str] | None = None
+) -> ReachAvoid:
+    """The problem in the text of a file called `name`. points: as of `load_problem`. Raises
+    InputError.
+    """
+    data = _data(text, name, is_json)
+    try:
+        return _problem(data, points)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def _text(path) -> str:
+    path = Path(path)
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file.") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: expected a text file in TOML or JSON; {error}.") from None
+
+
+def _data(text: str, name: str, is_json: bool):
+    """What a file called `name` spells, with decimals as they stand."""
+    try:
+        return (
+            json.loads(text, parse_float=Decimal, object_pairs_hook=_once)
+            if is_json
+            else tomllib.loads(text, parse_float=Decimal)
+        )
+    except ValueError as error:
+        raise InputError(
+            f"{name}: expected a scene in {'JSON' if is_json else 'TOML'}; {error}."
+        ) from None
+    except InvalidOperation:
+        raise InputError(f"{name}: a number in it cannot be read.") from None
+
+
+def _once(pairs: list) -> dict:
+    """A table of JSON, in which no entry may stand twice."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"the entry {twice!r} stands twice in a table")
+    return found
+
+
+def save_problem(
+    path,
+    problem: ReachAvoid,
+    named: Labels | None = None,
+    points: Sequence[str] | None = None,
+) -> Path:
+    """Write a .toml or .json file that `load_problem` reads back with equal numbers; complete or
+    not at all. named: labels to go with it. points: names of the robot's reference points, where
+    the problem does not have them already; the file keeps them. Raises InputError where it has
+    others.
+    """
+    path = Path(path)
+    parts = _parts(problem, named, points)
+    text = json.dumps(parts, indent=1) if path.suffix == ".json" else "".join(_toml(parts))
+    return write_atomic(path, text.encode())
+
+
+def problem_text(
+    problem: ReachAvoid, named: Labels | None = None, points: Sequence[str] | None = None
+) -> str:
+    """The problem as TOML. Arguments as of `save_problem`."""
+    return "".join(_toml(_parts(problem, named, points)))
+
+
+def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
+    table_of("scene", data, ENTRIES, needed=("goal", "body"))
+    for part, words in table_of("labels", data.get("labels", {}), PARTS).items():
+        if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
+            raise InputError(
+                f"labels {part}: expected a list of names with units, such as 'speed [m/s]'; got "
+                f"{words!r:.60}."
+            )
+    made_for = check_points("scene", data["points"]) if "points" in data else ()
+    if made_for and points is not None and tuple(points) != made_for:
+        raise InputError(
+            f"points: expected those of the robot, {', '.join(points)}, in this order; the scene "
+            f"was made for {', '.join(made_for)}. Write its goal anew for this robot."
+        )
+    points = made_for or points
+    obstacles = data.get("obstacles", [])
+    if not isinstance(obstacles, list):
+        raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
+    own = ("steps", "doubt")
+    sets = [grown_set_of(f"obstacle {i}", part, own) for i, part in enumerate(obstacles)]
+    spans = [part.get("steps") for part in obstacles]
+    body = _body(data["body"])
+    if points is not None:
+        numbered(body, points)  # names what is unknown
+    start = None if data.get("start") is None else set_of("start", data["start"])
+    goal = _goal(data["goal"], points)
+    asked = [tuple(s) if s else None for s in spans]
+    problem = reach_avoid(goal, sets, body, start, asked, doubt_of(data, obstacles))
+    return replace(problem, points=made_for) if made_for else problem
+
+
+def _goal(part, points: Sequence[str] | None) -> HPolytope:
+    if not isinstance(part, dict) or not part.keys() & {"points", "q"}:
+        return set_of("goal", part)
+    where = set_of("goal", part, ("points", "q"))
+    if points is None:
+        raise InputError(
+            "goal: expected to know the robot's reference points, since it names some; load the "
+            "scene with points=model.points."
+        )
+    further = set_of("goal q", part["q"]) if "q" in part else None
+    return goal_of_points(
+        points, dict.fromkeys(_names("goal", part.get("points", list(points))), where), further
+    )
+
+
+def _body(data) -> Disc | Polygon | Body:
+    if isinstance(data, list):
+        return body_of([_part(f"part {i} of the body", table) for i, table in enumerate(data)])
+    table_of("body", data, ("radius", "vertices", "points", *POINTS_OF_KIND))
+    if data.keys() <= {"radius", "vertices"}:
+        return _shape("body", data)
+    return body_of([_part("body", data)])
+
+
+def _part(name: str, table) -> Part:
+    table_of(name, table, ("points", "radius", "vertices", *POINTS_OF_KIND))
+    kinds = sorted(table.keys() - {"radius", "vertices"})
+    if len(kinds) != 1:
+        raise InputError(
+            f"{name}: expected its reference points, once: as points, or as one of "
+            f"{', '.join(POINTS_OF_KIND)}; got {', '.join(kinds) or 'none'}."
+        )
+    kind = kinds[0]
+    names = _names(name, table[kind])
+    if len(names) != POINTS_OF_KIND.get(kind, len(names)):
+        raise InputError(
+            f"{name}: expected {POINTS_OF_KIND[kind]} reference points for a {kind}; got "
+            f"{len(names)}."
+        )
+    grown = {key: table[key] for key in ("radius", "vertices") if key in table}
+    return Part(names, _shape(name, grown) if grown else Disc(0.0))
+
+
+def _shape(name: str, table: dict) -> Disc | Polygon:
+    if len(table) != 1:
+        raise InputError(
+            f"{name}: expected either `radius` or `vertices`; got {', '.join(table) or 'neither'}."
+        )
+    if "radius" in table:
+        return Disc(float(numbers_of(f"{name} radius", table["radius"], 0)))
+    return Polygon(numbers_of(f"{name} vertices", table["vertices"], 2))
+
+
+def _names(name: str, value) -> tuple[str | int, ...]:
+    """Names of reference points, or their numbers; one alone needs no list."""
+    names = value if isinstance(value, list) else [value]
+    fine = all(isinstance(n, str | int) and not isinstance(n, bool) for n in names)
+    if not fine or not names:
+        raise InputError(f"{name}: expected names of reference points; got {value!r:.60}.")
+    return tuple(names)
+
+
+def _parts(problem: ReachAvoid, named: Labels | None, points: Sequence[str] | None) -> dict:
+    require_points(problem, problem.points if points is None else points)
+    points = problem.points or points
+    obstacles = []
+    doubt, sets = ({}, []) if problem.doubt is None else spelled_doubt(problem.doubt)
+    own = own_doubt(sets, len(problem.obstacles))
+    for part, span, seen in zip(problem.obstacles, problem.all_spans, own, strict=True):
+        more = {} if span is None else {"steps": [int(i) for i in span]}
+        obstacles.append(spelled_set(part) | more | ({} if seen is None else {"doubt": seen}))
+    by_point = None if points is None else _goal_by_point(problem, points)
+    goal = spelled_set(problem.goal) if by_point is None else by_point
+    parts: dict = {"points": list(points)} if points and (problem.points or len(points) > 1) else {}
+    parts |= {"goal": goal, "body": _spelled_body(problem.body)}
+    if named is not None:
+        parts["labels"] = {part: list(words) for part, words in named._asdict().items() if words}
+    parts |= {} if problem.start is None else {"start": spelled_set(problem.start)}
+    parts |= {"doubt": doubt} if doubt else {}
+    return parts | {"obstacles": obstacles}
+
+
+def _goal_by_point(problem: ReachAvoid, points: Sequence[str]) -> dict | None:
+    """The goal by names of points, where it asks the same of each point that it asks for, and of q
+    apart from them; else None.
+    """
+    goal = problem.goal
+    n_p = problem.obstacles[0].n if problem.obstacles else None
+    if n_p is None or len(points) == 1 or goal.n < len(points) * n_p:
+        return None
+    columns = [slice(i * n_p, (i + 1) * n_p) for i in range(len(points))]
+    columns.append(slice(len(points) * n_p, goal.n))
+    used = np.array([(goal.A[:, block] != 0).any(axis=1) for block in columns])
+    if (used.sum(axis=0) != 1).any():
+        return None
+    *regions, further = (
+        HPolytope(goal.A[rows][:, block], goal.b[rows])
+        for block, rows in zip(columns, used, strict=True)
+    )
+    named = zip(points, regions, strict=True)
+    asked = {name: spelled_set(part) for name, part in named if len(part.b)}
+    if not asked or any(part != next(iter(asked.values())) for part in asked.values()):
+        return None
+    spelled = {"points": list(asked), **next(iter(asked.values()))}
+    return spelled | ({"q": spelled_set(further)} if len(further.b) else {})
+
+
+def _spelled_body(body: Disc | Polygon | Body) -> dict | list[dict]:
+    if isinstance(body, Body):
+        parts = [{"points": list(part.points), **_spelled_shape(part)} for part in body.parts]
+        return parts[0] if len(parts) == 1 else parts
+    return _spelled_shape(parts_of(body)[0])
+
+
+def _spelled_shape(part: Part) -> dict:
+    if isinstance(part.shape, Disc):
+        return {"radius": float(part.shape.radius)}
+    return {"vertices": np.asarray(part.shape.vertices).tolist()}
+
+
+def _toml(parts: dict):
+    if "points" in parts:
+        yield f"points = {_inline(parts['points'])}\n\n"
+    goal = dict(parts["goal"])
+    further = goal.pop("q", None)
+    tables = [("[goal]", goal)]
+    tables += [] if further is None else [("[goal.q]", further)]
+    body = parts["body"]
+    tables += [("[[body]]", p) for p in body] if isinstance(body, list) else [("[body]", body)]
+    tables += [(f"[{name}]", parts[name]) for name in ("start", "labels", "doubt") if name in parts]
+    tables += [("[[obstacles]]", part) for part in parts["obstacles"]]
+    for head, part in tables:
+        yield f"{head}\n"
+        for key, value in part.items():
+            yield f"{key} = {_inline(value)}\n"
+        yield "\n"
+
+
+def _inline(value) -> str:
+    """A value as TOML spells it on one line."""
+    if isinstance(value, dict):
+        pairs = [f"{_inline(key)} = {_inline(part)}" for key, part in value.items()]
+        return "{ " + ", ".join(pairs) + " }"
+    return json.dumps(value, ensure_ascii=False)

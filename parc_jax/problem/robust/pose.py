@@ -1,0 +1,114 @@
+"""A scene in the world, told in the frame of a robot that stands at a measured pose. [T22]
+
+The robot starts at the origin of its frame with heading 0, as all runs do that the model was
+learned from. Rows are rounded; obstacles grow and the goal shrinks by more than that can matter
+where a robot of this model can be.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.rounding import rounding_bound
+from parc_jax.learning.system import TURNS
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.problem import ReachAvoid
+
+ROUNDING = 2.0**-44  # of the terms of a row: far more than the rounding of a few products
+
+
+class Pose(NamedTuple):
+    """Where the robot is: place (n_p,) [m] of its first reference point, heading [rad] from that of
+    the model's runs, None where nothing turns.
+    """
+
+    place: np.ndarray
+    heading: float | None = None
+
+
+def pose_of(at, model: TrajectoryModel) -> Pose:
+    """A pose from x, y (and z), in the plane maybe followed by a heading. Raises InputError, also
+    for a heading that the model knows nothing of.
+    """
+    values = as_float64("at", at, (None,))
+    n_p = model.n_p
+    if len(values) == n_p:
+        return Pose(values)
+    if n_p != 2 or len(values) != 3:
+        names = "x, y or x, y, heading" if n_p == 2 else f"{n_p} coordinates"
+        raise InputError(f"at: expected {names}; got {len(values)} numbers.")
+    require_rotation(model, "at")
+    return Pose(values[:2], float(values[2]))
+
+
+def require_rotation(model: TrajectoryModel, what: str) -> None:
+    """Raises InputError for a model whose system does not declare that runs turn with the
+    heading.
+    """
+    if model.rotation is None or model.n_p != 2:
+        raise InputError(
+            f"{what}: expected a planar system that declares rotation invariance (`rotation`, a "
+            f"word per goal state) for a heading; {model.system or 'this model'} does not."
+        )
+
+
+def from_here(problem: ReachAvoid, model: TrajectoryModel, pose: Pose) -> ReachAvoid:
+    """The plain problem as a robot at this pose sees it, without a start set: the start is the
+    pose. Raises InputError for a pose outside of the set.
+    """
+    start = problem.start
+    if start is not None and not start.contains(pose.place):
+        raise InputError(
+            "at: expected a place within the start set of the scene, less the doubt of the start; "
+            f"{', '.join(f'{x:g}' for x in pose.place)} is outside. Leave the start set out."
+        )
+    problem = problem.replace(start=None)
+    if pose.heading is None:
+        return problem
+    if any(isinstance(part.shape, Polygon) for part in problem.parts):
+        raise InputError(
+            "at: expected a body that turns with the robot, for a heading: discs, or hulls of "
+            "reference points; got a polygon that does not turn."
+        )
+    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    turn = np.array([[cosine, -sine], [sine, cosine]])
+    far = _farthest(problem, model)
+    n_c = model.n_c
+    rows = problem.goal.A[:, :n_c].reshape(-1, model.n_points, 2)
+    further = problem.goal.A[:, n_c:]
+    turned = (rows @ turn).reshape(-1, n_c)
+    shift = (rows @ pose.place).sum(axis=1)
+    angle = further @ (pose.heading * np.array([word == TURNS for word in model.rotation], float))
+    terms = np.abs(rows).sum(axis=(1, 2)) * (far + np.abs(pose.place).sum())
+    terms = terms + np.abs(problem.goal.b) + np.abs(further).sum(axis=1) * abs(pose.heading)
+    bounds = problem.goal.b - shift - angle - ROUNDING * terms
+    goal = HPolytope(np.concatenate([turned, further], axis=1), bounds)
+    return problem.replace(goal=goal, obstacles=_turned(problem.obstacles, turn, pose.place, far))
+
+
+def _turned(
+    obstacles: tuple[HPolytope, ...], turn: np.ndarray, place: np.ndarray, far: float
+) -> tuple[HPolytope, ...]:
+    """The rows of all at once."""
+    if not obstacles:
+        return ()
+    A = np.concatenate([o.A for o in obstacles])
+    b = np.concatenate([o.b for o in obstacles])
+    terms = np.abs(A).sum(axis=1) * (far + np.abs(place).sum()) + np.abs(b)
+    bounds = b - A @ place + ROUNDING * terms
+    last = np.cumsum([len(o.b) for o in obstacles])[:-1]
+    own = zip(np.split(A @ turn, last), np.split(bounds, last), strict=True)
+    return tuple(HPolytope(rows, offsets) for rows, offsets in own)
+
+
+def _farthest(problem: ReachAvoid, model: TrajectoryModel) -> float:
+    """[m] bound of the coordinates of whatever belongs to the robot, seen from its start."""
+    tube = model.tube
+    widths = [w[tube.claimed].max(initial=0.0) for w in (tube.interval, tube.final)]
+    body = max(float(part.shape.radius) for part in problem.parts)
+    return float(rounding_bound(model.net, model.domain).magnitude.max()) + max(widths) + body

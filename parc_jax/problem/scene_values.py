@@ -1,0 +1,96 @@
+"""Sets, numbers and tables of a scene file: what stands there, exactly, or one sentence that names
+the entry.
+"""
+
+from decimal import Decimal
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.hull import polytope_around
+
+KINDS = "`lo` and `hi`, or rows `A` and `b`"
+
+
+def grown_set_of(name: str, part, further: tuple[str, ...] = ()) -> HPolytope:
+    """The set of a table that may be a little larger than it says, as an obstacle may: as `set_of`,
+    or the hull of vertices. Raises InputError.
+    """
+    if not (isinstance(part, dict) and "vertices" in part):
+        return set_of(name, part, further, kinds=f"{KINDS}, or `vertices`")
+    table_of(name, part, ("vertices", *further))
+    name = f"{name} vertices"
+    return polytope_around(numbers_of(name, part["vertices"], 2), name)
+
+
+def set_of(name: str, part, further: tuple[str, ...] = (), kinds: str = KINDS) -> HPolytope:
+    """The set of a table with lo and hi, or A and b, and maybe further entries. Raises
+    InputError.
+    """
+    table_of(name, part, ("lo", "hi", "A", "b", *further))
+    given = {key for key in ("lo", "hi", "A", "b") if key in part}
+    if given == {"A", "b"}:
+        A = numbers_of(f"{name} A", part["A"], 2)
+        return hpolytope(A, numbers_of(f"{name} b", part["b"], 1))
+    if given != {"lo", "hi"}:
+        raise InputError(
+            f"{name}: expected {kinds}; got {', '.join(sorted(given)) or 'none of them'}."
+        )
+    lo = numbers_of(f"{name} lo", part["lo"], 1)
+    hi = numbers_of(f"{name} hi", part["hi"], 1)
+    try:
+        return from_box(box(lo, hi))
+    except InputError as error:
+        raise InputError(f"{name}: {str(error).removeprefix('box: ')}") from None
+
+
+def table_of(name: str, part, known: tuple[str, ...], needed: tuple[str, ...] = ()) -> dict:
+    """The table itself, if its entries are known and those needed are there. Raises InputError."""
+    if not isinstance(part, dict):
+        raise InputError(f"{name}: expected a table with {', '.join(known)}; got {part!r:.60}.")
+    foreign = sorted(set(part) - set(known))
+    if foreign:
+        raise InputError(
+            f"{name}: expected {', '.join(known)}; got {foreign[0]!r}. Is it misspelled?"
+        )
+    for key in needed:
+        if key not in part:
+            raise InputError(f"{name}: expected an entry {key!r}; there is none.")
+    return part
+
+
+def numbers_of(name: str, value, ndim: int) -> np.ndarray:
+    """Floats whose shortest decimals are the file's numbers, of the given depth of nesting."""
+
+    def one(v):
+        if isinstance(v, list):
+            return [one(x) for x in v]
+        if isinstance(v, bool) or not isinstance(v, int | Decimal) or not Decimal(v).is_finite():
+            raise InputError(f"{name}: expected finite numbers; got {v!s:.40}.")
+        if not np.isfinite(float(v)) or Decimal(repr(float(v))) != v:
+            raise InputError(
+                f"{name}: expected a decimal that a float64 keeps (up to 15 digits); got {v}. "
+                "Round it."
+            )
+        return float(v)
+
+    try:
+        array = np.array(one(value), np.float64)
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        array = np.zeros((0,) * (ndim + 1))
+    if array.ndim != ndim:
+        wanted = ("one number", "a list of numbers", "a list of rows of as many numbers each")[ndim]
+        raise InputError(f"{name}: expected {wanted}; got {value!s:.60}.")
+    return array
+
+
+def spelled_set(part: HPolytope) -> dict:
+    """lo and hi where the rows are exactly those of a box, else the rows."""
+    n, eye = part.n, np.eye(part.n)
+    if part.A.shape == (2 * n, n) and (part.A == np.concatenate([eye, -eye])).all():
+        return {"lo": (0.0 - part.b[n:]).tolist(), "hi": part.b[:n].tolist()}
+    return {"A": part.A.tolist(), "b": part.b.tolist()}

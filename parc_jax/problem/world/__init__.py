@@ -1,0 +1,22 @@
+"""What stands around the robot: outlines, maps, and only what a lidar saw, as few convex obstacles
+that cover it. Shapely and the like (the extra `maps`) are loaded when something is asked of it.
+"""
+
+from parc_jax.problem.world.footprint import Footprint, read_footprint
+from parc_jax.problem.world.free_space import FreeSpace, free_place
+from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
+from parc_jax.problem.world.map_file import load_map
+from parc_jax.problem.world.pieces import convex_pieces
+from parc_jax.problem.world.seen import seen_from
+
+__all__ = [
+    "Footprint",
+    "FreeSpace",
+    "GridMap",
+    "convex_pieces",
+    "free_place",
+    "load_map",
+    "occupancy_grid",
+    "read_footprint",
+    "seen_from",
+]

@@ -1,0 +1,182 @@
+"""Maps of cells: what is not known to be free is an obstacle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.tolerances import TOLERANCES
+from parc_jax.problem.world.free_space import FreeSpace
+from parc_jax.problem.world.outlines import FARTHEST, package
+
+LARGEST_COST = 254  # of costmap_2d: lethal; 253 inscribed, 255 no information
+INSCRIBED = 99  # what costmap_2d publishes for 253
+FREE_THRESH = 0.196  # what map_server's documentation gives as an example
+CALL = "occupancy_grid"
+
+
+@dataclass(frozen=True, eq=False)
+class GridMap:
+    """Which cells of a map are known to be free. From `load_map` or `occupancy_grid`.
+
+    free: (rows, columns) bool, row 0 at the origin, as in nav_msgs/OccupancyGrid. resolution: [m]
+    side of a cell. origin: (x, y, yaw) [m, rad] of the outer corner of cell (0, 0); rows are
+    stacked along y turned by yaw.
+    """
+
+    free: np.ndarray
+    resolution: float
+    origin: tuple[float, float, float]
+
+    def obstacles(
+        self, place: npt.ArrayLike | None = None, reach: float | None = None
+    ) -> tuple[HPolytope, ...]:
+        """Rectangles that cover every cell that is not free, and a frame of one cell around all of
+        it, as nothing is known of what lies beyond: a robot begins inside. Raises InputError.
+
+        place, reach: keep the cells that meet the square of half width reach [m] around a place
+        (x, y), along the map's axes, with the frame around these.
+
+        Algorithm: runs of cells in a row, equal runs of neighbouring rows joined; or the same by
+        columns, whichever are fewer. Each is grown by the named tolerance `outline`.
+        """
+        cells, (row, column) = self._around(place, reach)
+        blocked = np.pad(~cells, 1, constant_values=True)
+        found = _rectangles(blocked)
+        other = _rectangles(blocked.T)[:, [2, 3, 0, 1]]
+        found = min(found, other, key=len) + np.array([row, row, column, column]) - 1
+        x, y, yaw = self.origin
+        ahead = np.array([np.cos(yaw), np.sin(yaw)]) if yaw else np.array([1.0, 0.0])
+        left = np.array([-ahead[1], ahead[0]]) + 0.0
+        A = np.stack([ahead, left, -ahead, -left]) + 0.0
+        corner = np.array([ahead @ (x, y), left @ (x, y)])
+        hi = corner + self.resolution * found[:, [3, 1]]
+        lo = corner + self.resolution * found[:, [2, 0]]
+        b = np.concatenate([hi, -lo], axis=1) + TOLERANCES.outline
+        return tuple(HPolytope(A, offsets) for offsets in b)
+
+    def free_space(
+        self, place: npt.ArrayLike | None = None, reach: float | None = None
+    ) -> FreeSpace:
+        """The free cells, or those that meet the square around a place, as in `obstacles`: its
+        `near` needs far fewer obstacles. Raises InputError.
+        """
+        shapely = package("shapely", "free_space")
+        cells, (row, column) = self._around(place, reach)
+        found = _rectangles(cells) + np.array([row, row, column, column])
+        boxes = shapely.box(found[:, 2], found[:, 0], found[:, 3], found[:, 1])
+        region = shapely.union_all(boxes)  # of whole numbers: exact
+        x, y, yaw = self.origin
+        ahead = self.resolution * np.array([np.cos(yaw), np.sin(yaw)])
+        turn = [ahead, [-ahead[1], ahead[0]]]
+        return FreeSpace(shapely.transform(region, lambda cell: cell @ np.array(turn) + (x, y)))
+
+    def _around(
+        self, place: npt.ArrayLike | None, reach: float | None
+    ) -> tuple[np.ndarray, tuple[int, int]]:
+        """The cells that are asked for, and the number of the first row and column of them."""
+        if place is None and reach is None:
+            return self.free, (0, 0)
+        if place is None or reach is None or not (np.isfinite(reach) and reach > 0):
+            raise InputError(
+                f"map: expected a place (x, y) with a reach > 0 m, or neither; got {place!r:.40} "
+                f"and {reach!r:.40}."
+            )
+        x, y, yaw = self.origin
+        off = as_float64("place (x, y)", place, (None,))[:2] - (x, y)
+        c, s = np.cos(yaw), np.sin(yaw)
+        column, row = np.array([c * off[0] + s * off[1], c * off[1] - s * off[0]])
+        spans = []
+        for middle, count in zip((row, column), self.free.shape, strict=True):
+            ends = np.array([middle - reach, middle + reach]) / self.resolution
+            first, last = np.clip([np.floor(ends[0]), np.ceil(ends[1])], 0, count).astype(int)
+            if not 0 <= middle <= count * self.resolution:
+                raise InputError(
+                    f"map: expected a place on the map; ({off[0] + x:g}, {off[1] + y:g}) is outside"
+                    f" of its {self.free.shape} cells."
+                )
+            spans.append(slice(first, last))
+        return self.free[*spans], (spans[0].start, spans[1].start)
+
+    def __repr__(self) -> str:
+        rows, columns = self.free.shape
+        share = self.free.mean() if self.free.size else 0.0
+        return f"<GridMap: {rows} x {columns} cells of {self.resolution:g} m, {share:.0%} free>"
+
+
+def grid_map(name: str, free: npt.ArrayLike, resolution: float, origin: npt.ArrayLike) -> GridMap:
+    """A validated map. Raises InputError, which begins with `name`."""
+    resolution = float(as_float64(f"{name} resolution", resolution, ()))
+    x, y, yaw = (float(v) for v in as_float64(f"{name} origin (x, y, yaw)", origin, (3,)))
+    free = np.array(free, bool)
+    if free.ndim != 2 or not free.size or resolution <= 0:
+        raise InputError(
+            f"{name}: expected rows of cells with a resolution > 0 m; got shape {free.shape} and "
+            f"{resolution:g}."
+        )
+    if max(abs(x), abs(y)) + resolution * (sum(free.shape) + 2) > FARTHEST:
+        raise InputError(
+            f"{name}: expected a map within {FARTHEST:g} m of the origin; got origin ({x:g}, {y:g})"
+            f" and {free.shape} cells of {resolution:g} m."
+        )
+    free.setflags(write=False)
+    return GridMap(free, resolution, (x, y, yaw))
+
+
+def occupancy_grid(
+    data: npt.ArrayLike,
+    resolution: float,
+    origin: npt.ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    free_thresh: float = FREE_THRESH,
+    inflated: bool | None = None,
+) -> GridMap:
+    """The map of a nav_msgs/OccupancyGrid. Raises InputError.
+
+    data: (height, width) whole numbers: -1, or 255 unsigned, unknown; 0 ... 100 percent occupied.
+    The message has them flat: np.array(data).reshape(height, width). resolution: [m]. origin: (x,
+    y, yaw) [m, rad] of the outer corner of cell (0, 0). free_thresh: free is what is occupied with
+    less than this; unknown is never free.
+    inflated: a costmap is refused, as under what it inflates it hides what is unknown, and robots
+    come out larger than they are. It is known by raw costs (101 ... 254) and by the value 99, which
+    costmap_2d publishes next to obstacles; with False you say that 99 is a probability.
+    """
+    cells = np.asarray(data)
+    if cells.ndim != 2 or cells.dtype.kind not in "iu":
+        raise InputError(
+            f"{CALL}: expected whole numbers (height, width); got {cells.dtype} of shape "
+            f"{cells.shape}. Try np.array(data, np.int8).reshape(height, width)."
+        )
+    cells = np.where(cells == 255, -1, cells.astype(np.int64))
+    if ((cells < -1) | (cells > LARGEST_COST)).any():
+        strange = cells[(cells < -1) | (cells > LARGEST_COST)][0]
+        raise InputError(f"{CALL}: expected values -1 ... 100; got {strange}.")
+    costs = (cells > 100).any()
+    if costs or (inflated is None and (cells == INSCRIBED).any()) or inflated:
+        value = cells.max() if costs else INSCRIBED
+        raise InputError(
+            f"{CALL}: expected a map; the value {value} is one of an inflated costmap. Take the "
+            "static map that it was made of (topic /map)."
+        )
+    threshold = float(as_float64(f"{CALL} free_thresh", free_thresh, ()))
+    if not 0 <= threshold <= 1:
+        raise InputError(f"{CALL}: expected free_thresh in [0, 1]; got {threshold:g}.")
+    return grid_map(CALL, (cells >= 0) & (cells / 100 < threshold), resolution, origin)
+
+
+def _rectangles(cells: np.ndarray) -> np.ndarray:
+    """(n, 4) first and last row, first and last column (the last not included) of rectangles that
+    are all of the true cells, and none other.
+    """
+    steps = np.diff(np.pad(cells.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    row, first = np.nonzero(steps == 1)
+    last = np.nonzero(steps == -1)[1]
+    order = np.lexsort((row, last, first))
+    row, first, last = row[order], first[order], last[order]
+    new = (np.diff(row) != 1) | (np.diff(first) != 0) | (np.diff(last) != 0)
+    begin = np.flatnonzero(np.concatenate([[True], new])) if len(row) else np.zeros(0, int)
+    end = np.concatenate([begin[1:], [len(row)]]) - 1 if len(row) else begin
+    return np.stack([row[begin], row[end] + 1, first[begin], last[begin]], axis=1)

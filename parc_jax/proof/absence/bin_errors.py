@@ -1,0 +1,231 @@
+"""The errors of all bins that a box of k overlaps: what every one of them allows, for what is
+unsafe, and how far any of them reaches, for what is safe. [T30, T35]
+
+Boxes allow together the box of their least half widths. Between faces, one bin allows its template
+and several at least a box that lies in all of them: for the last bit a box of k is split until it
+lies in one bin.
+"""
+
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from parc_jax.learning.bound.error_set import ErrorBox, ErrorSet, ErrorTemplate, at
+from parc_jax.learning.bound.faces import Templates
+from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.network.predict import by_point
+from parc_jax.proof.absence.contact_errors import BetweenFaces, ContactErrors, WithinWidths, holds
+
+INSIDE = 1 - 2.0**-30  # an error at the end is pulled towards none by this factor
+
+
+class OverBins(NamedTuple):
+    """What is known of the bins (b,) that a box of k overlaps with its interior.
+
+    straddles: (n_k,) 1.0 for several bins along this axis, else 0.0.
+    common: errors that all of them allow; leading axes (T, n_points).
+    blur: (T, n_c) by how much their widths differ, about.
+    goal_least, goal_most: (g,) what the rows of the goal lose by errors at the end that all of them
+        allow, and that any of them does.
+    """
+
+    bins: np.ndarray
+    straddles: np.ndarray
+    common: ErrorSet
+    blur: np.ndarray
+    goal_least: np.ndarray
+    goal_most: np.ndarray
+
+
+def bins_over(tube: Tube, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (b,) of the bins that a box of k overlaps with its interior, and along which axes
+    (n_k,) there are several.
+    """
+    number = np.zeros(1, int)
+    straddles = []
+    for edge, a, b in zip(tube.edges, lo, hi, strict=True):
+        inside = np.flatnonzero((edge[:-1] < b) & (a < edge[1:]))
+        straddles.append(len(inside) > 1)
+        number = (number[:, None] * (len(edge) - 1) + inside[None]).ravel()
+    return number, np.array(straddles, float)
+
+
+class OfBoxes:
+    """Of a tube of half widths. goal_A (g, n_c + n_q): rows of the goal."""
+
+    names_errors = False  # the checker finds the error that a row of the goal loses most by itself
+
+    def __init__(self, tube: Tube, goal_A: np.ndarray):
+        self.tube = tube
+        self.goal_A = goal_A
+        self._interval, self._final = tube.finite_widths
+
+    def over(self, lo: np.ndarray, hi: np.ndarray) -> OverBins:
+        """What a box of k overlaps."""
+        bins, straddles = bins_over(self.tube, lo, hi)
+        least = self._interval[bins].min(axis=0)
+        return OverBins(
+            bins,
+            straddles,
+            ErrorBox(by_point(least, self.tube.n_points)),
+            self._interval[bins].max(axis=0) - least,
+            (self.at_end(bins) * self.goal_A).sum(axis=1),
+            np.abs(self.goal_A) @ self._final[bins].max(axis=0),
+        )
+
+    def at_end(self, bins: np.ndarray) -> np.ndarray:
+        """(g, n_c + n_q) for every row of the goal, an error that all bins allow at the end by
+        which it loses most, or at least much.
+        """
+        least = kept_at_end(self._interval[bins], self._final[bins]).min(axis=0)
+        return np.sign(self.goal_A) * least
+
+    def lost(
+        self, bins: np.ndarray, w: Float[np.ndarray, "o d n_p"], points: Int[np.ndarray, "o i"]
+    ) -> np.ndarray:
+        """(o, d, T, i) how far any of the bins reaches along -w, of points."""
+        most = by_point(self._interval[bins].max(axis=0), self.tube.n_points)[:, points]
+        return np.einsum("odj,toij->odti", np.abs(w), most)
+
+    def of_contact(
+        self, over: OverBins, t: int, points: list[int], weights: Float[np.ndarray, " i"]
+    ) -> ContactErrors:
+        """The errors that all bins allow a mixture of points during interval t."""
+        return WithinWidths(over.common.half[t][points], weights)
+
+
+class OfTemplates:
+    """Of a tube between faces, by the same methods. What is known of a bin is remembered."""
+
+    names_errors = True
+
+    def __init__(self, tube: Tube, templates: Templates, goal_A: np.ndarray):
+        self.tube = tube
+        self.templates = templates
+        self.goal_A = goal_A
+        inner = templates.interval.inner_box
+        self._inner = inner.reshape(*inner.shape[:2], -1)
+        self._inner_at_end = kept_at_end(self._inner, templates.final.inner_box)
+        self._widest = tube.finite_widths[0]
+        self._goal_most = np.stack([templates.final.errors.support(a) for a in goal_A], axis=1)
+        self._farthest: dict[int, np.ndarray] = {}
+        self._lost: dict[int, np.ndarray] = {}
+
+    def over(self, lo: np.ndarray, hi: np.ndarray) -> OverBins:
+        """As of boxes."""
+        bins, straddles = bins_over(self.tube, lo, hi)
+        least = self._inner[bins].min(axis=0)
+        if len(bins) == 1:
+            common: ErrorSet = at(self.templates.interval.errors, int(bins[0]))
+        else:
+            common = ErrorBox(by_point(least, self.tube.n_points))
+        return OverBins(
+            bins,
+            straddles,
+            common,
+            self._widest[bins].max(axis=0) - least,
+            (self.at_end(bins) * self.goal_A).sum(axis=1),
+            self._goal_most[bins].max(axis=0),
+        )
+
+    def at_end(self, bins: np.ndarray) -> np.ndarray:
+        """As of boxes; of one bin by linear programs."""
+        if len(bins) > 1:
+            return np.sign(self.goal_A) * self._inner_at_end[bins].min(axis=0)
+        bin = int(bins[0])
+        if bin not in self._farthest:
+            self._farthest[bin] = self._farthest_of(bin)
+        return self._farthest[bin]
+
+    def lost(
+        self, bins: np.ndarray, w: Float[np.ndarray, "o d n_p"], points: Int[np.ndarray, "o i"]
+    ) -> np.ndarray:
+        """As of boxes; a tube is asked along one set of directions only."""
+        for bin in bins:
+            if bin not in self._lost:
+                errors = at(self.templates.interval.errors, int(bin))
+                own = [
+                    at(errors, np.s_[:, i, None]).support(-along)
+                    for along, i in zip(w, points, strict=True)
+                ]
+                self._lost[bin] = np.stack([np.moveaxis(x, -1, 0) for x in own])
+        return np.max([self._lost[bin] for bin in bins], axis=0)
+
+    def of_contact(
+        self, over: OverBins, t: int, points: list[int], weights: Float[np.ndarray, " i"]
+    ) -> ContactErrors:
+        """As of boxes."""
+        if isinstance(over.common, ErrorBox):
+            return WithinWidths(over.common.half[t][points], weights)
+        rows = [self.templates.interval.rows((over.bins[0], t, i)) for i in points]
+        return BetweenFaces(at(over.common, (t, points)), rows, weights)
+
+    def _farthest_of(self, bin: int) -> np.ndarray:
+        """Errors at the end of one bin, where what a linear program finds is exactly an error of
+        both the end and the last interval.
+        """
+        from scipy.optimize import linprog  # heavy to load, and seldom needed
+
+        found = np.sign(self.goal_A) * self._inner_at_end[bin]
+        if not self.tube.claimed[bin]:
+            return found
+        rows = end_rows(self.templates, bin)
+        A = np.array([[float(x) for x in a] for a, _ in rows])
+        b = np.array([float(x) for _, x in rows])
+        for row, a in enumerate(self.goal_A):
+            if not a.any():
+                continue
+            best = linprog(-a, A_ub=A, b_ub=b, bounds=(None, None))
+            if best.status == 0:
+                error = INSIDE * best.x
+                if a @ error > a @ found[row] and holds(rows, error):
+                    found[row] = error
+        return found
+
+
+BinErrors = OfBoxes | OfTemplates
+
+
+def bin_errors(tube: Tube, goal_A: np.ndarray) -> BinErrors:
+    """The errors of a tube over boxes of k, for a goal with these rows (g, n_c + n_q)."""
+    if tube.templates is None:
+        return OfBoxes(tube, goal_A)
+    return OfTemplates(tube, tube.templates, goal_A)
+
+
+def kept_at_end(interval: np.ndarray, final: np.ndarray) -> np.ndarray:
+    """Half widths (..., n_c + n_q) at the end of a trajectory, which keeps to the final ones and,
+    in its n_c positions, to those of the last interval. interval: (..., T, n_c). [T30]
+    """
+    last = interval[..., -1, :]
+    n = last.shape[-1]
+    return np.concatenate([np.minimum(final[..., :n], last), final[..., n:]], axis=-1)
+
+
+def end_rows(templates: Templates, bin: int) -> list[tuple[list[Fraction], Fraction]]:
+    """Exact rows (a, b), a . e <= b, of the errors that a bin allows at the end: those of the end,
+    and each point keeps to its own of the last interval. [T35]
+    """
+    during, final = templates
+    rows = final.rows(bin)
+    n_steps, n_points = during.half.shape[1:3]
+    n_p, n_end = during.directions.shape[-1], final.directions.shape[-1]
+    for i in range(n_points):
+        for a, b in during.rows((bin, n_steps - 1, i)):
+            wide = [Fraction(0)] * n_end
+            wide[i * n_p : (i + 1) * n_p] = a
+            rows.append((wide, b))
+    return rows
+
+
+def as_template(errors: ErrorSet, n_bases: int) -> ErrorTemplate:
+    """The same errors as a template of so many bases, for a batch of boxes of one shape."""
+    if isinstance(errors, ErrorTemplate):
+        return errors
+    *lead, n = errors.half.shape
+    half = np.full((*lead, n_bases, n), np.inf)
+    half[..., 0, :] = errors.half
+    dual = np.broadcast_to(np.eye(n), (*lead, n_bases, n, n))
+    return ErrorTemplate(dual, np.zeros_like(half), half)

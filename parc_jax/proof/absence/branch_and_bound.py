@@ -1,0 +1,208 @@
+"""Branch and bound over (z, k): every box is decided, with a reason for the checker to follow, or
+split. [T15, T16, T30, T36]
+"""
+
+import heapq
+import itertools
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.common.tolerances import TOLERANCES
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.proof.absence.bin_errors import bin_errors
+from parc_jax.proof.absence.examined import BOXES, Batch, Examiner
+from parc_jax.proof.absence.reasons import Reasons
+from parc_jax.proof.absence.safe_boxes import SafeBoxes
+from parc_jax.proof.absence.tree import Node, choose_split
+from parc_jax.proof.regions.domain import MAX_DIMENSION
+from parc_jax.safe_set.corridors.sampling import ends_from
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import Scene
+
+# time of the checker for a safe leaf, in unsafe ones: it checks all obstacles and intervals
+SAFE_COST = 4
+TRIED = 16  # plans per open box that are tried, since one safe plan ends the search for a proof
+
+
+class Found(NamedTuple):
+    """leaves: decided and open boxes. safe_plan: (p0, k) that is safe: there is no proof then."""
+
+    root: Node
+    leaves: int
+    safe_plan: tuple[np.ndarray, np.ndarray] | None
+
+
+class OpenBoxes:
+    """The boxes that wait for a decision, the largest first; equal ones in the order they came."""
+
+    def __init__(self, root: Node):
+        self._heap: list[tuple[float, int, Node]] = []
+        self._order = itertools.count()
+        self.add(root)
+
+    def __len__(self) -> int:
+        return len(self._heap)
+
+    def add(self, node: Node) -> None:
+        """One more box."""
+        heapq.heappush(self._heap, (-float(node.volume), next(self._order), node))
+
+    def take(self) -> Node:
+        """The next box, which waits no longer."""
+        return heapq.heappop(self._heap)[2]
+
+
+class BranchAndBound:
+    """One branch and bound.
+
+    bounds: also search for boxes in which every plan is safe, and go on after a safe plan.
+    """
+
+    def __init__(self, scene: Scene, root: Node, bounds: bool):
+        model = scene.model
+        self.model = model
+        self.scene = scene
+        self.root = root
+        self.bounds = bounds
+        errors = bin_errors(model.tube, np.asarray(scene.goal_A))
+        self.examiner = Examiner(scene, errors)
+        self.reasons = Reasons(scene, errors)
+        self.safe_boxes = SafeBoxes(scene, errors) if bounds else None
+        self.spread = _spread(len(root.lo))
+        self.cost_of_bounds = _cost_of_bounds(model.net)
+        # what the steps change
+        self.waiting = OpenBoxes(root)
+        self.leaves = 1
+        self.exact_vertices = 0  # that the checker will have to evaluate, about
+        self.safe_plan: tuple[np.ndarray, np.ndarray] | None = None
+
+    def compile(self) -> None:
+        """Compile for scenes of this size, so that a budget is spent on searching."""
+        middle = ((self.root.lo + self.root.hi) / 2)[None]
+        z, k = middle[:, : self.model.n_p], middle[:, self.model.n_p :]
+        root = Node(self.root.lo, self.root.hi, k)
+        self.examiner.by_bounds([root])
+        if self.model.n_k <= MAX_DIMENSION:
+            list(self.examiner.at_vertices([root]))
+        if self.safe_boxes is None:
+            verdicts(self.scene, z - ends_from(0.0, self.model, k), k)
+        else:
+            self.safe_boxes.compile(k)
+
+    def run(self, until: Callable[[int], bool], max_leaves: int) -> Found:
+        """Decide the largest boxes first until none is left, `until()` says stop, or there are
+        max_leaves.
+        """
+        while not (self.decided or self.leaves >= max_leaves or until(self.exact_vertices)):
+            self._step()
+        return Found(self.root, self.leaves, self.safe_plan)
+
+    @property
+    def decided(self) -> bool:
+        """No box waits, or a safe plan is in hand where a proof that there is none was asked."""
+        return not self.waiting or (self.safe_plan is not None and not self.bounds)
+
+    def _step(self) -> None:
+        """Decide the largest boxes; those without a reason are split and wait."""
+        nodes = [self.waiting.take() for _ in range(min(BOXES, len(self.waiting)))]
+        children = self._decide(nodes)
+        self.leaves += len(children) // 2
+        for node in children:
+            self.waiting.add(node)
+
+    def _decide(self, nodes: list[Node]) -> list[Node]:
+        """Write down the reasons that are found; the children of the boxes without one.
+
+        A proof that no plan exists tries bounds first, which are cheap to check, and vertices where
+        they fail. Volume bounds take vertices at once where there are few: a box that may be safe
+        needs them anyway.
+        """
+        few = self.examiner.has_few_vertices
+        by_bounds = [node for node in nodes if not (self.bounds and few(node))]
+        batches = []
+        if by_bounds:
+            batches.append(self.examiner.by_bounds(by_bounds))
+            self._write_unsafe(batches[0])
+        if not self.bounds:
+            self._try_plans([node for node in nodes if node.leaf is None])
+        open_and_few = [node for node in nodes if node.leaf is None and few(node)]
+        for batch in self.examiner.at_vertices(open_and_few):
+            self._write_unsafe(batch)
+            if self.bounds:
+                self._write_safe(batch)
+            batches.append(batch)
+        children: list[Node] = []
+        for batch in reversed(batches):  # what vertices say of a box is nearer to the truth
+            children += self._split(batch)
+        return children
+
+    def _write_unsafe(self, batch: Batch) -> None:
+        cost = self.cost_of_bounds
+        for i, node in enumerate(batch.nodes):
+            node.leaf = self.reasons.of(batch, i)
+            if node.leaf is not None:
+                self.exact_vertices += cost if batch.bounded else len(node.vertices)
+
+    def _write_safe(self, batch: Batch) -> None:
+        for i, node in enumerate(batch.nodes):
+            if node.leaf is None:
+                node.leaf = self._safe(batch, i)
+                if node.leaf is not None:
+                    self.exact_vertices += SAFE_COST * len(node.vertices)
+
+    def _split(self, batch: Batch) -> list[Node]:
+        """Children of the boxes that are open and not split."""
+        children: list[Node] = []
+        seen = batch.seen
+        for i, node in enumerate(batch.nodes):
+            if node.leaf is None and node.split is None:
+                margins = np.concatenate([seen.goal[i], seen.start[i], seen.hit[i]])
+                tube, n_p = self.model.tube, self.model.n_p
+                at = choose_split(node, margins, seen.effects[i], seen.slopes[i], tube, n_p)
+                children += node.cut(*at, n_p)
+        return children
+
+    def _safe(self, batch: Batch, i: int):
+        """("safe", separation) of one box, or None."""
+        seen = batch.seen
+        if not (seen.fits[i] > TOLERANCES.leaf_margin and seen.gap[i] > 0):
+            return None
+        node = batch.nodes[i]
+        runs = self.safe_boxes.separation(node, batch.over[i].bins, node.vertices)
+        return None if runs is None else ("safe", runs)
+
+    def _try_plans(self, nodes: list[Node]) -> None:
+        """Some plans of each open box: one that is safe is kept, since no proof gets around it."""
+        if not nodes:
+            return
+        n_p = self.model.n_p
+        lo = np.array([node.lo for node in nodes])
+        hi = np.array([node.hi for node in nodes])
+        tried = (lo[:, None] + self.spread * (hi - lo)[:, None]).reshape(-1, lo.shape[1])
+        k = tried[:, n_p:]
+        p0 = tried[:, :n_p] - ends_from(0.0, self.model, k)
+        safe = verdicts(self.scene, p0, k).safe
+        if safe.any():
+            self.safe_plan = (p0[safe][0], k[safe][0])
+
+
+def _cost_of_bounds(net: ReLUNetwork) -> int:
+    """Of bounds over a box for the checker, in evaluations of the network, about: each neuron is
+    followed back from both sides.
+    """
+    sizes = np.array([W.size for W in net.weights])
+    before = np.cumsum([0, *sizes[:-1]])
+    products = 2 * (np.array([len(W) for W in net.weights[:-1]]) * before[:-1]).sum()
+    return 1 + int(products / sizes.sum())
+
+
+def _spread(n: int) -> np.ndarray:
+    """TRIED points (TRIED, n) well spread over the unit cube, the middle first (additive
+    recurrence).
+    """
+    root = 2.0
+    for _ in range(50):
+        root = (1 + root) ** (1 / (n + 1))  # of x^(n + 1) = x + 1
+    return (0.5 + np.arange(TRIED)[:, None] / root ** np.arange(1, n + 1)) % 1

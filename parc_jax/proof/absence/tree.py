@@ -1,0 +1,126 @@
+"""Boxes over (z, k) as a binary tree: where a box is split, and how the tree is written."""
+
+from fractions import Fraction
+
+import numpy as np
+from jaxtyping import Float
+
+from parc_jax.common.spelling import hex_text
+from parc_jax.common.tolerances import TOLERANCES
+from parc_jax.learning.bound.tube import Tube
+
+UNSAFE = ("goal", "start", "hit")
+# a side of k is split before a side of z of equal effect: boxes that share k share their proof's
+# cells
+K_FIRST = 2.0
+
+CUT = 0.25  # smallest share of a box for which it is cut where a reason begins to hold
+
+
+class Node:
+    """A box lo, hi (n_p + n_k,) with the vertices of the network's cells in its box of k; open
+    until it is decided.
+
+    leaf: (reason, what) of a decided box. split: (axis, value, lower child, upper child).
+    """
+
+    def __init__(self, lo: np.ndarray, hi: np.ndarray, vertices: np.ndarray | None = None):
+        self.lo = lo
+        self.hi = hi
+        self.vertices = vertices
+        self.leaf: tuple[str, object] | None = None
+        self.split: tuple[int, float, Node, Node] | None = None
+
+    @property
+    def volume(self) -> Fraction:
+        """Exact volume of the box [units of z and k multiplied]."""
+        out = Fraction(1)
+        for a, b in zip(self.lo, self.hi, strict=True):
+            out *= Fraction(b) - Fraction(a)
+        return out
+
+    def cut(self, axis: int, value: float, n_p: int) -> tuple["Node", "Node"]:
+        """Split at a value strictly inside; returns the lower and the upper child."""
+        same = self.vertices if axis < n_p else None
+        below = Node(self.lo, self.hi.copy(), same)
+        above = Node(self.lo.copy(), self.hi, same)
+        below.hi[axis] = value
+        above.lo[axis] = value
+        self.split = (axis, value, below, above)
+        return below, above
+
+    def walk(self):
+        """All nodes below and including this one, depth first, lower parts first."""
+        stack = [self]
+        while stack:
+            node = stack.pop()
+            yield node
+            if node.split is not None:
+                stack += node.split[:1:-1]
+
+    def spell(self) -> list[dict]:
+        """The certificate's flat tree."""
+        return [node._spell() for node in self.walk()]
+
+    def _spell(self) -> dict:
+        if self.split is not None:
+            return {"split": [self.split[0], hex_text(self.split[1])]}
+        return {"open": None} if self.leaf is None else {self.leaf[0]: self.leaf[1]}
+
+
+def choose_split(
+    node: Node,
+    margins: Float[np.ndarray, " r"],
+    effects: Float[np.ndarray, "r n"],
+    slopes: Float[np.ndarray, "r n_p"],
+    tube: Tube,
+    n_p: int,
+) -> tuple[int, float]:
+    """Axis and value. margins, effects, slopes: of the reasons, as in `Examined`.
+
+    If a cut across z leaves a large part in which one reason should hold, it is taken. Otherwise
+    the reason that is nearest to being proved, measured by what the sides do to it, decides; its
+    strongest side is split: at the middle, or at the edge between bins nearest to it.
+    """
+    found = _cut_where_proved(node, margins, slopes, n_p)
+    if found is not None:
+        return found
+    total = effects.sum(axis=1)
+    ratio = np.where(total > 0, -margins / np.where(total > 0, total, 1), np.inf)
+    reason = int(np.argmin(ratio))
+    weight = effects[reason] if np.isfinite(ratio[reason]) else node.hi - node.lo
+    weight = weight * np.where(np.arange(len(weight)) < n_p, 1.0, K_FIRST)
+    for axis in np.argsort(-weight):
+        middle = _middle(node, int(axis), tube, n_p)
+        if node.lo[axis] < middle < node.hi[axis]:
+            return int(axis), middle
+    raise ArithmeticError("a box has become too small to split")
+
+
+def _cut_where_proved(
+    node: Node, margins: Float[np.ndarray, " r"], slopes: Float[np.ndarray, "r n_p"], n_p: int
+) -> tuple[int, float] | None:
+    """Axis of z and value such that on one side of it, a share CUT of the box or more, a reason
+    should be proved.
+    """
+    size = (node.hi - node.lo)[:n_p]
+    with np.errstate(divide="ignore"):
+        lost = (2 * TOLERANCES.leaf_margin - margins)[:, None] / np.abs(slopes)
+    # reasons with a margin hold, but could not be spelled
+    lost = np.where(margins[:, None] < TOLERANCES.leaf_margin, lost, np.inf)
+    reason, axis = np.unravel_index(np.argmin(lost / size), lost.shape)
+    away = float(lost[reason, axis])
+    if away > (1 - CUT) * size[axis]:
+        return None
+    value = node.lo[axis] + away if slopes[reason, axis] > 0 else node.hi[axis] - away
+    return int(axis), float(value)
+
+
+def _middle(node: Node, axis: int, tube: Tube, n_p: int) -> float:
+    middle = float((node.lo[axis] + node.hi[axis]) / 2)
+    if axis >= n_p:
+        edge = tube.edges[axis - n_p]
+        inside = edge[(edge > node.lo[axis]) & (edge < node.hi[axis])]
+        if len(inside):
+            return float(inside[np.argmin(np.abs(inside - middle))])
+    return middle

@@ -1,0 +1,241 @@
+"""Spell problems, networks, tubes, samples and polytopes as certificates: exact numbers as text,
+nothing to trust.
+
+Every float is spelled as the rational that it holds: those of the problem and the edges of the tube
+as exact decimals, where people read them, all others in hexadecimal; multipliers are p/q.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.spelling import decimal_text, fraction_text, hex_text, plain
+from parc_jax.learning.bound.bins import each_bin
+from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorSet, at
+from parc_jax.learning.bound.faces import Templates
+from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import by_point
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.problem.body import Disc, Polygon, numbered
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.proof.certificate.templates import end_part, rows_part
+from parc_jax.safe_set.corridors.corridor import Corridor
+from parc_jax.safe_set.corridors.polytope import SafePolytope
+from parc_jax.safe_set.separation.directions import Multiplier
+from parc_jax.safe_set.separation.inequality import at_both_knots, height, separates
+from parc_jax.safe_set.separation.runs import Run, longest_lasting, merged_runs
+from parc_jax.safe_set.verdict.scene import Scene
+
+FORMAT = "parc_jax.answer/2"
+
+
+def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
+    """The question."""
+    obstacles = []
+    for poly, span in zip(problem.obstacles, problem.all_spans, strict=True):
+        part = _rows(poly)
+        if span is not None:
+            part["steps"] = list(span)
+        obstacles.append(part)
+    return {
+        "n_p": model.n_p,
+        "points": model.n_points,
+        "n_q": model.n_q,
+        "n_k": model.n_k,
+        "domain": {"lo": decimal_text(model.domain.lo), "hi": decimal_text(model.domain.hi)},
+        "goal": _rows(problem.goal),
+        "obstacles": obstacles,
+        "body": _body(problem, model),
+        "start": None if problem.start is None else _rows(problem.start),
+        "steps": model.time.n_steps,
+        "dt": decimal_text(model.time.dt),
+    }
+
+
+def network_part(net: ReLUNetwork) -> dict:
+    """The network, float64 exactly."""
+    return {
+        "weights": [hex_text(W) for W in net.weights],
+        "biases": [hex_text(b) for b in net.biases],
+    }
+
+
+def tube_part(tube: Tube) -> dict:
+    """A tube of boxes, float64 exactly; a bin without claim is NO_CLAIM wide."""
+    interval, final = tube.finite_widths
+    return {
+        "edges": [decimal_text(e) for e in tube.edges],
+        "interval": hex_text(by_point(interval, tube.n_points)),
+        "final": hex_text(final),
+    }
+
+
+def fitted_tube_part(tube: Tube, templates: Templates, goal: HPolytope) -> dict:
+    """A tube of templates, float64 exactly, with what bounds its errors along the rows of a goal; a
+    bin without claim is NO_CLAIM wide.
+    """
+    during, at_end = (
+        faces.with_half(np.where(np.isinf(faces.half), NO_CLAIM, faces.half)) for faces in templates
+    )
+    interval = [
+        [[rows_part(during, (b, t, i)) for i in range(tube.n_points)] for t in range(tube.n_steps)]
+        for b in range(tube.n_bins)
+    ]
+    return {
+        "edges": [decimal_text(e) for e in tube.edges],
+        "interval": interval,
+        "final": [end_part(at_end, b, goal) for b in range(tube.n_bins)],
+    }
+
+
+def question_parts(problem: ReachAvoid, model: TrajectoryModel) -> tuple[dict, dict, dict]:
+    """Problem, network and tube."""
+    if model.tube.templates is None:
+        tube = tube_part(model.tube)
+    else:
+        tube = fitted_tube_part(model.tube, model.tube.templates, problem.goal)
+    return problem_part(problem, model), network_part(model.net), tube
+
+
+def answer_part(
+    problem: ReachAvoid,
+    model: TrajectoryModel,
+    samples: list[dict],
+    corridors,
+    polytopes,
+    *,
+    no_plan: dict | None,
+    meta,
+) -> dict:
+    """The whole answer file. samples: their parts. meta: what needs no proof, as plain values."""
+    asked, network, tube = question_parts(problem, model)
+    hashes = {"problem": part_hash(asked), "network": part_hash(network), "tube": part_hash(tube)}
+    claim = model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
+    return {
+        "format": FORMAT,
+        "problem": asked,
+        "network": network,
+        "tube": tube,
+        "claim": plain(claim),
+        "hash": hashes,
+        "samples": samples,
+        "corridors": [corridor_part(c, problem) for c in corridors],
+        "sets": [polytope_part(p) for p in polytopes],
+        "no_plan": no_plan,
+        "meta": plain(meta),
+    }
+
+
+def part_hash(part: dict) -> str:
+    """SHA-256 of the canonical JSON text of a part."""
+    return hashlib.sha256(
+        json.dumps(part, sort_keys=True, separators=(",", ":")).encode()
+    ).hexdigest()
+
+
+def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: np.ndarray) -> dict:
+    """Certificate of one safe point, with the errors of every bin that contains it [T28]; path (T +
+    1, n_c) is its prediction.
+    """
+    table, errors = scene.directions, tube.during(each_bin(tube.edges, k[None])[1])
+    places = np.moveaxis(by_point(path, tube.n_points), 2, 0)  # axis by axis
+    sep = []
+    for o in range(len(table.multipliers)):
+        points, back = scene.obstacles.points[o], -table.w[o]
+        lost = at(errors, np.s_[:, :, points, None]).support(back).max(axis=0)
+        heights = height(table.w[o].T[..., None, None], places[:, None, :, points])
+
+        def nearest(t: int, o: int = o) -> Multiplier:
+            return table.nearest(o, _nearest(scene, o, path, at(errors, 0), t))
+
+        sep.append(runs_along(scene, o, heights, np.moveaxis(lost, 2, 0), scene.slack, nearest))
+    if scene.apart is not None:
+        sep = scene.apart.with_runs(sep)
+    return {"p0": hex_text(p0), "k": hex_text(k), "sep": separation_part(sep, scene.problem)}
+
+
+def runs_along(
+    scene: Scene,
+    o: int,
+    heights: Float[np.ndarray, "d knots i"],
+    lost: Float[np.ndarray, "d t i"],
+    margin: float,
+    nearest: Callable[[int], Multiplier | None] = lambda _: None,
+) -> list[Run] | None:
+    """Of pair o the fewest runs of directions of the scene's table that separate, or None. heights:
+    of its points along each. lost: what errors take. margin: [m] paid per unit of |w|_1. nearest:
+    what stands in for them in an interval in which none does.
+    """
+    table = scene.directions
+    threshold = table.support[o] + margin * np.abs(table.w[o]).sum(axis=1)
+    holds = separates(at_both_knots(heights, 1), threshold[:, None, None] + lost).all(axis=2)
+    exists = np.flatnonzero(scene.obstacles.active[o])
+    chosen = longest_lasting(holds[:, exists])
+    spelled = [
+        table.multipliers[o][d] if d >= 0 else nearest(t)
+        for d, t in zip(chosen, exists, strict=True)
+    ]
+    return None if None in spelled else merged_runs(spelled, exists)
+
+
+def polytope_part(polytope: SafePolytope) -> dict:
+    """Certificate of a polytope: pattern, directions and one inner point."""
+    return {
+        "p0": hex_text(polytope.p0),
+        "k": hex_text(polytope.k),
+        "bin": polytope.bin,
+        "pattern": "".join("1" if on else "0" for on in polytope.pattern),
+        "sep": separation_part(polytope.corridor.runs, polytope.scene.problem),
+    }
+
+
+def corridor_part(corridor: Corridor, problem: ReachAvoid) -> dict:
+    """Certificate of a corridor: its directions and one plan that keeps to it."""
+    return {
+        "p0": hex_text(corridor.p0),
+        "k": hex_text(corridor.k),
+        "sep": separation_part(corridor.runs, problem),
+    }
+
+
+def _nearest(scene: Scene, o: int, path, errors: ErrorSet, t: int) -> np.ndarray:
+    """The direction in which interval t is clearest of obstacle o."""
+    return scene.obstacles.gap(o, path[t], path[t + 1], at(errors, t))[1]
+
+
+def separation_part(runs_by_pair: list, problem: ReachAvoid) -> list:
+    """What a certificate says of each pair of an obstacle and a part, by obstacle and by part."""
+    spelled = [
+        [
+            [run.end, [[r, fraction_text(v)] for r, v in zip(*run.multiplier, strict=True)]]
+            for run in runs
+        ]
+        for runs in runs_by_pair
+    ]
+    n = len(problem.parts)
+    return [spelled[first : first + n] for first in range(0, len(spelled), n)]
+
+
+def by_pair(sep: list) -> list:
+    """The other way round: what a certificate says by obstacle and part, for each pair in turn."""
+    return [runs for parts in sep for runs in parts]
+
+
+def _body(problem: ReachAvoid, model: TrajectoryModel) -> dict:
+    parts = numbered(problem.body, model.points)
+    return {"parts": [{"points": list(part.points)} | _shape(part.shape) for part in parts]}
+
+
+def _shape(shape: Disc | Polygon) -> dict:
+    if isinstance(shape, Disc):
+        return {"radius": decimal_text(shape.radius)}
+    return {"vertices": decimal_text(shape.vertices)}
+
+
+def _rows(poly) -> dict:
+    return {"A": decimal_text(poly.A), "b": decimal_text(poly.b)}

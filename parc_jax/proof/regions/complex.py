@@ -1,0 +1,286 @@
+"""The polyhedral complex as a face lattice: vertices, edges, ..., cells, each face a list of the
+faces one dimension down.
+
+Vertices are shared by all faces that contain them, so a network is evaluated once per vertex. A
+vertex carries, beside its floats, its exact sign at every hyperplane seen so far; that is what it
+*is* (see exact.py).
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from parc_jax.common.arrays import slices
+from parc_jax.proof.regions.storage import (
+    CHUNK,
+    NUMBER,
+    Growable,
+    Ragged,
+    row_chunks,
+    row_positions,
+    unpack,
+)
+
+
+class Sign:
+    """Sign of a function at a vertex, or the union of those at the vertices of a face.
+
+    Bits of a uint8; not an IntFlag, since NumPy takes the members of one for 64-bit integers and
+    converts whole arrays for every comparison.
+    """
+
+    ZERO = np.uint8(0)
+    PLUS = np.uint8(1)
+    MINUS = np.uint8(2)
+    CUT = PLUS | MINUS  # a face with vertices on both sides
+    NEW = CUT | np.uint8(4)  # the face made by the cut itself, which bounds both parts
+
+
+class SignBits:
+    """Exact signs of the vertices at the columns (domain rows, then neurons): one bit each for plus
+    and minus.
+    """
+
+    def __init__(self, n_columns: int, count: int):
+        words = (n_columns + 63) // 64
+        self.plus = Growable(np.zeros((count, words), np.uint64))
+        self.minus = Growable(np.zeros((count, words), np.uint64))
+
+    def inherit(self, a: np.ndarray, b: np.ndarray) -> None:
+        """Append points inside the edges (a, b): nonzero where an end is nonzero (the ends never
+        disagree).
+        """
+        self.plus.append(self.plus.data.take(a, axis=0) | self.plus.data.take(b, axis=0))
+        self.minus.append(self.minus.data.take(a, axis=0) | self.minus.data.take(b, axis=0))
+
+    def mark(self, column: int, codes: np.ndarray) -> None:
+        """Set one column for the first len(codes) vertices. codes: uint8, see `Sign`."""
+        word, bit = _place(column)
+        for bits, sign in ((self.plus, Sign.PLUS), (self.minus, Sign.MINUS)):
+            bits.data[: len(codes), word] |= ((codes & sign) != 0).astype(np.uint64) << bit
+
+    def codes(self, vertices: np.ndarray, column: int) -> np.ndarray:
+        """`Sign` uint8 (len(vertices),) at a column."""
+        word, bit = _place(column)
+        plus = (self.plus.data[vertices, word] >> bit) & np.uint64(1)
+        minus = (self.minus.data[vertices, word] >> bit) & np.uint64(1)
+        return plus.astype(np.uint8) * Sign.PLUS + minus.astype(np.uint8) * Sign.MINUS
+
+    def is_plus(self, first: int, last: int) -> np.ndarray:
+        """Bool (V, last - first): strictly positive at the columns first..last-1."""
+        return unpack(self.plus.view, last)[:, first:]
+
+    def at(self, vertex: int, n_columns: int) -> tuple[np.ndarray, np.ndarray]:
+        """(plus, zero) of one vertex, each bool (n_columns,)."""
+        row = slice(vertex, vertex + 1)
+        plus = unpack(self.plus.data[row], n_columns)[0]
+        minus = unpack(self.minus.data[row], n_columns)[0]
+        return plus, ~(plus | minus)
+
+    def kept(self, vertices: np.ndarray) -> "SignBits":
+        """Those of some vertices: bool (V,)."""
+        out = SignBits(0, 0)
+        out.plus = Growable(self.plus.view[vertices])
+        out.minus = Growable(self.minus.view[vertices])
+        return out
+
+
+def _place(column: int) -> tuple[int, np.uint64]:
+    """Word and bit of a column."""
+    return column >> 6, np.uint64(column & 63)
+
+
+def _with_dummy(values: np.ndarray, dummy: int | float = 0, dtype: type = NUMBER) -> Growable:
+    """Values of all faces of one dimension, with that of the dummy in front."""
+    return Growable(np.concatenate([[dummy], values]).astype(dtype))
+
+
+class Level:
+    """Faces of one dimension k >= 2 in one pool. Face 0 is a dummy that owns what is no longer
+    used, and pool position 0.
+
+    sub: pooled (k-1)-faces. own: face of each pool entry. start, size: where a face's row lies.
+    first: a vertex of the face. radius: see rounding.py.
+    home: cell of the complex at the start of the layer that contains the face.
+    """
+
+    def __init__(
+        self,
+        sub: Int[np.ndarray, " entries"],
+        size: Int[np.ndarray, " faces"],
+        first: Int[np.ndarray, " faces"],
+        radius: Float[np.ndarray, " faces"] | None = None,
+    ):
+        size = np.concatenate([[0], size])
+        self.sub = _with_dummy(sub)
+        self.own = _with_dummy(np.repeat(np.arange(len(size)), size))
+        self.start = Growable(1 + np.cumsum(size) - size)
+        self.size = Growable(size.astype(NUMBER))
+        self.first = _with_dummy(first)
+        self.radius = _with_dummy(np.zeros(len(size) - 1) if radius is None else radius, 0.0, float)
+        self.home = Growable(np.zeros(len(size), NUMBER))
+
+    @property
+    def count(self) -> int:
+        """Number of faces, dummy included."""
+        return self.size.n
+
+    def append_rows(
+        self, sub: Int[np.ndarray, " entries"], own: np.ndarray, size: Int[np.ndarray, " new"]
+    ) -> np.ndarray:
+        """Append rows to the pool; returns their starts. The rows' faces are entered by the
+        caller.
+        """
+        starts = self.sub.n + np.cumsum(size) - size
+        self.sub.append(sub)
+        self.own.append(own)
+        return starts
+
+    def drop_rows(self) -> None:
+        """Give up all rows, for good; how many faces there are stays known."""
+        self.sub = Growable(np.zeros(1, NUMBER))
+        self.own = Growable(np.zeros(1, NUMBER))
+
+    def compact(self) -> None:
+        """Drop dead pool entries when they are more than half as many as the live ones."""
+        live = int(self.size.view.sum())
+        if self.sub.n <= live + live // 2 + 64:
+            return
+        end = 1
+        for part in slices(self.sub.n, CHUNK):
+            used = np.flatnonzero(self.own.data[part])
+            for pool in (self.sub, self.own):
+                pool.data[end : end + len(used)] = pool.data[part].take(used)
+            end += len(used)
+        self.sub.n = end
+        self.own.n = end
+        own = self.own.view
+        heads = np.flatnonzero(own[1:] != own[:-1]) + 1
+        self.start.data[own[heads]] = heads
+
+
+class Complex:
+    """All faces of dimension 0..n. Mutable; lives only inside the subdivision.
+
+    x: (V, n) float vertices. z: (V, w) pre-activations of the current layer. rho: (V,).
+    bits: exact signs. vertex_home: (V,), as of a level.
+    a, b: ends of the edges (edge 0 is a dummy). edge_radius, edge_home: as of a level.
+    levels[k]: faces of dimension k = 2..n.
+    label: column of the hyperplane that carries each (n-1)-face.
+    """
+
+    def __init__(
+        self,
+        x: Float[np.ndarray, "V n"],
+        bits: SignBits,
+        a: Int[np.ndarray, " E"],
+        b: Int[np.ndarray, " E"],
+        levels: dict[int, Level],
+        label: Int[np.ndarray, " F"],
+    ):
+        self.n = x.shape[1]
+        self.x = Growable(x)
+        self.z = Growable(np.zeros((len(x), 0)))
+        self.rho = Growable(np.zeros(len(x)))
+        self.vertex_home = Growable(np.zeros(len(x), NUMBER))
+        self.bits = bits
+        self.set_edges(a, b)
+        self.levels = levels
+        self.set_labels(label)
+
+    def set_edges(self, a: np.ndarray, b: np.ndarray, radius: np.ndarray | None = None) -> None:
+        """Replace all edges: ends a, b (E,), radius (E,) or zero."""
+        self.a = _with_dummy(a)
+        self.b = _with_dummy(b)
+        self.edge_radius = _with_dummy(np.zeros(len(a)) if radius is None else radius, 0.0, float)
+        self.edge_home = Growable(np.zeros(self.a.n, NUMBER))
+
+    def set_labels(self, label: np.ndarray) -> None:
+        """Replace the labels of the (n-1)-faces, which have a dummy unless they are vertices."""
+        self.label = Growable(label) if self.n == 1 else _with_dummy(label, -1)
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells."""
+        return self.count(self.n) - 1
+
+    def count(self, k: int) -> int:
+        """Number of stored k-faces; one more than there are for k >= 1 (the dummy)."""
+        if k == 0:
+            return self.x.n
+        return self.a.n if k == 1 else self.levels[k].count
+
+    def radius(self, k: int) -> Growable:
+        """Distance bound of the k-faces, 0 <= k < n."""
+        if k == 0:
+            return self.rho
+        return self.edge_radius if k == 1 else self.levels[k].radius
+
+    def home(self, k: int) -> Growable:
+        """A cell of the complex at the start of the layer that contains each k-face."""
+        if k == 0:
+            return self.vertex_home
+        return self.edge_home if k == 1 else self.levels[k].home
+
+    def settle(self) -> None:
+        """Start a layer: the cells of now are the homes of all faces."""
+        inside = np.arange(-1, self.n_cells, dtype=NUMBER)
+        for k in range(self.n, 0, -1):
+            self.home(k).data[: self.count(k)] = inside
+            below = np.zeros(self.count(k - 1), NUMBER)
+            if k > 1:
+                level = self.levels[k]
+                for part in slices(level.sub.n, CHUNK):
+                    below[level.sub.data[part]] = inside.take(level.own.data[part])
+            else:
+                below[self.a.view[1:]] = inside[1:]
+                below[self.b.view[1:]] = inside[1:]
+            inside = below
+        self.vertex_home.data[: self.x.n] = inside
+
+    def rows(self, k: int) -> Ragged:
+        """Boundaries of all k-faces, dummy dropped: (k-1)-faces flat, and offsets. Numbered from 0
+        on both sides.
+        """
+        if k == 1:
+            ends = np.stack([self.a.view[1:], self.b.view[1:]], axis=1)
+            return ends.ravel(), 2 * np.arange(len(ends) + 1)
+        level = self.levels[k]
+        start = level.start.view[1:]
+        size = level.size.view[1:]
+        offsets = np.concatenate([[0], np.cumsum(size)])
+        flat = np.empty(offsets[-1], NUMBER)
+        for first, last in row_chunks(offsets, CHUNK):
+            positions, _ = row_positions(start[first:last], size[first:last])
+            np.subtract(level.sub.data.take(positions), 1, out=flat[offsets[first] : offsets[last]])
+        return flat, offsets
+
+    def all_rows(self, *, drop: bool = False) -> Iterator[Ragged]:
+        """`rows` of the k-faces, k = 1, ..., n. drop: the complex gives up its own, for good."""
+        for k in range(1, self.n + 1):
+            yield self.rows(k)
+            if drop and k > 1:
+                self.levels[k].drop_rows()
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held by the complex (a close count, asked for after every cut)."""
+        per_vertex = 8 * (self.n + self.z.data.shape[1] + 2 * self.bits.plus.data.shape[1] + 2)
+        held = per_vertex * self.x.n + 20 * self.a.n
+        for level in self.levels.values():
+            held += 8 * level.sub.n + 28 * level.count
+        return held
+
+    def set_values(self, z: np.ndarray) -> None:
+        """Store the pre-activations (V, w) of a new layer."""
+        self.z = Growable(z)
+
+    def touches(self, first: int, last: int) -> bool:
+        """Whether a vertex lies on one of the domain rows first..last-1."""
+        return not unpack(self.bits.minus.view, last)[:, first:].all()
+
+    def compact(self) -> None:
+        """Drop what cuts left behind, where it is more than half of what is in use."""
+        for level in self.levels.values():
+            level.compact()

@@ -1,0 +1,149 @@
+"""The complex of the domain itself: a box, or any polytope with interior, cut out of a box around
+it.
+"""
+
+from functools import lru_cache
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.bounding_box import bounding_box
+from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.common.sets.vertices import chebyshev_center
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.proof.regions.complex import Complex, Level, Sign, SignBits
+
+MAX_DIMENSION = 6
+# float products and volumes stay finite below
+LARGEST_SCALE = 1e40
+LARGEST_WEIGHT = 1e100
+
+
+class UnitProblem(NamedTuple):
+    """Network and domain in unit coordinates y = x / scale, scale a power of two per axis: no
+    rounding anywhere.
+
+    A, b: rows of the domain. lo, hi: a box that contains it (the domain itself where it is a box).
+    weights, biases: of the hidden layers.
+    """
+
+    scale: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+    lo: np.ndarray
+    hi: np.ndarray
+    weights: list[np.ndarray]
+    biases: list[np.ndarray]
+
+
+def unit_problem(net: ReLUNetwork, domain: Box | HPolytope) -> UnitProblem:
+    """Rescale the axes so that errors mean the same along each. Raises InputError for a domain
+    without interior.
+    """
+    if not isinstance(domain, Box | HPolytope):
+        raise InputError(f"domain: expected a Box or an HPolytope; got {type(domain).__name__}.")
+    if domain.n != net.n_in:
+        raise InputError(
+            f"domain: expected {net.n_in} dimensions like the network's inputs; got {domain.n}."
+        )
+    if isinstance(domain, Box) and not (domain.lo < domain.hi).all():
+        raise InputError(
+            f"domain: expected a box with interior; got lo = {domain.lo}, hi = {domain.hi}."
+        )
+    around = domain if isinstance(domain, Box) else _box_around(domain)
+    rows = from_box(domain) if isinstance(domain, Box) else domain
+    scale = np.ldexp(1.0, np.frexp(np.maximum(np.abs(around.lo), np.abs(around.hi)))[1])
+    if not ((scale >= 1 / LARGEST_SCALE) & (scale <= LARGEST_SCALE)).all():
+        raise InputError(
+            f"domain: expected sizes between {1 / LARGEST_SCALE:g} and {LARGEST_SCALE:g}; got "
+            f"{scale}."
+        )
+    hidden = len(net.weights) - 1
+    weights = [W * scale if i == 0 else W for i, W in enumerate(net.weights[:hidden])]
+    largest = max(
+        (np.abs(part).max(initial=0.0) for part in (*weights, *net.biases[:hidden])), default=0.0
+    )
+    if largest > LARGEST_WEIGHT:
+        raise InputError(
+            f"network: expected weights up to {LARGEST_WEIGHT:g}; got {largest:g}. Rescale its "
+            "neurons."
+        )
+    return UnitProblem(
+        scale=scale,
+        A=rows.A * scale,
+        b=rows.b,
+        lo=around.lo / scale,
+        hi=around.hi / scale,
+        weights=weights,
+        biases=list(net.biases[:hidden]),
+    )
+
+
+def interior_point(domain: Box | HPolytope) -> np.ndarray:
+    """A point strictly inside the domain. Raises InputError when none is found."""
+    if isinstance(domain, Box):
+        return domain.center
+    center = chebyshev_center(domain).center
+    if not (domain.A @ center < domain.b).all():
+        raise InputError(
+            "domain: expected a polytope with interior; no point strictly inside was found."
+        )
+    return center
+
+
+def _box_around(P: HPolytope) -> Box:
+    """A box that contains the polytope with room to spare."""
+    tight = bounding_box(P)
+    if not (np.isfinite(tight.lo).all() and np.isfinite(tight.hi).all()):
+        raise InputError(
+            "domain: expected a bounded polytope; no bound was found for some axis. Add rows, or "
+            "use a Box."
+        )
+    size = np.maximum(np.abs(tight.lo), np.abs(tight.hi))
+    spare = 0.25 * (tight.hi - tight.lo) + 1e-3 * size + 2.0**-40
+    return Box(tight.lo - spare, tight.hi + spare)
+
+
+def box_complex(lo: np.ndarray, hi: np.ndarray, n_columns: int) -> Complex:
+    """The faces of the box. Columns 0..2n-1 are its rows (x <= hi, then -x <= -lo); n_columns in
+    all.
+    """
+    n = len(lo)
+    corner, subs, sizes, firsts, label = _box_faces(n)
+    bits = SignBits(n_columns, len(corner))
+    for axis in range(n):
+        bits.mark(axis, np.where(corner[:, axis], Sign.ZERO, Sign.MINUS))
+        bits.mark(n + axis, np.where(corner[:, axis], Sign.MINUS, Sign.ZERO))
+    levels = {k: Level(subs[k] + 1, sizes[k], firsts[k]) for k in range(2, n + 1)}
+    ends = subs[1].reshape(-1, 2)
+    return Complex(np.where(corner, hi, lo), bits, ends[:, 0], ends[:, 1], levels, label)
+
+
+@lru_cache
+def _box_faces(n: int):
+    """Corners (2^n, n) bool, and per dimension the faces of the unit box: boundaries, sizes, a
+    corner, facet labels.
+    """
+    # per axis a face lies at 0 (low), 1 (high) or is 2 (free); its dimension is the number of 2s
+    faces = {k: [f for f in product((0, 1, 2), repeat=n) if f.count(2) == k] for k in range(n + 1)}
+    number = {face: i for same in faces.values() for i, face in enumerate(same)}
+    subs = {}
+    sizes = {}
+    firsts = {}
+    for k in range(1, n + 1):
+        subs[k] = np.concatenate([[number[sub] for sub in _facets(face)] for face in faces[k]])
+        sizes[k] = np.full(len(faces[k]), 2 * k)
+        lowest = [tuple(0 if at == 2 else at for at in face) for face in faces[k]]
+        firsts[k] = np.array([number[corner] for corner in lowest])
+    walls = [next((axis, at) for axis, at in enumerate(face) if at != 2) for face in faces[n - 1]]
+    label = np.array([axis if at == 1 else n + axis for axis, at in walls])
+    return np.array(faces[0], dtype=bool), subs, sizes, firsts, label
+
+
+def _facets(face: tuple[int, ...]) -> list[tuple[int, ...]]:
+    """The facets of a face of the box: a free axis becomes low or high."""
+    free = [axis for axis, at in enumerate(face) if at == 2]
+    return [(*face[:axis], at, *face[axis + 1 :]) for axis in free for at in (0, 1)]

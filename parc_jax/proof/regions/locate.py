@@ -1,0 +1,98 @@
+"""Which region contains a point: its activation pattern, exactly, looked up among the patterns of
+the table.
+"""
+
+import numpy as np
+
+from parc_jax.common.arrays import slices
+from parc_jax.common.errors import SoundnessError
+from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.proof.regions.complex import Sign
+from parc_jax.proof.regions.exact import ExactNetwork
+from parc_jax.proof.regions.rounding import TINY, U, forward_error
+from parc_jax.proof.regions.storage import hash_words, pack
+
+CHUNK = 1 << 13  # points treated at once, so that the working set stays in cache
+
+
+class PatternIndex:
+    """Lookup by pattern. Built once per table."""
+
+    def __init__(self, net: ReLUNetwork, patterns: np.ndarray):
+        self.net = net
+        self.patterns = patterns
+        self._words = pack(patterns)
+        keys = hash_words(self._words)
+        self._order = np.argsort(keys, kind="stable")
+        self._sorted = keys[self._order]
+
+    def find(self, k: np.ndarray) -> np.ndarray:
+        """Region number (m,) of points k (m, n) inside the domain."""
+        number = np.empty(len(k), int)
+        for rows in slices(len(k), CHUNK):
+            number[rows] = self._find_chunk(k[rows])
+        return number
+
+    def _find_chunk(self, k: np.ndarray) -> np.ndarray:
+        on, sure = float_patterns(self.net, k)
+        words = pack(on)
+        at = np.searchsorted(self._sorted, hash_words(words))
+        number = self._order[np.minimum(at, len(self._order) - 1)]
+        # an undecided sign, or a hash collision: the slow way
+        slow = np.flatnonzero(~(sure & (self._words[number] == words).all(axis=1)))
+        if len(slow):
+            no_rows = np.zeros((0, k.shape[1]))
+            hidden = (self.net.weights[:-1], self.net.biases[:-1])
+            exact = ExactNetwork(no_rows, np.zeros(0), *hidden)
+            for i in slow:
+                number[i] = self._closed_region(exact.codes(k[i]), k[i])
+        return number
+
+    def _closed_region(self, codes: np.ndarray, k: np.ndarray) -> int:
+        """A region whose pattern agrees with all nonzero signs at k; its closure contains k."""
+        nonzero = codes != Sign.ZERO
+        plus = codes[nonzero] == Sign.PLUS
+        fits = np.flatnonzero((self.patterns[:, nonzero] == plus).all(axis=1))
+        if not len(fits):
+            raise SoundnessError(
+                f"locate: no region contains {k}; the table is incomplete. Please report the "
+                "network."
+            )
+        return int(fits[0])
+
+
+def float_patterns(net: ReLUNetwork, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Patterns (m, n_hidden) bool at k (m, n), and whether rounding cannot have changed them (m,).
+
+    Forward error as in [T10], from the largest activations of the batch.
+    """
+    h = k
+    error = np.zeros(net.n_in)
+    on = []
+    sure = np.ones(len(k), bool)
+    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
+        z = h @ W.T + b
+        error = forward_error(W, b, error, np.abs(h).max(axis=0, initial=0.0))
+        sure &= ((np.abs(z) > error) | (error == 0)).all(axis=1)
+        on.append(z > 0)
+        h = np.maximum(z, 0.0)
+    return np.concatenate(on, axis=1) if on else np.zeros((len(k), 0), bool), sure
+
+
+def inside_domain(domain: Box | HPolytope, k: np.ndarray) -> np.ndarray:
+    """Closed membership (m,) of k (m, n), exact."""
+    if isinstance(domain, Box):
+        return domain.contains(k)
+    A = domain.A
+    b = domain.b
+    excess = k @ A.T - b
+    error = (domain.n + 4) * U * (np.abs(k) @ np.abs(A).T + np.abs(b)) + TINY
+    outside = (excess > error).any(axis=1)
+    inside = (excess < -error).all(axis=1)
+    exact = ExactNetwork(A, b, [], [])
+    for i in np.flatnonzero(~(outside | inside)):
+        values, _ = exact.row_values(*exact.rational(k[i]), 0)
+        outside[i] = any(v > 0 for v in values)
+    return ~outside

@@ -1,0 +1,177 @@
+"""Exact signs of the pre-activations at the vertices: floats where the error bound decides,
+rationals elsewhere.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from parc_jax.proof.regions.budget import Budget
+from parc_jax.proof.regions.complex import Complex, Sign
+from parc_jax.proof.regions.cut_edges import Slack
+from parc_jax.proof.regions.exact import ExactNetwork, sign_of
+from parc_jax.proof.regions.halfspaces import proportional
+from parc_jax.proof.regions.rounding import LayerBound
+from parc_jax.proof.regions.storage import unpack
+
+# [unit coordinates] a new vertex with a bound rho above this is computed exactly at once
+POOR = 2.0**-10
+
+
+_OPPOSITE = np.array([Sign.ZERO, Sign.MINUS, Sign.PLUS])  # by sign
+
+
+class SignOracle:
+    """Signs for one complex. `begin` opens a layer (or the domain rows), then one `codes` per
+    column in order.
+
+    n_exact, n_repaired: vertices evaluated in rationals because a sign was open, or because the
+        float was poor.
+    n_signs: signs asked for.
+    """
+
+    def __init__(self, lattice: Complex, exact: ExactNetwork, delta: float, budget: Budget):
+        self.lattice = lattice
+        self.exact = exact
+        self.delta = delta
+        self.budget = budget
+        self.points: dict[int, tuple[list[int], int]] = {}
+        self.n_exact = 0
+        self.n_repaired = 0
+        self.n_signs = 0
+
+    def begin(
+        self,
+        layer: int | None,
+        W: Float[np.ndarray, "w inputs"],
+        b: Float[np.ndarray, " w"],
+        bound: LayerBound,
+        first_column: int,
+        lip: np.ndarray,
+    ) -> None:
+        """Open a layer (None: the domain rows) with weights W (w, in), b (w,); its columns start at
+        first_column.
+
+        lip: (cells, w) bounds on the gradients in the cells of now, or (1, w) for all cells.
+        """
+        self.layer = layer
+        self.W = W
+        self.b = b
+        self.bound = bound
+        self.first_column = first_column
+        self.lip = lip
+        self.rows: dict[int, np.ndarray] = {}
+        self.twins = _twins(W, b)
+
+    def codes(self, j: int) -> tuple[np.ndarray, Slack]:
+        """`Sign` (V,) uint8 of neuron j of the open layer at all vertices, and the slack of a cut
+        along it.
+        """
+        lattice = self.lattice
+        column = self.first_column + j
+        z = lattice.z.view[:, j]
+        threshold = self.bound.lip[j] * lattice.rho.view
+        threshold += self.bound.eta[j]
+        codes = Sign.PLUS << (z < 0).view(np.uint8)  # minus is the next bit; faster than where
+        undecided = np.flatnonzero(~(np.abs(z) > threshold))
+        self.n_signs += len(z)
+        if len(undecided):
+            lip = self._lip(j, lattice.vertex_home.data[undecided])
+            threshold[undecided] = self.bound.eta[j] + lip * lattice.rho.data[undecided]
+            undecided = undecided[~(np.abs(z[undecided]) > threshold[undecided])]
+            codes[undecided] = self._decide(undecided, j)
+        slack = Slack(
+            eta=self.bound.eta[j],
+            lip=lambda home: self._lip(j, home),
+            delta=self.delta,
+            threshold=threshold,
+            repair=lambda new: self._repair(new, column + 1),
+        )
+        return codes, slack
+
+    def _lip(self, j: int, home: Int[np.ndarray, " v"]) -> np.ndarray | float:
+        """Gradient bounds of neuron j in the given cells."""
+        return self.lip[home, j] if len(self.lip) > 1 else self.lip[0, j]
+
+    def renumber(self, number: np.ndarray) -> None:
+        """Vertices were dropped: number (V,) is the new number of each old one, -1 for dropped."""
+        self.points = {int(number[v]): p for v, p in self.points.items() if number[v] >= 0}
+        self.rows = {int(number[v]): p for v, p in self.rows.items() if number[v] >= 0}
+
+    def _decide(self, vertices: Int[np.ndarray, " v"], j: int) -> np.ndarray:
+        if not self.W[j].any():
+            return np.full(len(vertices), sign_of(self.b[j]))
+        if j in self.twins:
+            other, same = self.twins[j]
+            codes = self.lattice.bits.codes(vertices, self.first_column + other)
+            return codes if same else _OPPOSITE[codes]
+        codes = np.zeros(len(vertices), np.uint8)
+        fed = np.ones(len(vertices), bool)
+        if self.layer:
+            # every incoming neuron is 0 there: the pre-activation is the bias
+            before = self.first_column - self.W.shape[1]
+            on = unpack(self.lattice.bits.plus.data[vertices], self.first_column)[:, before:]
+            fed = (on & (self.W[j] != 0)).any(axis=1)
+            codes[~fed] = sign_of(self.b[j])
+        for i in np.flatnonzero(fed):
+            codes[i] = self._row(int(vertices[i]), self.first_column + j)[j]
+        return codes
+
+    def _repair(self, new: Int[np.ndarray, " v"], n_columns: int) -> None:
+        for v in new[~(self.lattice.rho.data[new] <= POOR)]:
+            self.n_repaired += 1
+            self._row(int(v), n_columns)
+
+    def _row(self, v: int, n_columns: int) -> np.ndarray:
+        """Exact codes of the whole layer at vertex v; its floats are replaced by the rounded exact
+        ones.
+        """
+        if v in self.rows:
+            return self.rows[v]
+        self.budget.check_time()
+        on, zero = self._signs_before(v, n_columns)
+        if v not in self.points:
+            self.n_exact += 1
+            n_rows = len(self.exact.rows)
+            self.points[v] = self.exact.vertex(
+                zero[zero < n_rows], zero[zero >= n_rows] - n_rows, on
+            )
+        point, q = self.points[v]
+        if self.layer is None:
+            values, scale = self.exact.row_values(point, q, self.first_column)
+        else:
+            values, scale = self.exact.values(self.layer, point, q, on)
+        lattice = self.lattice
+        lattice.x.data[v] = [x / q for x in point]
+        lattice.z.data[v] = [z / scale for z in values]
+        lattice.rho.data[v] = 2.0**-52 * lattice.n
+        self.rows[v] = np.array([sign_of(z) for z in values], np.uint8)
+        return self.rows[v]
+
+    def _signs_before(self, v: int, n_columns: int) -> tuple[np.ndarray, np.ndarray]:
+        """Neurons (n_hidden,) bool that are plus at vertex v, and the columns of sign zero."""
+        n_rows = len(self.exact.rows)
+        plus, zero = self.lattice.bits.at(v, n_columns)
+        on = np.zeros(self.exact.first_neuron[-1], bool)
+        on[: max(n_columns - n_rows, 0)] = plus[n_rows:]
+        return on, np.flatnonzero(zero)
+
+
+def _twins(
+    W: Float[np.ndarray, "w inputs"], b: Float[np.ndarray, " w"]
+) -> dict[int, tuple[int, bool]]:
+    """Neurons whose (W, b) is an exact multiple of an earlier one's: {j: (earlier i, same
+    sign)}.
+    """
+    table = np.column_stack([W, b])
+    size = np.abs(table).max(axis=1)
+    unit = table / np.where(size > 0, size, 1.0)[:, None]
+    length = np.linalg.norm(unit, axis=1)
+    cosine = np.abs(unit @ unit.T) / np.maximum(length[:, None] * length, 1e-300)
+    exact = np.vectorize(Fraction, otypes=[object])
+    twins: dict[int, tuple[int, bool]] = {}
+    for i, j in zip(*np.nonzero(np.triu(cosine > 1 - 1e-9, 1)), strict=True):
+        if j not in twins and i not in twins and proportional(exact(table[i]), exact(table[j])):
+            twins[int(j)] = (int(i), bool(np.dot(unit[i], unit[j]) > 0))
+    return twins

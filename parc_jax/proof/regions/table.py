@@ -1,0 +1,213 @@
+"""The regions of a network over a domain: patterns, vertices, facets, neighbours, volumes; maps and
+rows on demand.
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import jax
+import numpy as np
+
+from parc_jax.common import struct
+from parc_jax.common.errors import BudgetError, InputError
+from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.learning.network.maps import affine_maps, facet_rows
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.proof.regions.exact import with_exact_points
+from parc_jax.proof.regions.locate import PatternIndex, inside_domain
+from parc_jax.proof.regions.proof import Completeness
+from parc_jax.proof.regions.storage import face_vertices
+
+# `C` and `d` of all regions are refused beyond this; `maps` gives any part of them
+MAX_MAP_BYTES = 2 << 30
+
+
+@struct.dataclass
+class RegionTable:
+    """All r regions of a network over a domain, proved complete. Made by `enumerate_regions`.
+
+    Ragged arrays are flat with offsets: row j is flat[offsets[j] : offsets[j + 1]]. Faces of all
+    dimensions are stored once, shared by the regions they bound; n-faces are the regions,
+    (n-1)-faces the facets, 0-faces the points.
+
+    net, domain: what was enumerated.
+    patterns: (r, n_hidden) bool, active neurons; a neuron that is 0 on a whole region counts as
+        inactive there.
+    volumes: (r,).
+    points: (V, n) all vertices; point_error (V, n): proved bound on the distance to the exact ones,
+        per axis.
+    boundaries: per k = 1..n: the (k-1)-faces of every k-face, flat, and offsets.
+    facet_label: (f,) hidden neuron whose hyperplane carries the facet, or -1 - (row of the domain).
+    facet_regions: (f, 2) the regions on its two sides, -1 for outside.
+    proof: Completeness.
+    """
+
+    net: ReLUNetwork
+    domain: Box | HPolytope
+    patterns: np.ndarray
+    volumes: np.ndarray
+    points: np.ndarray
+    point_error: np.ndarray
+    boundaries: tuple[tuple[np.ndarray, np.ndarray], ...]
+    facet_label: np.ndarray
+    facet_regions: np.ndarray
+    proof: Completeness
+
+    @property
+    def count(self) -> int:
+        """Number of regions r."""
+        return len(self.patterns)
+
+    @property
+    def facet_index(self) -> np.ndarray:
+        """Facets of the regions, flat with `facet_offsets`."""
+        return self.boundaries[-1][0]
+
+    @property
+    def facet_offsets(self) -> np.ndarray:
+        """Offsets (r + 1,) of everything that has one entry per facet of a region: facet_index, A,
+        b, neighbours.
+        """
+        return self.boundaries[-1][1]
+
+    def face_vertices(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Points of all k-faces, k = 0..n, flat with offsets."""
+        return face_vertices(self.boundaries, len(self.points), k)
+
+    @cached_property
+    def _region_vertices(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.face_vertices(self.net.n_in)
+
+    @property
+    def vertex_index(self) -> np.ndarray:
+        """Points of the regions, flat with `vertex_offsets`; computed on first use."""
+        return self._region_vertices[0]
+
+    @property
+    def vertex_offsets(self) -> np.ndarray:
+        """Offsets (r + 1,) of vertex_index and vertices."""
+        return self._region_vertices[1]
+
+    @cached_property
+    def vertices(self) -> np.ndarray:
+        """Vertices of the regions one after the other, flat with `vertex_offsets`: (sum, n)."""
+        return self.points[self.vertex_index]
+
+    @cached_property
+    def neighbours(self) -> np.ndarray:
+        """Region across each facet, flat with `facet_offsets`; -1 where the facet is on the
+        domain's boundary.
+        """
+        sides = self.facet_regions[self.facet_index]
+        mine = np.repeat(np.arange(self.count), np.diff(self.facet_offsets))
+        return np.where(sides[:, 0] == mine, sides[:, 1], sides[:, 0])
+
+    @cached_property
+    def _rows(self) -> np.ndarray:
+        """Rows (A, b) of all regions without redundant ones, flat with `facet_offsets`: (sum, n +
+        1).
+        """
+        neuron = self.facet_label >= 0
+        table = np.empty((len(neuron), self.net.n_in + 1))
+        table[neuron] = facet_rows(
+            self.net, self.patterns, self.facet_label[neuron], self.facet_regions[neuron, 0]
+        )
+        rows = from_box(self.domain) if isinstance(self.domain, Box) else self.domain
+        table[~neuron] = np.column_stack([rows.A, -rows.b])[-1 - self.facet_label[~neuron]]
+        # z = g.x + c >= 0 where the neuron is active
+        region = np.repeat(np.arange(self.count), np.diff(self.facet_offsets))
+        label = self.facet_label[self.facet_index]
+        active = label >= 0
+        if self.patterns.shape[1]:
+            active &= self.patterns[region, np.maximum(label, 0)]
+        flat = table[self.facet_index]
+        flat[active] *= -1.0
+        flat[:, -1] *= -1.0
+        return flat
+
+    @property
+    def A(self) -> np.ndarray:
+        """Outward normals of all regions, flat with `facet_offsets`: (sum, n). One row per facet,
+        none redundant.
+        """
+        return self._rows[:, :-1]
+
+    @property
+    def b(self) -> np.ndarray:
+        """Offsets of all regions, flat with `facet_offsets`: (sum,)."""
+        return self._rows[:, -1]
+
+    def region(self, i: int) -> HPolytope:
+        """Region i as {x : A x <= b}."""
+        rows = self._rows[self.facet_offsets[i] : self.facet_offsets[i + 1]]
+        return HPolytope(rows[:, :-1], rows[:, -1])
+
+    def region_vertices(self, i: int) -> np.ndarray:
+        """Vertices (v, n) of region i; in two dimensions counterclockwise."""
+        x = self.points[self.vertex_index[self.vertex_offsets[i] : self.vertex_offsets[i + 1]]]
+        if x.shape[1] != 2:
+            return x
+        from_center = x - x.mean(axis=0)
+        return x[np.argsort(np.arctan2(from_center[:, 1], from_center[:, 0]))]
+
+    def maps(
+        self, regions: int | slice | Sequence[int] | np.ndarray = slice(None)
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Affine maps C (m, n_out, n), d (m, n_out) of the given regions (index, slice or mask):
+        net(k) = C k + d.
+        """
+        return affine_maps(self.net, self.patterns[regions])
+
+    @cached_property
+    def _all_maps(self) -> tuple[np.ndarray, np.ndarray]:
+        n_bytes = 8 * self.count * self.net.n_out * (self.net.n_in + 1)
+        if n_bytes > MAX_MAP_BYTES:
+            raise BudgetError(
+                f"maps of all {self.count} regions need {n_bytes / 2**30:.1f} GiB > "
+                f"{MAX_MAP_BYTES / 2**30:.0f} GiB. Use maps(regions) for the regions you need."
+            )
+        return self.maps()
+
+    @property
+    def C(self) -> np.ndarray:
+        """Gradients of all regions (r, n_out, n); computed on first use. Raises BudgetError beyond
+        2 GiB.
+        """
+        return self._all_maps[0]
+
+    @property
+    def d(self) -> np.ndarray:
+        """Offsets of all regions (r, n_out); computed on first use. Raises BudgetError beyond 2
+        GiB.
+        """
+        return self._all_maps[1]
+
+    def with_exact_points(self) -> "RegionTable":
+        """The same table, every vertex rounded from its exact value: point_error is half a unit in
+        the last place.
+
+        A fraction of a millisecond per vertex.
+        """
+        return with_exact_points(self)
+
+    @cached_property
+    def _index(self) -> PatternIndex:
+        return PatternIndex(self.net, self.patterns)
+
+    def locate(self, k: Sequence[float] | np.ndarray | jax.Array) -> np.ndarray:
+        """Region number of each k (..., n), -1 outside the domain. Exact: k is read as the
+        rationals its floats are.
+
+        A k on a boundary gets one of the closed regions that contain it.
+        """
+        k = np.asarray(k, np.float64)
+        if k.shape[-1:] != (self.net.n_in,):
+            raise InputError(
+                f"locate: expected k with {self.net.n_in} entries last; got shape {k.shape}."
+            )
+        flat = k.reshape(-1, self.net.n_in)
+        inside = inside_domain(self.domain, flat)
+        number = np.full(len(flat), -1)
+        number[inside] = self._index.find(flat[inside])
+        return number.reshape(k.shape[:-1])

@@ -1,0 +1,281 @@
+"""One scene of a batch: plans proposed in float32 from a pool that all scenes share, checked in
+float64. Kernels. [T15]
+
+The network is evaluated once for the pool, so a scene costs segment tests only. A proposal is never
+an answer: what is returned has passed the point test in float64, with the slack of [T11], like the
+samples of a single query.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int, Integer
+
+from parc_jax.common import struct
+from parc_jax.common.arrays import product
+from parc_jax.learning.bound.bins import open_bin_of
+from parc_jax.learning.bound.error_set import ErrorSet, at
+from parc_jax.learning.bound.reach import Reach
+from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.network.predict import moved_to, predict
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.safe_set.batch.estimate import estimate_clearance, estimate_roughly
+from parc_jax.safe_set.verdict.pointwise import verdict
+from parc_jax.safe_set.verdict.scene import SceneArrays
+
+PROPOSED = 64  # plans proposed per scene and round
+LOOKED = 12  # of which, for bodies of hulls, so many remain after a rough look
+CHECKED = 4  # of which at most so many, of the largest estimated clearance, are checked in float64
+# shares of K by which a warm start varies k, from the first to the last proposal
+NARROW = 0.003
+WIDE = 0.3
+
+
+@struct.dataclass
+class Pool:
+    """n values of k with what the model says of them.
+
+    k (n, n_k), end (n, n_c) from p0, q (n, n_q): float64. final (n,): what may be off at the end.
+    least, most (n, n_p): of that, the extent of the first point.
+    known: (n,) bool, k has one bin, with a claim. bin: (n,) its number.
+    way (n, n_c, T + 1) from where the first point ends: float32; only proposals are made from it.
+    """
+
+    k: jax.Array
+    end: jax.Array
+    q: jax.Array
+    final: ErrorSet
+    least: jax.Array
+    most: jax.Array
+    known: jax.Array
+    bin: jax.Array
+    way: jax.Array
+
+
+@struct.dataclass
+class Best:
+    """The safe plans found so far, best first: plans (n, n_p + n_k), clearance (n,) [m], -inf where
+    there is none.
+    """
+
+    plans: jax.Array
+    clearance: jax.Array
+
+
+def pool_of(net: ReLUNetwork, tube: Tube, k: Float[jax.Array, "n n_k"]) -> Pool:
+    """The pool of given k."""
+
+    least, most = (jnp.asarray(x) for x in tube.end_extent)
+
+    def one(k):
+        offsets, q, _ = predict(net, tube.layout, k)
+        bin = open_bin_of(tube.edges, k)
+        back = moved_to(-offsets[-1, : tube.n_p], offsets)
+        return Pool(
+            k=k,
+            end=offsets[-1],
+            q=q,
+            final=tube.at_end(bin),
+            least=least[bin],
+            most=most[bin],
+            known=(bin >= 0) & jnp.isfinite(least[bin]).all() & jnp.isfinite(most[bin]).all(),
+            bin=bin,
+            way=back.T.astype(jnp.float32),
+        )
+
+    return jax.vmap(one)(k)
+
+
+def pool_at_random(
+    net: ReLUNetwork,
+    tube: Tube,
+    key: jax.Array,
+    lo: Float[jax.Array, " n_k"],
+    hi: Float[jax.Array, " n_k"],
+    n: int,
+) -> Pool:
+    """A pool of n values of k, uniform on the box [lo, hi] (n_k,) of floats."""
+    share = jax.random.uniform(key, (n, len(lo)), lo.dtype)
+    k = jnp.clip(lo[None] + share * (hi - lo)[None], lo[None], hi[None])
+    return pool_of(net, tube, k)
+
+
+class Ends(NamedTuple):
+    """Where plans may end with each of n values of k: boxes lo, hi (n, n_p) of z, any (n,) bool.
+
+    Everything outside of a box misses the goal or the start set. Inside, rows that mix axes are
+    still to be tested.
+    """
+
+    lo: jax.Array
+    hi: jax.Array
+    any: jax.Array
+
+
+def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
+    """The ends that reach the goal from the start set."""
+    n_p = scene.z_lo.shape[0]
+    n_c = pool.end.shape[1]
+    first = pool.end[:, :n_p]
+    pad = 4 * scene.slack
+    goal_c = scene.goal_A[:, :n_c]
+    goal_p = goal_c.reshape(len(goal_c), -1, n_p).sum(axis=1)  # every point moves with the first
+    around = pool.end - jnp.concatenate([first] * (n_c // n_p), axis=1)
+    lost = at(pool.final, np.s_[:, None]).support(scene.goal_A[None])
+    bounds = scene.goal_b[None] - product(pool.q, scene.goal_A[:, n_c:].T) - lost
+    bounds = bounds - product(around, goal_c.T)
+    goal_lo, goal_hi = jax.vmap(_sides, in_axes=(None, 0))(goal_p, bounds)
+    start_lo, start_hi = _sides(scene.start_A, scene.start_b)
+    lo = jnp.maximum(scene.z_lo[None] - pool.least, start_lo[None] + first)
+    hi = jnp.minimum(scene.z_hi[None] - pool.most, start_hi[None] + first)
+    lo = jnp.maximum(lo, goal_lo) + pad
+    hi = jnp.minimum(hi, goal_hi) - pad
+    goal = (bounds - _least(goal_p, lo, hi) >= 0).all(axis=1)
+    left = scene.start_b[None] - _least(scene.start_A, lo - first, hi - first)
+    start = (left >= 0).all(axis=1)
+    return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
+
+
+def improve(
+    best: Best,
+    net: ReLUNetwork,
+    tube: Tube,
+    fan: Reach,
+    scene: SceneArrays,
+    pool: Pool,
+    chosen: Int[jax.Array, " c"],
+    z: Float[jax.Array, "c n_p"],
+    worth: Bool[jax.Array, " c"],
+) -> Best:
+    """Estimate plans that end in z (c, n_p) with k of the chosen items (c,), check the most
+    promising ones in float64, keep the best. fan: what errors take, of `along_fan`. worth (c,)
+    bool: the others are left alone.
+    """
+    checked = CHECKED
+    path = _paths(pool, chosen, z)
+    taken = fan.of(pool.bin[chosen])
+    if not scene.obstacles.closed:  # a check costs much, and estimates are nearly right
+        checked = min(CHECKED, len(best.clearance))
+        rough = jnp.where(worth, estimate_roughly(scene.obstacles, path, taken), -jnp.inf)
+        _, few = jax.lax.top_k(rough, min(LOOKED, len(z)))
+        z, chosen, worth, path = z[few], chosen[few], worth[few], path[few]
+        taken = fan.of(pool.bin[chosen])
+    estimate = estimate_clearance(scene.obstacles, path, taken)
+    estimate = jnp.where(worth, estimate, -jnp.inf)
+    _, most = jax.lax.top_k(estimate, min(checked, len(z)))
+    k = pool.k[chosen[most]]
+    p0 = z[most] - pool.end[chosen[most], : z.shape[1]]
+    seen = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))(net, tube, scene, p0, k)
+    clearance = jnp.where(seen.safe, seen.clearance, -jnp.inf)
+    plans = jnp.concatenate([best.plans, jnp.concatenate([p0, k], axis=1)])
+    clearance = jnp.concatenate([best.clearance, clearance])
+    clearance, kept = jax.lax.top_k(clearance, len(best.clearance))
+    return Best(plans[kept], clearance)
+
+
+def _paths(pool: Pool, chosen: Int[jax.Array, " c"], z: Float[jax.Array, "c n_p"]):
+    """(c, n_c, T + 1) float32 paths that end in z, with k of the chosen items."""
+    start = z.astype(jnp.float32)
+    start = jnp.concatenate([start] * (pool.way.shape[1] // z.shape[1]), axis=1)
+    return start[:, :, None] + pool.way[chosen]
+
+
+class Rounds(NamedTuple):
+    """Where a search stands: the next round, and the best plans so far."""
+
+    next: jax.Array
+    best: Best
+
+
+def search(
+    net: ReLUNetwork,
+    tube: Tube,
+    fan: Reach,
+    scene: SceneArrays,
+    number: Integer[jax.Array, ""],
+    best: Best,
+    pool: Pool,
+    key: jax.Array,
+    first: Integer[jax.Array, ""],
+    last: Integer[jax.Array, ""],
+) -> tuple[Best, jax.Array]:
+    """Rounds first..last - 1 of one scene; ends when every place of `best` holds a safe plan.
+
+    number (): the scene's own number, folded into the key. Returns the best plans and the rounds
+    that were run.
+    """
+    ends = allowed_ends(pool, scene)
+    rank = jnp.cumsum(ends.any, dtype=jnp.int32)
+    n = rank[-1]  # items of the pool with an end
+    key = jax.random.fold_in(key, number)
+    order = jnp.arange(PROPOSED, dtype=jnp.int32)
+
+    def step(rounds: Rounds) -> Rounds:
+        item = (rounds.next * PROPOSED + order) % jnp.maximum(n, 1)
+        chosen = jnp.minimum(jnp.searchsorted(rank, item + 1), len(rank) - 1)
+        round_key = jax.random.fold_in(key, rounds.next)
+        share = jax.random.uniform(round_key, (PROPOSED, ends.lo.shape[1]), ends.lo.dtype)
+        z = ends.lo[chosen] + share * (ends.hi - ends.lo)[chosen]
+        worth = jnp.broadcast_to(n > 0, order.shape)
+        best = improve(rounds.best, net, tube, fan, scene, pool, chosen, z, worth)
+        return Rounds(rounds.next + 1, best)
+
+    def unfinished(rounds: Rounds):
+        return (rounds.next < last) & (n > 0) & ~(rounds.best.clearance > 0).all()
+
+    end = jax.lax.while_loop(unfinished, step, Rounds(first, best))
+    return end.best, end.next - first
+
+
+def rewarm(
+    net: ReLUNetwork,
+    tube: Tube,
+    fan: Reach,
+    scene: SceneArrays,
+    number: Integer[jax.Array, ""],
+    best: Best,
+    plans: Float[jax.Array, "w dims"],
+    key: jax.Array,
+) -> Best:
+    """Begin from earlier plans (w, n_p + n_k), NaN where there is none: the same k and ends, then
+    more and more apart.
+
+    Proposal i < w is plan i itself, moved as little as goal and start ask for; the others vary k
+    and keep the end.
+    """
+    n_p = scene.z_lo.shape[0]
+    usable = jnp.isfinite(plans).all(axis=1)
+    source = jnp.arange(PROPOSED) % len(plans)
+    old = jnp.where(usable[:, None], plans, 0.0)[source]
+    spread = NARROW * (WIDE / NARROW) ** (jnp.arange(PROPOSED, dtype=old.dtype) / PROPOSED)
+    spread = jnp.where(jnp.arange(PROPOSED) < len(plans), 0.0, spread)
+    sizes = spread[:, None] * (scene.k_hi - scene.k_lo)[None]
+    noise_key = jax.random.fold_in(key, number)
+    noise = jax.random.normal(noise_key, (PROPOSED, len(scene.k_lo)), old.dtype)
+    near = jnp.clip(old[:, n_p:] + sizes * noise, scene.k_lo[None], scene.k_hi[None])
+    pool = pool_of(net, tube, near)
+    before = pool_of(net, tube, old[:, n_p:])
+    ends = allowed_ends(pool, scene)
+    z = jnp.clip(old[:, :n_p] + before.end[:, :n_p], ends.lo, jnp.maximum(ends.lo, ends.hi))
+    worth = ends.any & usable[source]
+    return improve(best, net, tube, fan, scene, pool, jnp.arange(PROPOSED), z, worth)
+
+
+def _sides(A: Float[jax.Array, "h n"], b: Float[jax.Array, " h"]):
+    """Bounding box lo, hi (n,) by the rows that bound one axis alone; infinite where there is
+    none.
+    """
+    alone = (A != 0) & ((A != 0).sum(axis=1) == 1)[:, None]
+    at = b[:, None] / jnp.where(alone, A, 1)
+    lo = jnp.where(alone & (A < 0), at, -jnp.inf).max(axis=0)
+    hi = jnp.where(alone & (A > 0), at, jnp.inf).min(axis=0)
+    return lo, hi
+
+
+def _least(
+    A: Float[jax.Array, "h n_p"], lo: Float[jax.Array, "n n_p"], hi: Float[jax.Array, "n n_p"]
+):
+    """Least value (n, h) of each row of A over the boxes [lo, hi]."""
+    return jnp.minimum(A[None] * lo[:, None], A[None] * hi[:, None]).sum(axis=2)

@@ -1,0 +1,225 @@
+"""Choose a corridor around a safe plan, its seed. [T14, T27]
+
+Whatever is chosen, plans that keep to it are safe (`corridor`); the choice decides how many they
+are. It keeps as many neighbours of the seed as it can: safe plans with similar paths that no
+corridor holds yet, in whatever cell. Equal directions are then merged into the fewest runs over
+time that keep the same neighbours, so certificates stay short.
+"""
+
+from collections.abc import Callable
+from functools import partial, reduce
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import ArrayLike, Bool, Float, Int, UInt
+
+from parc_jax.common.arrays import single
+from parc_jax.common.shapes import Index
+from parc_jax.learning.network.predict import by_point
+from parc_jax.safe_set.corridors.allowed import Allowed
+from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
+from parc_jax.safe_set.separation.pairs import Pair
+from parc_jax.safe_set.verdict.scene import Tabled
+
+PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
+AT_ONCE = PLANS  # of them along few directions
+SWEEPS = 1  # rounds of swapping each interval's direction while all others stay
+# plans from which one direction of the seed's own is to keep away, by dimension: in space
+# a table is coarse, and what serves one plan best separates few of its neighbours
+CLUSTERS = {2: (1,), 3: (1, 4, 16)}
+Rooms = Float[jax.Array, "plans t d"]
+LEVELS = 4  # a plan that l other intervals lose counts 4^-l, but no less than 4^-(LEVELS - 1)
+
+
+class Chosen(NamedTuple):
+    """Outcome for one seed. direction (o, T): of the table, or the table's length for the
+    seed's own.
+
+    nearest (o, T, n_p): the seed's own direction, from the nearest point of the obstacle to it, or
+    to the hull of it and its nearest neighbours. kept (): the seed is inside.
+    """
+
+    direction: jax.Array
+    nearest: jax.Array
+    kept: jax.Array
+
+
+def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: Allowed) -> Chosen:
+    """One seed and its neighbours, PLANS in all, the seed first. Kernel.
+
+    Chosen in float32: whatever is chosen, who is inside is decided elsewhere, in float64.
+    """
+    paths, allowed, scene = jax.tree.map(single, (paths, allowed, scene))
+    obstacles, table = scene.obstacles, scene.directions
+    clusters = CLUSTERS[table.w.shape[-1]]
+    places = by_point(paths, jax.tree.leaves(allowed.errors)[0].shape[2])
+
+    def of_kind(o: Index):
+        lost = partial(allowed.lost_along_table, o)
+        return _rooms(table.w[o][None], obstacles.points[o], places, lost)
+
+    def look(o: Index, rooms: Rooms, state: tuple):
+        one = obstacles.only(o)
+        near = jnp.stack([_from_cluster(one, paths, allowed, n) for n in clusters], axis=1)
+        mine = _rooms(near, one.points, places, allowed.lost, AT_ONCE)
+        support = table.support[o][None] + scene.slack * jnp.abs(table.w[o]).sum(axis=1)[None]
+        own = jax.vmap(jax.vmap(one.support))(near) + scene.slack * jnp.abs(near).sum(axis=2)
+        some = (_separated(rooms, support), _separated(mine, own))
+        masks = jnp.where(one.active[:, None], jnp.concatenate(some, axis=1), ~jnp.uint64(0))
+        choice = jnp.argmax(jnp.where(_with_seed(masks), _count(masks), -1), axis=1)
+        put = (x.at[o].set(new) for x, new in zip(state, (near, masks, choice), strict=True))
+        return tuple(put)
+
+    n_o, n_steps = obstacles.active.shape
+    n_d = table.w.shape[1] + len(clusters)
+    nearest = jnp.zeros((n_o, n_steps, len(clusters), table.w.shape[2]), paths.dtype)
+    # what only pads is separated by anything
+    masks = jnp.full((n_o, n_steps, n_d), ~jnp.uint64(0))
+    begin = nearest, masks, jnp.zeros((n_o, n_steps), int)
+    nearest, masks, choice = scene.alike.look(of_kind, look, begin)
+    items, choice = masks.reshape(-1, n_d), choice.ravel()
+    for _ in range(SWEEPS):
+        choice = _sweep(choice, items, scene.count * n_steps)
+    inside = jax.lax.reduce_and(_of_choice(choice, items), (0,))
+
+    def merge(o: Index, state: tuple):
+        direction, shortest, kept = state
+        valid = masks[o] & inside == inside
+        runs = _fewest_runs(valid, table.w.shape[1])
+        kept &= jnp.take_along_axis(valid, runs[:, None], axis=1).all()
+        own = jnp.maximum(runs - table.w.shape[1], 0)[:, None, None]
+        mine = jnp.take_along_axis(nearest[o], own, axis=1)[:, 0]
+        runs = jnp.minimum(runs, table.w.shape[1])
+        return direction.at[o].set(runs), shortest.at[o].set(mine), kept
+
+    begin = jnp.zeros((n_o, n_steps), int), nearest[:, :, 0], _with_seed(inside)
+    return Chosen(*jax.lax.fori_loop(0, scene.count, merge, begin))
+
+
+def _from_cluster(pair: Pair, paths: Float[jax.Array, "plans knots n_c"], allowed: Allowed, n: int):
+    """(T, n_p) unit directions that keep the hull of the first n plans away with most room."""
+    if n == 1:
+        return pair.gaps(paths[0], jax.tree.map(lambda x: x[0], allowed.of_first(1)))[1]
+    errors = allowed.of_first(n)
+    n_points = jax.tree.leaves(errors)[0].shape[2]
+    together = jnp.moveaxis(paths[:n], 0, 1).reshape(paths.shape[1], -1)
+    errors = jax.tree.map(_side_by_side, errors)
+    points = jnp.concatenate([pair.points + n_points * i for i in range(n)])
+    return pair._replace(points=points).gaps(together, errors)[1]
+
+
+def _side_by_side(x: Float[jax.Array, "n t points *_"]):
+    """(T, n * n_points, ...)."""
+    moved = jnp.moveaxis(x, 0, 1)
+    return moved.reshape(moved.shape[0], -1, *moved.shape[3:])
+
+
+# of many seeds
+choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, Allowed(None, 0))))
+
+
+def _rooms(
+    w: Float[jax.Array, "_ d n_p"],
+    points: Int[jax.Array, " i"],
+    places: Float[jax.Array, "plans knots points n_p"],
+    lost: Callable,
+    at_once: int | None = None,
+):
+    """(plans, T, d) how far all of some points of each plan are along directions w, which are those
+    of each interval or of all, whatever their errors. lost: as of `Allowed`.
+    at_once: plans, None for one after another.
+    """
+    # axis by axis and point by point: a loop over plans whose arrays (T, d) stay in cache
+    axes = jax.lax.optimization_barrier(tuple(jnp.moveaxis(w, 2, 0)))
+    back = tuple(-x for x in axes)
+
+    def of_plan(number: Index):
+        def of_point(point: Index):
+            at_knots = places[number][:, point].T[..., None]
+            heights = [height(axes, knots) for knots in at_both_knots(at_knots, axis=1)]
+            return excess(heights, lost(number, point, back))
+
+        return reduce(jnp.minimum, (of_point(point) for point in points))
+
+    return jax.lax.map(of_plan, jnp.arange(PLANS), batch_size=at_once)
+
+
+def _separated(rooms: Rooms, support: Float[jax.Array, "_ d"]):
+    """Which plans each direction separates from what has this support, as the bits of masks (T,
+    d).
+    """
+
+    bit = (jnp.uint64(1) << _bits())[:, None, None]
+    masks = jnp.where(rooms > support[None], bit, jnp.uint64(0))
+    return jax.lax.reduce_or(masks, (0,))
+
+
+def _sweep(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"], n: Index):
+    """Swap the first n items one after another: a plan that l other items lose counts 4^-l."""
+
+    def losing(i: Index, lost: Int[jax.Array, " plans"]):
+        return lost + _loses(masks[i, choice[i]])
+
+    lost = jax.lax.fori_loop(0, n, losing, jnp.zeros(PLANS, jnp.int32))
+
+    def swap(i: Index, state: tuple):
+        lost, choice = state
+        mine = masks[i]
+        others = lost - _loses(mine[choice[i]])
+        level = jnp.minimum(others, LEVELS - 1)
+        score = sum(
+            4 ** (LEVELS - 1 - n)
+            * _count(mine & jnp.where(level == n, jnp.uint64(1) << _bits(), jnp.uint64(0)).sum())
+            for n in range(LEVELS)
+        )
+        best = jnp.argmax(jnp.where(_with_seed(mine), score, -1))
+        return others + _loses(mine[best]), choice.at[i].set(best)
+
+    return jax.lax.fori_loop(0, n, swap, (lost, choice))[1]
+
+
+def _with_seed(masks: UInt[jax.Array, "..."]):
+    """Is the seed, the first plan, among those kept?"""
+    return masks & jnp.uint64(1) > 0
+
+
+def _bits():
+    return jnp.arange(PLANS, dtype=jnp.uint64)
+
+
+def _count(masks: UInt[jax.Array, "..."]):
+    return jax.lax.population_count(masks).astype(jnp.int32)
+
+
+def _loses(masks: UInt[jax.Array, "..."]):
+    """(..., PLANS) 1 for each plan whose bit is not set."""
+    bits = jnp.broadcast_to(_bits(), (*masks.shape, PLANS))
+    return 1 - (masks[..., None] >> bits & jnp.uint64(1)).astype(jnp.int32)
+
+
+def _of_choice(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"]):
+    """(i,) the mask of the direction chosen at each item."""
+    return jnp.take_along_axis(masks, choice[:, None], axis=1)[:, 0]
+
+
+def _fewest_runs(valid: Bool[jax.Array, "t d"], n_table: int):
+    """choice (T,): always take the direction that lasts longest.
+
+    The last columns are each interval's own nearest directions: they never last, and are taken only
+    where nothing of the table, which has n_table directions, holds.
+    """
+    table = jnp.arange(valid.shape[1]) < n_table
+
+    def lasts(later: Int[jax.Array, " d"], valid: Bool[jax.Array, " d"]):
+        here = jnp.where(valid & table, 2 + later, jnp.where(valid, 1, 0))
+        return jnp.where(table, here, 0), here
+
+    _, length = jax.lax.scan(lasts, jnp.zeros(valid.shape[1], int), valid, reverse=True)
+
+    def take(current: Index, item: tuple):
+        length, valid = item
+        current = jnp.where(valid[current] & table[current], current, jnp.argmax(length))
+        return current, current
+
+    return jax.lax.scan(take, jnp.argmax(length[0]), (length, valid))[1]

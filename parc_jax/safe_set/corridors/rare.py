@@ -1,0 +1,165 @@
+"""Safe plans that uniform draws never hit: found by multilevel splitting, and where to draw then.
+[T24]
+
+Plans climb the least margin of their verdict: the best quarter of a population stays, is copied and
+moved about inside its level, and so on until the level is safe. A share of 1e-8 is thirteen
+quarters. That is a search: what it returns is judged like any other plan, and what it does not find
+may exist. `parc_jax.climb` ends around the best; here all of a level is moved about, so that what
+is found is spread over the safe set.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.place import Place, place_around
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import Scene
+
+POPULATION = 512  # of the first climb
+KEPT = 0.25  # of a population, at every level
+MOVES = 6  # of every plan, at every level
+SPREAD_MOVES = 12  # of safe plans, before they say where the safe set is
+MOST_LEVELS = 60
+PATIENCE = 4  # levels without PROGRESS, a share of what a level still lacks, that end a climb
+PROGRESS = 0.05
+JITTER = 1e-10  # [sides of K and of the goal's box] added to every move
+JUMP = 2.38  # of differential evolution, over the square root of twice the dimension
+
+
+class _Plans(NamedTuple):
+    """A population: x (b, n_p + n_k) ends and parameters, their least margins (b,)."""
+
+    x: np.ndarray
+    margin: np.ndarray
+
+
+def where_safe(scene: Scene, rng: np.random.Generator, largest: int, limit: Limit) -> Place | None:
+    """A place around the safe plans that a climb finds; populations double until one does, or the
+    largest has failed. What the limit cuts off may still have found some.
+    """
+    size = POPULATION
+    while True:
+        safe = _raise_to_safe(scene, rng, size, limit)
+        if safe is not None:
+            return _around(scene, rng, safe, limit)
+        if size >= largest or limit.over():
+            return None
+        size *= 2
+
+
+def where_around(
+    scene: Scene, rng: np.random.Generator, p0: np.ndarray, k: np.ndarray, limit: Limit
+) -> Place:
+    """A place around the safe plans near one, p0 (n_p,), k (n_k,)."""
+    model = scene.model
+    offsets, _ = trajectories(model.net, model.layout, k[None])
+    seed = np.concatenate([p0 + offsets[0, -1, : model.n_p], k])
+    lo, hi = _whole(scene)
+    # a cloud so small that most of it is safe too, wherever that plan lies
+    for size in 0.5 ** np.arange(4, 40, 3):
+        x = np.clip(seed + size * (hi - lo) * rng.standard_normal((POPULATION, len(seed))), lo, hi)
+        margin = _margins(scene, x)
+        if (margin > 0).mean() >= KEPT:
+            safe = margin > 0
+            return _around(scene, rng, _Plans(x[safe], margin[safe]), limit)
+    return place_around(np.repeat(seed[None], 2, axis=0), lo, hi)
+
+
+def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int, limit: Limit):
+    """Safe plans, or None where the climb ends below."""
+    lo, hi = _whole(scene)
+    x = rng.uniform(lo, hi, (n, len(lo)))
+    plans = _Plans(x, _margins(scene, x))
+    limit.start()  # what comes before mostly compiles
+    if not np.isfinite(plans.margin).any():
+        return None
+    levels = [_level(plans)]
+    for _ in range(MOST_LEVELS):
+        if levels[-1] >= 0:
+            safe = plans.margin > 0
+            return _Plans(plans.x[safe], plans.margin[safe])
+        plans = _copied(rng, plans, levels[-1], n)
+        plans = _moved(scene, rng, plans, levels[-1], MOVES, limit)
+        levels.append(_level(plans))
+        before = levels[-1 - PATIENCE] if len(levels) > PATIENCE else -np.inf
+        if levels[-1] < (1 - PROGRESS) * before or limit.over():
+            break
+    safe = plans.margin > 0
+    return _Plans(plans.x[safe], plans.margin[safe]) if safe.any() else None
+
+
+def _level(plans: _Plans) -> float:
+    """The margin that KEPT of the plans have, but no more than a safe one needs."""
+    finite = np.where(np.isfinite(plans.margin), plans.margin, -np.finfo(float).max)
+    return min(float(np.quantile(finite, 1 - KEPT, method="higher")), 0.0)
+
+
+def _copied(rng: np.random.Generator, plans: _Plans, level: float, n: int) -> _Plans:
+    """n plans drawn from those of at least this level."""
+    among = np.flatnonzero(plans.margin >= level)
+    chosen = among[rng.integers(0, len(among), n)]
+    return _Plans(plans.x[chosen], plans.margin[chosen])
+
+
+def _moved(
+    scene: Scene,
+    rng: np.random.Generator,
+    plans: _Plans,
+    level: float,
+    moves: int,
+    limit: Limit,
+) -> _Plans:
+    """The plans after some moves that never leave the level: steps along differences of others,
+    which fit a level however thin and slanted it is. limit: may end them between two moves.
+    """
+    lo, hi = _whole(scene)
+    n, dim = plans.x.shape
+    x, margin = plans
+    for move in range(moves):
+        if limit.over():
+            break
+        a, b = rng.integers(0, n, (2, n))
+        # every third move is long: from one island of a level to another
+        scale = 1.0 if move % 3 == 2 else JUMP / np.sqrt(2 * dim) * rng.uniform(0.2, 1.0, (n, 1))
+        step = scale * (x[a] - x[b]) + JITTER * (hi - lo) * rng.standard_normal((n, dim))
+        tried = x + step
+        inside = ((lo <= tried) & (tried <= hi)).all(axis=1)
+        new = np.full(n, -np.inf)
+        new[inside] = _margins(scene, tried[inside])
+        better = new >= level
+        x = np.where(better[:, None], tried, x)
+        margin = np.where(better, new, margin)
+    return _Plans(x, margin)
+
+
+def _around(scene: Scene, rng: np.random.Generator, safe: _Plans, limit: Limit) -> Place:
+    """A place around all the safe plans that moves from these lead to."""
+    above = np.finfo(float).tiny
+    plans = _copied(rng, safe, above, POPULATION)
+    plans = _moved(scene, rng, plans, above, SPREAD_MOVES, limit)
+    return place_around(plans.x, *_whole(scene))
+
+
+def _whole(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """The box of all ends and parameters, or of parameters alone where there is one start."""
+    if scene.at is not None:
+        return scene.k_lo, scene.k_hi
+    lo = np.concatenate([scene.z_lo, scene.k_lo])
+    return lo, np.concatenate([scene.z_hi, scene.k_hi])
+
+
+def _margins(scene: Scene, x: np.ndarray) -> np.ndarray:
+    """(b,) least margin of the verdicts on x (b, n), positive for safe plans."""
+    model = scene.model
+    if not len(x):
+        return np.zeros(0)
+    k = x[:, -model.n_k :]
+    if scene.at is None:
+        offsets, _ = trajectories(model.net, model.layout, k)
+        p0 = x[:, : model.n_p] - offsets[:, -1, : model.n_p]
+    else:
+        p0 = np.tile(scene.at, (len(k), 1))
+    return verdicts(scene, p0, k).room

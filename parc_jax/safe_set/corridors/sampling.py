@@ -1,0 +1,257 @@
+"""Random plans of the goal-reaching set, drawn without rejection and without a search over regions.
+[T15]
+"""
+
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from parc_jax.common.shapes import ManyParams, Positions
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import outputs
+from parc_jax.safe_set.corridors.ends import ends_of
+from parc_jax.safe_set.corridors.place import Place
+from parc_jax.safe_set.verdict.pointwise import Prediction, Verdicts
+from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.safe_set.verdict.screen import Screened, screen
+
+NEAREST, FARTHEST = 0.003, 0.1  # [size of K, size of the goal] spread of `near`
+FIRST_DRAW = 512
+LARGEST_DRAW = 2**18
+HOPELESS = 50_000  # drawn with fewer safe ones than FEW: other means have to look for them
+RARE_DRAW = 8192  # at most while hardly any was safe: seconds are looked at between draws
+FEW = 10  # a look of ENOUGH safe ones would take 10^8 draws and more
+SOME = 100  # safe plans seen before a draw may be as large as it wants
+# fresh safe plans of a look that may end a search: a share a little below a target of 1 % is then
+# told from it
+ENOUGH = 6000
+EXPLORING = 2000  # of any other, which only says where to build
+# safe plans kept, the last ones: a uniform sample of the safe set, whose paths take memory
+REMEMBERED = 60_000
+
+
+class Points(NamedTuple):
+    """Points with everything known of them; leading axis b.
+
+    p0 (b, n_p), k (b, n_k), path (b, T + 1, n_c), bin (b,) int64, pattern (b, n_hidden) bool.
+    cell (b,): bytes of pattern and bin, equal for points that share both.
+    """
+
+    p0: np.ndarray
+    k: np.ndarray
+    path: np.ndarray
+    bin: np.ndarray
+    pattern: np.ndarray
+    cell: np.ndarray
+
+    def at(self, index: np.ndarray | slice | int) -> "Points":
+        """The points of an index or mask."""
+        return Points(*(field[index] for field in self))
+
+
+class Draw(NamedTuple):
+    """One batch: how many points were drawn, how many reach the goal in the model, and the safe
+    ones.
+
+    volume: of the set they are uniform over, in units of p0 and k multiplied; it holds every (p0,
+        k) that reaches, if nothing narrower was asked for.
+    """
+
+    drawn: int
+    reaching: int
+    safe: Points
+    volume: float
+
+
+def draw(scene: Scene, rng: np.random.Generator, n: int, within: Place | None = None) -> Draw:
+    """n points (z, k), uniform over bin x (the goal's box less the bin's final error) for all bins
+    of the tube; or over a place, of which the plans that end elsewhere do not reach.
+
+    z is where the first point ends in the model; p0 = z - c_f(k) follows. Volumes of (z, k) are
+    volumes of (p0, k). [T15] Where all plans have one start, k is uniform on K, and volumes are
+    those of k.
+    """
+    model = scene.model
+    if scene.at is not None and within is None:
+        k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
+        seen, safe = safe_ones(scene, ends_from(scene.at, model, k), k)
+        return Draw(n, seen.reaching, safe, float(model.domain.volume))
+    k_lo, k_hi, z_lo, z_hi, volume = ends_of(scene)
+    if within is not None:
+        return _draw_within(scene, within, rng, n, z_lo, z_hi)
+    whole = float(volume.sum())
+    if whole == 0:
+        return Draw(n, 0, no_points(model), 0.0)
+    b = rng.choice(len(volume), n, p=volume / whole)
+    k = rng.uniform(k_lo[b], k_hi[b])
+    seen, safe = safe_ones(scene, rng.uniform(z_lo[b], z_hi[b]), k)
+    return Draw(n, seen.reaching, safe, whole)
+
+
+def _draw_within(
+    scene: Scene,
+    place: Place,
+    rng: np.random.Generator,
+    n: int,
+    z_lo: Float[np.ndarray, "bins n_p"],
+    z_hi: Float[np.ndarray, "bins n_p"],
+) -> Draw:
+    """n points of a place; z_lo, z_hi are where a plan of each bin may end."""
+    model = scene.model
+    x = place.draw(rng, n)
+    k = x[:, -model.n_k :]
+    z = x[:, : model.n_p] if scene.at is None else ends_from(scene.at, model, k)
+    b = model.tube.bin_of(k)
+    fits = (b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)
+    if not fits.any():
+        return Draw(n, 0, no_points(model), place.volume)
+    seen, safe = safe_ones(scene, z[fits], k[fits])
+    return Draw(n, seen.reaching, safe, place.volume)
+
+
+class Counts(NamedTuple):
+    """Counts over several draws: plans drawn, that reach in the model, that are safe. volume: of
+    the set that the draws are uniform over.
+    """
+
+    drawn: int = 0
+    reaching: int = 0
+    safe: int = 0
+    volume: float = 0.0
+
+    def plus(self, one: Draw) -> "Counts":
+        """With one draw more."""
+        return Counts(
+            drawn=self.drawn + one.drawn,
+            reaching=self.reaching + one.reaching,
+            safe=self.safe + len(one.safe.k),
+            volume=one.volume,
+        )
+
+    @property
+    def hopeless(self) -> bool:
+        """So many drawn, and hardly any was safe."""
+        return self.safe < FEW and self.drawn >= HOPELESS
+
+
+class Sampler:
+    """Fresh draws, one after another, each made by a thread of its own while the search is at work:
+    as many plans as a look needs. They depend on nothing but `rng`. Use in a `with` statement.
+
+    within: a place to draw from. tally: counts over all that were taken.
+    """
+
+    def __init__(self, scene: Scene, rng: np.random.Generator, within: Place | None = None):
+        self._scene = scene
+        self._rng = rng
+        self._within = within
+        self.tally = Counts()
+        self._seen: list[Points] = []
+        self._thread = ThreadPoolExecutor(1)
+        self._coming: Future[Draw] | None = None
+
+    def __enter__(self) -> "Sampler":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self._thread.shutdown()
+
+    def start(self, enough: int = EXPLORING) -> None:
+        """Begin the next draw: so many that `enough` of them should be safe."""
+        drawn, safe = self.tally.drawn, self.tally.safe
+        most = LARGEST_DRAW if safe >= SOME else LARGEST_DRAW // 4
+        size = int(np.clip(enough * drawn / max(safe, 1), FIRST_DRAW, most))
+        asked = self._scene, self._rng, size, self._within
+        self._coming = self._thread.submit(draw, *asked)
+
+    def take(self) -> Points:
+        """The safe plans of the draw that was started, or of one made now."""
+        if self._coming is None:
+            self.start()
+        one = self._coming.result()
+        self._coming = None
+        self.tally = self.tally.plus(one)
+        self._seen.append(one.safe)
+        while sum(len(s.k) for s in self._seen[1:]) > REMEMBERED:
+            self._seen.pop(0)
+        return one.safe
+
+    @property
+    def seen(self) -> Points:
+        """The last safe plans taken."""
+        return joined(self._seen)
+
+
+def near(scene: Scene, rng: np.random.Generator, around: Points, n: int) -> Points:
+    """Safe ones among n points of no particular law, close to the given ones: to look where uniform
+    draws miss.
+    """
+    model = scene.model
+    to = rng.integers(0, len(around.k), n)
+    size = np.exp(rng.uniform(np.log(NEAREST), np.log(FARTHEST), (n, 1)))
+    k = around.k[to] + size * (scene.k_hi - scene.k_lo) * rng.standard_normal((n, model.n_k))
+    ends = around.path[to, -1, : model.n_p]
+    z = ends + size * (scene.z_hi - scene.z_lo) * rng.standard_normal((n, model.n_p))
+    if scene.at is not None:
+        z = ends_from(scene.at, model, k)
+    known = ((k > scene.k_lo) & (k < scene.k_hi)).all(axis=1)
+    if not known.any():
+        return no_points(model)
+    return safe_ones(scene, z[known], k[known])[1]
+
+
+def safe_ones(scene: Scene, z: Positions, k: ManyParams) -> tuple[Screened, Points]:
+    """What screening says of the plans with ends z and parameters k, and the safe ones."""
+    seen = screen(scene, z, k)
+    # a start that is asked for is not the one that rounding makes of it; the slack pays for that
+    p0 = seen.p0 if scene.at is None else np.tile(scene.at, (len(seen.p0), 1))
+    return seen, points(p0, k[seen.row], seen)
+
+
+def ends_from(start: np.ndarray | float, model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
+    """(b, n_p) where the first point ends that starts there, for parameters k (b, n_k)."""
+    first = model.layout.n_offsets - model.n_c
+    return start + outputs(model.net, k, slice(first, first + model.n_p))
+
+
+def no_points(model: TrajectoryModel) -> Points:
+    """None at all."""
+    pattern = np.zeros((0, sum(model.net.hidden)), bool)
+    bins = np.zeros(0, np.int64)
+    path = np.zeros((0, model.time.n_steps + 1, model.n_c))
+    p0, k = np.zeros((0, model.n_p)), np.zeros((0, model.n_k))
+    return Points(p0, k, path, bins, pattern, cell_of(pattern, bins))
+
+
+def points(p0: np.ndarray, k: np.ndarray, e: Verdicts | Prediction | Screened) -> Points:
+    """Points with what is said of them, and their cells named."""
+    # of one dtype, whoever counted the bins: for another one all that follows is compiled again
+    return Points(p0, k, e.path, e.bin.astype(np.int64), e.pattern, cell_of(e.pattern, e.bin))
+
+
+def joined(parts: list[Points]) -> Points:
+    """All points of several batches, in order; paths are large, and not copied without need."""
+    some = [part for part in parts if len(part.k)] or parts[:1]
+    if len(some) == 1:
+        return some[0]
+    return Points(*(np.concatenate(fields) for fields in zip(*some, strict=True)))
+
+
+def cell_of(pattern: np.ndarray, bins: np.ndarray) -> np.ndarray:
+    """(b,) byte strings that are equal exactly when pattern (b, n_hidden) and bin (b,) are."""
+    packed = np.packbits(pattern, axis=1)
+    tail = np.ascontiguousarray(bins, dtype="<i4").view(np.uint8).reshape(len(packed), 4)
+    name = np.ascontiguousarray(np.concatenate([packed, tail], axis=1))
+    return name.view(f"V{name.shape[1]}")[:, 0]
+
+
+def groups(cells: np.ndarray):
+    """Pairs (cell bytes, indices) of equal cells."""
+    if len(cells) == 0:
+        return []
+    order = np.argsort(cells, kind="stable")
+    ranked = cells[order]
+    cut = np.flatnonzero(ranked[1:] != ranked[:-1]) + 1
+    return [(cells[index[0]].tobytes(), index) for index in np.split(order, cut)]

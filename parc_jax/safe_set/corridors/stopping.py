@@ -1,0 +1,83 @@
+"""When enough of the safe set is covered: looks at fresh draws that share one error probability.
+
+A draw is fresh when nothing was built from it, so its uncovered share is an honest sample. A look
+may end the search only if the one before it announced so, and only such looks have a part of the
+error probability. [T31]
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.learning.bound.counts import clopper_pearson
+
+# [target] the next look may stop once this one left less than this share uncovered: building more
+# makes it several times smaller, and a look that was announced in vain costs little
+ARMED = 6.0
+
+
+class Coverage(NamedTuple):
+    """What the last fresh draw says. share: of the model's safe set that is covered; at_least: with
+    `confidence`.
+    """
+
+    share: float
+    at_least: float
+    confidence: float
+    fresh_safe: int
+    fresh_uncovered: int
+
+
+def nothing_covered(confidence: float) -> Coverage:
+    """What is known to be covered before a fresh look says more."""
+    return Coverage(0.0, 0.0, confidence, 0, 0)
+
+
+class StoppingRule(NamedTuple):
+    """Stop when at most `target` is left out, with the confidence of `coverage`. Begin with
+    `stopping_rule`.
+
+    coverage: what the last look said. looks: announced ones so far. announced: the next look may
+    stop. satisfied: one did.
+    """
+
+    target: float
+    coverage: Coverage
+    looks: int = 0
+    announced: bool = False
+    satisfied: bool = False
+
+    def after(self, covered: np.ndarray) -> "StoppingRule":
+        """The rule after a look: covered (b,) bool says which plans of a fresh draw are. Nothing
+        changes once it is satisfied: more only adds to it.
+        """
+        if self.satisfied:
+            return self
+        looks = self.looks + self.announced
+        # one that was not announced has the next part: it decides nothing, but may be the last
+        part = looks if self.announced else looks + 1
+        n, out = len(covered), int((~covered).sum())
+        confidence = self.coverage.confidence
+        coverage = Coverage(
+            1 - out / n, 1 - largest_share(n, out, confidence, part), confidence, n, out
+        )
+        return StoppingRule(
+            target=self.target,
+            coverage=coverage,
+            looks=looks,
+            announced=out < ARMED * self.target * n,
+            satisfied=self.announced and coverage.at_least >= 1 - self.target,
+        )
+
+
+def stopping_rule(target: float, confidence: float) -> StoppingRule:
+    """The rule before any look."""
+    return StoppingRule(target, nothing_covered(confidence))
+
+
+def largest_share(n: int, out: int, confidence: float, part: int) -> float:
+    """Clopper-Pearson bound on a share of which n plans showed `out`, with the part 6 / (pi i)^2 of
+    the error probability that look number i has, i = `part` from 1 on. [T31]
+    """
+    delta = (1 - confidence) * 6 / (np.pi * part) ** 2
+    return float(clopper_pearson(out, n, delta))

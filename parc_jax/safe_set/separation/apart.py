@@ -1,0 +1,182 @@
+"""Which pairs of an obstacle and a part need no look: whatever plan reaches the goal, one direction
+keeps them apart in every interval. [T14, T19]
+
+The direction is the normal of a row of the obstacle, for whose support the offset is a bound, so no
+corner has to be known. What is settled here is left out of a scene's arrays, and its direction goes
+into every certificate, where the checkers verify it as they do any other.
+"""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from parc_jax.learning.network.rounding import UNIT
+from parc_jax.problem.body import Part
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.safe_set.separation.directions import Multiplier, body_support
+from parc_jax.safe_set.separation.inequality import excess
+from parc_jax.safe_set.separation.runs import Run
+from parc_jax.safe_set.separation.ways import Ways
+
+# [units in the last place] of the sizes of all terms: rounding of one inequality, of few operations
+ROUNDING = 64
+
+
+class Extent(NamedTuple):
+    """Where points can be during intervals: lo, hi (T, n_points, n_p) [m] around all predicted
+    places at both knots, as wide as rounding may make them. error (T, n_points, n_p) [m]: of boxes
+    around what any bin allows.
+    """
+
+    lo: np.ndarray
+    hi: np.ndarray
+    error: np.ndarray
+
+    def of(self, part: Part) -> "Extent":
+        """Of the points of a part alone."""
+        return Extent(*(x[:, list(part.points)] for x in self))
+
+    @property
+    def at_any_time(self) -> "Extent":
+        """One interval that holds all."""
+        lo, hi, error = self
+        return Extent(
+            lo.min(axis=0, keepdims=True),
+            hi.max(axis=0, keepdims=True),
+            error.max(axis=0, keepdims=True),
+        )
+
+    @property
+    def by_point(self) -> list:
+        """lo, hi and error with the points first."""
+        return [x.swapaxes(0, 1) for x in self]
+
+    @property
+    def size(self) -> float:
+        """[m] Largest coordinate, with its error."""
+        return float((np.maximum(np.abs(self.lo), np.abs(self.hi)) + self.error).max())
+
+
+class Apart(NamedTuple):
+    """The pairs of a problem, obstacle by obstacle and part by part, and which of them are settled.
+
+    kept (n,): numbers of those that are not. row (pairs,): of the others the row of the obstacle
+        that separates them, -1 for the kept ones. spans (pairs, 2): first and last interval in
+        which each exists. beyond: [m] a bound on how far all plans stay
+        away from what is settled, infinite where nothing is.
+    """
+
+    kept: np.ndarray
+    row: np.ndarray
+    spans: np.ndarray
+    beyond: float
+
+    def with_runs(self, own: Sequence[list[Run]]) -> list[list[Run]]:
+        """The runs of all pairs, of which those that are kept are given."""
+        out = [
+            [Run(int(first), int(last) + 1, Multiplier((int(row),), (Fraction(1),)))]
+            for row, (first, last) in zip(self.row, self.spans, strict=True)
+        ]
+        for pair, runs in zip(self.kept, own, strict=True):
+            out[pair] = runs
+        return out
+
+
+def extent_of(
+    ways: Ways,
+    ends: tuple[np.ndarray, np.ndarray],
+    starts: tuple[np.ndarray, np.ndarray],
+    errors: Float[np.ndarray, "intervals n_c"],
+    rounding: float,
+    n_p: int,
+) -> Extent:
+    """Where points can be, of plans whose first point ends in a box and starts in another one:
+    ends, starts (lo, hi) (n_p,) [m], which may be infinite. rounding: [m].
+    """
+    n_points = ways.lo.shape[1] // n_p
+    own_lo, own_hi = ways.lo[0, :n_p], ways.hi[0, :n_p]
+    end_lo = np.maximum(ends[0], starts[0] - own_hi)
+    end_hi = np.minimum(ends[1], starts[1] - own_lo)
+    shape = (-1, n_points, n_p)
+    lo = ways.lo.reshape(shape) + end_lo - rounding
+    hi = ways.hi.reshape(shape) + end_hi + rounding
+    return Extent(np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]), errors.reshape(shape))
+
+
+def apart(problem: ReachAvoid, parts: Sequence[Part], extent: Extent, slack: float) -> Apart:
+    """Settle what can be settled; parts with the numbers of their points. slack: [m] per unit of
+    |w|_1, what every inequality pays.
+    """
+    n, n_parts = len(problem.obstacles), len(parts)
+    spans = spans_of(problem, len(extent.error))
+    room = np.full((n, n_parts), -np.inf)
+    row = np.full((n, n_parts), -1)
+    known = np.isfinite(extent.lo).all() and np.isfinite(extent.hi).all()
+    for p, part in enumerate(parts if n and known else ()):
+        own = extent.of(part)
+        room[:, p], row[:, p] = _settled(problem, np.arange(n), part, own.at_any_time, slack, None)
+        # far away from all times' box at once, or looked at interval by interval
+        close = np.flatnonzero(room[:, p] <= 0)
+        if len(close):
+            found = _settled(problem, close, part, own, slack, spans[close])
+            room[close, p], row[close, p] = found
+    settled = (room > 0).ravel()
+    return Apart(
+        kept=np.flatnonzero(~settled),
+        row=np.where(settled, row.ravel(), -1),
+        spans=np.repeat(spans, n_parts, axis=0),
+        beyond=float(room.ravel()[settled].min(initial=np.inf)),
+    )
+
+
+def spans_of(problem: ReachAvoid, n_steps: int) -> np.ndarray:
+    """(o, 2) first and last interval in which each obstacle exists."""
+    every = (0, n_steps - 1)
+    return np.array([span or every for span in problem.all_spans], int).reshape(-1, 2)
+
+
+def _settled(
+    problem: ReachAvoid,
+    some: np.ndarray,
+    part: Part,
+    extent: Extent,
+    slack: float,
+    spans: Int[np.ndarray, "s 2"] | None,
+):
+    """Of some obstacles (numbers) the room [m] that the best of their rows leaves to a part, and
+    that row. spans: intervals that count, None for all.
+    """
+    chosen = [problem.obstacles[j] for j in some]
+    rows = np.array([len(o.b) for o in chosen])
+    A, b = np.concatenate([o.A for o in chosen]), np.concatenate([o.b for o in chosen])
+    gap = _gap(A, b, part, extent, slack)
+    if spans is not None:
+        at = np.arange(gap.shape[1])
+        counts = (at >= spans[:, :1]) & (at <= spans[:, 1:])
+        gap = np.where(np.repeat(counts, rows, axis=0), gap, np.inf)
+    gap = gap.min(axis=1)
+    first = np.cumsum(rows) - rows
+    best = np.maximum.reduceat(gap, first)
+    place = np.where(gap == np.repeat(best, rows), np.arange(len(gap)), len(gap))
+    return best, np.minimum.reduceat(place, first) - first
+
+
+def _gap(A: np.ndarray, b: np.ndarray, part: Part, extent: Extent, slack: float) -> np.ndarray:
+    """(rows, T) [m] by how much the row's normal keeps all points of a part apart, a bound."""
+    up, down, size = np.maximum(A, 0.0), np.minimum(A, 0.0), np.abs(A)
+    threshold = b + body_support(part.shape, A)
+    least = np.minimum.reduce(
+        [
+            excess([up @ lo.T + down @ hi.T], size @ error.T)
+            for lo, hi, error in zip(*extent.by_point, strict=True)
+        ]
+    )
+    terms = size.max(axis=1) * A.shape[1] * extent.size + np.abs(threshold)
+    paid = threshold + slack * size.sum(axis=1) + ROUNDING * UNIT * terms
+    return (
+        excess([least], paid[:, None])
+        / (np.hypot.reduce(A, axis=1) * (1 + ROUNDING * UNIT))[:, None]
+    )

@@ -1,0 +1,343 @@
+"""Directions that separate, with the multipliers that make them proofs. [T12a, T20]
+
+A direction is w = lambda_i A_i + lambda_j A_j with lambda >= 0 on two rows of the obstacle that
+meet in a corner, in space on three; then h_O(w) <= lambda_i b_i + lambda_j b_j for any such lambda,
+with equality because the corner attains both. Multipliers are short binary fractions, so a
+certificate spells them exactly in a few bytes.
+"""
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import lru_cache
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from parc_jax.common import struct
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.problem.body import Disc, Polygon
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.safe_set.separation.pairs import bucket, numbered_pairs
+from parc_jax.safe_set.separation.polygon import corners
+
+Cones = Sequence[tuple[int, ...]]  # rows of an obstacle that meet in a corner, n_p each
+N_DIRECTIONS = {2: 48, 3: 96}  # per obstacle, by dimension: about 7.5 and 20 degrees apart
+TABLE_BITS = 6  # lambda of the table: multiples of 2^-6, largest 1
+POINT_BITS = 26  # lambda of a direction made for one point: multiples of 2^-26
+N_POOL = 1500  # directions in space, of which the table takes those that spread best
+APART = np.radians(20)  # of the middle of two or three normals in space, to be worth a place
+# [largest volume that three unit normals span at a corner] three that span less are no cone
+FLAT = 1e-9
+SHORT = 27  # bits of a value whose products with 26 bits are exact
+HALVES = 2.0**27 + 1
+FAR = 2.0**200  # numbers up to this, and from its inverse, neither overflow nor vanish in products
+
+
+class Multiplier(NamedTuple):
+    """Rows and nonnegative multipliers of one obstacle: w = sum of value * A_row."""
+
+    rows: tuple[int, ...]
+    values: tuple[Fraction, ...]
+
+
+@struct.dataclass
+class DirectionTable:
+    """Directions of every pair of an obstacle and a part of the body, obstacle by obstacle, padded
+    with repetitions. Facet normals come first.
+
+    w: (o, d, n_p). support: (o, d) [m * |w|] of obstacle + (-shape) along w, rounded to nearest.
+    n_facets: number of leading directions that hold all facet normals, padded to few values.
+    multipliers: per pair a tuple of d Multiplier. cones: per pair the rows of its obstacle, n_p
+        each, that meet in a corner. obstacles, shapes: of every pair. These four are for the host
+        only.
+    """
+
+    w: np.ndarray
+    support: np.ndarray
+    n_facets: int = struct.field(pytree_node=False)
+    multipliers: tuple = struct.field(pytree_node=False, default=())
+    cones: tuple = struct.field(pytree_node=False, default=())
+    obstacles: tuple[HPolytope, ...] = struct.field(pytree_node=False, default=())
+    shapes: tuple[Disc | Polygon, ...] = struct.field(pytree_node=False, default=())
+
+    @property
+    def arrays(self) -> "DirectionTable":
+        """The table without what only the host reads."""
+        return DirectionTable(self.w, self.support, self.n_facets)
+
+    @property
+    def of_unit_length(self) -> "DirectionTable":
+        """Its facet normals alone, at length one, where they are not zero."""
+        w, support = self.w[:, : self.n_facets], self.support[:, : self.n_facets]
+        size = np.linalg.norm(w, axis=-1)
+        size = np.where(size > 0, size, 1)
+        return DirectionTable(w / size[..., None], support / size, self.n_facets)
+
+    def spelled(self) -> np.ndarray:
+        """Multipliers (o, d) as an object array, looked up by index like w; None for obstacles that
+        only pad.
+        """
+        out = np.empty(self.support.shape, object)
+        for j, row in enumerate(self.multipliers):
+            for d, m in enumerate(row):
+                out[j, d] = m
+        return out
+
+    def direction(self, o: int, m: Multiplier) -> tuple[np.ndarray, float]:
+        """The direction of a multiplier of pair o, as `direction` gives it."""
+        return direction(self.obstacles[o], self.shapes[o], m)
+
+    def nearest(self, o: int, w: np.ndarray) -> Multiplier:
+        """The multiplier of pair o whose direction is nearest to w (n_p,), on the rows whose
+        normals enclose w.
+        """
+        return self.nearest_of_many(o, w[None])[0]
+
+    def nearest_of_many(self, o: int, w: np.ndarray) -> list[Multiplier]:
+        """The same for each of some directions w (m, n_p)."""
+        return _nearest(self.obstacles[o].A, np.array(self.cones[o]), w, POINT_BITS)
+
+
+def direction_table(
+    problem: ReachAvoid, n_p: int, kept: Sequence[int] | np.ndarray | None = None, size: int = 0
+) -> DirectionTable:
+    """Facet normals and evenly spread directions in the normal cone of every corner of every
+    obstacle, for every part of the body; or of the pairs of these numbers alone. size: pairs that
+    there is room for, at least.
+    """
+    pairs = numbered_pairs(problem, kept)
+    n_o = max(size, bucket(len(pairs)))
+    n_d = N_DIRECTIONS[n_p]
+    w = np.zeros((n_o, n_d, n_p))
+    support = np.zeros((n_o, n_d))
+    multipliers, cones = [], []
+    obstacles, shapes = [], []
+    for j, part in pairs:
+        obstacle, shape = problem.obstacles[j], problem.parts[part].shape
+        own = tuple(_cones(obstacle, f"obstacle {j}"))
+        fan = _fan(obstacle.A.tobytes(), own)
+        w[len(cones)] = fan.w
+        support[len(cones)] = _supports(obstacle.b, shape, fan)
+        multipliers.append(fan.multipliers)
+        cones.append(own)
+        obstacles.append(obstacle)
+        shapes.append(shape)
+    facets = [len({m.rows for m in chosen if len(m.rows) == 1}) for chosen in multipliers]
+    n_facets = min(n_d, bucket(max(facets, default=1)))
+    return DirectionTable(
+        w,
+        support,
+        n_facets,
+        tuple(multipliers),
+        tuple(cones),
+        tuple(obstacles),
+        tuple(shapes),
+    )
+
+
+def direction(obstacle: HPolytope, body: Disc | Polygon, m: Multiplier) -> tuple[np.ndarray, float]:
+    """The direction w (n_p,) of a multiplier and the support of obstacle + (-body) along it, both
+    rounded to nearest.
+    """
+    rows = list(m.rows)
+    columns = np.concatenate([obstacle.A[rows], obstacle.b[rows, None]], axis=1).T.tolist()
+    *along, bound = (_rounded_sum(m.values, column) for column in columns)
+    w = np.array(along)
+    return w, bound + float(body_support(body, w[None])[0])
+
+
+def _rounded_sum(values: tuple[Fraction, ...], column: list[float]) -> float:
+    """The sum of value * x, rounded once. A short binary value has exact products with both halves
+    of x, whose sum `fsum` rounds once; all others are summed as fractions.
+    """
+    plain = all(
+        v.numerator.bit_length() <= SHORT
+        and v.denominator.bit_count() == 1
+        and max(v.numerator, v.denominator) < FAR
+        and (x == 0 or 1 / FAR < abs(x) < FAR)
+        for v, x in zip(values, column, strict=True)
+    )
+    if not plain:
+        terms = (v * Fraction(x) for v, x in zip(values, column, strict=True))
+        return float(sum(terms))
+    products = []
+    for v, x in zip(values, column, strict=True):
+        factor = v.numerator / v.denominator
+        large = x * HALVES
+        large = large - (large - x)  # the first 26 bits of x (Veltkamp)
+        products += [factor * large, factor * (x - large)]
+    return math.fsum(products)
+
+
+class _Fan(NamedTuple):
+    """Directions of an obstacle's normals, whatever its offsets: multipliers and w (d, n_p).
+
+    whole, denominator: the multipliers once more, as whole numbers (d, rows) over one denominator.
+    """
+
+    multipliers: tuple[Multiplier, ...]
+    w: np.ndarray
+    whole: list[list[int]]
+    denominator: int
+
+
+@lru_cache(maxsize=256)
+def _fan(A: bytes, cones: Cones) -> _Fan:
+    """Obstacles of one shape share their fan: in a batch, or a loop of replanning, it is made
+    once.
+    """
+    n_p = len(cones[0])
+    A = np.frombuffer(A).reshape(-1, n_p)
+    chosen = _spread_in_plane(A, cones) if n_p == 2 else _spread_in_space(A, cones)
+    w = np.array([[_rounded_sum(m.values, c) for c in A[list(m.rows)].T.tolist()] for m in chosen])
+    denominator = math.lcm(*(v.denominator for m in chosen for v in m.values))
+    whole = [[0] * len(A) for _ in chosen]
+    for line, m in zip(whole, chosen, strict=True):
+        for i, v in zip(*m, strict=True):
+            line[i] = v.numerator * (denominator // v.denominator)
+    return _Fan(tuple(chosen), w, whole, denominator)
+
+
+def _supports(b: np.ndarray, body: Disc | Polygon, fan: _Fan) -> np.ndarray:
+    """Support of obstacle + (-body) along every direction of the fan: (d,), the obstacle's part
+    rounded once.
+    """
+    exact = [Fraction(v) for v in b]
+    scale = math.lcm(*(v.denominator for v in exact))
+    bounds = [v.numerator * (scale // v.denominator) for v in exact]
+    total = fan.denominator * scale
+    own = [sum(m * x for m, x in zip(line, bounds, strict=True)) / total for line in fan.whole]
+    return np.array(own) + body_support(body, fan.w)
+
+
+def body_support(body: Disc | Polygon, w: np.ndarray) -> np.ndarray:
+    """Support of -body along directions w (d, n_p): (d,)."""
+    if isinstance(body, Disc):
+        return body.radius * np.hypot.reduce(w, axis=1)
+    return (-body.vertices @ w.T).max(axis=0)
+
+
+def _spread_in_plane(A: Float[np.ndarray, "h 2"], cones: Cones) -> list[Multiplier]:
+    """Multipliers for normals A: every facet, then each cone in proportion to its angle."""
+    facets = [Multiplier((i,), (Fraction(1),)) for i in dict.fromkeys(i for i, _ in cones)]
+    n_d = N_DIRECTIONS[2]
+    angle = np.arctan2(A[:, 1], A[:, 0])
+    power = _sizes(A)
+    width = np.array([(angle[j] - angle[i]) % (2 * np.pi) for i, j in cones])
+    count = np.floor(width / width.sum() * (n_d - len(facets))).astype(int)
+    out = list(facets)
+    for (i, j), n, span in zip(cones, count, width, strict=True):
+        a = angle[i] + span * np.arange(1, n + 1) / (n + 1)
+        share = np.linalg.solve(A[[i, j]].T, np.stack([np.cos(a), np.sin(a)])).T
+        out += [_rounded(power, (i, j), s, TABLE_BITS) for s in np.maximum(share, 0).tolist()]
+    return (out + [facets[0]] * n_d)[:n_d]
+
+
+def _spread_in_space(A: Float[np.ndarray, "h 3"], cones: Cones) -> list[Multiplier]:
+    """Multipliers for normals A: every facet, then always the direction that is farthest from all
+    so far: first among the middles of two or three normals that meet, then all around.
+    """
+    n_d = N_DIRECTIONS[3]
+    cones = np.array(cones)
+    facets = np.unique(cones)
+    unit = A / np.linalg.norm(A, axis=1)[:, None]
+    pairs = np.unique(np.sort(cones[:, [[0, 1], [1, 2], [0, 2]]].reshape(-1, 2), axis=1), axis=0)
+    middles = np.concatenate([unit[pairs].sum(axis=1), unit[cones].sum(axis=1)])
+    middles = middles / np.linalg.norm(middles, axis=1)[:, None]
+    chosen = unit[facets]
+    for pool, apart in ((middles, APART), (_sphere(N_POOL), 0.0)):
+        chosen = _with_farthest(chosen, pool, apart, n_d)
+    facets = [Multiplier((int(i),), (Fraction(1),)) for i in facets]
+    others = _nearest(A, cones, chosen[len(facets) :], TABLE_BITS)
+    return (facets + others)[:n_d]
+
+
+def _with_farthest(chosen: np.ndarray, pool: np.ndarray, apart: float, n: int) -> np.ndarray:
+    """Up to n unit vectors: the chosen ones, then always that of the pool which is farthest from
+    all so far, while it is farther than `apart` [rad].
+    """
+    alike = (pool @ chosen.T).max(axis=1)
+    while len(chosen) < n and alike.min() < np.cos(apart):
+        farthest = pool[int(np.argmin(alike))]
+        chosen = np.concatenate([chosen, farthest[None]])
+        alike = np.maximum(alike, pool @ farthest)
+    return chosen
+
+
+def _sphere(n: int) -> np.ndarray:
+    """(n, 3) unit vectors, spread evenly: a spiral whose turns the golden angle keeps apart."""
+    i = np.arange(n)
+    height = 1 - (2 * i + 1) / n
+    angle = np.pi * (3 - np.sqrt(5)) * i
+    around = np.sqrt(1 - height**2)
+    return np.stack([around * np.cos(angle), around * np.sin(angle), height], axis=1)
+
+
+def _cones(obstacle: HPolytope, name: str) -> list[tuple[int, ...]]:
+    """Rows that meet in a corner and whose normals span a cone: together these cones fill the
+    plane, as pairs of counter-clockwise neighbours (i, j), or space, as all triples.
+    """
+    found = {}
+    for corner in corners(obstacle, name):
+        rows = corner.rows
+        if obstacle.n == 2:
+            for i, j in zip(rows, rows[1:] + rows[:1], strict=True):
+                if _det(obstacle.A[[i, j]]) > 0:
+                    found[i, j] = None
+        else:
+            triples = np.array(list(combinations(rows, 3)))
+            normals = obstacle.A[triples]
+            spanned = np.abs(_det(normals)) / np.linalg.norm(normals, axis=-1).prod(axis=-1)
+            wide = triples[spanned > FLAT * spanned.max()]
+            found.update(dict.fromkeys(map(tuple, wide.tolist())))
+    return list(found)
+
+
+def _nearest(A: np.ndarray, cones: np.ndarray, w: np.ndarray, bits: int) -> list[Multiplier]:
+    """The multipliers whose directions are nearest to w (m, n_p), each on the cone (c, n_p) of rows
+    that holds it: the normal cones of the corners of a bounded set cover everything.
+    """
+    normals = A[cones]
+    share = []
+    for i in range(w.shape[1]):
+        with_w = np.tile(normals, (len(w), 1, 1, 1))
+        with_w[:, :, i] = w[:, None]
+        share.append(_det(with_w))
+    share = np.stack(share, axis=2) / _det(normals)[:, None]
+    best = share.min(axis=2).argmax(axis=1)
+    share = np.maximum(share[np.arange(len(w)), best], 0)
+    size = _sizes(A)
+    chosen = cones[best].tolist()
+    return [_rounded(size, tuple(c), s, bits) for c, s in zip(chosen, share.tolist(), strict=True)]
+
+
+def _det(rows: np.ndarray):
+    """(...) determinants of rows (..., n, n), n = 2 or 3."""
+    if rows.shape[-1] == 3:
+        return (rows[..., 0, :] * np.cross(rows[..., 1, :], rows[..., 2, :])).sum(axis=-1)
+    return rows[..., 0, 0] * rows[..., 1, 1] - rows[..., 0, 1] * rows[..., 1, 0]
+
+
+def _sizes(A: np.ndarray) -> list[int]:
+    """Of every row the power of two just above its length."""
+    return np.frexp(np.hypot.reduce(A, axis=1))[1].tolist()
+
+
+def _rounded(power: list[int], rows: Sequence[int], share: list[float], bits: int) -> Multiplier:
+    """Multipliers near `share`, rounded as if the rows, of sizes 2^power, had unit length: rows may
+    be spelled in any units.
+    """
+    power = [power[i] for i in rows]
+    size = [s * 2.0**p for s, p in zip(share, power, strict=True)]
+    largest = max(size)
+    kept, values = [], []
+    for row, s, p in zip(rows, size, power, strict=True):
+        whole = round(s / largest * 2**bits)
+        if whole > 0:
+            shift = max(power) - p
+            kept.append(row)
+            values.append(Fraction(whole << shift, 1 << bits))
+    return Multiplier(tuple(kept), tuple(values))

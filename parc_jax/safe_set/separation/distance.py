@@ -1,0 +1,151 @@
+"""A part of a body during one interval against one obstacle, in the plane or in space: the best
+separating direction, and the gap it proves. [T14]
+
+Both sides are known by their supports alone: the hull of the part's points at two knots with their
+errors, less the obstacle, has a support point along every direction, and the shortest vector from
+the origin to it is the best direction. It is found by a fixed number of steps of Gilbert, Johnson
+and Keerthi: go to the nearest point of a simplex, ask for the support along it, let the new point
+replace one. The steps only propose; the gap returned is what the inequality of the best of them
+gives.
+"""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import ArrayLike, Float
+
+from parc_jax.common.arrays import dot
+from parc_jax.common.shapes import Index, Scalar, Vector, Vectors
+from parc_jax.learning.bound.error_set import ErrorSet
+from parc_jax.safe_set.separation.inequality import excess
+
+STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
+LOOKS = {2: 4, 3: 6}  # the same, of the test for contact
+FLAT = 1e3  # [units in the last place] sine of an angle below which a triangle is its edges
+
+
+def separation(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, radius: Scalar):
+    """Gap [m] and unit direction (n_p,) of conv {a_i + E_i, b_i + E_i} from conv(vertices) + ball;
+    gap > 0 proves they are disjoint. Kernel.
+
+    a, b: the points at both knots. errors: what is allowed around each, of as many. vertices:
+    repetitions allowed. The gap is the exact distance when positive, up to rounding; a touching or
+    overlapping pair gives gap <= 0 up to rounding.
+    """
+    n = a.shape[-1]
+
+    def step(_: Index, state: tuple):
+        gap, w, towards, simplex = state
+        tried, point = _support(a, b, errors, vertices, towards)
+        better = (tried > gap) & towards.any()
+        gap, w = jnp.where(better, tried, gap), jnp.where(better, towards, w)
+        simplex, nearest = _nearest(simplex, point)
+        return gap, w, _unit(nearest), simplex
+
+    first = _first_direction(a, b, vertices)
+    gap, point = _support(a, b, errors, vertices, first)
+    simplex = jnp.broadcast_to(point, (n, n))
+    state = (jnp.where(gap == gap, gap, -jnp.inf), first, _unit(point), simplex)
+    gap, w, _, _ = jax.lax.fori_loop(0, STEPS[n], step, state)
+    return gap - radius, w
+
+
+def touching(points: Vectors, errors: ErrorSet, vertices: Vectors, radius: Scalar):
+    """() bool: does conv {points_i + E_i} meet conv(vertices) + ball for certain? Few steps, False
+    where they do not decide. Sizes as of `separation`. Kernel.
+    """
+    n = points.shape[-1]
+
+    def step(_: Index, state: tuple):
+        found, towards, simplex = state
+        _, point = _support(points, points, errors, vertices, towards)
+        inside = _holds_origin(simplex, point)
+        simplex, nearest = _nearest(simplex, point)
+        close = dot(nearest, nearest) <= radius * radius
+        return found | inside | close, _unit(nearest), simplex
+
+    first = _first_direction(points, points, vertices)
+    _, point = _support(points, points, errors, vertices, first)
+    state = (dot(point, point) <= radius * radius, _unit(point), jnp.broadcast_to(point, (n, n)))
+    return jax.lax.fori_loop(0, LOOKS[n], step, state)[0]
+
+
+def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vector):
+    """Least w . d () over the differences d of both sides, and one that attains it (n_p,)."""
+    at_a, at_b, beyond = (dot(x, w[None]) for x in (a, b, vertices))
+    least = excess((at_a, at_b), errors.support(-w[None]))
+    i = least.argmin()
+    last = beyond.argmax()
+    ends = jnp.where((at_a <= at_b)[:, None], a, b) + errors.vertex(-w[None])
+    return least[i] - beyond[last], ends[i] - vertices[last]
+
+
+def _first_direction(a: Vectors, b: Vectors, vertices: Vectors):
+    """From the middle of the obstacle to that of the points; any where they coincide."""
+    w = _unit((a.mean(axis=0) + b.mean(axis=0)) / 2 - vertices.mean(axis=0))
+    return jnp.where(w.any(), w, jnp.eye(len(w), dtype=w.dtype)[0])
+
+
+def _nearest(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):
+    """The simplex of n points with one replaced by the new point, and the vector (n,) from
+    the origin to the nearest of their hull: its face nearest to the origin among those at the new
+    point.
+    """
+    n = len(simplex)
+    faces = jnp.stack([simplex.at[i].set(point) for i in range(n)])
+    vectors = jax.vmap(_nearest_of_edge if n == 2 else _nearest_of_triangle)(faces)
+    chosen = dot(vectors, vectors).argmin()
+    return faces[chosen], vectors[chosen]
+
+
+def _nearest_of_edge(edge: Float[ArrayLike, "2 n_p"]):
+    """Vector from the origin to the nearest point of a segment."""
+    p, q = edge
+    along = q - p
+    square = dot(along, along)
+    share = jnp.clip(-dot(p, along) / jnp.where(square > 0, square, 1), 0, 1)
+    nearest = p + share * along
+    # once more, for what was lost in the difference of two long vectors
+    inside = (share > 0) & (share < 1)
+    again = dot(nearest, along) / jnp.where(square > 0, square, 1)
+    return jnp.where(inside, nearest - again * along, nearest)
+
+
+def _nearest_of_triangle(triangle: Float[ArrayLike, "3 3"]):
+    """Vector from the origin to the nearest point of a triangle in space."""
+    p, q, r = triangle
+    normal = jnp.cross(q - p, r - p)
+    square = dot(normal, normal)
+    flat = (FLAT * jnp.finfo(normal.dtype).eps) ** 2 * dot(q - p, q - p) * dot(r - p, r - p)
+    above = jnp.stack([dot(jnp.cross(x, y), normal) for x, y in ((p, q), (q, r), (r, p))])
+    inside = (above > 0).all() & (square > flat)
+    foot = normal * (dot(normal, p) / jnp.where(square > 0, square, 1))
+    edges = jax.vmap(_nearest_of_edge)(jnp.stack([jnp.stack(e) for e in ((p, q), (q, r), (r, p))]))
+    nearest = edges[dot(edges, edges).argmin()]
+    return jnp.where(inside, foot, nearest)
+
+
+def _holds_origin(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):
+    """Is the origin inside the hull of n + 1 points, by more than rounding?"""
+    corners = jnp.concatenate([simplex, point[None]])
+    n = corners.shape[-1]
+    volume = _volume_in_plane if n == 2 else _volume_in_space
+    # of the hulls of the origin and all corners but one, with the sign of their orientation
+    volumes = jnp.stack([(-1) ** i * volume(*jnp.delete(corners, i, axis=0)) for i in range(n + 1)])
+    rounding = FLAT * jnp.finfo(volumes.dtype).eps * jnp.abs(corners).max() ** n
+    return (volumes > rounding).all() | (volumes < -rounding).all()
+
+
+def _volume_in_plane(p: Vector, q: Vector):
+    return p[0] * q[1] - p[1] * q[0]
+
+
+def _volume_in_space(p: Vector, q: Vector, r: Vector):
+    return dot(p, jnp.cross(q, r))
+
+
+def _unit(w: Vector):
+    """w at length one, however short it is; zero for zero."""
+    largest = jnp.abs(w).max()
+    w = w / jnp.where(largest > 0, largest, 1)
+    square = dot(w, w)
+    return w / jnp.sqrt(jnp.where(square > 0, square, 1))

@@ -1,0 +1,97 @@
+"""Moving obstacles as polytopes with intervals of existence."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.exact import round_up
+from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.rational import Point, convex_polygon, exact_support, rational_vertices
+
+Span = tuple[int, int]
+
+
+def moving(
+    obstacle: Box | HPolytope,
+    velocity: ArrayLike,
+    span: Span,
+    dt: float,
+    *,
+    every: int = 1,
+    off_by: float = 0.0,
+) -> tuple[list[HPolytope], list[Span]]:
+    """An obstacle in motion, in the plane or in space, as obstacles and spans for `reach_avoid` and
+    `Loop.step`. Raises InputError.
+
+    obstacle: Box or HPolytope [m] as it stands at time 0 of the manoeuvre, its floats taken as they
+    are. velocity: (n_p,) [m/s]. span: first and last interval in which it exists. dt: [s] of an
+    interval, `model.time.dt`. every: intervals per returned polytope; more makes fewer and larger
+    ones. off_by: [m/s] by which its true velocity differs from this one, at most, whenever; with a
+    velocity of zeros its greatest speed. After t seconds it is within off_by * t [m] of where it
+    would be. Each polytope contains all places of the obstacle during its intervals, ends
+    included; offsets are rounded up. A path that bends is several calls; a union is several
+    obstacles. [T38]
+    """
+    poly = from_box(obstacle) if isinstance(obstacle, Box) else obstacle
+    v = as_float64("velocity", velocity, (poly.n,))
+    first, last = span
+    if not (0 <= first <= last) or every < 1 or not dt > 0:
+        raise InputError(
+            f"moving: expected 0 <= first <= last, every >= 1 and dt > 0; got {span}, every = "
+            f"{every}, dt = {dt}."
+        )
+    if not 0 <= off_by < math.inf:
+        raise InputError(f"moving: expected off_by of 0 m/s or more; got {off_by!r:.40}.")
+    vertices = rational_vertices(poly)
+    if not vertices:
+        raise InputError(
+            "moving: expected an obstacle with points in it; its rows contradict each other."
+        )
+    A = np.concatenate([poly.A, _sides(vertices, v)]) if v.any() else poly.A
+    spans = [(t, min(t + every - 1, last)) for t in range(first, last + 1, every)]
+    rows = [(exact_support(vertices, w), _fastest(w, v, off_by)) for w in A]
+    step = Fraction(float(dt))
+    ends = [(first * step, (last + 1) * step) for first, last in spans]
+    return [hpolytope(A, [_farthest(*row, end) for row in rows]) for end in ends], spans
+
+
+def _sides(vertices: list[Point], v: np.ndarray) -> np.ndarray:
+    """Normals of the sides of a sweep that the obstacle itself does not have: they are parallel to
+    the way v, and in space perpendicular to the sides of the shadow that is cast along it.
+    """
+    if len(v) == 2:
+        return np.array([[-v[1], v[0]], [v[1], -v[0]]])
+    along = int(np.argmax(np.abs(v)))
+    i, j = (axis for axis in range(3) if axis != along)
+    slope_i, slope_j = (Fraction(float(v[axis])) / Fraction(float(v[along])) for axis in (i, j))
+    shadow = convex_polygon(
+        [(x[i] - slope_i * x[along], x[j] - slope_j * x[along]) for x in vertices]
+    )
+    following = shadow[1:] + shadow[:1]
+    normals = [(y[1] - x[1], x[0] - y[0]) for x, y in zip(shadow, following, strict=True)]
+    if len(shadow) <= 2:  # a line or a point has ends besides
+        normals = [n for n in normals if any(n)] + [(1, 0), (-1, 0), (0, 1), (0, -1)]
+    sides = np.zeros((len(normals), 3))
+    for side, (a, b) in zip(sides, normals, strict=True):
+        side[[i, j, along]] = float(a), float(b), float(-a * slope_i - b * slope_j)
+    return sides
+
+
+def _fastest(w: np.ndarray, v: np.ndarray, off_by: float) -> Fraction:
+    """Most that w . x may grow in a second, for a velocity that is off_by from v at most."""
+    exact = [Fraction(float(c)) for c in w]
+    length = math.hypot(*w)
+    while Fraction(length) ** 2 < sum(c * c for c in exact):
+        length = math.nextafter(length, math.inf)
+    known = sum(c * Fraction(float(each)) for c, each in zip(exact, v, strict=True))
+    return known + Fraction(length) * Fraction(float(off_by))
+
+
+def _farthest(now: Fraction, rate: Fraction, ends: tuple[Fraction, Fraction]) -> float:
+    """Most that w . x reaches between two times: at one of them, since it grows evenly."""
+    return round_up(now + max(rate * t for t in ends))

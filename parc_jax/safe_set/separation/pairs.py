@@ -1,0 +1,265 @@
+"""Every obstacle with every part of the body: what has to be kept apart. [T14, T19, T20]
+
+A part is the hull of some reference points, grown by a shape. A polygon shape is added to the
+obstacle instead, turned inside out; a disc or ball stays a radius. One direction keeps all points
+of a pair apart, whatever the body does, so nothing about turning is needed.
+"""
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.common import struct
+from parc_jax.common.arrays import dot, least, most, x64
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.polygons import corners_of_many
+from parc_jax.common.sets.rational import Point, convex_polygon
+from parc_jax.common.shapes import Index, Knot, Path, Vector
+from parc_jax.learning.bound.error_set import ErrorSet, at
+from parc_jax.learning.network.predict import Layout, by_point
+from parc_jax.problem.body import Disc, Polygon, numbered
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.safe_set.separation import distance, segment
+from parc_jax.safe_set.separation.polygon import corners
+
+BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
+
+
+@struct.dataclass
+class Obstacles:
+    """Pairs of an obstacle and a part, obstacle by obstacle: pair o is obstacle o // n_parts, part
+    o % n_parts. Padding pairs are never active; a padding vertex or point repeats another one.
+
+    vertices: (o, v, n_p) [m] of the obstacle + (-polygon), off by `polygons.OFF` at most. radius:
+        (o,) [m] of a disc or ball.
+    points: (o, i) numbers of the reference points. active: (o, T) bool, the intervals in which the
+        obstacle exists.
+    signs: (o, v, 2) in {-1, 0, 1} where errors are boxes around one point in the plane: a pair
+        grown by errors e is a polygon with the corners vertices + signs * e, counter-clockwise, for
+        every e at once, and its distance is known in closed form. Else (o, 0, n_p).
+    """
+
+    vertices: np.ndarray
+    signs: np.ndarray
+    radius: np.ndarray
+    points: np.ndarray
+    active: np.ndarray
+
+    @property
+    def closed(self) -> bool:
+        """Is the gap known in closed form? Else a direction is searched for."""
+        return self.signs.shape[-2] > 0
+
+    @property
+    def size(self):
+        """[m] Largest coordinate and radius together."""
+        largest = np.abs(self.vertices).max(axis=(-3, -2, -1), initial=0.0)
+        return largest + self.radius.max(axis=-1, initial=0.0)
+
+    def only(self, o: Index) -> "Pair":
+        """One of them. Kernel."""
+        return Pair(*(jnp.asarray(x)[o] for x in jax.tree.leaves(self)))
+
+    def gaps(self, path: Path, errors: ErrorSet):
+        """Gap (o, T) [m] of every pair in every interval, and the unit direction (o, T, n_p) that
+        shows it; errors (T, n_points). Kernel.
+        """
+        every = Pair(*map(jnp.asarray, jax.tree.leaves(self)))
+        return jax.vmap(Pair.gaps, in_axes=(0, None, None))(every, path, errors)
+
+    def away(self, path: Path, errors: ErrorSet):
+        """(o,) [m] what the gaps of each pair are at least, up to rounding, told by boxes around
+        all points and around the obstacle; -inf where these overlap. Kernel.
+        """
+        n_p = self.vertices.shape[-1]
+        places = by_point(path, path.shape[-1] // n_p)
+        axes = jnp.eye(n_p, dtype=path.dtype)[:, None, None]
+        over = jnp.moveaxis(errors.support(axes), 0, -1)
+        under = jnp.moveaxis(errors.support(-axes), 0, -1)
+        lo = least(jnp.minimum(places[:-1], places[1:]) - under, axis=1)
+        hi = most(jnp.maximum(places[:-1], places[1:]) + over, axis=1)
+        vertices = jnp.asarray(self.vertices)
+        below, above = least(vertices, axis=1)[:, None], most(vertices, axis=1)[:, None]
+        apart = jnp.maximum(jnp.maximum(lo[None] - above, below - hi[None]), 0.0)
+        distance = jnp.sqrt(dot(apart, apart))
+        known = jnp.where(distance > 0, distance, -jnp.inf)
+        return least(jnp.where(self.active, known, jnp.inf), axis=1) - self.radius
+
+    def gap(self, o: Index, start: Knot, end: Knot, errors: ErrorSet):
+        """The same for one pair and one interval: start, end its knots, errors (n_points,). Kernel,
+        and on the host.
+        """
+        if isinstance(start, jax.Array):
+            return self.only(o).gap(start, end, errors)
+        if self.closed:  # compiling would cost more
+            polygon = self.vertices[o] + self.signs[o] * errors.half
+            return segment.separation(start, end, polygon, self.radius[o], np)
+        with x64():
+            return jax.device_get(_gap_on_host(self, o, start, end, errors))
+
+
+class Pair(NamedTuple):
+    """One of `Obstacles`: the same fields without their leading axis. All that it answers are
+    kernels.
+    """
+
+    vertices: jax.Array
+    signs: jax.Array
+    radius: jax.Array
+    points: jax.Array
+    active: jax.Array
+
+    @property
+    def closed(self) -> bool:
+        """As of `Obstacles`."""
+        return self.signs.shape[0] > 0
+
+    def gaps(self, path: Path, errors: ErrorSet):
+        """Gap (T,) [m] in every interval, and the unit direction (T, n_p) that shows it; errors
+        (T, n_points).
+        """
+        if self.closed:
+            polygons = self.vertices[None] + self.signs[None] * errors.half[:, 0, None]
+            return segment.separations(path[:-1], path[1:], polygons, self.radius)
+        near, allowed = self._own(path, errors)
+        times = jax.vmap(distance.separation, in_axes=(0, 0, 0, None, None))
+        return times(near[:-1], near[1:], allowed, self.vertices, self.radius)
+
+    def gap(self, start: Knot, end: Knot, errors: ErrorSet):
+        """The same in one interval: start, end its knots, errors (n_points,)."""
+        if self.closed:
+            polygon = self.vertices + self.signs * errors.half
+            return segment.separation(start, end, polygon, self.radius)
+        near, allowed = self._own(jnp.stack([start, end]), jax.tree.map(lambda x: x[None], errors))
+        return distance.separation(*near, at(allowed, 0), self.vertices, self.radius)
+
+    def touching(self, places: Path, errors: ErrorSet):
+        """(t,) bool: does the pair touch for certain at places with errors (t, n_points)?"""
+        if self.closed:
+            error = errors.half[:, 0]
+            return segment.touching(self.vertices, self.signs, self.radius, places, error)
+        times = jax.vmap(distance.touching, in_axes=(0, 0, None, None))
+        return times(*self._own(places, errors), self.vertices, self.radius)
+
+    def support(self, w: Vector):
+        """Of the obstacle and the part's shape together along a direction w, a unit vector."""
+        return most(dot(self.vertices, w[None])) + self.radius
+
+    def _own(self, path: Path, errors: ErrorSet):
+        """Places (t, i, n_p) and errors (t, i) of the pair's own points."""
+        places = by_point(path, path.shape[-1] // self.vertices.shape[-1])
+        return places[:, self.points], at(errors, np.s_[:, self.points])
+
+
+_gap_on_host = jax.jit(lambda pairs, o, *of: pairs.only(o).gap(*of))
+
+
+def obstacles_of(
+    problem: ReachAvoid,
+    points: tuple[str, ...],
+    layout: Layout,
+    closed: bool = False,
+    kept: Sequence[int] | np.ndarray | None = None,
+) -> Obstacles:
+    """All pairs of a problem, or those with these numbers, for a robot with these reference points
+    (names). closed: as of `Obstacles.closed`, for one point in the plane. Raises InputError.
+    """
+    parts = numbered(problem.body, points)
+    chosen = numbered_pairs(problem, kept)
+    known = [None] * len(problem.obstacles) if closed else corners_of_many(problem.obstacles)
+
+    def spelled_out(j: int, shape: Disc | Polygon):
+        if known[j] is not None and isinstance(shape, Disc):
+            return known[j], None
+        spell = signed_vertices if closed else _grown
+        return spell(problem.obstacles[j], shape, f"obstacle {j}")
+
+    spelled = [spelled_out(j, parts[part].shape) for j, part in chosen]
+    n_o = bucket(len(chosen))
+    n_v = bucket(max((len(v) for v, _ in spelled), default=1))
+    n_i = max(len(part.points) for part in parts)
+    pairs = Obstacles(
+        vertices=np.zeros((n_o, n_v, layout.n_p)),
+        signs=np.zeros((n_o, n_v if closed else 0, layout.n_p)),
+        radius=np.zeros(n_o),
+        points=np.zeros((n_o, n_i), np.int32),
+        active=np.zeros((n_o, layout.n_steps), bool),
+    )
+    for o, ((j, part), (vertices, signs)) in enumerate(zip(chosen, spelled, strict=True)):
+        shape, own = parts[part].shape, parts[part].points
+        every = np.minimum(np.arange(n_v), len(vertices) - 1)
+        pairs.vertices[o] = vertices[every]
+        if closed:
+            pairs.signs[o] = signs[every]
+        pairs.radius[o] = shape.radius if isinstance(shape, Disc) else 0.0
+        pairs.points[o] = np.resize(own, n_i)
+        pairs.active[o] = exists(problem, j, layout.n_steps)
+    return pairs
+
+
+def exists(problem: ReachAvoid, j: int, n_steps: int) -> np.ndarray:
+    """(T,) bool: the intervals in which obstacle j exists. Raises InputError."""
+    first, last = problem.all_spans[j] or (0, n_steps - 1)
+    if last >= n_steps:
+        raise InputError(f"span of obstacle {j}: expected last < {n_steps} intervals; got {last}.")
+    at = np.arange(n_steps)
+    return (at >= first) & (at <= last)
+
+
+def numbered_pairs(
+    problem: ReachAvoid, kept: Sequence[int] | np.ndarray | None = None
+) -> list[tuple[int, int]]:
+    """(obstacle, part) of the pairs with these numbers, of all where none are given."""
+    n_parts = len(problem.parts)
+    every = range(len(problem.obstacles) * n_parts) if kept is None else kept
+    return [divmod(int(pair), n_parts) for pair in every]
+
+
+def vertices_of(obstacle: HPolytope, name: str) -> np.ndarray:
+    """(v, n_p) vertices of a bounded polytope, each rounded to nearest. Raises InputError."""
+    return _rounded([corner.point for corner in corners(obstacle, name)])
+
+
+def signed_vertices(obstacle: HPolytope, shape: Disc | Polygon, name: str):
+    """Vertices (v, 2) and signs (v, 2) of the obstacle + (-shape) in the plane, a disc left out;
+    exact until the last rounding.
+    """
+    body = [(Fraction(0), Fraction(0))]
+    if not isinstance(shape, Disc):
+        body = [(-Fraction(x), -Fraction(y)) for x, y in shape.vertices]
+    points = [tuple(corner.point) for corner in corners(obstacle, name)]
+    sums = [(v[0] + p[0], v[1] + p[1]) for v in points for p in body]
+    table = segment.signed_corners(convex_polygon(sums))
+    return _rounded([point for point, _ in table]), np.array([sign for _, sign in table], float)
+
+
+def _grown(obstacle: HPolytope, shape: Disc | Polygon, name: str):
+    """Vertices (v, n_p) of the obstacle + (-shape), a disc left out, each rounded to nearest, and
+    no signs. In space some of them may lie inside.
+    """
+    if isinstance(shape, Disc):
+        return vertices_of(obstacle, name), None
+    body = [tuple(map(Fraction, v)) for v in shape.vertices.tolist()]
+    sums = {
+        tuple(x - y for x, y in zip(corner.point, v, strict=True))
+        for corner in corners(obstacle, name)
+        for v in body
+    }
+    return _rounded(convex_polygon(list(sums)) if obstacle.n == 2 else sorted(sums)), None
+
+
+def _rounded(points: Iterable[Point]) -> np.ndarray:
+    return np.array([[float(x) for x in point] for point in points])
+
+
+def bucket(n: int) -> int:
+    """Padded size for n items: few compiled shapes. Powers of two beyond the last bucket."""
+    for size in BUCKETS:
+        if n <= size:
+            return size
+    return 1 << (n - 1).bit_length()

@@ -1,0 +1,129 @@
+"""What recorded runs did in a scene: no model, no tube, the truth as far as it was recorded."""
+
+from collections.abc import Callable
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import ArrayLike, Float
+
+from parc_jax.common.arrays import map_rows, slices
+from parc_jax.common.shapes import Index, Knot, Path
+from parc_jax.learning.bound.error_set import ErrorBox, at
+from parc_jax.learning.network.predict import moved_to
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.safe_set.verdict.facets import along_facets, facet_gap
+from parc_jax.safe_set.verdict.pointwise import clearance
+from parc_jax.safe_set.verdict.scene import Scene, Tabled
+
+CHUNK = 32  # runs per compiled call: what a call holds of its records stays in cache
+ROUND = 512  # runs whose intervals are told apart at a time
+ITEMS = 256  # intervals per compiled search for a direction
+
+
+def outcomes(
+    scene: Scene, runs: RolloutBatch, p0: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What runs from p0 (n, n_p) did: path (n, n_record + 1, n_c), whether the goal was reached
+    (n,), smallest distance [m] from an obstacle (n,). A failed run reached nothing.
+    """
+    path = _path(runs, p0)
+    distance = _by_round(_nearest, scene.tabled, runs.time.stride, path)
+    return path, _reached(scene, runs, path), distance
+
+
+def reached_and_touched(
+    scene: Scene, runs: RolloutBatch, p0: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Whether the goal was reached, and whether an obstacle was touched, (n,) each: as `outcomes`
+    says, without measuring how near the others came.
+    """
+    path = _path(runs, p0)
+    return _reached(scene, runs, path), _by_round(_not_apart, scene.tabled, runs.time.stride, path)
+
+
+def _path(runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
+    """(n, n_record + 1, n_c) where the points of the runs were."""
+    return moved_to(p0, np.asarray(runs.p, np.float64))
+
+
+def _reached(scene: Scene, runs: RolloutBatch, path: np.ndarray) -> np.ndarray:
+    state = np.concatenate([path[:, -1], runs.q], axis=1)
+    return (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
+
+
+def _by_round(judge: Callable, scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
+    """What `judge` says of recorded paths (n, n_record + 1, n_c), without slack, in metres: of the
+    hull of each part at two records in a row, so that nothing between them is missed.
+    """
+    active = scene.obstacles.active.repeat(stride, axis=1)
+    obstacles = scene.obstacles.replace(active=active)
+    fine = scene.replace(
+        obstacles=obstacles, slack=np.float64(0), directions=scene.directions.of_unit_length
+    )
+    return np.concatenate([judge(fine, path[rows]) for rows in slices(len(path), ROUND)])
+
+
+def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
+    """Distance (n,) from the obstacles grown by the body alone. The hull for which facets promise
+    least is measured first, then those for which they promise less than that.
+    """
+    if scene.obstacles.closed:
+        return map_rows(CHUNK, partial(_clearances, scene), path)
+    promised = map_rows(CHUNK, partial(_promised, scene), path)
+    least = promised.reshape(len(path), -1).argmin(axis=1)
+    found = _measured(
+        scene, path, np.arange(len(path)), *np.unravel_index(least, promised[0].shape)
+    )
+    found[np.isinf(promised).all(axis=(1, 2))] = np.inf
+    run, o, t = np.nonzero(promised < found[:, None, None])
+    np.minimum.at(found, run, _measured(scene, path, run, o, t))
+    return found if scene.beyond is None else np.minimum(found, scene.beyond)
+
+
+def _not_apart(scene: Tabled, path: np.ndarray) -> np.ndarray:
+    """(n,) bool: is the distance not positive? Those that no facet keeps apart are measured."""
+    if scene.obstacles.closed:
+        return ~(_nearest(scene, path) > 0)
+    run, o, t = np.nonzero(~(map_rows(CHUNK, partial(_promised, scene), path) > 0))
+    touched = np.zeros(len(path), bool)
+    touched[run[~(_measured(scene, path, run, o, t) > 0)]] = True
+    return touched
+
+
+def _measured(
+    scene: Tabled, path: np.ndarray, run: np.ndarray, o: np.ndarray, t: np.ndarray
+) -> np.ndarray:
+    """Distances (i,) [m] of pairs o from runs in their intervals t, (i,) each."""
+    return map_rows(ITEMS, partial(_distances, scene), path[run, t], path[run, t + 1], o)
+
+
+@jax.jit
+@partial(jax.vmap, in_axes=(None, 0))
+def _promised(scene: Tabled, path: Path):
+    """(o, T) [m] the least distance that the best facet promises of a path."""
+    active = jnp.asarray(scene.obstacles.active)
+    each = jnp.arange(len(active))
+    gap = jax.vmap(lambda o: facet_gap(o, along_facets(o, path, scene), scene))(each)
+    return jnp.where(active, gap, jnp.inf)
+
+
+@jax.jit
+@partial(jax.vmap, in_axes=(None, 0, 0, 0))
+def _distances(scene: Tabled, start: Knot, end: Knot, o: Index):
+    """Distance [m] of pair o between two records."""
+    n_p = scene.obstacles.vertices.shape[-1]
+    return scene.obstacles.gap(o, start, end, at(_still(1, start, n_p), 0))[0]
+
+
+@jax.jit
+@partial(jax.vmap, in_axes=(None, 0))
+def _clearances(scene: Tabled, path: Path):
+    """Distance [m] of a path, in closed form."""
+    return clearance(scene, path, _still(len(path) - 1, path, scene.z_lo.shape[0]))
+
+
+def _still(n: int, path: Float[ArrayLike, "*_ n_c"], n_p: int) -> ErrorBox:
+    """No errors, at n times: positions of runs are as they were recorded."""
+    return ErrorBox(jnp.zeros((n, path.shape[-1] // n_p, n_p)))

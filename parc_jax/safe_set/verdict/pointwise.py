@@ -1,0 +1,299 @@
+"""The pointwise test: is (p0, k) safe for every trajectory inside the tube? No region, no LP. [T11,
+T14]
+
+Safe needs three positive proofs: goal margin, start margin, and a separating direction for every
+obstacle and interval, each clearing the float slack. A comparison with NaN is False, and `least`
+keeps what is undefined from getting lost in a minimum, so nothing undefined is ever safe.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import ArrayLike, Float
+
+from parc_jax.common.arrays import least, map_rows, product
+from parc_jax.common.shapes import (
+    Index,
+    Knot,
+    ManyParams,
+    Numbers,
+    Params,
+    Path,
+    Positions,
+    Scalar,
+    Vector,
+)
+from parc_jax.learning.bound.bins import each_bin, open_bin_of
+from parc_jax.learning.bound.error_set import ErrorSet
+from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import moved_to, predict, trajectories
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.safe_set.separation.pairs import Obstacles, Pair
+from parc_jax.safe_set.verdict.scene import OneScene, Scene, SceneArrays
+
+CHUNK = 512  # points per compiled verdict: intermediates stay in cache, two calls run on two cores
+CHUNK_ANCHOR = 2048  # points per compiled look at the goal alone, which is cheap
+AT_ONCE = 8  # obstacles that a first look asks how far they are away
+
+
+class Verdicts(NamedTuple):
+    """Verdicts on a batch of points; leading axis b.
+
+    path (b, T + 1, n_c), q (b, n_q): prediction. pattern (b, n_hidden) bool.
+    bin (b,): bin of k, the first of several; -1 outside K, and for draws on a shared boundary.
+    goal, start, clearance (b,): margins [row units, row units, m], slack already subtracted.
+    """
+
+    path: np.ndarray
+    q: np.ndarray
+    pattern: np.ndarray
+    bin: np.ndarray
+    goal: np.ndarray
+    start: np.ndarray
+    clearance: np.ndarray
+
+    @property
+    def reaches(self) -> np.ndarray | jax.Array:
+        """(b,) the goal is reached from an allowed start, whatever happens on the way."""
+        return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
+
+    @property
+    def safe(self) -> np.ndarray | jax.Array:
+        """(b,) proved in float64: reaches the goal and touches nothing."""
+        return self.reaches & (self.clearance > 0)
+
+    @property
+    def room(self) -> np.ndarray:
+        """(b,) the least of the margins, positive only for safe ones; -inf where nothing is known.
+        On the host.
+        """
+        least = np.minimum(np.minimum(self.goal, self.start), self.clearance)
+        return np.where((self.bin >= 0) & ~np.isnan(least), least, -np.inf)
+
+
+def row_margin(
+    A: Float[ArrayLike, "h n"], b: Float[ArrayLike, " h"], x: Float[ArrayLike, " n"], slack: Scalar
+):
+    """Smallest of b - A x over the rows, less the slack of each."""
+    values = product(A, x)
+    return least(b - values - slack * jnp.abs(A).sum(axis=1))
+
+
+class Prediction(NamedTuple):
+    """What the network says of one point, and whether it ends in the goal. Fields as in
+    Verdicts.
+    """
+
+    path: jax.Array
+    q: jax.Array
+    pattern: jax.Array
+    bin: jax.Array
+    goal: jax.Array
+    start: jax.Array
+
+    @property
+    def reaches(self):
+        """The goal is reached from an allowed start, whatever happens on the way."""
+        return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
+
+
+def prediction(
+    net: ReLUNetwork,
+    tube: Tube,
+    scene: SceneArrays,
+    p0: Vector,
+    k: Params,
+    bin: Index | None = None,
+) -> Prediction:
+    """Path, pattern, bin, goal and start margins of one plan. bin: as of `arrival`. Kernel."""
+    offsets, q, pattern = predict(net, tube.layout, k)
+    path = moved_to(p0, offsets)
+    return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k, bin))
+
+
+def arrival(
+    tube: Tube,
+    scene: SceneArrays,
+    p0: Vector,
+    end: Knot,
+    q: Float[ArrayLike, " n_q"],
+    k: Params,
+    bin: Index | None = None,
+):
+    """Bin of k, goal margin and start margin of a plan from p0 to the predicted end, q. bin: one
+    that contains k; None = the only one, and none on a border. Kernel.
+    """
+    bin = open_bin_of(tube.edges, k) if bin is None else bin
+    bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), bin, -1)
+    lost = tube.support_at_end(scene.goal_A, bin)
+    goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([end, q]), scene.slack)
+    first = end[: p0.shape[0]]
+    inside = least(jnp.minimum(first - scene.z_lo, scene.z_hi - first))
+    goal = jnp.where(inside < 0, jnp.minimum(goal, inside), goal)  # rows may overflow far out [T11]
+    return bin, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)
+
+
+def verdict(
+    net: ReLUNetwork,
+    tube: Tube,
+    scene: SceneArrays,
+    p0: Vector,
+    k: Params,
+    bin: Index | None = None,
+) -> Verdicts:
+    """Everything about one plan. bin: as of `arrival`. Kernel; vmap for batches."""
+    seen = prediction(net, tube, scene, p0, k, bin)
+    return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
+
+
+def verdict_in_turn(
+    net: ReLUNetwork,
+    tube: Tube,
+    scene: OneScene,
+    p0: Vector,
+    k: Params,
+    bin: Index | None = None,
+    first: Index | None = None,
+) -> tuple[Verdicts, jax.Array, jax.Array]:
+    """The same, of the obstacles one after another, the nearest boxes first: until all others are
+    farther than what was found, or one is touched. The clearance of what is safe is that of all.
+    Kernel, not for vmap.
+
+    first: number of the obstacle that is looked at before all others, None for the nearest box.
+    Returns also the one that a plan touches, which another plan beside it may touch as well, and
+    how many were looked at, which is nearly all of the work.
+    """
+    seen = prediction(net, tube, scene, p0, k, bin)
+    errors = tube.during(seen.bin)
+    rounding = 2 * scene.slack * p0.shape[0]
+    away = _away(scene, seen.path, errors) - rounding
+
+    def look(state: tuple):
+        away, nearest, o, looks = state
+        away = away.at[o].set(jnp.inf)
+        nearest = _nearer(scene, o, seen.path, errors, nearest)
+        return away, nearest, jnp.where(nearest > 0, _first_of(away), o), looks + 1
+
+    def open_still(state: tuple):
+        away, nearest, _, _ = state
+        return seen.reaches & (least(away) < nearest) & (nearest > 0)
+
+    first = _first_of(away) if first is None else first
+    begin = away, _far(scene, seen.path), first, jnp.zeros((), jnp.int32)
+    _, nearest, touched, looks = jax.lax.while_loop(open_still, look, begin)
+    return Verdicts(*seen, nearest), touched, looks
+
+
+def _away(scene: OneScene, path: Path, errors: ErrorSet):
+    """`Obstacles.away`, a few at a time, of those that are there: room for more costs nothing."""
+    n = len(scene.obstacles.active)
+    few = min(n, AT_ONCE)
+
+    def look(i: jax.Array, away: jax.Array) -> jax.Array:
+        some = jax.tree.map(
+            lambda x: jax.lax.dynamic_slice_in_dim(jnp.asarray(x), i * few, few), scene.obstacles
+        )
+        # both begin earlier where no whole step is left
+        return jax.lax.dynamic_update_slice_in_dim(away, some.away(path, errors), i * few, 0)
+
+    far = jnp.full(n, jnp.inf, path.dtype)
+    return jax.lax.fori_loop(0, -(-scene.count // few), look, far)
+
+
+def clearance(scene: SceneArrays, path: Path, errors: ErrorSet):
+    """Smallest gap [m] of a path with errors (T, n_points) from all active obstacles,
+    less the slack; of a plan that reaches the goal.
+    """
+    if not isinstance(scene, OneScene):  # of a batch, where all are looked at side by side
+        return jnp.minimum(_nearest(scene, scene.obstacles, path, errors), _far(scene, path))
+
+    def look(o: Index, nearest: Scalar):
+        return _nearer(scene, o, path, errors, nearest)
+
+    return jax.lax.fori_loop(0, scene.count, look, _far(scene, path))
+
+
+def _first_of(away: jax.Array) -> jax.Array:
+    return jnp.argmin(away).astype(jnp.int32)
+
+
+def _nearer(scene: OneScene, o: Index, path: Path, errors: ErrorSet, nearest: Scalar):
+    return jnp.minimum(nearest, _nearest(scene, scene.obstacles.only(o), path, errors))
+
+
+def _nearest(scene: SceneArrays, obstacles: Obstacles | Pair, path: Path, errors: ErrorSet):
+    """The smallest gap from one or all of a scene's obstacles."""
+    gap, w = obstacles.gaps(path, errors)
+    gap = gap - scene.slack * jnp.abs(w).sum(axis=-1)
+    return least(jnp.where(obstacles.active, gap, jnp.inf))
+
+
+def _far(scene: SceneArrays, path: Path):
+    """How far all else is away; -inf for a path that is not finite."""
+    return jnp.where(jnp.isfinite(path).all(), jnp.asarray(scene.beyond, path.dtype), -jnp.inf)
+
+
+def anchored(
+    net: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Vector, k: Params
+) -> tuple[jax.Array, jax.Array]:
+    """Start p0 (n_p,) from where the first point is predicted to end at z, and whether it reaches
+    the goal. Keeps volumes. [T15]
+    """
+    offsets, _, _ = predict(net, tube.layout, k)
+    p0 = z - offsets[-1, : len(z)]
+    return p0, prediction(net, tube, scene, p0, k).reaches
+
+
+_verdicts = jax.jit(jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)))
+_predictions = jax.jit(jax.vmap(prediction, in_axes=(None, None, None, 0, 0)))
+_anchored = jax.jit(jax.vmap(anchored, in_axes=(None, None, None, 0, 0)))
+
+
+def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
+    """Verdicts on plans, as NumPy arrays; on a border between bins those of the
+    bin that leaves the least, margin by margin. [T28]
+    """
+    model, arrays = scene.model, scene.arrays
+    rows, bins = each_bin(model.tube.edges, k)
+
+    def one(p: Positions, x: ManyParams, bin: Numbers):
+        return _verdicts(model.net, model.tube, arrays, p, x, bin)
+
+    seen = map_rows(CHUNK, one, np.asarray(p0)[rows], np.asarray(k)[rows], bins)
+    if len(rows) == len(k):
+        return seen
+    first = np.flatnonzero(np.diff(rows, prepend=-1))
+    least = {
+        name: np.minimum.reduceat(getattr(seen, name), first) for name in ("goal", "clearance")
+    }
+    return Verdicts(*(x[first] for x in seen))._replace(**least)
+
+
+def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Prediction:
+    """What the network says of plans, as NumPy arrays: no look at the obstacles,
+    which costs most of a verdict.
+    """
+    model, arrays = scene.model, scene.arrays
+
+    def one(p: Positions, x: ManyParams):
+        return _predictions(model.net, model.tube, arrays, p, x)
+
+    return map_rows(CHUNK_ANCHOR, one, p0, k)
+
+
+def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
+    """Predicted paths (b, T + 1, n_c) of p0 (b, n_p), k (b, n_k), on the host: a hint for
+    certificates, no verdict.
+    """
+    return moved_to(p0, trajectories(model.net, model.layout, k)[0])
+
+
+def anchor(scene: Scene, z: Positions, k: ManyParams) -> tuple[np.ndarray, np.ndarray]:
+    """Starts (b, n_p) whose predicted ends are z, and which of them reach the goal (b,).
+    No obstacle test.
+    """
+    model, arrays = scene.model, scene.arrays
+    return map_rows(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, arrays, p, x), z, k)
