@@ -16,16 +16,17 @@ FAMILIES = {
     "plans": "bags ros verdict cover batch soundness robust certificate io onboard answer no_plan "
     "separation cli plot study/test_recorded test_planner test_methods",
 }
-ROOMS = "separation verdict cover no_plan pwa"
+ROOMS = "safe_set/separation safe_set/verdict safe_set/corridors proof/absence proof/regions"
 # are given what is no shape at all, or say hardly any and are called most often
 DOORS = "assemble corridors domain marching moving prune runs stopping subdivide table"
 KERNELS = [
     "parc_jax.safe_set.batch.estimate",
     "parc_jax.safe_set.batch.proposals",
     "parc_jax.safe_set.batch.run",
+    "parc_jax.learning.network.maps",
     "parc_jax.learning.network.train",
     *(
-        f"parc_jax.{room}.{path.stem}"
+        f"parc_jax.{room.replace('/', '.')}.{path.stem}"
         for room in ROOMS.split()
         for path in sorted((ROOT / "parc_jax" / room).glob("[a-z]*.py"))
         if path.stem not in DOORS.split()

@@ -23,7 +23,7 @@ def test_names_are_few_and_sorted():
     for package in (parc_jax, parc_jax.drive.loop):
         assert package.__all__ == sorted(package.__all__) == dir(package)
     assert 40 < len(parc_jax.__all__) <= MOST
-    assert {*ROOMS, "figures", "published"} == set(parc_jax.__all__) - set(NAMES)
+    assert {*ROOMS, "figures", "neuralparc"} == set(parc_jax.__all__) - set(NAMES)
 
 
 def test_a_thing_has_one_name():

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +27,6 @@ from parc_jax.safe_set.corridors.union import SafeUnion
 from parc_jax.safe_set.verdict.fits import goal_box
 from parc_jax.safe_set.verdict.scene import Scene, volume_of_all
 
-if TYPE_CHECKING:
-    from parc_jax.drive.local.choice import Solve
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Findings:
@@ -49,7 +46,7 @@ class Findings:
     no_plan: NoPlan | None = None
     looks: Looks = field(default_factory=Looks)
     told_whole: float | None = None
-    solve: "Solve | None" = None
+    solve: Callable[..., Any] | None = None
 
     @cached_property
     def _corridors(self) -> Corridors:

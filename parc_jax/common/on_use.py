@@ -21,9 +21,10 @@ def on_use(package: str) -> tuple[Callable[[str], object], Callable[[], list[str
     def load(name: str) -> object:
         if name not in home:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        if home[name] == package:  # a module of its own
-            return importlib.import_module(f"{package}.{name}")
-        return getattr(importlib.import_module(home[name]), name)
+        holder = importlib.import_module(home[name])
+        if name in vars(holder):
+            return vars(holder)[name]
+        return importlib.import_module(f"{home[name]}.{name}")
 
     return load, lambda: names, names
 

@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import Box, box
+from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.bound.claim import ErrorClaim, check_claim, check_network, derived
 from parc_jax.learning.bound.claim_file import claim_from_json
@@ -23,7 +22,6 @@ from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.runs.files import read_npz, write_npz
 from parc_jax.learning.system import TimeGrid
-from parc_jax.proof.regions import RegionTable, enumerate_regions
 
 FORMAT = "parc_jax.model/2"
 
@@ -79,11 +77,6 @@ class TrajectoryModel:
     def tube(self) -> Tube:
         """The tube of the claim."""
         return self.claim.tube
-
-    @property
-    def regions(self) -> RegionTable:
-        """All regions of the network over K, enumerated once."""
-        return once(self.net, _regions, tuple(self.domain.lo), tuple(self.domain.hi))
 
     @property
     def n_p(self) -> int:
@@ -203,7 +196,3 @@ def load(path, system: str | None = None) -> TrajectoryModel:
             f"{path}: expected a model of {system!r}; it was learned from {claim.subject.system!r}."
         )
     return trajectory_model(net, claim)
-
-
-def _regions(net: ReLUNetwork, lo: tuple, hi: tuple) -> RegionTable:
-    return enumerate_regions(net, box(np.array(lo), np.array(hi)))

@@ -11,6 +11,7 @@ from parc_jax.common.status import Ended
 from parc_jax.neuralparc.cells import cells_outward
 from parc_jax.neuralparc.scene import paper_scene
 from parc_jax.neuralparc.search import paper_search
+from parc_jax.proof.regions import regions_of
 from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.stopping import nothing_covered
@@ -42,7 +43,7 @@ class Published:
             )
         begin = time.perf_counter()
         model = scene.model
-        cells = cells_outward(model.regions, model.tube, model.domain.center)
+        cells = cells_outward(regions_of(model), model.tube, model.domain.center)
         method = "lp" if self.lps else "supports"
         asked = paper_scene(scene.problem, model.tube)
         drawn = paper_search(key, cells, asked, method=method).samples

@@ -18,7 +18,7 @@ from parc_jax.planner.prepared import Prepared
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.question import Question, plain_problems, question
 from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, NoPlan, prove_no_plan
-from parc_jax.proof.regions import RegionTable
+from parc_jax.proof.regions import RegionTable, regions_of
 from parc_jax.safe_set.batch.box_scenes import BoxScenes
 from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.settings import Settings
@@ -52,7 +52,7 @@ class Planner:
     @property
     def regions(self) -> RegionTable:
         """All regions of the network over K, enumerated once."""
-        return self.model.regions
+        return regions_of(self.model)
 
     def solve(
         self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None, *, at=None

@@ -2,7 +2,8 @@
 
 import logging
 import time
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -20,9 +21,6 @@ from parc_jax.safe_set.corridors.placed import placed
 from parc_jax.safe_set.corridors.sampling import Points
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import Scene
-
-if TYPE_CHECKING:
-    from parc_jax.drive.local.choice import Solve
 
 _log = logging.getLogger(__name__)
 
@@ -43,7 +41,7 @@ class FirstPlans(NamedTuple):
 class Prepared:
     """A problem laid out for one model. Made by `Planner.prepare`."""
 
-    def __init__(self, scene: Scene, solve: "Solve"):
+    def __init__(self, scene: Scene, solve: Callable[..., Any]):
         self.scene = scene
         self._again = solve
 

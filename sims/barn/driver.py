@@ -38,7 +38,7 @@ def any_world(seed) -> World:
 
 @dataclass(frozen=True)
 class Driver:
-    """Drives a world with the randomness of a seed, (2,) words; returns a `parc_jax.drive.loop.Outcome`.
+    """Drives a world with the randomness of a seed, (2,) words; returns an `Outcome`.
 
     model: file of the Jackal's model. content: `content_of` it, so that episodes of two models are
     never taken for those of one. odometry, known: as of `drive`. deadline: [s] of the clock for a

@@ -71,7 +71,7 @@ class Driven:
 
 @dataclass(frozen=True)
 class Driver:
-    """Drives a yard with the randomness of a seed, (2,) words; returns a `parc_jax.drive.loop.Outcome`.
+    """Drives a yard with the randomness of a seed, (2,) words; returns an `Outcome`.
 
     model: file of the tractor's model. content: `content_of` it. save: folder for a file of every
     episode.

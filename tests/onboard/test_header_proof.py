@@ -1,4 +1,4 @@
-"""The theorem about the header's code (parc_jax/drive/onboard/proved), and what Eva finds in that code.
+"""The theorem about the header's code (drive/onboard/proved), and what Eva finds in that code.
 
 Needs coqc with Flocq (Debian: coq, libcoq-flocq), and Frama-C (frama-c-base) for the memory.
 """

@@ -17,6 +17,7 @@ from parc_jax.learning.runs.law import law_spec
 from parc_jax.neuralparc.cells import cells_outward
 from parc_jax.neuralparc.scene import paper_scene
 from parc_jax.neuralparc.search import SAMPLES_PER_REGION, paper_search
+from parc_jax.proof.regions import regions_of
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.search import cover_around
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -127,7 +128,7 @@ def published(
     """Plans of the published search, so many draws a region. Raises InputError where it has no word
     for the scene.
     """
-    cells = cells_outward(model.regions, model.tube, model.domain.center)
+    cells = cells_outward(regions_of(model), model.tube, model.domain.center)
     found = paper_search(KEY, cells, paper_scene(asked, model.tube), samples=samples)
     some = np.random.default_rng(0).permutation(len(found.samples))[:PLANS]
     return found.samples[some].round(DIGITS).tolist()

@@ -44,7 +44,7 @@ def bench(
 
 def clone() -> Path:
     """The clone that this is run in or from. Raises InputError elsewhere."""
-    places = (Path.cwd(), Path(__file__).resolve().parents[2])
+    places = (Path.cwd(), Path(__file__).resolve().parents[3])
     needed = ("benchmarks/baseline.json", "parc_jax/app/cli/bench.py")
     root = next(
         (place for place in places if all((place / name).is_file() for name in needed)), None

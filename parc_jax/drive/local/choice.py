@@ -28,7 +28,6 @@ from parc_jax.safe_set.verdict.scene import Scene
 from parc_jax.statement import about_pose
 
 # how a question is answered: (question, key, settings, looks) -> Answer
-Solve = Callable[..., Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +44,7 @@ class Choice:
     value: float
     scene: Scene
     looks: Looks
-    solve: Solve | None = field(default=None, repr=False)
+    solve: Callable[..., Any] | None = field(default=None, repr=False)
     tested: Tested | None = None
     near: Near | None = None
 

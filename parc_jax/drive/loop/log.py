@@ -102,7 +102,7 @@ def save_episode(
     assumed: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write it whole or not at all; `parc-jax check` verifies it. meta, drift, assumed: as of
-    `parc_jax.drive.loop.log.episode_part`: what needs no proof, by how much [m] odometry may be off from
+    `episode_part`: what needs no proof, by how much [m] odometry may be off from
     one pose to the next, and what else is assumed. Raises InputError.
     """
     text = json.dumps(episode_part(commitments, meta, drift, assumed), separators=(",", ":"))

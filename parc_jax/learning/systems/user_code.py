@@ -15,7 +15,7 @@ from parc_jax.common.errors import InputError, ParcError
 
 _LIBRARIES = tuple(
     {str(Path(sysconfig.get_path(name))) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
-    | {str(Path(__file__).parents[1])}
+    | {str(Path(__file__).parents[2])}
 )
 _LONGEST = 300  # characters of somebody else's message
 _IN_TEXT = re.compile(r'File "([^"]+)", line (\d+)')  # tracebacks that come as text, of callbacks

@@ -3,7 +3,7 @@ marching.
 """
 
 from parc_jax.proof.regions.marching import MarchedRegion, march
-from parc_jax.proof.regions.subdivide import enumerate_regions
+from parc_jax.proof.regions.subdivide import enumerate_regions, regions_of
 from parc_jax.proof.regions.table import RegionTable
 
-__all__ = ["MarchedRegion", "RegionTable", "enumerate_regions", "march"]
+__all__ = ["MarchedRegion", "RegionTable", "enumerate_regions", "march", "regions_of"]

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions.assemble import build_table, domain_volume
 from parc_jax.proof.regions.budget import Budget
@@ -28,6 +30,15 @@ from parc_jax.proof.regions.rounding import (
 from parc_jax.proof.regions.signs import SignOracle
 from parc_jax.proof.regions.storage import or_over_cells, unpack
 from parc_jax.proof.regions.table import RegionTable
+
+
+def regions_of(model: TrajectoryModel) -> RegionTable:
+    """All regions of a model's network over its K, enumerated once."""
+    return once(model.net, _regions, tuple(model.domain.lo), tuple(model.domain.hi))
+
+
+def _regions(net: ReLUNetwork, lo: tuple, hi: tuple) -> RegionTable:
+    return enumerate_regions(net, box(np.array(lo), np.array(hi)))
 
 
 def enumerate_regions(
