@@ -106,4 +106,4 @@ def test_one_bound_on_a_probability_serves_everybody():
     inverted = re.compile(r"betainc|beta\.(ppf|isf)")
     root = Path(parc_jax.__file__).parent
     found = {str(p.relative_to(root)) for p in root.rglob("*.py") if inverted.search(p.read_text())}
-    assert found == {"claim/counts.py"}
+    assert found == {"learning/bound/counts.py"}

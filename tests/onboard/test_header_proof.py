@@ -12,7 +12,7 @@ import pytest
 from toy_header import TUBES, toy_tables, write_toy
 
 ROOT = Path(__file__).parents[2]
-SOURCE = ROOT / "parc_jax" / "onboard" / "proved"
+SOURCE = ROOT / "parc_jax" / "drive" / "onboard" / "proved"
 THEORIES = SOURCE / "theories"
 PAGE = ROOT / "docs" / "onboard.md"
 REALS = {  # the axioms of Coq's real numbers, and that a proposition holds or does not

@@ -37,7 +37,8 @@ from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
 PAGE = [
-    Path(parc_jax.__file__).parent / "plot" / "page" / part for part in ("geometry.js", "model.js")
+    Path(parc_jax.__file__).parent / "app" / "plot" / "page" / part
+    for part in ("geometry.js", "model.js")
 ]
 END = 1.6  # the float64 above 8/5
 PROBLEM = reach_avoid(box([-0.5, -0.5, -3], [0.5, 0.5, 3]), [box([-1, 0.4], [3, 0.8])], 0.1)
