@@ -99,20 +99,6 @@ ROLLOUTS = (
         ("tests/rollout/test_sweep.py::test_runs_are_cut_and_put_on_the_grid",),
     ),
     Fault(
-        "rows_that_are_missing_are_left_out",
-        "whole_of",
-        "        _require_up_to(folder, at, first)\n",
-        "",
-        ("tests/rollout/test_parts.py::test_rows_that_are_missing_are_named",),
-    ),
-    Fault(
-        "a_part_of_another_key_is_taken",
-        "parts._parts",
-        "have.get(name) != wanted.get(name)",
-        "False",
-        ("tests/rollout/test_parts.py::test_a_part_from_elsewhere_is_refused",),
-    ),
-    Fault(
         "stored_runs_not_repeated",
         "require_same_runs",
         "not np.all(same)",

@@ -15,12 +15,6 @@ class BudgetError(ParcError, RuntimeError):
     """A stated cap (regions, memory, seconds) was reached before the work was complete."""
 
 
-class HostLost(ParcError):
-    """Another process of a shared run has ended. The same command, started again, continues from
-    what is on disk.
-    """
-
-
 class SoundnessError(ParcError, RuntimeError):
     """A proof obligation failed (incomplete region table, refused probe): nothing is certified from
     here on.

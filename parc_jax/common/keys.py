@@ -1,7 +1,7 @@
 """Random streams that never meet: training, bound, search, replay.
 
 Every rollout has a global row number; its key and its parameters depend on (seed, stage, row)
-alone, so the numbers do not depend on chunking, batch size, devices or hosts, and a resumed run
+alone, so the numbers do not depend on chunking, batch size, or devices, and a resumed run
 continues bit for bit.
 """
 

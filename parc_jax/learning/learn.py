@@ -9,7 +9,6 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.common.distributed import broadcast, gather, shared
 from parc_jax.common.keys import Stage, stream
 from parc_jax.common.options import part_of
 from parc_jax.common.stopwatch import Stopwatch
@@ -61,7 +60,6 @@ class Learned(NamedTuple):
         return self.networks[0].honest
 
 
-@shared()
 def learn(
     system,
     study: Learning,
@@ -80,7 +78,7 @@ def learn(
     """
     forecast = forecast_of(study, quiet, early=first is not None)
     with watch("other starts"):
-        start = StartTrial(*gather(try_starts(system, key, study.gap))[0])
+        start = try_starts(system, key, study.gap)
     with watch("training rollouts"):
         path = work / "training"
         chunks = stream_rollouts(
@@ -119,8 +117,7 @@ def _learned(
 ) -> Learned:
     """Networks from the training runs, claims from the others."""
     with watch("training"):
-        # hosts may round training differently, and a claim is about one network
-        nets = broadcast(networks(train, study, key))
+        nets = networks(train, study, key)
     if first is not None:
         with watch("first claim"):
             model = first_model(nets[0], runs, train, study, start)

@@ -1,4 +1,4 @@
-"""`parc-jax collect`: jobs fill a folder, `learn` takes it whole."""
+"""`parc-jax collect`: a file of rows, which `learn` takes."""
 
 from pathlib import Path
 
@@ -23,16 +23,15 @@ def shell(capsys, monkeypatch, tmp_path):
     return run
 
 
-def collect(shell, part, *more, rows="0:60", into="runs"):
-    asked = ("--rows", rows, "--part", part, "--into", into, "--quiet", "--no-cache")
+FILE = "runs/rows_000000020_000000059.npz"
+
+
+def collect(shell, *more, rows="20:60", into="runs"):
+    asked = ("--rows", rows, "--into", into, "--quiet", "--no-cache")
     return shell("collect", "toy_walker", *asked, *more)
 
 
-def learn(shell):
-    return shell("learn", "runs", "--out", "m.npz", "--eps", 0.3, "--delta", 0.2, "--no-cache")
-
-
-def test_jobs_fill_a_folder_and_learn_takes_it_whole(shell, tmp_path, monkeypatch):
+def test_rows_are_in_a_file_that_learn_takes(shell, tmp_path, monkeypatch):
     seen = []
 
     def learned(train, held, *_):
@@ -40,18 +39,15 @@ def test_jobs_fill_a_folder_and_learn_takes_it_whole(shell, tmp_path, monkeypatc
         raise pj.InputError("enough seen.")
 
     monkeypatch.setattr("parc_jax.app.cli.learning.learn_recorded", learned)
-    code, said, _ = collect(shell, "2/2")
-    assert code == 0 and "Rows 30 to 59 are in runs/rows_000000030_000000059.npz: 30 runs" in said
-    code, _, why = learn(shell)
-    assert code == 2 and "runs: expected every row once; rows 0 to 29 are missing" in why
-    code, _, why = collect(shell, "1/2", "--seed", 1)
-    assert code == 2 and "holds chunks of other work; expected the same key" in why
-    code, _, why = collect(shell, "1/2", "--plant", "windy")
-    assert code == 2 and "holds chunks of other work; expected the same law" in why
-    assert collect(shell, "1/2")[0] == 0
-    assert collect(shell, "1/2")[0] == 0  # again: looked at, not run
-    assert learn(shell)[2] == "parc-jax: enough seen.\n" and seen == [list(range(60))]
-    assert not list(tmp_path.glob("m.npz*"))
+    code, said, _ = collect(shell)
+    assert code == 0 and said == f"Rows 20 to 59 are in {FILE}.\n"
+    assert [path.name for path in (tmp_path / "runs").iterdir()] == [Path(FILE).name]
+    for other, words in ((("--seed", 1), "seed"), (("--plant", "windy"), "law")):
+        code, _, why = collect(shell, *other)
+        assert code == 2 and "holds other rollouts than the ones asked for" in why and words in why
+    assert collect(shell)[0] == 0  # again: looked at, not run
+    _, _, why = shell("learn", FILE, "--out", "m.npz", "--eps", 0.3, "--delta", 0.2, "--no-cache")
+    assert why == "parc-jax: enough seen.\n" and seen == [list(range(20, 60))]
 
 
 @pytest.mark.parametrize(
@@ -61,26 +57,11 @@ def test_jobs_fill_a_folder_and_learn_takes_it_whole(shell, tmp_path, monkeypatc
         ({"rows": "-3:10"}, "rows: expected BEGIN:END"),
         ({"rows": "9:9"}, "rows: expected BEGIN:END with BEGIN < END; got 9:9"),
         ({"rows": "0:9999999999"}, "rows: expected row numbers below 4,294,967,296"),
-        ({"part": "3"}, "part: expected NUMBER/PARTS, such as 3/100; got '3'"),
-        ({"part": "3/2"}, "part: expected NUMBER/PARTS with 1 <= NUMBER <= PARTS <= 60"),
-        ({"part": "0/2"}, "part: expected NUMBER/PARTS with 1"),
         ({"into": "file"}, "file: cannot be written, since file is a file and no folder"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_and_nothing_is_written(shell, tmp_path, options, words):
     (tmp_path / "file").touch()
-    code, _, why = collect(shell, **{"part": "1/2"} | options)
+    code, _, why = collect(shell, **options)
     assert code == 2 and words in why
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
-
-
-@pytest.mark.slow
-def test_from_jobs_to_a_claim(shell, tmp_path):
-    for part in ("1/3", "3/3", "2/3"):
-        assert collect(shell, part, rows="0:300")[0] == 0
-    small = ("--hidden", 4, "--seeds", 1, "--steps", 40, "--bins", 1)
-    code, said, why = shell(
-        "learn", "runs", "--out", "m.npz", "--eps", 0.3, "--delta", 0.2, *small, "--no-cache"
-    )
-    assert code == 0 and "180 for training" in said, why
-    assert "k uniform on K" in pj.load(tmp_path / "m.npz").claim.statement()

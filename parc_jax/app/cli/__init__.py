@@ -15,7 +15,7 @@ import traceback
 
 from parc_jax.app.cli.logs import told
 from parc_jax.app.cli.stopping import STOPPED, Interrupts, stoppable
-from parc_jax.common.errors import HostLost, InputError, ParcError
+from parc_jax.common.errors import InputError, ParcError
 
 OK, NO_ANSWER, BAD_INPUT, BROKEN = 0, 1, 2, 3
 # new objects between two searches for what nobody refers to: tracing makes millions that all stay
@@ -105,8 +105,6 @@ def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
             )
     except InputError as error:
         return _say(error, BAD_INPUT)
-    except HostLost as error:
-        os._exit(_say(error, NO_ANSWER))  # an orderly exit would wait for the process that is gone
     except ParcError as error:
         return _say(error, NO_ANSWER)
     except BrokenPipeError:

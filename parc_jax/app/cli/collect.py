@@ -1,4 +1,4 @@
-"""`parc-jax collect`: some rows of a system's runs into a folder that several jobs fill."""
+"""`parc-jax collect`: rows of a system's runs into a file that `learn` takes."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,60 +14,47 @@ def collect(
     *,
     into: Path,
     rows: str,
-    part: str = "1/1",
     study: Annotated[
         dict,
         Offer("learning.settings.Learning", left_out="the study's, or ", only=("plant", "body")),
     ],
     shell: Annotated[Shell, Offer("app.cli.shell.Shell", only=("seed", "quiet", "cache"))],
 ) -> int:
-    """Run rows of a system, or one job's part of them. Example: parc-jax collect drift_parking
-    --rows 0:10000 --part 3/100 --into runs/drift
+    """Run rows of a system. Example: parc-jax collect drift_parking --rows 0:10000
+    --into runs/drift
 
-    Jobs with the same command but for --part fill one folder, in any order, on any machines that
-    share it; a part that was stopped goes on where it was. When all are there: parc-jax learn
-    FOLDER.
+    The file in the folder is named by its rows; what was stopped goes on where it was. Then:
+    parc-jax learn FILE.
 
     Args:
         system: A system of `parc-jax systems`, or a module of yours with `system()`.
-        into: The folder.
-        rows: All rows of the folder, BEGIN:END. Row i depends on the seed and i alone.
-        part: NUMBER/PARTS: the share of this job, from 1/PARTS on.
+        into: The folder of the file.
+        rows: BEGIN:END. Row i depends on the seed and i alone.
     """
     from parc_jax.app.cli.lock import held
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.cli.systems import black_box_of, find, study_of
-    from parc_jax.app.cli.unfinished import source_hash
     from parc_jax.app.study.cache import keep_compiled
     from parc_jax.common.keys import SEEDS, key_of
-    from parc_jax.learning.runs.files import read_npz
-    from parc_jax.learning.runs.parts import collect_part, part_of
+    from parc_jax.learning.runs.collect import collect as collect_rows
 
-    begin, end = _numbers("rows", rows, ":", "BEGIN:END, such as 0:10000")
-    number, parts = _numbers("part", part, "/", "NUMBER/PARTS, such as 3/100")
-    whole = range(begin, end)
-    if not whole:
+    first, sign, last = rows.partition(":")
+    if not (sign and first.isdecimal() and last.isdecimal()) or len(rows) > 20:
+        raise InputError(f"rows: expected BEGIN:END, such as 0:10000; got {rows!r:.40}.")
+    begin, end = int(first), int(last)
+    if not begin < end:
         raise InputError(f"rows: expected BEGIN:END with BEGIN < END; got {rows}.")
     if end > SEEDS:
         raise InputError(f"rows: expected row numbers below {SEEDS:,}; got {rows}.")
-    own = part_of(whole, number, parts)
     require_place(into, folder=True)
     if shell.cache:
         keep_compiled()
     module = find(system, needed=("system",))
     asked = study_of(module, others=(), **study)
     black_box = black_box_of(module, asked.plant, asked.body)
-    with held(into / f"rows {own[0]} to {own[-1]}"):
-        key, program = key_of(shell.seed), source_hash(module)
-        path = collect_part(black_box, key, whole, own, into, program, shell.quiet)
-    n = len(read_npz(path)["k"])
-    print(f"Rows {own[0]:,} to {own[-1]:,} are in {path}: {n:,} runs of {rows}.")
+    path = into / f"rows_{begin:09d}_{end - 1:09d}.npz"
+    with held(path):
+        how = {"first_row": begin, "path": path, "quiet": shell.quiet}
+        collect_rows(black_box, key_of(shell.seed), end - begin, **how)
+    print(f"Rows {begin:,} to {end - 1:,} are in {path}.")
     return 0
-
-
-def _numbers(option: str, given: str, between: str, expected: str) -> tuple[int, int]:
-    """Two whole numbers. Raises InputError."""
-    first, sign, second = given.partition(between)
-    if not (sign and first.isdecimal() and second.isdecimal()) or len(given) > 20:
-        raise InputError(f"{option}: expected {expected}; got {given!r:.40}.")
-    return int(first), int(second)

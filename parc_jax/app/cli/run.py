@@ -18,7 +18,6 @@ def run(
     model: Path | None = None,
     study: Annotated[dict, Offer("app.study.settings.Study", left_out="the study's, or ")],
     figures: bool = True,
-    hosts: str | None = None,
     shell: Annotated[Shell, Offer("app.cli.shell.Shell")],
 ) -> int:
     """Learn a system, find its safe set, prove it, replay it, draw it. Example: parc-jax run
@@ -34,9 +33,6 @@ def run(
             it where a module's system has another name than the module.
         model: A saved model, in place of rollouts and training.
         figures: Draw the figures.
-        hosts: Share rollouts and error claims with other processes that run the same command:
-            "auto" reads the cluster's environment, "ADDRESS:PORT,COUNT,NUMBER" names the first
-            process, how many and which one. Default: this process alone.
     """
     from parc_jax.answer.answer import Answer
     from parc_jax.app.cli.help import fitted
@@ -61,29 +57,24 @@ def run(
             return build(
                 module,
                 "job",
-                **study | {"out": out, "model": model, "hosts": hosts},
+                **study | {"out": out, "model": model},
                 seed=shell.seed,
                 figures=figures,
                 quiet=shell.quiet,
                 json=shell.json,
             )
-    host = _join(hosts)
     asked = study_of(module, **study)
     black_box = learn_from = black_box_of(module, study.get("plant"), asked.body)
     if asked.plant and "plant" not in study:
         learn_from = black_box_of(module, asked.plant, asked.body)
     problem = build(module, "problem", body=asked.body)
     out = out or Path("runs") / _own_name(system, black_box.name)
-    if host > 0:  # the others keep their finished chunks in a folder each, shared disk or not
-        out = out / "hosts" / str(host)
     for name in ("model.npz", "answer.json", METRICS):
         require_place(out / name)
     saved = None if model is None else load(model)
 
     def first(answer: Answer) -> None:
         """A picture of the first plans, long before all is done."""
-        if host > 0:
-            return
         from parc_jax.app.plot.samples import samples
 
         picture = out / UNFINISHED / "samples.png"
@@ -97,8 +88,6 @@ def run(
 
     def early(outcome: Studied) -> None:
         """Pictures, and where the answer is, before the plan that is driven."""
-        if host > 0:  # the first one reports
-            return
         if figures:
             files = draw_figures(outcome, asked, out)
             outcome.metrics["figures"] = [file.name for file in files]
@@ -118,30 +107,14 @@ def run(
             learn_from=learn_from,
             first=first if figures else None,
             early=early,
-            during=partial(during, quiet=shell.quiet or host > 0),
+            during=partial(during, quiet=shell.quiet),
         )
-    if host > 0:
-        return 0
     if shell.json:
         print(json.dumps(outcome.metrics, indent=1))
     else:
         print(fitted(report(outcome)))
         print(f"Written to {out}. Verify with: parc-jax check {out / 'answer.json'}")
     return 0 if outcome.answer.found else 1
-
-
-def _join(hosts: str | None) -> int:
-    """Join the other processes, if there are any; the number of this one. Call before anything else
-    uses JAX.
-    """
-    if hosts is None:
-        return 0
-    from parc_jax.common import distributed
-
-    distributed.init(hosts)
-    import jax
-
-    return jax.process_index()
 
 
 def _own_name(typed: str, name: str) -> str:

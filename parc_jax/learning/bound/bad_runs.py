@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.climb import Ranked, climb, ranked
-from parc_jax.common.distributed import rank_and_size
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, key_data, stream
 from parc_jax.common.spelling import hex_text
@@ -93,7 +92,6 @@ def search_worst(
     rng = generator(stream(key, Stage.SEARCH))
     search = _Search(net, sim, key, profile, runs // rounds, rounds, chunk, slack, rng)
     store = None if path is None else _store(path, search)
-    quiet = quiet or rank_and_size()[0] > 0
     told = None if quiet else forecast or Forecast(runs)
     pace = Pace(1, sim.traceable, told, system.name)
     numbers = itertools.count()

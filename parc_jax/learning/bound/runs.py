@@ -6,7 +6,6 @@ from pathlib import Path
 
 import jax
 
-from parc_jax.common.distributed import broadcast
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.bad_runs import Attack, search_worst
@@ -55,10 +54,9 @@ class SystemRuns(Runs):
         return self._stream(n, Stage.BOUND, "fresh", 0)
 
     def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> Attack:
-        """The SEARCH stream; the first host searches for all."""
+        """The SEARCH stream."""
         options = self._options("search")
-        found = search_worst(net, self.system, self.key, profile, n, **options)
-        return Attack(*broadcast(tuple(found)))
+        return search_worst(net, self.system, self.key, profile, n, **options)
 
     def _stream(self, n: int, stage: Stage, name: str, first_row: int):
         options = self._options(name)

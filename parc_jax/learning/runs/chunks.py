@@ -2,7 +2,6 @@
 disk.
 """
 
-import contextlib
 import json
 import os
 import queue
@@ -15,7 +14,6 @@ import jax
 import numpy as np
 
 from parc_jax.common.backend import backend
-from parc_jax.common.distributed import gather_arrays, rank_and_size
 from parc_jax.common.errors import InputError
 from parc_jax.learning.runs.files import read_npz, write_atomic, write_npz
 from parc_jax.learning.runs.resume import refuse_other_work
@@ -100,22 +98,9 @@ def run_chunks(
     """Yield work(index, device) for every index, in order, at most two results per worker ahead of
     the consumer.
 
-    Inside of `distributed.shared` the hosts deal the chunks out among them, and each yields all. A
-    chunk found in the store is not computed again. On an error or Ctrl-C, waiting chunks are
+    A chunk found in the store is not computed again. On an error or Ctrl-C, waiting chunks are
     cancelled.
     """
-    host, hosts = rank_and_size()
-    mine = run_here(work, range(host, n_chunks, hosts), devices, store)
-    with contextlib.closing(mine):
-        for _ in range(0, n_chunks, hosts):
-            # in the last turn a host without a chunk brings nothing
-            yield from (arrays for arrays in gather_arrays(next(mine, {})) if arrays)
-
-
-def run_here(
-    work: Callable[[int, object], Arrays], indices, devices: list, store=None
-) -> Iterator[Arrays]:
-    """The chunks of this host, in order."""
     free = queue.SimpleQueue()
     for device in devices:
         free.put(device)
@@ -136,7 +121,7 @@ def run_here(
     # one thread more than devices, so that none of these waits while a chunk is written
     pool, waiting = ThreadPoolExecutor(len(devices) + (store is not None)), deque()
     try:
-        for index in indices:
+        for index in range(n_chunks):
             waiting.append(pool.submit(one, index))
             if len(waiting) > 2 * len(devices):
                 yield waiting.popleft().result()

@@ -11,7 +11,6 @@ import jax
 import numpy as np
 
 from parc_jax.common.arrays import content_hash
-from parc_jax.common.distributed import gather, rank_and_size, require_same
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.labels import labels_of
@@ -73,7 +72,7 @@ def collect(
     """
     check_asked(system, key, n, k)
     identity = identity_of(system) | {"law": law_of(system, k_law(system, k)).hash}
-    if path is not None and all(gather(Path(path).exists())):
+    if path is not None and Path(path).exists():
         return _finished(system, key, n, stage, k, first_row, dtype, path, identity)
     parts = None if path is None else Path(f"{path}.parts")
     chunk = chunk_of(system, n, chunk, parts)
@@ -93,7 +92,7 @@ def collect(
     batch = concatenate(stream, n)
     if parts is not None:
         save_rollouts(path, batch, {"system": identity, "chunk": chunk})
-        shutil.rmtree(parts, ignore_errors=True)  # hosts may share the folder
+        shutil.rmtree(parts, ignore_errors=True)
     return batch
 
 
@@ -142,7 +141,6 @@ def stream_rollouts(
     chunk = chunk_of(system, n, chunk, path)
     law, grid = law_of(system, k_law(system, k)), system.time
     meta = _identity(system, key, stage, k, first_row, dtype) | {"chunk": chunk}
-    require_same(f"rollouts of {n} rows", meta)
     sim = simulator(system)
     chunks = chunks_of_rows(n, first_row, chunk, sim.traceable)
     work = partial(_simulated, system, key, stage, k, first_row, dtype)
@@ -150,10 +148,8 @@ def stream_rollouts(
     if path is not None:
         store = ChunkStore(path, meta)
         require_same_chunk(store, system, work, chunks, devices[0])
-    rank, hosts = rank_and_size()
-    quiet = quiet or rank > 0
     told = None if quiet else forecast or Forecast(n)
-    pace = Pace(len(devices) * hosts, sim.traceable, told, system.name)
+    pace = Pace(len(devices), sim.traceable, told, system.name)
 
     def one(index, device):
         arrays = pace.timed(len(chunks[index]), lambda: work(chunks[index], device))

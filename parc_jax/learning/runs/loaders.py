@@ -15,7 +15,6 @@ from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec
-from parc_jax.learning.runs.parts import is_parts, whole_of
 from parc_jax.learning.runs.subject import words_of
 from parc_jax.learning.runs.uniform import check_uniform
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
@@ -45,8 +44,7 @@ def load_rollouts(
             per run in p/, whose names sort, as text and by their numbers alike, in the order of the
             rows, each with n_record + 1 rows of n_p numbers. groups.csv may name the recording of
             each row. A first line of names, such as speed [m/s], labels the columns of k, q, and of
-            p where there is one point. Or a folder that `parc-jax collect` filled, complete as it
-            is.
+            p where there is one point.
     time: the record grid of the runs; needed for all but our own files. domain: K; None = the
     smallest box that holds all k, and once they are split that of the training runs: the claim is
     then about runs whose k lies in it. k_law: "logged", or
@@ -63,8 +61,6 @@ def load_rollouts(
     path = Path(path)
     check_k_law(path, k_law, domain)
     about = {"rotation": rotation, "labels": labels, "given": given}
-    if is_parts(path):
-        return _own(path, whole_of(path), k_law, groups, points, about)
     if path.is_dir():
         return _assemble(path, _csv_folder(path), time, domain, k_law, groups, points, about)
     if path.suffix == ".mat":

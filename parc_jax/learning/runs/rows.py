@@ -3,7 +3,6 @@
 import jax
 import numpy as np
 
-from parc_jax.common.distributed import gather
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data
 from parc_jax.common.options import check_count
@@ -38,11 +37,11 @@ def chunks_of_rows(n: int, first_row: int, chunk: int, traceable: bool) -> list[
 
 
 def chunk_of(system, n: int, chunk: int | None, path) -> int:
-    """Runs per call; hosts may differ in cores and in what they have on disk: the first decides."""
+    """Runs per call: as asked for, as stored, or as suits system and machine."""
     if path is not None:
         chunk = chunk or ChunkStore.stored_chunk(path)
     chunk = chunk or getattr(system, "chunk", None)
-    return gather(int(chunk or default_chunk(system, n, len(worker_devices(system)))))[0]
+    return int(chunk or default_chunk(system, n, len(worker_devices(system))))
 
 
 def rows_again(system, chunk: int) -> int:

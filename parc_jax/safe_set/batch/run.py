@@ -15,7 +15,6 @@ from jaxtyping import Int
 
 from parc_jax.common.arrays import x64
 from parc_jax.common.backend import Backend, backend
-from parc_jax.common.distributed import all_rows, replicate, shard_rows
 from parc_jax.safe_set.batch.proposals import Best, pool_at_random, rewarm, search
 
 
@@ -98,8 +97,8 @@ def run(
 ):
     """All rows through a kernel in calls of a fixed size; NumPy in and out.
 
-    mesh: spread over its devices and hosts; every host makes the same calls and gets all results.
-    None: over the cores of this machine. how: by default as suits the kind of device.
+    mesh: spread over its devices. None: over the cores of this machine. how: by default
+    as suits the kind of device.
     """
     calls = _calls(len(start.clearance), mesh, how or backend())
     if mesh is not None:
@@ -146,8 +145,10 @@ def _on_mesh(
     index = calls.padded(first).ravel()
     taken = jax.tree.map(lambda x: x[index], (rows, start))
     with x64():
-        placed = shard_rows(mesh, (counts, *taken))
-        got = all_rows(_sharded(kernel, calls.loop, mesh)(*placed, replicate(mesh, shared)))
+        split, whole = (jax.NamedSharding(mesh, jax.P(*axis)) for axis in (mesh.axis_names, ()))
+        placed = jax.device_put((counts, *taken), split)
+        everywhere = jax.device_put(shared, whole)
+        got = jax.device_get(_sharded(kernel, calls.loop, mesh)(*placed, everywhere))
     kept = np.concatenate([d * calls.size + np.arange(count) for d, count in enumerate(counts)])
     return jax.tree.map(lambda x: x[kept], got)
 
