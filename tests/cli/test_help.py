@@ -26,15 +26,18 @@ def offers(command) -> dict[str, Offer]:
 COMMANDS = tuple("run learn collect solve check replay plot bench systems doctor".split())
 
 
-def test_help_fits_and_is_readable(capsys, monkeypatch):
+def test_help_fits_is_readable_and_has_an_example(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     wrong = []
     for command in ("", *COMMANDS):
         with pytest.raises(SystemExit) as stop:
             cli.main([command, "--help"] if command else ["--help"])
         said, types = capsys.readouterr().out, re.compile(r"{None|\[INT|STR|FLOAT|None\)")
-        if stop.value.code or not 0 < max(map(len, said.splitlines())) <= 80 or types.search(said):
-            wrong.append(command)
+        words = " ".join(said.split())
+        shown = f"parc-jax {command}" in words and "Example" in words
+        shown = shown if command else all(name in words for name in COMMANDS)
+        wide = max(map(len, said.splitlines())) > 80
+        wrong += [command] if stop.value.code or wide or types.search(said) or not shown else []
     assert not wrong, wrong
 
 
