@@ -5,8 +5,6 @@ command runs and a campaign of the night, and no promise of the page is without.
 import re
 from pathlib import Path
 
-import pytest
-
 from benchmarks.attacks.levels import LEVELS, level_of_test
 from benchmarks.nightly import campaigns
 
@@ -62,16 +60,19 @@ def unguarded(found: list[str], promises: list[str]) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize(("promise", "test", "campaign"), rows())
-def test_a_promise_is_made_and_has_a_test_that_always_runs(promise, test, campaign):
-    assert any(promise in block for page in PAGES for block in blocks(page, PAGES[page]))
-    assert LEVELS[level_of_test(test)] == "default"
-    assert campaign in [known.name for known in campaigns()]
+def always_runs(test: str) -> bool:
+    try:
+        return LEVELS[level_of_test(test)] == "default"
+    except (KeyError, OSError):
+        return False  # it is not there
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_every_promise_has_a_row(page):
+def test_every_promise_has_a_row_a_test_that_always_runs_and_a_campaign():
+    made = [block for page, section in PAGES.items() for block in blocks(page, section)]
+    known = {campaign.name for campaign in campaigns()}
     promises = [promise for promise, _, _ in rows()]
-    found = blocks(page, PAGES[page])
-    assert unguarded(found, promises) == []
-    assert unguarded([*found, "The moon is a cheese."], promises) == ["The moon is a cheese."]
+    wrong = [promise for promise in promises if not any(promise in block for block in made)]
+    wrong += [test for _, test, _ in rows() if not always_runs(test)]
+    wrong += [name for _, _, name in rows() if name not in known] + unguarded(made, promises)
+    assert not wrong, "\n".join(wrong)
+    assert unguarded(["The moon is a cheese."], promises) == ["The moon is a cheese."]

@@ -28,7 +28,7 @@ def test_replace_changes_only_what_it_names():
     [
         {"target": 0.0},
         {"target": 1.0},
-        {"confidence": 1.5},
+        {"confidence": 1.0},
         {"confidence": float("nan")},
         {"samples": 0},
         {"budget_s": 0.0},

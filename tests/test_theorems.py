@@ -170,11 +170,13 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize("case", BROKEN)
-def test_a_broken_citation_is_found(case):
-    text, complaint = BROKEN[case]
-    found = complaints(SMALL, BOOKS, {**GOOD, "c.py": text}, set())
-    assert found and all(line.startswith("c.py") and complaint in line for line in found)
+def test_a_broken_citation_is_found():
+    missed = []
+    for case, (text, complaint) in BROKEN.items():
+        found = complaints(SMALL, BOOKS, {**GOOD, "c.py": text}, set())
+        if not found or not all(x.startswith("c.py") and complaint in x for x in found):
+            missed.append(case)
+    assert not missed, missed
 
 
 def test_an_unused_entry_is_found():

@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import re
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -25,16 +26,19 @@ def offers(command) -> dict[str, Offer]:
 COMMANDS = tuple("run learn collect solve check replay plot bench systems doctor".split())
 
 
-@pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_help_fits_and_is_readable(command, capsys, monkeypatch):
+def test_help_fits_is_readable_and_has_an_example(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    with pytest.raises(SystemExit) as stop:
-        cli.main([command, "--help"] if command else ["--help"])
-    said = capsys.readouterr().out
-    assert stop.value.code in (0, None)
-    assert max(map(len, said.splitlines())) <= 80
-    for type_word in ("{None", "[INT", "STR", "FLOAT", "None)"):
-        assert type_word not in said
+    wrong = []
+    for command in ("", *COMMANDS):
+        with pytest.raises(SystemExit) as stop:
+            cli.main([command, "--help"] if command else ["--help"])
+        said, types = capsys.readouterr().out, re.compile(r"{None|\[INT|STR|FLOAT|None\)")
+        words = " ".join(said.split())
+        shown = f"parc-jax {command}" in words and "Example" in words
+        shown = shown if command else all(name in words for name in COMMANDS)
+        wide = max(map(len, said.splitlines())) > 80
+        wrong += [command] if stop.value.code or wide or types.search(said) or not shown else []
+    assert not wrong, wrong
 
 
 @pytest.mark.parametrize("command", [learn, run])

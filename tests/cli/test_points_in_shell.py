@@ -49,11 +49,7 @@ def refused(outcome, message):
 
 
 WRONG = {
-    "unknown point of the body": ('"nose"]\nradius', '"tip"]\nradius', "(tail, nose); got 'tip'"),
-    "unknown point of the goal": ('points = ["tail"]', 'points = ["tip"]', "(tail, nose)"),
     "number beyond the points": ('capsule = ["tail", "nose"]', "points = [0, 2]", "got 2"),
-    "no points": ('capsule = ["tail", "nose"]', "points = []", "names of reference points"),
-    "too few of a kind": ("capsule", "rectangle", "4 reference points for a rectangle; got 2"),
     "an obstacle in space": (
         "lo = [-0.5, 0.3]\nhi = [-0.3, 0.6]",
         "lo = [-0.5, 0.3, 0.0]\nhi = [-0.3, 0.6, 1.0]",

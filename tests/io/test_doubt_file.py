@@ -76,12 +76,10 @@ def test_what_is_written_is_read_again(suffix, tmp_path):
     ("text", "sentence"),
     [
         ("[doubt]\nstrat = 1", "doubt: expected start, heading, .*; got 'strat'"),
-        ("[doubt]\nstart = -1", "doubt start: expected half widths >= 0; got -1"),
         ("[doubt]\nk = { 1 = 0.5, 01 = 0.001 }", "doubt k: expected every parameter once; 1 is"),
         ("[doubt]\nstart = [[1]]", "doubt start: expected a list of numbers"),
         ("[doubt]\nunknown = { load = 1 }", "doubt unknown of load: expected a box"),
         ("[doubt]\nheading = [1]", "doubt heading: expected one number"),
-        ("[doubt]\nsensing_eps = 2", "doubt sensing_eps: expected a probability"),
         ("[doubt]\nobstacles = { lo = [0] }", "doubt obstacles: expected `lo` and `hi`"),
     ],
 )
