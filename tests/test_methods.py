@@ -58,7 +58,7 @@ def test_nor_once_more_where_nothing_can_be_proved(climbs, width, made):
 def test_seconds_count_though_no_draw_was_safe(climbs, monkeypatch):
     clock = itertools.count(0.0, 1e4)
     monkeypatch.setattr("time.perf_counter", lambda: next(clock))
-    nothing = NoPlan(UNDECIDED, 0, 0, 1, 1)
+    nothing = NoPlan(UNDECIDED, 0, 1, 1)
     monkeypatch.setattr(methods, "prove_no_plan", lambda scene, **asked: nothing)
     answer = pj.Planner(line_model(e=0.05)).solve(blocked(0.12), KEY, SETTINGS)
     assert len(climbs) == 1 and not answer.found and answer.ended is Ended.SECONDS

@@ -21,7 +21,7 @@ from parc_jax.learning.bound.counts import cheaper, clopper_pearson, supported_e
 from parc_jax.learning.bound.risk import NoStatement, Risk
 from parc_jax.learning.bound.start_gap import StartTrial
 from parc_jax.learning.bound.statement import in_short
-from parc_jax.proof.absence.prove_no_plan import BOUNDS, NoPlan
+from parc_jax.proof.absence.prove_no_plan import UNDECIDED, NoPlan
 from parc_jax.statement import about_plans, about_risk, about_sensing
 
 ROOT = Path(__file__).parents[1]
@@ -73,9 +73,8 @@ def sentences_of(n: int):
     known = {"share": 1.0, "at_least": float(share), "confidence": 0.99}
     covered = covering(known).split("at least")[1]
     yield covered, [100 * Fraction(float(share)), Fraction("0.99")], "dd"
-    sizes = share / 3, share / 7, 1 - share / 3 - share / 7
-    none = NoPlan(BOUNDS, *sizes, Fraction(1))
-    yield none.statement().replace("p0", ""), [100 * size for size in sizes], "ddu"
+    none = NoPlan(UNDECIDED, 1 - share / 3, share / 3, Fraction(1))
+    yield none.statement().replace("p0", ""), [100 * share / 3], "u"
     trial = StartTrial(float(share), float(share) / 3)
     seen = [Fraction(str(trial.declared)), Fraction(trial.seen)]
     yield trial.statement(), seen, "uu"

@@ -82,11 +82,11 @@ DOUBT = (
         (EXECUTIONS + "test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked",),
     ),
     Fault(
-        "bounds_do_not_say_what_they_are_about",
-        "Planner.bound_volume",
-        "._replace(doubt=asked.doubt)",
-        "",
-        (EXECUTIONS + "test_bounds_under_doubt_say_what_they_are_about",),
+        "no_plan_does_not_say_what_it_is_about",
+        "Prepared._solve",
+        "no_plan._replace(doubt=scene.asked.doubt)",
+        "no_plan",
+        (EXECUTIONS + "test_no_plan_under_doubt_says_what_it_is_about",),
     ),
     Fault(
         "a_path_with_the_tube_of_one_bin",

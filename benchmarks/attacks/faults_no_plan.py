@@ -113,13 +113,6 @@ ALLOWED = (
         ("tests/no_plan/test_no_plan_of_parts.py::test_ends_keep_to_the_last_interval_too",),
     ),
     Fault(
-        "no_plan_what_the_first_bin_takes",
-        "OfTemplates.lost",
-        "np.max([self._lost[bin] for bin in bins], axis=0)",
-        "self._lost[bins[0]]",
-        (IN_BINS + "test_what_any_bin_takes_along_directions",),
-    ),
-    Fault(
         "no_plan_corners_not_pulled_in",
         "BetweenFaces.__init__",
         "+ INSIDE *",

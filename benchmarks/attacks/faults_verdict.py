@@ -1,4 +1,4 @@
-"""Faults of the verdict on a plan: grown obstacles, goals, screens, volume bounds."""
+"""Faults of the verdict on a plan: grown obstacles, goals, screens."""
 
 from benchmarks.attacks.fault import Fault
 

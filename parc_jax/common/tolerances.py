@@ -17,7 +17,7 @@ class Tolerances:
     vertex_relative: [1] bound on the relative rounding of a float polytope vertex; obstacles grow
         by it.
     leaf_margin: [m or row units] a box of plans must clear its condition by this before it is
-        written down as unsafe or safe; otherwise it stays undecided.
+        written down as unsafe; otherwise it stays undecided.
     contact_depth: [m] how deep a contact must lie in the obstacle; less than leaf_margin.
     profile_floor: [m or rad] smallest half width of a tube's profile; tubes only grow by it.
     resumed, resumed_single: [1 + |value|] stored runs that are simulated again, in float64 or

@@ -17,14 +17,12 @@ from parc_jax.planner.batch import BatchAnswer, Problems, problem_of, solve_batc
 from parc_jax.planner.prepared import Prepared
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.question import Question, plain_problems, question
-from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, NoPlan, prove_no_plan
 from parc_jax.proof.regions import RegionTable, regions_of
 from parc_jax.safe_set.batch.box_scenes import BoxScenes
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.near import near_scene
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import SceneArrays, laid_out
+from parc_jax.safe_set.verdict.scene import SceneArrays
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.refine import Refine, Refined
@@ -188,24 +186,6 @@ class Planner:
         )
         each = Settings.whole() if settings.samples_only else settings
         return answer._replace(answers={i: self.solve(p, key, each) for i, p in chosen.items()})
-
-    def bound_volume(
-        self, problem: ReachAvoid, *, max_leaves: int = 3000, budget_s: float = 600.0
-    ) -> NoPlan:
-        """Exact bounds on the volume of safe (p0, k): safe <= volume <= total - unsafe. [T30]
-
-        max_leaves: boxes, the work, 20,000 at most. budget_s: [s] a limit above it for search and
-        exact check; what it cuts off, `ended` says. Raises as `solve` does.
-        """
-        _checked("bound_volume", problem, None, Settings.whole())
-        require_sound_arithmetic()
-        asked = question(problem, self.model).plain(self._under_doubt)
-        return prove_no_plan(
-            laid_out(asked),
-            limit=Limit(budget_s),
-            max_leaves=min(max_leaves, MAX_LEAVES),
-            bounds=True,
-        )._replace(doubt=asked.doubt)
 
 
 def answer_to(

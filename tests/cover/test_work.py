@@ -16,6 +16,7 @@ from parc_jax import method as methods
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.status import Ended
 from parc_jax.problem.robust.question import Plain
+from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors import rare, search
 from parc_jax.safe_set.corridors.first import MOST
 from parc_jax.safe_set.corridors.limit import Limit
@@ -23,6 +24,7 @@ from parc_jax.safe_set.corridors.sampling import RARE_DRAW, Draw, no_points
 from parc_jax.safe_set.corridors.search import cover
 from parc_jax.safe_set.settings import CORRIDORS, LEAVES, LOOKS, work_of
 from parc_jax.safe_set.verdict.near import near_scene
+from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(3)
 MODEL, PROBLEM = toy_case(4)
@@ -172,9 +174,9 @@ def test_work_is_a_multiple_of_the_standard_and_never_nothing():
 def test_a_proof_of_absence_says_what_ended_it(monkeypatch):
     wall = [pj.box([2, 0.3], [5, 2.3]), pj.box([2, -2.3], [5, -0.3])]  # with a gap that just fits
     problem = pj.reach_avoid(pj.box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), wall, 0.25)
-    planner = pj.Planner(line_model(e=0.05))
-    bounds = planner.bound_volume(problem, max_leaves=20)
-    assert bounds.ended is Ended.WORK and "ended by its work" in bounds.statement()
+    scene = scene_of(problem, line_model(e=0.05))
+    none = prove_no_plan(scene, limit=Limit(600.0), max_leaves=20)
+    assert none.ended is Ended.WORK and "ended by its work" in none.statement()
     slowly(monkeypatch, 1e4)
-    cut = planner.bound_volume(problem, max_leaves=20)
+    cut = prove_no_plan(scene, limit=Limit(600.0), max_leaves=20)
     assert cut.ended is Ended.SECONDS and "ended by its seconds" in cut.statement()

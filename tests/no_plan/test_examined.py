@@ -9,7 +9,7 @@ from parc_jax.proof.absence.examined import VERTICES, Examiner
 from parc_jax.proof.absence.tree import Node
 from parc_jax.safe_set.verdict.scene import scene_of
 
-MARGINS = ("goal", "start", "hit", "fits", "gap")
+MARGINS = ("goal", "start", "hit")
 
 
 @pytest.fixture(scope="module")

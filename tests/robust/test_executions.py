@@ -70,10 +70,10 @@ def test_no_plan_under_copies_says_what_it_means():
         assert f"Safe means here: safe for {known.words}." in answer.statement()
 
 
-def test_bounds_under_doubt_say_what_they_are_about():
+def test_no_plan_under_doubt_says_what_it_is_about():
     """This question has safe plans; that none is safe is said of those that withstand the doubt."""
     asked = toy_query.gap().replace(doubt=Doubt(goal=0.249))
-    none = toy_query.planner().bound_volume(asked, max_leaves=40)
+    none = toy_query.planner().solve(asked, KEY, SMALL).no_plan
     said = none.statement()
     assert none.kind == "proved" and "Safe means here: safe for every goal moved by up to" in said
     assert "Safe means" not in toy_query.answer(wall=True).statement()

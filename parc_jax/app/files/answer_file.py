@@ -24,7 +24,7 @@ from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.question import Plain, Question
 from parc_jax.problem.robust.withstood import withstood_of_json
-from parc_jax.proof.absence.prove_no_plan import BOUNDS, PROVED, UNDECIDED, NoPlan
+from parc_jax.proof.absence.prove_no_plan import PROVED, UNDECIDED, NoPlan
 from parc_jax.proof.certificate.read import corridor_of
 from parc_jax.proof.certificate.write import FORMAT
 from parc_jax.safe_set.corridors.found import Cover
@@ -203,14 +203,16 @@ def _safe_polytope(scene: Scene, part: dict) -> SafePolytope:
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None) -> NoPlan | None:
-    """What the checker has just proved of it."""
+    """What the checker has just proved of it. A safe box is not proved unsafe: it counts as
+    undecided.
+    """
     if certificate is None or volumes is None:
         return None
     safe, unsafe, undecided = (number(volumes[name]) for name in ("safe", "unsafe", "undecided"))
-    kind = PROVED if volumes["kind"] == "proved" else BOUNDS if safe else UNDECIDED
+    kind = PROVED if volumes["kind"] == "proved" else UNDECIDED
     leaves = sum("split" not in node for node in certificate["tree"])
     total = safe + unsafe + undecided
-    return NoPlan(kind, safe, unsafe, undecided, total, certificate, leaves, ended=ended)
+    return NoPlan(kind, unsafe, total - unsafe, total, certificate, leaves, ended=ended)
 
 
 def _polytope(part: dict) -> HPolytope:

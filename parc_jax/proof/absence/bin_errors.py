@@ -1,5 +1,4 @@
-"""The errors of all bins that a box of k overlaps: what every one of them allows, for what is
-unsafe, and how far any of them reaches, for what is safe. [T30, T35]
+"""The errors of all bins that a box of k overlaps: what every one of them allows. [T30, T35]
 
 Boxes allow together the box of their least half widths. Between faces, one bin allows its template
 and several at least a box that lies in all of them: for the last bit a box of k is split until it
@@ -10,7 +9,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from parc_jax.learning.bound.error_set import ErrorBox, ErrorSet, ErrorTemplate, at
 from parc_jax.learning.bound.faces import Templates
@@ -82,13 +81,6 @@ class OfBoxes:
         least = kept_at_end(self._interval[bins], self._final[bins]).min(axis=0)
         return np.sign(self.goal_A) * least
 
-    def lost(
-        self, bins: np.ndarray, w: Float[np.ndarray, "o d n_p"], points: Int[np.ndarray, "o i"]
-    ) -> np.ndarray:
-        """(o, d, T, i) how far any of the bins reaches along -w, of points."""
-        most = by_point(self._interval[bins].max(axis=0), self.tube.n_points)[:, points]
-        return np.einsum("odj,toij->odti", np.abs(w), most)
-
     def of_contact(
         self, over: OverBins, t: int, points: list[int], weights: Float[np.ndarray, " i"]
     ) -> ContactErrors:
@@ -111,7 +103,6 @@ class OfTemplates:
         self._widest = tube.finite_widths[0]
         self._goal_most = np.stack([templates.final.errors.support(a) for a in goal_A], axis=1)
         self._farthest: dict[int, np.ndarray] = {}
-        self._lost: dict[int, np.ndarray] = {}
 
     def over(self, lo: np.ndarray, hi: np.ndarray) -> OverBins:
         """As of boxes."""
@@ -138,20 +129,6 @@ class OfTemplates:
         if bin not in self._farthest:
             self._farthest[bin] = self._farthest_of(bin)
         return self._farthest[bin]
-
-    def lost(
-        self, bins: np.ndarray, w: Float[np.ndarray, "o d n_p"], points: Int[np.ndarray, "o i"]
-    ) -> np.ndarray:
-        """As of boxes; a tube is asked along one set of directions only."""
-        for bin in bins:
-            if bin not in self._lost:
-                errors = at(self.templates.interval.errors, int(bin))
-                own = [
-                    at(errors, np.s_[:, i, None]).support(-along)
-                    for along, i in zip(w, points, strict=True)
-                ]
-                self._lost[bin] = np.stack([np.moveaxis(x, -1, 0) for x in own])
-        return np.max([self._lost[bin] for bin in bins], axis=0)
 
     def of_contact(
         self, over: OverBins, t: int, points: list[int], weights: Float[np.ndarray, " i"]

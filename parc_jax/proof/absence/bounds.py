@@ -58,8 +58,6 @@ class Examined(NamedTuple):
     at: (m, c, n_points, n_p) p - z of every vertex of k at that moment.
     effects: (n, g + s + c, n_p + n_k) how much a reason's margin moves along each side of the box.
     slopes: (n, g + s + c, n_p) change of the margin per z, about.
-    fits: (n,) [row units] margin of "all plans reach the goal from the start set".
-    gap: (n,) [m] of the centre.
     """
 
     goal: jax.Array
@@ -70,8 +68,6 @@ class Examined(NamedTuple):
     at: jax.Array
     effects: jax.Array
     slopes: jax.Array
-    fits: jax.Array
-    gap: jax.Array
 
 
 class Known(NamedTuple):
@@ -208,16 +204,13 @@ def _examined(
     goal_z = by_point(scene.goal_A[:, :n_c], layout.n_points).sum(axis=1)
     goal_rest = scene.goal_A[:, n_p:]
 
-    low, high = _range_of_rows(goal_z, z_lo, z_hi)
+    low = _least_of_rows(goal_z, z_lo, z_hi)
     least_rest, most_rest = known.goal
     goal = low + least_rest - (scene.goal_b[None] - boxes.goal_least)
-    fits = scene.goal_b[None] - boxes.goal_most - high - most_rest
-    fits = fits.min(axis=1)
 
-    low, high = _range_of_rows(scene.start_A, z_lo, z_hi)
+    low = _least_of_rows(scene.start_A, z_lo, z_hi)
     least_p0, most_p0 = known.start
     start = low + least_p0 - scene.start_b[None]
-    fits = jnp.minimum(fits, (scene.start_b[None] - high - most_p0).min(axis=1))
 
     middle = _middle(net, layout, boxes)
     least_places, most_places = _extremes(known.places, known.owner, n)
@@ -243,7 +236,7 @@ def _examined(
     of_bounds = jnp.maximum(loose, 0)[:, :, None] * known.blame[:, None]
     effects = effects.at[:, :, n_p:].add(of_bins + of_bounds)
     which = jnp.stack([tried.obstacle, tried.interval, tried.share], axis=2)
-    return Examined(goal, start, -worst, which, tried.weights, at, effects, slopes, fits, tried.gap)
+    return Examined(goal, start, -worst, which, tried.weights, at, effects, slopes)
 
 
 def _extremes(x: Float[ArrayLike, " b *_"], owner: Numbers, n: int):
@@ -253,11 +246,9 @@ def _extremes(x: Float[ArrayLike, " b *_"], owner: Numbers, n: int):
     return least, most
 
 
-def _range_of_rows(A: Float[ArrayLike, "rows n_p"], z_lo: Positions, z_hi: Positions):
-    """Least and most of A z over the boxes of z: (n, rows) each."""
-    low = A[None] * z_lo[:, None]
-    high = A[None] * z_hi[:, None]
-    return jnp.minimum(low, high).sum(axis=2), jnp.maximum(low, high).sum(axis=2)
+def _least_of_rows(A: Float[ArrayLike, "rows n_p"], z_lo: Positions, z_hi: Positions):
+    """Least of A z over the boxes of z: (n, rows)."""
+    return jnp.minimum(A[None] * z_lo[:, None], A[None] * z_hi[:, None]).sum(axis=2)
 
 
 def _middle(net: ReLUNetwork, layout: Layout, boxes: Boxes) -> Middle:

@@ -9,20 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.absence.bin_errors import bin_errors
 from parc_jax.proof.absence.examined import BOXES, Batch, Examiner
 from parc_jax.proof.absence.reasons import Reasons
-from parc_jax.proof.absence.safe_boxes import SafeBoxes
 from parc_jax.proof.absence.tree import Node, choose_split
 from parc_jax.proof.regions.domain import MAX_DIMENSION
 from parc_jax.safe_set.corridors.sampling import ends_from
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene
 
-# time of the checker for a safe leaf, in unsafe ones: it checks all obstacles and intervals
-SAFE_COST = 4
 TRIED = 16  # plans per open box that are tried, since one safe plan ends the search for a proof
 
 
@@ -55,21 +51,16 @@ class OpenBoxes:
 
 
 class BranchAndBound:
-    """One branch and bound.
+    """One branch and bound, which a safe plan ends."""
 
-    bounds: also search for boxes in which every plan is safe, and go on after a safe plan.
-    """
-
-    def __init__(self, scene: Scene, root: Node, bounds: bool):
+    def __init__(self, scene: Scene, root: Node):
         model = scene.model
         self.model = model
         self.scene = scene
         self.root = root
-        self.bounds = bounds
         errors = bin_errors(model.tube, np.asarray(scene.goal_A))
         self.examiner = Examiner(scene, errors)
         self.reasons = Reasons(scene, errors)
-        self.safe_boxes = SafeBoxes(scene, errors) if bounds else None
         self.spread = _spread(len(root.lo))
         self.cost_of_bounds = _cost_of_bounds(model.net)
         # what the steps change
@@ -86,10 +77,7 @@ class BranchAndBound:
         self.examiner.by_bounds([root])
         if self.model.n_k <= MAX_DIMENSION:
             list(self.examiner.at_vertices([root]))
-        if self.safe_boxes is None:
-            verdicts(self.scene, z - ends_from(0.0, self.model, k), k)
-        else:
-            self.safe_boxes.compile(k)
+        verdicts(self.scene, z - ends_from(0.0, self.model, k), k)
 
     def run(self, until: Callable[[int], bool], max_leaves: int) -> Found:
         """Decide the largest boxes first until none is left, `until()` says stop, or there are
@@ -101,8 +89,8 @@ class BranchAndBound:
 
     @property
     def decided(self) -> bool:
-        """No box waits, or a safe plan is in hand where a proof that there is none was asked."""
-        return not self.waiting or (self.safe_plan is not None and not self.bounds)
+        """No box waits, or a safe plan is in hand: there is no proof then."""
+        return not self.waiting or self.safe_plan is not None
 
     def _step(self) -> None:
         """Decide the largest boxes; those without a reason are split and wait."""
@@ -115,42 +103,27 @@ class BranchAndBound:
     def _decide(self, nodes: list[Node]) -> list[Node]:
         """Write down the reasons that are found; the children of the boxes without one.
 
-        A proof that no plan exists tries bounds first, which are cheap to check, and vertices where
-        they fail. Volume bounds take vertices at once where there are few: a box that may be safe
-        needs them anyway.
+        Bounds are tried first, which are cheap to check, and vertices where they fail.
         """
         few = self.examiner.has_few_vertices
-        by_bounds = [node for node in nodes if not (self.bounds and few(node))]
-        batches = []
-        if by_bounds:
-            batches.append(self.examiner.by_bounds(by_bounds))
-            self._write_unsafe(batches[0])
-        if not self.bounds:
-            self._try_plans([node for node in nodes if node.leaf is None])
+        batches = [self.examiner.by_bounds(nodes)]
+        self._write(batches[0])
+        self._try_plans([node for node in nodes if node.leaf is None])
         open_and_few = [node for node in nodes if node.leaf is None and few(node)]
         for batch in self.examiner.at_vertices(open_and_few):
-            self._write_unsafe(batch)
-            if self.bounds:
-                self._write_safe(batch)
+            self._write(batch)
             batches.append(batch)
         children: list[Node] = []
         for batch in reversed(batches):  # what vertices say of a box is nearer to the truth
             children += self._split(batch)
         return children
 
-    def _write_unsafe(self, batch: Batch) -> None:
+    def _write(self, batch: Batch) -> None:
         cost = self.cost_of_bounds
         for i, node in enumerate(batch.nodes):
             node.leaf = self.reasons.of(batch, i)
             if node.leaf is not None:
                 self.exact_vertices += cost if batch.bounded else len(node.vertices)
-
-    def _write_safe(self, batch: Batch) -> None:
-        for i, node in enumerate(batch.nodes):
-            if node.leaf is None:
-                node.leaf = self._safe(batch, i)
-                if node.leaf is not None:
-                    self.exact_vertices += SAFE_COST * len(node.vertices)
 
     def _split(self, batch: Batch) -> list[Node]:
         """Children of the boxes that are open and not split."""
@@ -163,15 +136,6 @@ class BranchAndBound:
                 at = choose_split(node, margins, seen.effects[i], seen.slopes[i], tube, n_p)
                 children += node.cut(*at, n_p)
         return children
-
-    def _safe(self, batch: Batch, i: int):
-        """("safe", separation) of one box, or None."""
-        seen = batch.seen
-        if not (seen.fits[i] > TOLERANCES.leaf_margin and seen.gap[i] > 0):
-            return None
-        node = batch.nodes[i]
-        runs = self.safe_boxes.separation(node, batch.over[i].bins, node.vertices)
-        return None if runs is None else ("safe", runs)
 
     def _try_plans(self, nodes: list[Node]) -> None:
         """Some plans of each open box: one that is safe is kept, since no proof gets around it."""

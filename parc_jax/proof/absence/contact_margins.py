@@ -44,7 +44,7 @@ class Tried(NamedTuple):
     obstacle, interval, share: (n, c) numbers; an obstacle stands for one part of the body, too.
     way: (n, c, n_p) directions out of the obstacle. weights: (n, c, 2^n_p, n_points) of the mixture
     of points at each corner of the box of z. lost: (n, c, n_points, .) what errors take, as in
-    `_lost`. gap: (n,) [m] of the middle of the box, over all.
+    `_lost`.
     """
 
     obstacle: jax.Array
@@ -53,7 +53,6 @@ class Tried(NamedTuple):
     way: jax.Array
     weights: jax.Array
     lost: jax.Array
-    gap: jax.Array
 
 
 def contacts_to_try(
@@ -85,7 +84,7 @@ def contacts_to_try(
     away = corners_of(-size / 2, size / 2)
     of_box = jax.vmap(_weights, in_axes=(None, 0, 0, 0, None))
     weights = jax.vmap(of_box, in_axes=(None, 0, 0, 0, 0))(scene, o, at, lost, away)
-    return Tried(o, t, share, way, weights, lost, gaps.min(axis=(1, 2, 3)))
+    return Tried(o, t, share, way, weights, lost)
 
 
 def contact_depth(

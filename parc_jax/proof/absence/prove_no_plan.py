@@ -1,5 +1,4 @@
-"""No safe plan: proved, or not found and this much undecided; and bounds of the volume of the safe
-set. [T15, T30]
+"""No safe plan: proved, or not found and this much undecided. [T15, T30]
 
 In coordinates (z, k), z = p_T = p0 + c_T(k), volumes are kept and every plan that can reach the
 goal lies in a box. The box is split until each part misses the goal, starts outside the start set,
@@ -14,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax import checker
-from parc_jax.common.errors import InputError
-from parc_jax.common.spelling import decimal_text, rounded_down, rounded_up
+from parc_jax.common.spelling import decimal_text, rounded_up
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.robust.withstood import Withstood
@@ -23,15 +21,13 @@ from parc_jax.proof.absence.branch_and_bound import BranchAndBound, Found
 from parc_jax.proof.absence.faces import goal_faces
 from parc_jax.proof.absence.tree import Node
 from parc_jax.proof.certificate.write import question_parts
-from parc_jax.proof.regions.domain import MAX_DIMENSION
 from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.verdict.hopeless import Why, why_none
 from parc_jax.safe_set.verdict.scene import Scene
 
 PROVED = "proved"
 UNDECIDED = "undecided"
-BOUNDS = "bounds"
-KIND_IN_FILE = {PROVED: "proved", UNDECIDED: "bracket", BOUNDS: "bracket"}
+KIND_IN_FILE = {PROVED: "proved", UNDECIDED: "bracket"}
 MAX_LEAVES = 20_000  # a certificate has a few hundred bytes per box
 IN_THE_BOX = (
     "whose first point ends in the box around the goal less the tube, whatever else the goal asks"
@@ -40,12 +36,12 @@ CHECK_FACTOR = 1.5  # time of the checker per vertex of a cell, in evaluations o
 
 
 class NoPlan(NamedTuple):
-    """What is known of the volume of safe (p0, k) among those whose first point is predicted to end
-    in a box around the goal less the tube; those that miss what else the goal asks are unsafe.
+    """What is known of the (p0, k) whose first point is predicted to end in a box around the goal
+    less the tube; those that miss what else the goal asks are unsafe.
 
-    kind: "proved" (none is safe), "undecided" (not proved with this work) or "bounds".
-    safe, unsafe, undecided, total: exact volumes [units of p0 and k multiplied], as the checker
-        accepted them; without an accepted certificate all is undecided.
+    kind: "proved" (none is safe) or "undecided" (not proved with this work).
+    unsafe, undecided, total: exact volumes [units of p0 and k multiplied], as the checker accepted
+        them; without an accepted certificate all is undecided.
     certificate: the `no_plan` entry of answer.json, None when the checker refused it.
     leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
     seconds: [s] of the search.
@@ -54,7 +50,6 @@ class NoPlan(NamedTuple):
     """
 
     kind: str
-    safe: Fraction
     unsafe: Fraction
     undecided: Fraction
     total: Fraction
@@ -81,17 +76,10 @@ class NoPlan(NamedTuple):
                 f"{told} "
                 "The robot may still be able to do it: a better model or a narrower tube may tell."
             )
-        safe, unsafe = (rounded_down(100 * v / self.total, 4) for v in (self.safe, self.unsafe))
-        share = rounded_up(100 * self.undecided / self.total, 4)
-        if self.kind == BOUNDS:
-            return (
-                f"Of the plans {IN_THE_BOX}, by volume: at least {safe} % are "
-                f"safe and at least {unsafe} % are unsafe, proved in exact arithmetic; "
-                f"{share} % are undecided.{self._ended}"
-            )
         if self.reason is not None and self.reason.sure:
             return f"No plan is safe: {self.reason.words}"
         why = f": {self.reason.words}" if self.reason else "."
+        share = rounded_up(100 * self.undecided / self.total, 4)
         return (
             f"No safe plan was found{why} This is not a proof that none exists: "
             f"of the plans {IN_THE_BOX}, {share} % by volume are undecided; the "
@@ -103,41 +91,28 @@ class NoPlan(NamedTuple):
         return "" if self.ended in (None, Ended.TARGET) else f" {self.ended.sentence}"
 
 
-def prove_no_plan(
-    scene: Scene,
-    *,
-    limit: Limit,
-    max_leaves: int,
-    bounds: bool = False,
-) -> NoPlan:
-    """Prove that no (p0, k) is safe, or say how much is undecided; with `bounds`, also prove boxes
-    safe.
+def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
+    """Prove that no (p0, k) is safe, or say how much is undecided.
 
     max_leaves: boxes of the tree, the work. limit: above it, for search and check together, which
     the answer tells when it cuts off; it counts from here, if not from earlier on. A finished proof
     is checked however long that takes, and compiling, once for scenes of a size, comes on top.
     With more parameters than the checker takes, a tube that leaves out the model itself, or a limit
     that is over, nothing is searched, and all is undecided.
-    Raises InputError for a goal without bounds on the end of the first point, and for bounds where
-    nothing can be searched, or no box be proved safe, which takes the cells of at most
-    MAX_DIMENSION parameters.
+    Raises InputError for a goal without bounds on the end of the first point.
     """
     model = scene.model
     z_lo, z_hi, faces = goal_faces(scene.problem, model)
     root = Node(np.concatenate([z_lo, model.domain.lo]), np.concatenate([z_hi, model.domain.hi]))
-    missing = _missing(model, bounds)
+    missing = _missing(model)
     if missing is not None:
-        if bounds:
-            raise InputError(
-                f"bound_volume: expected {missing}. `answer.volume()` is an estimate for any model."
-            )
         return _not_searched(root, missing, why_none(scene))
     if limit.over():
         none = _not_searched(root, "seconds, of which none were left", why_none(scene))
         return none._replace(ended=Ended.SECONDS)
     question = question_parts(scene.problem, model)
     context = checker.Context(*question)
-    search = BranchAndBound(scene, root, bounds)
+    search = BranchAndBound(scene, root)
     with limit.uncounted():
         search.compile()
     begin = time.perf_counter()
@@ -147,8 +122,7 @@ def prove_no_plan(
     searched = time.perf_counter()
     ended = Ended.SECONDS if limit.cut else Ended.TARGET if search.decided else Ended.WORK
     tree = found.root.spell()
-    closed = not any("open" in node or "safe" in node for node in tree)
-    kind = PROVED if closed else BOUNDS if bounds else UNDECIDED
+    kind = UNDECIDED if any("open" in node for node in tree) else PROVED
     plan = {
         "kind": KIND_IN_FILE[kind],
         "z": {"lo": decimal_text(z_lo), "hi": decimal_text(z_hi)},
@@ -161,9 +135,9 @@ def prove_no_plan(
     )
 
 
-def _missing(model: TrajectoryModel, bounds: bool) -> str | None:
+def _missing(model: TrajectoryModel) -> str | None:
     """What a search would need that a model does not have."""
-    most = MAX_DIMENSION if bounds else checker.MAX_PARAMETERS
+    most = checker.MAX_PARAMETERS
     if model.n_k > most:
         return f"a model with at most {most} parameters; this model has {model.n_k}"
     if not model.tube.claimed.any():
@@ -176,11 +150,9 @@ def _missing(model: TrajectoryModel, bounds: bool) -> str | None:
 
 def _not_searched(root: Node, needed: str, reason: Why | None) -> NoPlan:
     """Nothing is known of any plan."""
-    nothing = Fraction(0)
     return NoPlan(
         kind=UNDECIDED,
-        safe=nothing,
-        unsafe=nothing,
+        unsafe=Fraction(0),
         undecided=root.volume,
         total=root.volume,
         reason=reason or Why(f"a proof needs {needed}.", False),
@@ -200,10 +172,9 @@ def _checked(
     except checker.Rejected:
         kind = UNDECIDED
         certificate = None
-        report = {"safe": 0, "unsafe": 0, "undecided": total}
+        report = {"unsafe": 0, "undecided": total}
     return NoPlan(
         kind=kind,
-        safe=Fraction(report["safe"]),
         unsafe=Fraction(report["unsafe"]),
         undecided=Fraction(report["undecided"]),
         total=total,

@@ -153,7 +153,7 @@ def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: n
         def nearest(t: int, o: int = o) -> Multiplier:
             return table.nearest(o, _nearest(scene, o, path, at(errors, 0), t))
 
-        sep.append(runs_along(scene, o, heights, np.moveaxis(lost, 2, 0), scene.slack, nearest))
+        sep.append(runs_along(scene, o, heights, np.moveaxis(lost, 2, 0), nearest))
     if scene.apart is not None:
         sep = scene.apart.with_runs(sep)
     return {"p0": hex_text(p0), "k": hex_text(k), "sep": separation_part(sep, scene.problem)}
@@ -164,15 +164,14 @@ def runs_along(
     o: int,
     heights: Float[np.ndarray, "d knots i"],
     lost: Float[np.ndarray, "d t i"],
-    margin: float,
-    nearest: Callable[[int], Multiplier | None] = lambda _: None,
-) -> list[Run] | None:
-    """Of pair o the fewest runs of directions of the scene's table that separate, or None. heights:
-    of its points along each. lost: what errors take. margin: [m] paid per unit of |w|_1. nearest:
-    what stands in for them in an interval in which none does.
+    nearest: Callable[[int], Multiplier],
+) -> list[Run]:
+    """Of pair o the fewest runs of directions of the scene's table that separate. heights: of its
+    points along each. lost: what errors take. nearest: what stands in for them in an interval in
+    which none does.
     """
     table = scene.directions
-    threshold = table.support[o] + margin * np.abs(table.w[o]).sum(axis=1)
+    threshold = table.support[o] + scene.slack * np.abs(table.w[o]).sum(axis=1)
     holds = separates(at_both_knots(heights, 1), threshold[:, None, None] + lost).all(axis=2)
     exists = np.flatnonzero(scene.obstacles.active[o])
     chosen = longest_lasting(holds[:, exists])
@@ -180,7 +179,7 @@ def runs_along(
         table.multipliers[o][d] if d >= 0 else nearest(t)
         for d, t in zip(chosen, exists, strict=True)
     ]
-    return None if None in spelled else merged_runs(spelled, exists)
+    return merged_runs(spelled, exists)
 
 
 def polytope_part(polytope: SafePolytope) -> dict:
