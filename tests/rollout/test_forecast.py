@@ -117,10 +117,10 @@ def test_two_bars_never_share_a_name(tmp_path, monkeypatch):
     study = dataclasses.replace(STUDY, others=())
     learn(toy_system.system(), study, KEY, Stopwatch(), tmp_path / "work", False)
     names = [name for name in names if not name.endswith(": search")]  # quiet: tries of starts
-    assert len(names) == 4 and len(set(names)) == 4
+    assert len(names) == 3 and len(set(names)) == 3
     names.clear()
     pj.bound_error(NET, plant(noisy), KEY, eps=0.1, delta=0.1, bins=(1, 1))
-    assert len(names) == 3 and len(set(names)) == 3
+    assert len(names) == 2 and len(set(names)) == 2
     for stage in (Stage.REPLAY, Stage.VALIDATE):
         pj.collect(plant(noisy), KEY, 5, stage)
-    assert len(set(names)) == 5
+    assert len(set(names)) == 4
