@@ -28,7 +28,6 @@ QUICK = {
     "delta": 0.1,
     "seeds": 1,
     "steps": 20,
-    "search": 0,
 }
 
 

@@ -12,8 +12,8 @@ from parc_jax.problem.problem import ReachAvoid
 
 @dataclass(frozen=True)
 class Setting:
-    """One way of spending the runs of a task. key: for metrics. study: one network, no search,
-    fresh runs named.
+    """One way of spending the runs of a task. key: for metrics. study: one network, fresh runs
+    named.
     """
 
     key: str
@@ -61,8 +61,8 @@ def _quick(task: Task) -> Task:
 
 
 def _alone(study: Study, **changes) -> Study:
-    """The study's first network, without a search."""
-    return replace(study, others=(), search=0, **changes)
+    """The study's first network."""
+    return replace(study, others=(), **changes)
 
 
 def _boat() -> Task:

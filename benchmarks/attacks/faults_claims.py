@@ -70,20 +70,6 @@ CLAIMED = (
         ),
     ),
     Fault(
-        "search_may_narrow_the_tube",
-        "enlarge",
-        "np.maximum(had, found)",
-        "np.minimum(had, found)",
-        ("tests/claim/test_bad_runs.py::test_the_tube_is_widened_only_where_something_was_found",),
-    ),
-    Fault(
-        "search_compiles_the_rollout_again",
-        "Simulator.run",
-        "device or self._device",
-        "device",
-        ("tests/claim/test_bad_runs.py::test_the_search_runs_the_program_of_all_other_runs",),
-    ),
-    Fault(
         "claims_survive_narrower_tubes",
         "weaker",
         "if not wider.at_least(claim.tube)",

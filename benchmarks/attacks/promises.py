@@ -118,12 +118,6 @@ def grouped(width, key):
     return claim.eps, truth_of_recordings(width, claim.tube, PARTS)
 
 
-def searched(width, key):
-    """A search for bad runs after the holdout widens the tube."""
-    claim = _claim(width, key, search=16)
-    return claim.eps, truth(width, claim.tube).whole
-
-
 def by_bin(width, key):
     """Four claims at once, each with its own eps, judged by the bin that breaks its own most."""
     system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
@@ -150,8 +144,8 @@ def by_block(width, key):
 
 
 def fitted(width, key):
-    """One claim over K, of a tube between faces off centre, with a search that widens it."""
-    claim = _claim(width, key, shape="fitted", search=16)
+    """One claim over K, of a tube between faces off centre."""
+    claim = _claim(width, key, shape="fitted")
     return claim.eps, truth(width, claim.tube).whole
 
 
@@ -244,7 +238,6 @@ PROMISES = (
     Promise("fitted", fitted),
     Promise("fitted_most_discards", fitted_most_discards),
     Promise("grouped", grouped),
-    Promise("searched", searched),
     Promise("watched", watched, ALPHA),
     Promise("watched_at_eps", watched_at_eps, ALPHA),
     Promise("updated", updated),
@@ -257,7 +250,7 @@ PROMISES = (
 
 
 def _claim(width, key, **options):
-    options = {"search": 0, "bins": (4, 1), "profile_runs": PROFILE_RUNS} | options
+    options = {"bins": (4, 1), "profile_runs": PROFILE_RUNS} | options
     return bound_error(NET, jump_plant(width), key, eps=EPS, delta=DELTA, quiet=True, **options)
 
 

@@ -23,7 +23,7 @@ from parc_jax.common.status import Status
 SYSTEM = "drift_parking"
 QUICK = (
     *("--plant", "ode", "--rollouts", "300", "--steps", "100", "--eps", "0.05"),
-    *("--search", "0", "--profile-runs", "0", "--driven", "False"),
+    *("--profile-runs", "0", "--driven", "False"),
 )
 LOOK_EVERY_S = 0.02
 

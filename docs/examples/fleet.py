@@ -30,7 +30,7 @@ if __name__ == "__main__":
     key = jax.random.PRNGKey(0)
     runs = pj.collect(glider, key, n=400, quiet=True)
     net = pj.train(runs, hidden=(8,), key=key, seeds=2, steps=400)
-    claim = pj.bound_error(net, glider, key, eps=0.05, delta=0.05, train=runs, search=0, quiet=True)
+    claim = pj.bound_error(net, glider, key, eps=0.05, delta=0.05, train=runs, quiet=True)
     scene = pj.reach_avoid(pj.box([0.7, -0.3], [1.3, 0.3]), [pj.box([0.2, 0.25], [0.5, 0.5])], 0.1)
     answer = pj.Planner(pj.trajectory_model(net, claim)).solve(scene, key, pj.Settings.fast())
     print(answer.statement())

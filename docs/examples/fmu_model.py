@@ -20,7 +20,7 @@ if __name__ == "__main__":
     key = jax.random.PRNGKey(0)
     runs = pj.collect(glider, key, n=400, quiet=True)
     net = pj.train(runs, hidden=(8,), key=key, seeds=2, steps=400)
-    claim = pj.bound_error(net, glider, key, eps=0.05, delta=0.05, train=runs, search=0, quiet=True)
+    claim = pj.bound_error(net, glider, key, eps=0.05, delta=0.05, train=runs, quiet=True)
     scene = pj.reach_avoid(
         pj.box([0.6, -0.3, -1.0], [1.1, 0.3, 1.0]), [pj.box([0.2, 0.25], [0.5, 0.5])], 0.1
     )

@@ -40,7 +40,7 @@ def ask(system, key, n=600):
     data = pj.collect(system, key, n=n, quiet=True)
     net = pj.train(data, hidden=(8, 8), key=key, seeds=2, steps=400)
     claim = pj.bound_error(
-        net, system, key, eps=0.02, delta=0.01, bins=(2, 2), train=data, search=64, quiet=True
+        net, system, key, eps=0.02, delta=0.01, bins=(2, 2), train=data, quiet=True
     )
     model = pj.trajectory_model(net, claim)
     return solve(model, key)

@@ -144,7 +144,7 @@ def _first_asked(study: Learning) -> BoundSettings:
     """What a first claim is to say."""
     eps = max(as_probability("eps", study.eps), FIRST_EPS)
     asked = BoundSettings(**part_of(study, BoundSettings))
-    asked = asked.replace(eps=eps, fresh=None, profile_runs=0, search=0, looks=1)
+    asked = asked.replace(eps=eps, fresh=None, profile_runs=0, looks=1)
     return asked.replace(claims=("one",), blocks=None, even=False)
 
 

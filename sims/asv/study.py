@@ -14,7 +14,6 @@ STUDY = Study(
     eps=1e-2,
     claims=("bins", "one"),
     fresh=100_000,
-    search=0,  # the worst runs are discarded, and the search would bring them back
     plant="ode",
     repeats=100,
 )

@@ -88,7 +88,6 @@ def learn(options: Options) -> None:
         bins=bins,
         shape="fitted",
         train=runs,
-        search=0,
         path=kept,
         quiet=quiet,
     )

@@ -8,5 +8,4 @@ STUDY = Study(
     rollouts=6_000,
     eps=1e-2,
     delta=1e-3,
-    search=0,
 )

@@ -50,7 +50,7 @@ def learn(options: Options) -> Path:
     bins = [np.array(side) for side in zip(chain.domain.lo, chain.domain.hi, strict=True)]
     bins[0] = np.insert(bins[0], 1, EDGES)
     bins[3] = np.linspace(*bins[3], 3)
-    asked = {"bins": bins, "shape": "fitted", "train": runs, "search": 0, "quiet": quiet}
+    asked = {"bins": bins, "shape": "fitted", "train": runs, "quiet": quiet}
     claim = pj.bound_error(net, chain, key, eps=options.eps, delta=1e-3, path=kept, **asked)
     pj.trajectory_model(net, claim).save(place)
     return place

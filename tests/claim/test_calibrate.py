@@ -289,14 +289,10 @@ def test_bin_shares_are_exact(profile):
 
 def test_the_one_call(system, train):
     claim = bound_error(
-        NET, system, KEY, eps=0.05, delta=0.01, bins=(2, 1), train=train, search=64, quiet=True
+        NET, system, KEY, eps=0.05, delta=0.01, bins=(2, 1), train=train, quiet=True
     )
-    assert claim.n == 90 and claim.tube.n_bins == 2 and claim.evidence["search"]["runs"] == 64
-    plain = bound_error(
-        NET, system, KEY, eps=0.05, delta=0.01, bins=(2, 1), train=train, search=0, quiet=True
-    )
-    assert (claim.tube.interval >= plain.tube.interval).all()
-    chosen = bound_error(NET, system, KEY, eps=0.05, delta=0.01, train=train, search=0, quiet=True)
+    assert claim.n == 90 and claim.tube.n_bins == 2
+    chosen = bound_error(NET, system, KEY, eps=0.05, delta=0.01, train=train, quiet=True)
     assert chosen.tube.n_bins >= 2  # the error grows along an axis of K
 
 
@@ -306,7 +302,6 @@ def test_a_killed_one_call_continues_with_the_same_claim(system, train, tmp_path
         "delta": 0.01,
         "bins": (2, 1),
         "train": train,
-        "search": 0,
         "quiet": True,
     }
     whole = bound_error(NET, system, KEY, **arguments)

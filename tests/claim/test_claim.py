@@ -134,7 +134,7 @@ def test_damaged_claims_are_refused(tmp_path):
 
 def test_a_claim_survives_a_wider_tube_only():
     wider = tube(TUBE.edges, TUBE.interval * 2, TUBE.final)
-    assert weaker(claim(), wider, search="x").evidence["search"] == "x"
+    assert weaker(claim(), wider, why="x").evidence["why"] == "x"
     with pytest.raises(InputError, match="narrower"):
         weaker(claim(), tube(TUBE.edges, TUBE.interval * 0.999, TUBE.final))
 

@@ -72,9 +72,7 @@ def test_the_pipeline_learns_from_the_rest_only_and_holds_all(runs):
 
     holdout = collect(plant(noisy), KEY, 120, Stage.BOUND, quiet=True)
     given = Given(pieces(runs, 60), holdout)
-    asked = BoundSettings(
-        eps=0.1, delta=0.05, bins=BINS, profile_runs=300, fresh=120, search=0, even=True
-    )
+    asked = BoundSettings(eps=0.1, delta=0.05, bins=BINS, profile_runs=300, fresh=120, even=True)
     start = StartTrial(0.0, None)
     ((claim,),) = bound_errors([NET], given, None, asked, start)
     profile = training_profile(NET, joined(given.batches[:4]), BINS)
@@ -88,7 +86,7 @@ def test_the_pipeline_learns_from_the_rest_only_and_holds_all(runs):
 def test_the_one_call_takes_it_too(runs):
     asked = {"eps": 0.1, "delta": 0.05, "bins": BINS, "train": runs, "profile_runs": 40}
     claims = [
-        bound_error(NET, plant(noisy), KEY, search=0, quiet=True, even=even, **asked)
+        bound_error(NET, plant(noisy), KEY, quiet=True, even=even, **asked)
         for even in (True, False)
     ]
     assert claims[0].evidence["profile"] != claims[1].evidence["profile"]

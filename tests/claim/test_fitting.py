@@ -13,7 +13,6 @@ from turning_bar import Bar
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.bad_runs import enlarge, search_worst
 from parc_jax.learning.bound.by_bin import calibrate_bins
 from parc_jax.learning.bound.calibrate import calibrate, scaled
 from parc_jax.learning.bound.claim import derived, on_bins, weaker
@@ -194,21 +193,6 @@ def test_a_start_gap_widens_every_pair_of_faces_by_its_own_reach(profile, holdou
         grown = getattr(wider.templates, part).half - given.half
         by_hand = 0.01 * np.abs(given.directions).sum(axis=-1)
         np.testing.assert_allclose(grown, by_hand, atol=2.0**-39)
-
-
-@pytest.mark.slow
-def test_a_search_widens_what_it_hits(profile, holdout):
-    system = plant(slanted)
-    claim = calibrate(
-        NET, holdout, scaled(profile, np.full(3, 0.5), np.zeros(2)), eps=1e-2, delta=1e-3
-    )
-    small = scaled(profile, np.full(3, 0.5), np.zeros(2))
-    attack = search_worst(NET, system, KEY, small, 400, quiet=True)
-    assert attack.score.max() > 1.5
-    wider = enlarge(claim, small, attack)
-    assert wider.tube.at_least(claim.tube)
-    again = collect(system, KEY, 1, k=attack.k[attack.best], quiet=True)
-    assert np.isfinite(score_batch(NET, again, wider.tube).score).all()
 
 
 def test_a_failed_run_takes_the_claim(profile):

@@ -39,7 +39,7 @@ ROUGHLY = SCENE.replace(doubt=pj.Doubt(given={"v0": (0.49, 0.51)}))
 
 @pytest.fixture(scope="module")
 def claim():
-    asked = dict(eps=0.1, delta=0.1, bins=(1, 1), profile_runs=50, search=0, quiet=True)
+    asked = dict(eps=0.1, delta=0.1, bins=(1, 1), profile_runs=50, quiet=True)
     return pj.bound_error(settled_network(), Cart(), KEY, **asked)
 
 

@@ -32,9 +32,7 @@ pytestmark = pytest.mark.soundness
 
 @pytest.fixture(scope="module")
 def claim():
-    return bound_error(
-        NET, plant(disturbed), KEY, eps=0.02, delta=1e-3, bins=(1, 1), search=0, quiet=True
-    )
+    return bound_error(NET, plant(disturbed), KEY, eps=0.02, delta=1e-3, bins=(1, 1), quiet=True)
 
 
 def test_a_true_claim_rarely_rings(claim, rng):

@@ -30,7 +30,6 @@ STUDY = Study(
     eps=0.1,
     delta=0.05,
     profile_runs=50,
-    search=64,
     discard=0,
     gap=0.02,
 )
@@ -47,7 +46,7 @@ class Leaning(Plant):
 
 
 def test_the_start_is_declared_tried_and_added(tmp_path):
-    options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "profile_runs": 40, "search": 0}
+    options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "profile_runs": 40}
     narrow = pj.bound_error(NET, plant(noisy), KEY, gap=0.0, quiet=True, **options)
     wide = pj.bound_error(NET, plant(noisy), KEY, gap=0.25, quiet=True, **options)
     assert (wide.tube.interval >= narrow.tube.interval + 0.25).all()
@@ -74,7 +73,7 @@ def test_python_and_shell_make_the_same_claim(tmp_path):
     learned = learn(system, STUDY, KEY, Stopwatch(), tmp_path, True)
     # the training runs are kept once, in chunks like all others
     assert (tmp_path / "training" / "meta.json").exists()
-    assert {f.name for f in tmp_path.iterdir()} <= {"training", "profile", "fresh", "search"}
+    assert {f.name for f in tmp_path.iterdir()} <= {"training", "profile", "fresh"}
     again = pj.bound_error(
         learned.main.net,
         system,
@@ -84,7 +83,6 @@ def test_python_and_shell_make_the_same_claim(tmp_path):
         bins=STUDY.bins,
         train=learned.train,
         profile_runs=STUDY.profile_runs,
-        search=STUDY.search,
         gap=STUDY.gap,
         quiet=True,
     )
@@ -149,7 +147,6 @@ def test_networks_and_claims_about_the_same_runs_split_delta():
         bins=(1, 1),
         profile_runs=40,
         fresh=100,
-        search=0,
     )
     runs = SystemRuns(system, KEY, 0, None, True)
     made = bound_errors([NET, NET], runs, None, asked, StartTrial(0.0, None))

@@ -23,8 +23,7 @@ from parc_jax.learning.system import time_grid
 pytestmark = pytest.mark.soundness
 K = box([0, 0], [1, 1])
 TUBE = tube([[0, 0.5, 1], [0, 1]], np.full((2, 3, 2), 0.1), np.full((2, 3), 0.1))
-SEARCH = {"runs": 64, "failed": 1}
-EVIDENCE = {"failed": 2, "eps_asked": "eps = 0.001", "search": SEARCH, "rows": 900}
+EVIDENCE = {"failed": 2, "eps_asked": "eps = 0.001", "rows": 900}
 BLOCKS = [{"n": 46000, "discard": 3, "eps": "1/1000"}]
 
 
@@ -59,7 +58,6 @@ OTHER = {
     "failed": {"evidence": {"failed": 3}},
     "rows": {"evidence": {"rows": 901}},
     "eps asked": {"evidence": {"eps_asked": "eps = 0.002"}},
-    "searched": {"evidence": {"search": SEARCH | {"failed": 0}}},
     "not drawn": {"evidence": {"not_drawn": ["wind"]}},
     "bins": {"bin_eps": (Fraction(1, 1000), None), "evidence": {"blocks": BLOCKS}},
     "IID": {"assumptions": ("HIDDEN_START(given speed)", "UNCHANGED_SYSTEM")},

@@ -35,7 +35,6 @@ STUDY = Study(
     rollouts=40,
     eps=0.2,
     delta=0.2,
-    search=0,
     seeds=1,
     steps=20,
     gap=0.02,

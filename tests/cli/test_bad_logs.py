@@ -38,7 +38,6 @@ CASES = [
     ("good", ("--plant", "ode"), "--plant: expected with a system that can be run only"),
     ("good", ("--body", "disc"), "--body: expected with a system that can be run only"),
     ("good", ("--rollouts", 100), "--rollouts: expected with a system that can be run only"),
-    ("good", ("--search", 10), "--search: expected with a system that can be run only"),
     ("good", ("--holdout", "nan"), "holdout: expected a share between 0 and 1"),
 ]
 

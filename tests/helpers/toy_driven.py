@@ -42,7 +42,7 @@ def model(run=gusty):
     system = plant(run, T)
     key = jax.random.PRNGKey(3)
     train = collect(system, key, 100, quiet=True)
-    options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "search": 0, "quiet": True}
+    options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "quiet": True}
     claim = bound_error(NET, system, key, train=train, profile_runs=100, **options)
     return pj.trajectory_model(NET, claim)
 

@@ -17,7 +17,6 @@ STUDY = Study(
     delta=0.05,
     claims=("bins", "one"),
     profile_runs=100,
-    search=64,
     tail=8.0,
     seeds=1,
     steps=60,

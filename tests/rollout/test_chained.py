@@ -80,7 +80,7 @@ def test_rows_depend_on_their_number_alone_and_a_stored_file_goes_on(runs, tmp_p
 
 def test_a_claim_about_settled_starts_is_left_by_running_ones_and_one_about_chains_is_not():
     """Both are true of their own law of starts; in use the robot comes from other manoeuvres."""
-    net, asked = settled_network(), dict(eps=0.1, delta=0.01, bins=(2, 2), search=0)
+    net, asked = settled_network(), dict(eps=0.1, delta=0.01, bins=(2, 2))
     settled = pj.bound_error(net, CARTS, KEY, **asked, quiet=True)
     chained = pj.bound_error(net, pj.chained(CARTS), KEY, **asked, quiet=True)
     assert "HIDDEN_START(given v0)" in settled.assumptions

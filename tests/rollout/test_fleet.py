@@ -133,7 +133,7 @@ def test_a_claim_says_how_many_runs_were_made_again():
     data = pj.collect(made, KEY, n=24, quiet=True)
     net = pj.train(data, hidden=(4,), key=KEY, seeds=1, steps=20)
     made = system(Inline({3: GONE, 4: GONE}), lost="again", workers=2, simulate=upright)
-    about = {"eps": 0.2, "delta": 0.2, "train": data, "search": 0, "quiet": True}
+    about = {"eps": 0.2, "delta": 0.2, "train": data, "quiet": True}
     claim = pj.bound_error(net, made, KEY, **about)
     assert "WORKERS_LOST(4, independent of the run)" in claim.assumptions
     assert "WORKERS_LOST(4, " in claim.statement() and claim.evidence["lost"] == 4

@@ -70,7 +70,7 @@ def end(system, n=20, **options):
 
 def test_a_claim_about_a_changed_plant_is_made_from_its_own_runs():
     plant = Gusty(0.01)
-    options = {"eps": 0.05, "delta": 0.01, "bins": (1, 1), "search": 0, "quiet": True}
+    options = {"eps": 0.05, "delta": 0.01, "bins": (1, 1), "quiet": True}
     pj.bound_error(NET, plant, KEY, **options)
     plant.gust = 5.0
     claim = pj.bound_error(NET, plant, KEY, **options)

@@ -68,7 +68,7 @@ def test_the_worst_runs_of_its_claim_are_those_of_the_system(name):
     scale = evidence.get("bin_scale", [evidence.get("scale")] * model.tube.n_bins)
     of_run = model.tube.bin_of(np.array(told))
     then /= np.array([float.fromhex(scale[i]) for i in of_run])
-    # a search for bad runs, and what starts may matter, have widened the tube since
+    # what starts may matter has widened the tube since
     assert (now <= 1.01 * then).all() and (now > 0.9 * then).any()
 
 

@@ -29,9 +29,7 @@ def rough(key, k, s):
 
 @pytest.fixture(scope="module")
 def rough_claim():
-    return bound_error(
-        NET, plant(rough), KEY, eps=0.01, delta=1e-3, bins=(1, 1), search=0, quiet=True
-    )
+    return bound_error(NET, plant(rough), KEY, eps=0.01, delta=1e-3, bins=(1, 1), quiet=True)
 
 
 def violated(claim, k, n=4000):
@@ -67,7 +65,7 @@ def test_a_hostile_planner_that_chooses_a_set_is_covered(rough_claim, half_width
 def test_without_disturbance_a_bad_k_is_bad_every_time():
     system = plant(spike(1e-3, 10.0))
     claim = bound_error(
-        NET, system, jax.random.PRNGKey(4), eps=0.01, delta=1e-3, bins=(1, 1), search=0, quiet=True
+        NET, system, jax.random.PRNGKey(4), eps=0.01, delta=1e-3, bins=(1, 1), quiet=True
     )
     if claim.tube.final[0, 0] < 10.0:  # the holdout missed the sliver
         run = collect(system, KEY, 1, k=[0.5005, 0.5], quiet=True)
@@ -86,7 +84,6 @@ def test_a_changed_world_rings_and_the_shifted_bound_holds():
         bins=(1, 1),
         fresh=2000,
         discard="most",
-        search=0,
         quiet=True,
     )
     shifted = collect(plant(partial(disturbed, scale=scale)), KEY, 6000, Stage.REPLAY, quiet=True)

@@ -13,7 +13,7 @@ from parc_jax.learning.bound import pipeline
 from parc_jax.learning.learn import learn
 
 KEY = jax.random.PRNGKey(5)
-STUDY = Study(hidden=(), rollouts=200, eps=0.1, delta=0.05, profile_runs=300, search=64)
+STUDY = Study(hidden=(), rollouts=200, eps=0.1, delta=0.05, profile_runs=300)
 
 
 def learned(tmp_path, monkeypatch, first=None, study=STUDY):

@@ -130,7 +130,7 @@ def test_the_shell_is_the_same_door(tmp_path, monkeypatch, capsys):
     [
         (("--prior", "no_such_robot"), "expected one of "),
         (("--prior", "twist", "--holdout", "2"), "holdout: expected a share between 0 and 1"),
-        (("--prior", "twist", "--search", "5"), "--search: expected with a system"),
+        (("--prior", "twist", "--fresh", "5"), "--fresh: expected with a system"),
     ],
 )
 def test_the_shell_refuses_in_one_sentence(options, why, tmp_path, monkeypatch, capsys):

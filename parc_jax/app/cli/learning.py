@@ -26,7 +26,7 @@ from parc_jax.learning.system import time_grid
 
 # options of a study that ask for runs of a system
 HOLDOUT = 0.4  # share of logged runs, without a prior
-NEW_RUNS = ("plant", "body", "rollouts", "profile_runs", "fresh", "search")
+NEW_RUNS = ("plant", "body", "rollouts", "profile_runs", "fresh")
 
 
 @dataclass(frozen=True)

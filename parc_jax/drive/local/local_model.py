@@ -58,8 +58,8 @@ class Local(Sizing, Training):
 @dataclass(frozen=True, eq=False)
 class LocalRuns(Runs):
     """Runs of a system on a box N inside K, from the streams of a key of their own: TRAIN for the
-    network, then, behind `trained` rows, for the shape; BOUND for the claim. No search: it could
-    only widen the tube. The system itself keeps its K, so nothing is compiled again.
+    network, then, behind `trained` rows, for the shape; BOUND for the claim. The system itself
+    keeps its K, so nothing is compiled again.
     """
 
     system: object
@@ -173,7 +173,7 @@ def claimed(
 ) -> TrajectoryModel:
     """The model on the box of its runs, with what fresh ones support. profile: one in hand."""
     bins = (BINS,) * runs.box.n
-    bound = BoundSettings(**part_of(asked, Sizing), delta=delta, bins=bins, search=0)
+    bound = BoundSettings(**part_of(asked, Sizing), delta=delta, bins=bins)
     own = None if profile is None else [profile]
     claim = bound_errors([net], runs, train, bound, start, profiles=own)[0][0]
     return trajectory_model(net, claim)

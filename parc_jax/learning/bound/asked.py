@@ -77,9 +77,6 @@ class BoundSettings(Sizing):
     even: bool = False
     """Hold a quarter of the profile's runs back, and widen every bin by what it lacked for them, so
     that the worst learnt bin does not decide about all."""
-    search: int | None = None
-    """Runs spent looking for bad ones of the first network on purpose, which can only widen the
-    tube [T8]; 0 for none. Default: as many as the fresh runs, 2,048 at most."""
     looks: int = 1
     """Times that the fresh runs are used beyond the networks and claims asked for here."""
     intersample: Intersample = DISCRETE_TIME
@@ -94,8 +91,6 @@ class BoundSettings(Sizing):
                 f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got "
                 f"{self.claims}."
             )
-        if self.search is not None:
-            check_count("search", self.search, 0, "0 for no search")
         check_count("looks", self.looks, 1, "1 for a holdout that is used once")
 
 

@@ -46,7 +46,7 @@ class ErrorClaim:
         has been looked at.
     law: where those runs came from.
     assumptions: ledger of identifiers. evidence: JSON-able record (hashes of profile and holdout,
-        seeds, largest scores, search).
+        seeds, largest scores).
     bin_eps: per-bin claims: one eps per bin, None for a bin without claim [T4]; else None.
     intersample: (n_p,) [m] part of the interval widths that covers the time between records. [T9]
     hash: of all of this together, as it was when the claim was made. A claim with a number or a

@@ -1,8 +1,8 @@
 """From trained networks and runs to claims: the one pipeline behind `bound_error`, `parc-jax learn`
 and `parc-jax run`.
 
-profile (training runs and further ones) -> scores of fresh runs -> claims -> search for bad runs ->
-allowance for the start. Every step after the scores only widens a tube, so every label stays true.
+profile (training runs and further ones) -> scores of fresh runs -> claims -> allowance for the
+start. Every step after the scores only widens a tube, so every label stays true.
 """
 
 import itertools
@@ -17,7 +17,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import as_key
 from parc_jax.common.sets.box import Box
 from parc_jax.learning.bound.asked import BoundSettings
-from parc_jax.learning.bound.bad_runs import enlarge, search_size
 from parc_jax.learning.bound.bins import Bins, Edges
 from parc_jax.learning.bound.by_bin import block_of_bins, block_shares, calibrate_bins
 from parc_jax.learning.bound.calibrate import calibrate
@@ -128,15 +127,9 @@ def bound_errors(
     each = asked.replace(looks=looks)
     make = {"one": calibrate, "bins": calibrate_bins}
     out = []
-    for number, (net, profile, scores) in enumerate(zip(nets, profiles, seen, strict=True)):
+    for net, profile, scores in zip(nets, profiles, seen, strict=True):
         with watch("claims"):
             claims = [make[kind](net, scores, profile, each, train=train) for kind in asked.claims]
-        n_search = search_size(asked.search, scores.n)
-        if n_search and number == 0:
-            with watch("search for bad runs"):
-                attack = runs.attack(net, profile, n_search)
-            if attack is not None:
-                claims = [enlarge(claim, profile, attack) for claim in claims]
         out.append([allow_for_start(claim, start) for claim in claims])
     return out
 
@@ -204,9 +197,8 @@ def runs_ahead(
     cut, where it is the least.
     """
     looks = asked.looks * n_nets * len(asked.claims)
-    fresh = _holdout(asked, looks)
     further = 0 if has_profile else _profile_runs(asked, has_train, looks)
-    return further + fresh + search_size(asked.search, fresh)
+    return further + _holdout(asked, looks)
 
 
 def advice(asked: BoundSettings, n_nets: int = 1, spelled: str = "eps = ") -> str:

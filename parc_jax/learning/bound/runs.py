@@ -8,16 +8,13 @@ import jax
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.bad_runs import Attack, search_worst
-from parc_jax.learning.bound.tube import Tube
-from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.forecast import Forecast
 
 
 class Runs:
-    """Where the runs behind claims come from: by themselves none, and nothing is searched."""
+    """Where the runs behind claims come from: by themselves none."""
 
     def further(self, n: int) -> Iterable[RolloutBatch]:
         """n runs for the profile."""
@@ -26,10 +23,6 @@ class Runs:
     def fresh(self, n: int) -> Iterable[RolloutBatch]:
         """n runs that nothing has seen."""
         return ()
-
-    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> Attack | None:
-        """n runs searched for; None where that is impossible, or not done."""
-        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,23 +46,15 @@ class SystemRuns(Runs):
         """The BOUND stream."""
         return self._stream(n, Stage.BOUND, "fresh", 0)
 
-    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> Attack:
-        """The SEARCH stream."""
-        options = self._options("search")
-        return search_worst(net, self.system, self.key, profile, n, **options)
-
     def _stream(self, n: int, stage: Stage, name: str, first_row: int):
-        options = self._options(name)
-        return stream_rollouts(self.system, self.key, n, stage, first_row=first_row, **options)
-
-    def _options(self, name: str) -> dict:
         path = None if self.path is None else Path(self.path) / name
-        return {"path": path, "quiet": self.quiet, "forecast": self.forecast}
+        options = {"path": path, "quiet": self.quiet, "forecast": self.forecast}
+        return stream_rollouts(self.system, self.key, n, stage, first_row=first_row, **options)
 
 
 @dataclass(frozen=True, eq=False)
 class RecordedRuns(Runs):
-    """Runs of the past, unseen by training: nothing can be run again, nor searched."""
+    """Runs of the past, unseen by training: nothing can be run again."""
 
     held: RolloutBatch
 
@@ -81,7 +66,7 @@ class RecordedRuns(Runs):
 @dataclass(frozen=True, eq=False)
 class HeldRuns(Runs):
     """Runs of a system that were simulated before: several claims that are to be compared, each on
-    its own, use the same. Nothing is searched.
+    its own, use the same.
     """
 
     held: RolloutBatch

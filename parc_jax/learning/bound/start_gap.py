@@ -111,7 +111,7 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
     more where `rotation` is declared, for a run from elsewhere with another heading is off by both;
     the ledger names each. [T33]
 
-    Last of all steps that change a tube: `enlarge` and `update` know nothing of it.
+    Last of all steps that change a tube: `update` knows nothing of it.
     """
     entries = invariances(claim.subject.rotation)
     off = len(entries) * trial.declared

@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premise, Premises, premises
-from parc_jax.common.spelling import counted, rounded_down, rounded_up
+from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.counts import RECORDED_ROWS
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ def premises_of(c: "ErrorClaim") -> Premises:
         "rows": c.evidence.get(RECORDED_ROWS),
         "recordings": c.evidence.get("recordings"),
         "eps asked": c.evidence.get("eps_asked"),
-        "searched": _searched(c.evidence.get("search")),
         "not drawn": c.evidence.get("not_drawn") or None,
     }
     known = [(name, MEASURED, value) for name, value in measured.items() if value is not None]
@@ -121,10 +120,9 @@ def _counts(p: Premises) -> str:
     """What was counted and left out: numbers that were fixed, or seen, before the claim."""
     _, many = _number(p)
     looks = f"; delta is shared by {p['looks']} looks" if p["looks"] > 1 else ""
-    searched = f"; {p['searched']}" if "searched" in p else ""
     return (
         f"{p['box']} = {p['K']}. Of these {many} {p['failed']:,} failed; discards, fixed "
-        f"beforehand: {p['discards']:,}{looks}{searched}."
+        f"beforehand: {p['discards']:,}{looks}."
     )
 
 
@@ -143,12 +141,6 @@ def _chosen(p: Premises) -> str:
         f"probability s: at most {_eps(p)}/s. The share of K that the set fills says nothing: "
         "these runs may hardly visit some of K."
     )
-
-
-def _searched(search: dict | None) -> str | None:
-    if search is None:
-        return None
-    return f"{counted(search['runs'], 'run')} looked for bad ones, {search['failed']:,} failed"
 
 
 def _assumption(entry: str) -> tuple[str, str, str]:

@@ -68,7 +68,6 @@ def title_of(stage: Stage, first_row: int) -> str:
     return {
         Stage.TRAIN: "training runs",
         Stage.BOUND: "fresh runs for the bound",
-        Stage.SEARCH: "runs of the search",
         Stage.REPLAY: "replay",
         Stage.VALIDATE: "validation",
     }.get(stage, Stage(stage).name.lower())

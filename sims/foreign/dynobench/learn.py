@@ -37,7 +37,6 @@ def learned(robot: str, folder: Path) -> pj.types.TrajectoryModel:
         bins=(1,) * net.n_in,
         shape="fitted",
         train=runs,
-        search=0,
     )
     black_box.close()
     model = pj.trajectory_model(net, claim)

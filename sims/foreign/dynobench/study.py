@@ -7,5 +7,4 @@ STUDY = Study(
     bins=(1, 1, 1),
     rollouts=4_000,
     eps=1e-2,
-    search=0,
 )

@@ -7,5 +7,4 @@ STUDY = Study(
     bins=(2, 2),
     rollouts=2_000,
     eps=2e-3,
-    search=0,
 )

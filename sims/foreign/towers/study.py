@@ -8,5 +8,4 @@ STUDY = Study(
     rollouts=2_000,
     eps=2e-3,
     gap=0.25,
-    search=0,
 )

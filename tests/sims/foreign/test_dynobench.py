@@ -151,7 +151,7 @@ def test_a_unicycle_is_driven_into_its_parking_space(tmp_path, capsys):
     unicycle, key = sims.load("dynobench", workers=0), jax.random.PRNGKey(0)
     runs = pj.collect(unicycle, key, n=3_000, quiet=True)
     net = pj.train(runs, hidden=(24, 24), key=key, seeds=1, steps=3_000)
-    more = {"fresh": 1_000, "discard": "most", "bins": (1, 1, 1), "shape": "fitted", "search": 0}
+    more = {"fresh": 1_000, "discard": "most", "bins": (1, 1, 1), "shape": "fitted"}
     claim = pj.bound_error(net, unicycle, key, eps=0.02, train=runs, quiet=True, **more)
     loop = loop_of("unicycle1_v0", pj.trajectory_model(net, claim))
     asked = scene("unicycle1_v0", "parallelpark_0")
