@@ -47,7 +47,7 @@ def test_the_exact_truth_is_what_runs_do(bins, shape):
         tube = fitted_tube(tube.edges, during, moved)
     runs = collect(system, KEY, 20_000, Stage.VALIDATE, chunk=2048, quiet=True)
     known = truth(0.05, tube)
-    left = ~inside_tube(assumed(net, tube, runs.time), net, runs)
+    left = ~inside_tube(assumed(net, tube, runs.time, runs.name), net, runs)
     assert left.mean() == pytest.approx(known.whole, abs=4 * np.sqrt(known.whole / runs.n))
     numbers = tube.bin_of(runs.k)
     for number in range(tube.n_bins):
