@@ -204,17 +204,19 @@ def test_recordings_are_known_by_name_whatever_the_file(train, held, profile):
     claim = calibrate(NET, others, profile, eps=0.1, train=mine)
     assert claim.n == 50 and not any(entry.startswith("FRESH") for entry in claim.assumptions)
     numbers = np.arange(100) // 2
-    for told, seen in ((numbers + 500, numbers), (numbers, names), (names, numbers)):
-        with pytest.raises(InputError, match=r"recordings that can be told.*Name them"):
-            runs = of(held, "file:other", told)
-            calibrate(NET, runs, profile, eps=0.1, train=of(train, "file:log", seen))
+    for file in ("file:other", "file:log"):  # a file of the same name, in another folder
+        for told, seen in ((numbers + 500, numbers), (numbers, names), (names, numbers)):
+            runs = of(held, file, told)
+            with pytest.raises(InputError, match=r"recordings that can be told.*Name them"):
+                calibrate(NET, runs, profile, eps=0.1, train=of(train, "file:log", seen))
 
 
 def test_what_nobody_could_compare_is_assumed(train, held, profile):
     mine = recorded(train.k, train.p, train.q, train)
-    theirs = recorded(held.k, held.p, held.q, held, name="file:other")
-    said = calibrate(NET, theirs, profile, eps=0.1, train=mine).statement()
-    assert "FRESH(other windows of recordings that training saw would not be recognised)" in said
+    for name in ("file:other", "file:log"):
+        theirs = recorded(held.k, held.p, held.q, held, name=name)
+        said = calibrate(NET, theirs, profile, eps=0.1, train=mine).statement()
+        assert "FRESH(other windows of recordings that training saw would not be reco" in said
     said = calibrate(NET, theirs, profile, eps=0.1).statement()
     assert "FRESH(there were no training runs to compare with)" in said
     assert "FRESH" not in calibrate(NET, held, profile, eps=0.1).statement()  # of a seed

@@ -76,8 +76,8 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
         )
     if scores.groups is None or train.groups is None:
         return
-    shared = np.isin(scores.groups, train.groups)
-    if not _comparable(scores, train):
+    shared, named = np.isin(scores.groups, train.groups), _named(scores, train)
+    if not (named or _one_log(scores, train) or shared.any()):
         raise InputError(
             f"holdout: expected recordings that can be told from those of training; in "
             f"{scores.law.generator} or {train.law.generator} they have numbers, which two files "
@@ -98,17 +98,22 @@ def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
         return ()
     if train is None:
         return ("FRESH(there were no training runs to compare with)",)
-    one_log = scores.law.generator == train.law.generator
+    ungrouped = scores.groups is None and train.groups is None
     grouped = scores.groups is not None and train.groups is not None
-    if grouped or (one_log and scores.groups is None and train.groups is None):
+    if grouped or (ungrouped and _one_log(scores, train)):
         return ()
     return ("FRESH(other windows of recordings that training saw would not be recognised)",)
 
 
-def _comparable(scores: Scores, train: RolloutBatch) -> bool:
-    """Do equal numbers of groups mean the same recording, and others another?"""
-    named = min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
-    return named or scores.law.generator == train.law.generator
+def _named(scores: Scores, train: RolloutBatch) -> bool:
+    """Have all recordings names, by which they are known in every file?"""
+    return min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
+
+
+def _one_log(scores: Scores, train: RolloutBatch) -> bool:
+    """Are these rows of one file, each in one of the two? Files of one name have rows in common."""
+    same = scores.law.generator == train.law.generator
+    return same and not np.isin(scores.rows, train.rows).any()
 
 
 def _width(scores: Scores) -> np.ndarray:
