@@ -44,7 +44,7 @@ def test_help_fits_is_readable_and_has_an_example(capsys, monkeypatch):
 @pytest.mark.parametrize("command", [learn, run])
 def test_an_option_of_the_study_names_its_value_there(command):
     options = offers(command)["study"].options()
-    assert len(options) >= 20
+    assert len(options) >= 15
     defaults = {field.name: field.default for field in dataclasses.fields(Study)}
     for option in options.values():
         assert option.default is None and " Default: the study's, or " in option.said
