@@ -17,7 +17,7 @@ import tyro
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.cli.systems import build, find, study_of
-from parc_jax.app.plot.cover import cover, of_history
+from parc_jax.app.plot.curves import cover, of_history
 from parc_jax.app.study.cache import keep_compiled
 from parc_jax.learning.model import load
 from parc_jax.planner.planner import Planner

@@ -17,6 +17,7 @@ FURTHER = {
         "learning.bound.asked",
         "learning.bound.intersample",
         "learning.network.fit",
+        "learning.learn",
         "app.study.settings",
     ),
 }

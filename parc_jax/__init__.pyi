@@ -26,14 +26,13 @@ from parc_jax.learning.bound.pipeline import bound_error as bound_error
 from parc_jax.learning.bound.tube import tube as tube
 from parc_jax.learning.bound.update import refit as refit
 from parc_jax.learning.bound.update import update as update
-from parc_jax.learning.from_prior import learn_from as learn_from
+from parc_jax.learning.learn import learn as learn
 from parc_jax.learning.model import load as load
 from parc_jax.learning.model import trajectory_model as trajectory_model
 from parc_jax.learning.network.relu import relu_network as relu_network
 from parc_jax.learning.network.train import train as train
 from parc_jax.learning.runs.collect import collect as collect
 from parc_jax.learning.runs.loaders import load_rollouts as load_rollouts
-from parc_jax.learning.runs.sweep import load_sweep as load_sweep
 from parc_jax.learning.system import Trajectory as Trajectory
 from parc_jax.learning.system import time_grid as time_grid
 from parc_jax.learning.systems.chained import chained as chained

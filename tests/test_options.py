@@ -14,7 +14,6 @@ from parc_jax.app.cli.offer import Offer
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, part_of, told
-from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.problem import doubt_file, problem_file
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import ReachAvoid
@@ -98,8 +97,8 @@ def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
 
 def test_a_study_is_what_its_parts_are_made_of():
     study = Study(eps=0.01, work=0.5, hidden=())
-    assert Settings(**part_of(study, Search)) == Settings(work=0.5, polytopes=True)
-    asked = BoundSettings(**part_of(study, BoundSettings))
+    assert Settings(**part_of(study, Search)) == Settings(work=0.5)
+    asked = study.bound
     assert (asked.eps, asked.discard, asked.profile_runs) == (0.01, "most", 0)
     with pytest.raises(InputError, match=r"expected fields among .*; got 'runs'"):
         study.replace(runs=3)

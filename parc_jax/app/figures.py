@@ -2,15 +2,11 @@
 `figures.samples(answer)`. What each shows, and where it draws, is said in `parc_jax.app.plot`.
 """
 
-from parc_jax.app.plot.claim import claim
-from parc_jax.app.plot.cover import CoverCurve, cover
-from parc_jax.app.plot.episode import film_episode
-from parc_jax.app.plot.episode_page import write_episode_page
-from parc_jax.app.plot.errors import Entry, errors
+from parc_jax.app.plot.curves import CoverCurve, GapCurve, GapRoom, cover, gap
+from parc_jax.app.plot.episode import Truth
+from parc_jax.app.plot.errors import Entry, claim, errors
 from parc_jax.app.plot.film import film
-from parc_jax.app.plot.gap import GapCurve, GapRoom, gap
-from parc_jax.app.plot.html import write_page
-from parc_jax.app.plot.manoeuvres import Truth
+from parc_jax.app.plot.page import write_page
 from parc_jax.app.plot.projections import projections
 from parc_jax.app.plot.regions import region_seconds, regions
 from parc_jax.app.plot.samples import samples
@@ -29,7 +25,6 @@ __all__ = [
     "cover",
     "errors",
     "film",
-    "film_episode",
     "gap",
     "projections",
     "region_seconds",
@@ -39,6 +34,5 @@ __all__ = [
     "save",
     "spread",
     "timeline",
-    "write_episode_page",
     "write_page",
 ]

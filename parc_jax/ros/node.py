@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 from parc_jax.answer.path import nominal_path
-from parc_jax.app.plot.triangles import headings, in_world
+from parc_jax.app.plot.shapes import headings, in_world
 from parc_jax.common.errors import InputError, ParcError
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.log import save_episode

@@ -37,8 +37,8 @@ def film(out: Path, world: World, one: Drive, quiet: bool = True) -> Path:
         list(_seen(one)),
     )
     driven = driven._replace(manoeuvres=tuple(placed))
-    figures.write_episode_page(driven, out.with_suffix(".html"), truth)
-    return figures.film_episode(driven, out, truth, quiet=quiet)
+    figures.write_page(driven, out.with_suffix(".html"), truth)
+    return figures.film(driven, out, run=truth, quiet=quiet)
 
 
 def _seen(one: Drive):

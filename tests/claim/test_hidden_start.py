@@ -12,7 +12,6 @@ from toy_running import Cart, H, cart_model, settled_network
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.study.compare import safe_volume
 from parc_jax.app.study.job import run_study
 from parc_jax.app.study.report import figures
 from parc_jax.app.study.settings import Study
@@ -28,6 +27,7 @@ from parc_jax.learning.system import time_grid
 from parc_jax.problem.robust.question import plain
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 from parc_jax.safe_set.verdict.scene import laid_out
+from sims.asv.what_helps import safe_volume
 
 ENTRY = "HIDDEN_START(given v0)"
 KEY = jax.random.key(0)

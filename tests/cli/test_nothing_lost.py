@@ -80,17 +80,17 @@ def test_the_target_is_tried_before_the_first_run(shell, tmp_path):
 def late_stop(monkeypatch, out, *, when, **asked) -> None:
     """A study whose learning is given, stopped in the middle of `when` of the planner."""
 
-    def learn(system, study, key, watch, work, quiet, first):
-        work.mkdir(parents=True)
-        (work / "train.npz").write_text("runs")
+    def learn(system, key, study, *, path, first, **_):
+        path.mkdir(parents=True)
+        (path / "train.npz").write_text("runs")
         if first is not None:
             first(toy_driven.model())
-        return SimpleNamespace(main=toy_driven.model(), networks=[])
+        return SimpleNamespace(model=toy_driven.model())
 
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(job, "learn", learn)
+    monkeypatch.setattr(job, "learn_report", learn)
     monkeypatch.setattr(pj.Planner, when, stop)
     with pytest.raises(KeyboardInterrupt):
         system = plant(toy_driven.gusty, 4)
@@ -294,21 +294,6 @@ def test_a_saved_model_of_another_system_is_refused(shell, tmp_path):
     toy_driven.model().save(tmp_path / "m.npz")
     code, complained = shell("run", "toy_cart", "--model", "m.npz", "--quiet")
     assert code == 2 and "got 'cart', which differs in name" in complained
-
-
-@pytest.mark.parametrize("wanted", [True, False])
-def test_polytopes_are_cut_where_the_study_wants_them(wanted, monkeypatch, tmp_path):
-    class Asked(Exception):
-        pass
-
-    def solve(_, problem, key, settings):
-        raise Asked(settings.polytopes)
-
-    monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: toy_driven.answer())
-    monkeypatch.setattr(pj.Planner, "solve", solve)
-    study, system = Study(polytopes=wanted), plant(toy_driven.gusty, 4)
-    with pytest.raises(Asked, match=str(wanted)):
-        job.run_study(system, toy_driven.problem(), study, tmp_path, 0, toy_driven.model())
 
 
 def test_the_report_tells_the_eps_of_the_claim_in_hand(monkeypatch, tmp_path):

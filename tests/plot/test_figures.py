@@ -10,10 +10,8 @@ from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
 from parc_jax.app.plot import shapes
-from parc_jax.app.plot.claim import claim, when
-from parc_jax.app.plot.cover import CoverCurve, cover, of_history
-from parc_jax.app.plot.errors import Entry, errors, quantile
-from parc_jax.app.plot.gap import GapCurve, GapRoom, gap
+from parc_jax.app.plot.curves import CoverCurve, GapCurve, GapRoom, cover, gap, of_history
+from parc_jax.app.plot.errors import Entry, claim, errors, quantile, when
 from parc_jax.app.plot.projections import default_pairs, projections
 from parc_jax.app.plot.samples import samples
 from parc_jax.app.plot.timeline import clearances, direction_runs, timeline

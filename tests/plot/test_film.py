@@ -7,7 +7,7 @@ from matplotlib.image import imread
 from toy_answer import toy_answer, toy_replay
 
 from parc_jax.app.plot import film as film_module
-from parc_jax.app.plot.film import REST, film
+from parc_jax.app.plot.film import RATE, REST, film
 from parc_jax.common.errors import InputError
 
 INK = {"goal": (203, 232, 223), "block": (110, 110, 110), "tube": (214, 232, 245)}
@@ -28,13 +28,13 @@ def test_a_prediction_and_a_true_run(tmp_path, true, capsys):
     answer = toy_answer()
     run = toy_replay(answer, shift=0.05).path[1] if true else None
     shown = frames(film(answer, tmp_path / "film", 1, run))
-    assert len(shown) == round(answer.model.time.t_f * 25) + 1 + REST
+    assert len(shown) == round(answer.model.time.t_f * RATE) + 1 + round(REST * RATE)
     for name, color in INK.items():
         assert len(near(shown[0], color)) > 50, name
     moved = np.abs(shown[0] - shown[-1]).max(axis=-1) > 30
     columns = np.argwhere(moved)[:, 1]
     assert np.ptp(columns) > 200  # the robot went from the left to the right
-    assert (shown[-1] == shown[-REST]).all() and capsys.readouterr().err == ""
+    assert (shown[-1] == shown[-round(REST * RATE)]).all() and capsys.readouterr().err == ""
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from parc_jax.app.plot.film_file import require_kind, require_sample, write_film
+from parc_jax.app.plot.film import require_kind, require_sample, write_film
 from parc_jax.common.errors import InputError
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from parc_jax.app.plot.film_text import explained
+from sims.film import explained
 
 
 def test_a_clock_and_a_legend_are_on_every_frame():

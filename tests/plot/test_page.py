@@ -14,8 +14,7 @@ from toy_models import host_outputs
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot.html import write_page
-from parc_jax.app.plot.page_data import page_data
+from parc_jax.app.plot.page import page_data, write_page
 from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import labels
 

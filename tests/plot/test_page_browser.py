@@ -19,7 +19,7 @@ from toy_models import model_of, random_network, uniform_tube
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot.html import write_page
+from parc_jax.app.plot.page import write_page
 from parc_jax.common.sets.box import box
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

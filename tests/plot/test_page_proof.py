@@ -15,8 +15,7 @@ from toy_file import save, toy_file
 from parc_jax import checker
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot import html as page_file
-from parc_jax.app.plot.html import PARTS, page_of, write_page
-from parc_jax.app.plot.page_data import page_data
+from parc_jax.app.plot.page import FILES, page_data, page_of, write_page
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.proof.certificate.write import part_hash
 
@@ -79,7 +78,7 @@ def test_too_large_an_answer_stays_out(page, monkeypatch):
 def test_what_the_worker_says(page, tmp_path, tamper):
     """The worker's text under node, with the messages that it would post."""
     text = tampered(page.read_text()) if tamper else page.read_text()
-    worker = re.search(r"const WORKER = `(.*?)`;", (PARTS / "proof.js").read_text(), re.S).group(1)
+    worker = re.search(r"const WORKER = `(.*?)`;", (FILES / "proof.js").read_text(), re.S).group(1)
     (tmp_path / "answer.json").write_text(block(text, "answer"))
     (tmp_path / "worker.js").write_text(
         "globalThis.postMessage = (news) => console.log(JSON.stringify(news));\n"

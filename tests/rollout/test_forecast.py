@@ -11,9 +11,8 @@ from toy_system import STUDY
 
 import parc_jax as pj
 from parc_jax.common.keys import Stage
-from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.bound.counts import required_runs
-from parc_jax.learning.learn import forecast_of, learn
+from parc_jax.learning.learn import forecast_of
 from parc_jax.learning.runs.forecast import Forecast, Pace, spell
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -84,7 +83,7 @@ def test_the_shell_forecasts_a_whole_study():
     assert told.runs > 60 + 100 and told.advice == ""  # claims by bin
     early = forecast_of(STUDY, early=True)
     assert early.runs - told.runs == required_runs(max(STUDY.eps, 0.01), STUDY.delta)
-    one = forecast_of(dataclasses.replace(STUDY, claims=("one",), eps=0.01, others=()))
+    one = forecast_of(dataclasses.replace(STUDY, blocks=None, eps=0.01))
     assert (one.runs, one.advice) == (60 + 100 + 299, "--eps 0.1 needs 29 fresh ones")
 
 
@@ -114,8 +113,7 @@ def test_two_bars_never_share_a_name(tmp_path, monkeypatch):
         return real(*args, **kwargs | {"disable": True})
 
     monkeypatch.setattr(tqdm, "tqdm", noted)
-    study = dataclasses.replace(STUDY, others=())
-    learn(toy_system.system(), study, KEY, Stopwatch(), tmp_path / "work", False)
+    pj.learn(toy_system.system(), KEY, settings=STUDY, path=tmp_path / "work")
     names = [name for name in names if not name.endswith(": search")]  # quiet: tries of starts
     assert len(names) == 3 and len(set(names)) == 3
     names.clear()

@@ -17,7 +17,7 @@ from toy_models import line_model, model_of, uniform_tube
 import parc_jax
 from parc_jax import checker
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot.page_data import page_data
+from parc_jax.app.plot.page import page_data
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import hex_text
 from parc_jax.planner.planner import Planner

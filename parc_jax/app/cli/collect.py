@@ -16,7 +16,7 @@ def collect(
     rows: str,
     study: Annotated[
         dict,
-        Offer("learning.settings.Learning", left_out="the study's, or ", only=("plant", "body")),
+        Offer("learning.learn.Learning", left_out="the study's, or ", only=("plant", "body")),
     ],
     shell: Annotated[Shell, Offer("app.cli.shell.Shell", only=("seed", "quiet", "cache"))],
 ) -> int:
@@ -50,7 +50,7 @@ def collect(
     if shell.cache:
         keep_compiled()
     module = find(system, needed=("system",))
-    asked = study_of(module, others=(), **study)
+    asked = study_of(module, **study)
     black_box = black_box_of(module, asked.plant, asked.body)
     path = into / f"rows_{begin:09d}_{end - 1:09d}.npz"
     with held(path):

@@ -13,9 +13,7 @@ def learn(
     /,
     *,
     out: Path,
-    study: Annotated[
-        dict, Offer("learning.settings.Learning", left_out="the study's, or ", but=("others",))
-    ],
+    study: Annotated[dict, Offer("learning.learn.Learning", left_out="the study's, or ")],
     logged: Annotated[dict, Offer("app.cli.learning.Logged", left_out="")],
     bagged: Annotated[dict, Offer("app.cli.bagged.Bagged", left_out="")],
     shell: Annotated[Shell, Offer("app.cli.shell.Shell")],
@@ -43,8 +41,7 @@ def learn(
     from parc_jax.app.cli.unfinished import only_of
     from parc_jax.app.study.cache import keep_compiled
     from parc_jax.common.keys import key_of
-    from parc_jax.common.stopwatch import Stopwatch
-    from parc_jax.learning.learn import learn as learn_system
+    from parc_jax.learning.learn import learn_report
 
     if shell.cache:
         keep_compiled()
@@ -61,16 +58,16 @@ def learn(
                 run_anew = [name for name in run_anew if name != "rollouts"]
             refuse(run_anew, source, "a system that can be run")
             learned = from_log(Path(source), log, Bagged(**bagged), study, shell.seed)
-            learned.main.save(out)
+            learned.model.save(out)
         else:
             refuse(logged, source, "logged runs")
             module = find(source, needed=("system",))
-            asked = study_of(module, others=(), **study)
+            asked = study_of(module, **study)
             black_box = black_box_of(module, asked.plant, asked.body)
             with only_of(module, work):
-                key, quiet = key_of(shell.seed), shell.quiet
-                learned = learn_system(black_box, asked, key, Stopwatch(), work, quiet)
-                learned.main.save(out)
+                key = key_of(shell.seed)
+                learned = learn_report(black_box, key, asked, path=work, quiet=shell.quiet)
+                learned.model.save(out)
             shutil.rmtree(work, ignore_errors=True)
     print(summary(learned, out, as_json=True) if shell.json else fitted(summary(learned, out)))
-    return 0 if learned.main.tube.claimed.any() else 1
+    return 0 if learned.model.tube.claimed.any() else 1

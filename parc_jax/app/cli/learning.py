@@ -9,23 +9,20 @@ import numpy as np
 
 from parc_jax.app.cli.bagged import Bagged, are_bags, from_bags
 from parc_jax.app.cli.systems import black_box_with, find
-from parc_jax.app.study.numbers import spread
+from parc_jax.app.study.numbers import final_error, name_of_network, spread
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import Options
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import counted
-from parc_jax.learning.from_prior import learn_from
-from parc_jax.learning.learn import Learned, final_error, learn_recorded
+from parc_jax.learning.learn import WITH_PRIOR, Learned, Learning, learn_report
 from parc_jax.learning.network.predict import outputs
 from parc_jax.learning.network.train import training_arrays
 from parc_jax.learning.prior.teach import TWIST
 from parc_jax.learning.runs.loaders import load_rollouts
-from parc_jax.learning.settings import Learning, name_of
 from parc_jax.learning.system import time_grid
 
 # options of a study that ask for runs of a system
-HOLDOUT = 0.4  # share of logged runs, without a prior
 NEW_RUNS = ("plant", "body", "rollouts", "profile_runs", "fresh")
 
 
@@ -76,7 +73,7 @@ def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) ->
     """Learn recorded runs: a random part for training, the rest for the bound. study: fields of
     `Learning`. Raises InputError.
     """
-    asked = Learning(**study)
+    settings = (Learning() if log.prior is None else WITH_PRIOR).replace(**study)
     time = None if log.dt is None else time_grid(log.dt, log.t_f, log.dt_record)
     domain = _domain(log.domain)
     if are_bags(path):
@@ -85,14 +82,10 @@ def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) ->
         data = from_bags(path, time, domain, log.k_law, bagged)
     else:
         data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points)
-    if log.prior is not None:
-        prior = log.prior
-        if prior != TWIST:
-            prior = black_box_with(find(prior, needed=("system",)), data.points)
-        share = {} if log.holdout is None else {"holdout": log.holdout}
-        return learn_from(data, prior, seed=seed, **share, **study)
-    train, held = data.split(HOLDOUT if log.holdout is None else log.holdout, seed)
-    return learn_recorded(train, held, asked, key_of(seed))
+    prior = log.prior
+    if prior is not None and prior != TWIST:
+        prior = black_box_with(find(prior, needed=("system",)), data.points)
+    return learn_report(data, key_of(seed), settings, prior, holdout=log.holdout)
 
 
 def _domain(corners: tuple[float, ...] | None) -> Box | None:
@@ -108,7 +101,7 @@ def _domain(corners: tuple[float, ...] | None) -> Box | None:
 
 def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
     """The main model and its claim for a terminal, or as JSON."""
-    model, failed = learned.main, int(learned.train.failed.sum())
+    model, failed = learned.model, int(learned.train.failed.sum())
     k, y = training_arrays(learned.train)
     rms = float(np.sqrt(((outputs(model.net, k) - y) ** 2).mean()))
     facts = {
@@ -130,7 +123,7 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
         [
             f"system        {model.system}",
             f"rollouts      {learned.train.n} for training, {failed} of them failed",
-            f"network       {name_of(model.net.hidden)}, rms error {rms:.3g} on the training runs",
+            f"network       {name_of_network(model.net)}, rms error {rms:.3g} on the training runs",
             f"tube          {counted(model.tube.n_bins, 'bin')}; at the end, median over K: "
             + spread(final_error(model), model, ".3g"),
             *([] if learned.prior is None else [f"prior         {learned.prior}"]),

@@ -52,7 +52,7 @@ def plot(
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.files.answer_file import load_answer
     from parc_jax.app.files.episode_file import is_episode
-    from parc_jax.app.plot.film_file import require_kind, require_sample
+    from parc_jax.app.plot.film import require_kind, require_sample
 
     episode = is_episode(answer)
     if episode and html is None and video is None:
@@ -94,14 +94,14 @@ def plot(
 def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool) -> int:
     """Of an episode there are a page and a film."""
     from parc_jax.app.files.episode_file import load_episode
-    from parc_jax.app.plot.episode import film_episode
-    from parc_jax.app.plot.episode_page import write_episode_page
+    from parc_jax.app.plot.film import film
+    from parc_jax.app.plot.page import write_page
 
-    driven, drawn = load_episode(path), []
+    episode, drawn = load_episode(path), []
     if html is not None:
-        drawn.append(write_episode_page(driven, html))
+        drawn.append(write_page(episode, html))
     if video is not None:
-        drawn.append(film_episode(driven, video, quiet=quiet))
+        drawn.append(film(episode, video, quiet=quiet))
     if not quiet:
         print("\n".join(map(str, drawn)))
     return 0
@@ -109,7 +109,7 @@ def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool
 
 def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
     """What is to be drawn. Raises InputError for a figure that the answer does not support."""
-    from parc_jax.app.plot.html import write_page
+    from parc_jax.app.plot.page import write_page
 
     possible = _possible(answer)
     # polytopes that the answer has not would have to be cut: they are not drawn unasked

@@ -19,7 +19,7 @@ WANTED = {
     "problem": ("goal", "obstacles", "body", "start"),
 }  # attributes of what a module's functions return
 
-BODY = Offer("learning.settings.Learning", left_out="its study's, or ", only=("body",))
+BODY = Offer("learning.learn.Learning", left_out="its study's, or ", only=("body",))
 
 
 def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.predict import predicted
-from parc_jax.app.plot.views import View, views_of
+from parc_jax.app.plot.shapes import View, predicted, views_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted
 from parc_jax.problem.body import numbered

@@ -5,7 +5,7 @@ inside the tube.
 import numpy as np
 
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.predict import predicted
+from parc_jax.app.plot.shapes import predicted
 from parc_jax.common.errors import InputError
 
 SHOWN = 4  # plans in the workspace, far apart

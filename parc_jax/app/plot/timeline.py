@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 from parc_jax.app.plot import style
-from parc_jax.app.plot.predict import predicted
+from parc_jax.app.plot.shapes import predicted
 from parc_jax.checker import number
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import InputError

@@ -13,15 +13,14 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.study.compare import compare
 from parc_jax.app.study.driven import compile_near, drive
-from parc_jax.app.study.numbers import facts_of
+from parc_jax.app.study.numbers import facts_of, final_error
 from parc_jax.app.study.replay import Replay, replay, tally
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import part_of
 from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.learning.learn import Learned, final_error, learn
+from parc_jax.learning.learn import Learned, learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.planner.planner import Planner
@@ -98,17 +97,14 @@ def run_study(
     if model is None:
         work = out / UNFINISHED
         ask = partial(first_query, told=first) if first is not None and settings.proof else None
-        learned = learn(learn_from or system, study, key, watch, work, quiet, ask)
-        model = learned.main
+        source = system if learn_from is None else learn_from
+        learned = learn_report(source, key, study, path=work, quiet=quiet, watch=watch, first=ask)
+        model = learned.model
         model.save(out / UNFINISHED / "model.npz")
     if cold is None:
         first_query(model)
     with watch("regions"):
         table = enumerate_regions(model.net, model.domain)
-    rows = []
-    if learned is not None and study.compared:
-        with watch("comparison"):
-            rows = [row for one in learned.networks for row in compare(one, problem, key)]
     with watch("safe set"):
         answer = Planner(model).solve(problem, key, settings)
     # before the replay: if that finds a contradiction, the evidence is on disk
@@ -136,7 +132,6 @@ def run_study(
         "share_of_k": answer.share_of_k(),
         "replay": None if runs is None else tally(runs, study.repeats, study.delta),
         "driven": None,
-        "comparison": rows,
         "stages": watch.stages,
         "claim": model.claim.to_json(),
     }

@@ -7,6 +7,7 @@ from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.corridors.sampling import FEW
 
 IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
@@ -17,6 +18,19 @@ def eps_of(claim: ErrorClaim) -> str | None:
     known = [claim.eps, *(claim.bin_eps or ())]
     known = [eps for eps in known if eps is not None]
     return rounded_up(max(known)) if known else None
+
+
+def final_error(model: TrajectoryModel) -> np.ndarray:
+    """Median half widths (n_c + n_q,) of the tube at the end, over the bins with a bound; infinite
+    where there is none.
+    """
+    final = model.tube.final[model.tube.claimed]
+    return np.median(final, axis=0) if len(final) else np.full(model.n_c + model.n_q, np.inf)
+
+
+def name_of_network(net: ReLUNetwork) -> str:
+    """The widths of its layers, or PARC for one affine map."""
+    return "-".join(map(str, net.hidden)) or "PARC"
 
 
 def seconds(value: float | None) -> str:

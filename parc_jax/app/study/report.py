@@ -3,14 +3,14 @@
 from pathlib import Path
 
 from parc_jax.app.study.job import Studied
-from parc_jax.app.study.numbers import eps_of, spread, table_of
+from parc_jax.app.study.numbers import eps_of, name_of_network, table_of
 from parc_jax.app.study.replay import Replay
 from parc_jax.app.study.settings import Study
 from parc_jax.common.spelling import rounded_down, rounded_up
 
 
 def report(outcome: Studied) -> str:
-    """Plain text for a terminal: stages, comparison, answer, replay, statement."""
+    """Plain text for a terminal: stages, answer, replay, statement."""
     m = outcome.metrics
     lines = [
         "",
@@ -24,38 +24,11 @@ def report(outcome: Studied) -> str:
             for name, s in m["stages"].items()
         ],
     )
-    if m["comparison"]:
-        lines += [
-            "",
-            "Networks and claims (error at the end: median over K; safe: share of all (p0, k) "
-            "whose first point",
-            "ends in the goal's box, and of those that end in the goal shrunken by the error)",
-        ]
-        rows = []
-        for row in m["comparison"]:
-            kind = _claim_name(row)
-            shown = ("none", "")
-            if row["safe"]:
-                kept = row["safe"] / row["reaching"]  # what obstacles leave of what the tube leaves
-                shown = (f"{100 * row['safe']:.1f} %", f"{100 * kept:.1f} %")
-            error = spread(row["final_error"], outcome.answer.model)
-            rows.append((row["network"], str(row["regions"]), kind, error, *shown))
-        lines += _table(
-            ("network", "regions", "claim", "error at the end", "safe", "of reaching"), rows
-        )
     lines += ["", *table_of(outcome.answer, m["first_sample_cold_s"])]
     if m["replay"] is not None:
         lines += _replayed(m["replay"], eps_of(outcome.answer.model.claim))
     driven = [] if m.get("driven") is None else [m["driven"]["statement"]]
     return "\n".join([*lines, "", outcome.answer.statement(), *driven, ""])
-
-
-def _claim_name(row: dict) -> str:
-    if row["claim"] == "assumed":
-        return "ASSUMED (published kind)"
-    where = " in every bin" if row["by_bin"] else ""
-    without = f", {row['unclaimed_bins']} bins without" if row["unclaimed_bins"] else ""
-    return f"honest{where}, eps = {row['eps']}{without}"
 
 
 def _replayed(r: dict, eps: str | None) -> list[str]:
@@ -92,6 +65,7 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     from parc_jax.app.plot.regions import region_seconds, regions
     from parc_jax.app.plot.samples import samples
     from parc_jax.app.plot.spread import spread as spread_of_runs
+    from parc_jax.learning.bound.declared import assumed_claim
     from parc_jax.neuralparc.verdicts import region_verdicts
 
     answer = outcome.answer
@@ -111,6 +85,8 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
         regions(outcome.table, verdicts, when, drawn[-1], names=answer.model.labels.k)
     if outcome.learned is not None:
         drawn.append(out / "errors.png")
-        entries = [Entry(m.name, m.assumed.claim, m.honest.claim) for m in outcome.learned.networks]
-        errors(entries, answer.model.time, drawn[-1])
+        model, train = outcome.learned.model, outcome.learned.train
+        bins = None if study.blocks is None else model.tube.edges
+        assumed = assumed_claim(model.net, train, bins)
+        errors([Entry(name_of_network(model.net), assumed, model.claim)], model.time, drawn[-1])
     return drawn

@@ -60,23 +60,33 @@ class Sizing(Options):
 
 
 @dataclass(frozen=True)
-class BoundSettings(Sizing):
-    """What is asked of the claims about some networks, for all of these together."""
+class ModelBound(Sizing):
+    """The bound of a model's error over the whole of K."""
 
     delta: float | Fraction = 1e-3
     """One minus the confidence in eps, for all networks and claims at once."""
-    claims: tuple[str, ...] = ("one",)
-    """"one" over all of K [T1, T2], "bins" in every bin at once [T4]; the first is the one that the
-    returned model has, the others are compared."""
-    blocks: tuple[int, ...] | None = None
-    """Claims per axis of K where "bins" is asked for, each about a block of neighbouring bins: a
-    profile in fine bins, claims in coarse ones. Default: every bin."""
     bins: tuple[int, ...] | tuple[np.ndarray, ...] | None = None
     """Bins per axis of K over which the tube's profile varies; in Python also their edges per axis.
     Default: cut where the error of the first network changes."""
+    blocks: tuple[int, ...] | None = None
+    """Claims per axis of K, each about a block of neighbouring bins: a profile in fine bins, claims
+    in coarse ones [T4]. Default: one claim over K; every bin, where claims by "bins" are named."""
     even: bool = False
     """Hold a quarter of the profile's runs back, and widen every bin by what it lacked for them, so
     that the worst learnt bin does not decide about all."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        as_probability("delta", self.delta)
+
+
+@dataclass(frozen=True)
+class BoundSettings(ModelBound):
+    """Claims about some networks, from the same fresh runs."""
+
+    claims: tuple[str, ...] = ("one",)
+    """"one" over all of K [T1, T2], "bins" in every bin or block at once [T4]; the first one is
+    returned by `bound_error`."""
     looks: int = 1
     """Times that the fresh runs are used beyond the networks and claims asked for here."""
     intersample: Intersample = DISCRETE_TIME
@@ -84,7 +94,6 @@ class BoundSettings(Sizing):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        as_probability("delta", self.delta)
         given = set(self.claims)
         if not given or len(given) < len(self.claims) or given - set(CLAIMS):
             raise InputError(

@@ -1,4 +1,6 @@
-"""Rollouts from files: our own .npz, a folder of CSV logs, the published *_rawdata.mat layout."""
+"""Rollouts from files: our own .npz, a folder of CSV logs, the table of a sweep, the published
+*_rawdata.mat layout.
+"""
 
 import csv
 import itertools
@@ -16,6 +18,7 @@ from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec
 from parc_jax.learning.runs.subject import words_of
+from parc_jax.learning.runs.sweep import sweep_arrays
 from parc_jax.learning.runs.uniform import check_uniform
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
@@ -27,6 +30,7 @@ def load_rollouts(
     time: TimeGrid | None = None,
     domain: Box | None = None,
     *,
+    columns: Mapping[str, str | Sequence[str]] | None = None,
     k_law: str = "logged",
     groups=None,
     points: Sequence[str] | None = None,
@@ -45,6 +49,12 @@ def load_rollouts(
             rows, each with n_record + 1 rows of n_p numbers. groups.csv may name the recording of
             each row. A first line of names, such as speed [m/s], labels the columns of k, q, and of
             p where there is one point.
+    *.csv   with `columns`: one row per record of every run, as a sweep in Simulink, Gazebo or a
+            spreadsheet leaves it; or a mapping of names to columns, such as a DataFrame.
+    columns: its names, {"k": (...), "p": (...), "q": (...), "run": "run", "t": "t"}, the last three
+    optional: p point by point, `run` numbers or names the runs, `t` is a clock [s] from any start.
+    A run is interpolated at the record times between samples at most a record apart; behind its
+    last one it is NaN: it did not finish, and failures count. q is that of the sample nearest t_f.
     time: the record grid of the runs; needed for all but our own files. domain: K; None = the
     smallest box that holds all k, and once they are split that of the training runs: the claim is
     then about runs whose k lies in it. k_law: "logged", or
@@ -58,15 +68,20 @@ def load_rollouts(
     are called, as {"k": ("speed [m/s]", ...)}; they go before those of the file. given: parameters
     that are measured at the start of a run and not chosen, by name or number. Runs with NaN stay.
     """
+    about = {"rotation": rotation, "labels": labels, "given": given}
+    if columns is not None:
+        name = path if isinstance(path, str | Path) else "table"
+        check_k_law(name, k_law, domain)
+        arrays = sweep_arrays(path, time, columns)
+        return _assemble(name, arrays, time, domain, k_law, groups, points, about)
     path = Path(path)
     check_k_law(path, k_law, domain)
-    about = {"rotation": rotation, "labels": labels, "given": given}
     if path.is_dir():
         return _assemble(path, _csv_folder(path), time, domain, k_law, groups, points, about)
     if path.suffix == ".mat":
         return _assemble(path, _mat_arrays(path), time, domain, k_law, groups, points, about)
     if path.suffix != ".npz":
-        table = " One table of all runs is for `load_sweep`." if path.suffix == ".csv" else ""
+        table = ' One table of all runs needs columns={"k": ...}.' if path.suffix == ".csv" else ""
         raise InputError(
             f"{path}: expected a .npz file, a .mat file or a folder of CSV files.{table}"
         )

@@ -1,14 +1,79 @@
-"""How much of the goal-reaching set is kept as safe while the gap narrows, by method; and what room
-the narrowest gap with a plan leaves.
+"""Measured shares: of the safe set that is covered over time, of goal-reaching plans over the width
+of a gap, and bars with bounds by group.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.app.plot import style
 from parc_jax.common.errors import InputError
+from parc_jax.safe_set.corridors.found import Progress
+
+
+class CoverCurve(NamedTuple):
+    """One run. name: as in the legend. share (m,): covered, in [0, 1].
+
+    polytopes (m,): polytopes behind each share. seconds (m,): after the query began. Either may be
+    None.
+    """
+
+    name: str
+    share: np.ndarray
+    polytopes: np.ndarray | None = None
+    seconds: np.ndarray | None = None
+
+
+def cover(
+    curves: Sequence[CoverCurve], to=None, *, target: float | None = 0.01, floor: float = 1e-3
+):
+    """Uncovered share on a logarithmic scale, against the number of polytopes and against time
+    where these are known.
+
+    target: uncovered share asked for. floor: shares below are drawn here. to: as in `style.sheet`;
+        two Axes.
+    Raises InputError.
+    """
+    if not curves or any(c.polytopes is None and c.seconds is None for c in curves):
+        raise InputError(
+            "cover: expected at least one curve, each with a number of polytopes or a time per "
+            "share."
+        )
+    with style.sheet(to, (8.0, 3.4), columns=2, sharey=True) as sheet:
+        for number, curve in enumerate(curves):
+            left = np.maximum(1 - np.asarray(curve.share, float), floor)
+            for ax, along in zip(sheet.axes, (curve.polytopes, curve.seconds), strict=True):
+                if along is not None:
+                    ax.step(along, left, where="post", **style.line(number), label=curve.name)
+        for ax, label in zip(
+            sheet.axes, ("number of corridors or polytopes", "time [s]"), strict=True
+        ):
+            if target is not None:
+                ax.axhline(target, color=style.GREY, linewidth=0.8, linestyle=":")
+                along = {"xycoords": ("axes fraction", "data"), "ha": "left", "va": "top"}
+                style.note(ax, "target", (0, target), (3, -3), **along, **style.SMALL)
+            ax.set_yscale("log")
+            ax.yaxis.set_major_formatter("{x:g}")
+            ax.set_ylim(floor, 1.2)
+            ax.grid(True, axis="y")
+            ax.set_xlabel(label)
+        sheet.axes[0].set_xscale("log")
+        sheet.axes[0].set_ylabel("share of the safe set not covered")
+        if sheet.out is sheet.figure:
+            handles = [style.mark(one.name, **style.line(i)) for i, one in enumerate(curves)]
+            style.legend(sheet.figure, handles, min(len(curves), 4))
+    return sheet.out
+
+
+def of_history(history: Sequence[Progress]) -> list[CoverCurve]:
+    """The curves of a search (`answer.history`): corridors, and polytopes where it cut
+    any.
+    """
+    progress = Progress(*(np.array(column) for column in zip(*history, strict=True)))
+    corridors = CoverCurve("corridors", progress.kept, progress.corridors, progress.seconds)
+    polytopes = CoverCurve("polytopes", progress.inside, progress.polytopes, progress.seconds)
+    return [corridors, polytopes] if progress.polytopes.any() else [corridors]
 
 
 class GapCurve(NamedTuple):
@@ -118,3 +183,50 @@ def _curve(ax, curve: GapCurve, number: int, floor: float) -> None:
     if curve.low is not None and curve.high is not None:
         bounds = (np.maximum(np.asarray(x, float)[order], floor) for x in (curve.low, curve.high))
         ax.fill_between(gaps, *bounds, color=looks["color"], alpha=0.18, linewidth=0)
+
+
+class Bar(NamedTuple):
+    """One share in [0, 1], with bounds."""
+
+    name: str
+    share: float
+    low: float
+    high: float
+
+
+def shares(groups: Mapping[str, Sequence[Bar]], to=None, *, label: str = "share"):
+    """Horizontal bars, groups below one another, each with its bounds and its number. to: as in
+    `style.sheet`. Raises InputError.
+    """
+    if not groups or not all(groups.values()):
+        raise InputError("shares: expected at least one group, and a bar in every group.")
+    n = sum(map(len, groups.values()))
+    with style.sheet(to, (6.2, 0.7 + 0.21 * n + 0.16 * len(groups))) as sheet:
+        ax = sheet.axes[0]
+        at, places, names = 0.0, [], []
+        for number, (group, bars) in enumerate(groups.items()):
+            first = at
+            for rank, bar in enumerate(bars, 1):
+                color = style.CYCLE[number % len(style.CYCLE)]
+                ax.barh(at, 100 * bar.share, 0.78, color=color, alpha=0.3 + 0.7 * rank / len(bars))
+                bounds = 100 * np.abs(np.array([[bar.low], [bar.high]]) - bar.share)
+                ax.errorbar(100 * bar.share, at, xerr=bounds, color=style.BLACK, lw=0.8, capsize=2)
+                number_at, looks = (100 * bar.high, at), {"va": "center", "fontsize": 7.5}
+                style.note(ax, f"{100 * bar.share:.0f} %", number_at, (4, 0), **looks)
+                places.append(at)
+                names.append(bar.name)
+                at += 1
+            ax.annotate(
+                group,
+                (1.0, 0.5 * (first + at - 1)),
+                xycoords=("axes fraction", "data"),
+                va="center",
+                fontsize=8,
+            )
+            at += 0.8
+        ax.set_yticks(places, names)
+        ax.invert_yaxis()
+        ax.set_xlim(0, 100)
+        ax.set_xlabel(f"{label} [%]")
+        ax.grid(axis="x")
+    return sheet.out

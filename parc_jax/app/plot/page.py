@@ -1,20 +1,98 @@
-"""What the interactive page needs of an answer, as plain numbers."""
+"""One interactive page of an answer, or of an episode: a single file that needs no network and no
+server.
+"""
 
+import json
+import re
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 
+from parc_jax.answer.answer import Answer
+from parc_jax.app.files.episode_file import Episode
 from parc_jax.app.plot import shapes
-from parc_jax.app.plot.views import views_of
+from parc_jax.app.plot.episode import Shown, Stage, Truth, polygons
+from parc_jax.app.plot.shapes import span, views_of
 from parc_jax.checker import PARTS
+from parc_jax.checker.proved import PROVED_JS
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.bound.error_set import NO_CLAIM
 from parc_jax.learning.bound.statement import in_short
+from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.body import Disc, numbered
 from parc_jax.proof.certificate.read import corridor_of
 from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.verdict.near import whole_scene
+
+FILES = Path(__file__).with_name("page")
+MARKS = {
+    "STYLE": "page.css",
+    "GEOMETRY": "geometry.js",
+    "MODEL": "model.js",
+    "VIEW": "view.js",
+    "SCENE": "scene.js",
+    "PLAYER": "player.js",
+    "MAIN": "main.js",
+    "PROOF": "proof.js",
+    "EPISODE": "episode.js",
+}
+MAX_ANSWER = 20_000_000  # bytes of an answer that a page carries for the proved checker
+
+
+def write_page(
+    source: Answer | Episode | str | Path, html_path, truth: Truth | None = None
+) -> Path:
+    """Write the page of an answer, or of an episode in the plane: one file without a server.
+
+    Of an answer: scene, time slider, p0 and k by dragging or typing, live verdict, certificates.
+    The page judges in double precision: pictures, not proofs. It calls a plan proved only inside
+    one of the answer's samples, corridors or polytopes, which `parc-jax check` verifies. Answers up
+    to 20 MB are in the page as a whole, and a button has the proved checker check them there.
+
+    Of an episode, or of its file, which is checked anew first: at every moment the robot, its way,
+    its reachable set until it rests, the obstacles of that proof, and, where the file's `meta` has
+    `{"reasons": [[seconds, why], ...]}`, why the robot went on with the stop in hand.
+
+    truth: the true run of an episode. Returns the path. Raises InputError.
+    """
+    if isinstance(source, Episode | str | Path):
+        page = filled("episode.html", episode_data(Stage(source, truth)))
+    else:
+        answer = json.dumps(source.to_json(), separators=(",", ":"))
+        page = page_of(page_data(source), answer)
+    return write_atomic(html_path, page.encode())
+
+
+def page_of(data: dict, answer: str) -> str:
+    """The page around its data and the text of the answer's file."""
+    return filled(
+        "page.html",
+        data,
+        PROVED=PROVED_JS.read_text(encoding="utf-8").replace("</script", "<\\/script"),
+        ANSWER=_within(answer) if len(answer) <= MAX_ANSWER else "",
+        BYTES=str(len(answer)),
+    )
+
+
+def filled(name: str, data: dict, **parts: str) -> str:
+    """A template with its marks: styles and scripts from their files, its data, other parts."""
+    parts["DATA"] = _within(json.dumps(data, separators=(",", ":"), allow_nan=False))
+    text = (FILES / name).read_text(encoding="utf-8")
+
+    def part(mark: re.Match) -> str:
+        own = parts.get(mark[1])
+        return (FILES / MARKS[mark[1]]).read_text(encoding="utf-8") if own is None else own
+
+    # in one pass: nothing within a part is taken for a mark
+    return re.sub(r"/\*([A-Z]+)\*/", part, text)
+
+
+def _within(text: str) -> str:
+    """JSON that cannot end the script which holds it: `<` occurs in strings only."""
+    return text.replace("<", "\\u003c")
+
 
 DIGITS = 6  # significant digits of an outline: enough for a screen
 
@@ -218,3 +296,68 @@ def _rows(polytope) -> dict:
 
 def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
+
+
+RATE = 25.0  # [1/s] moments that one can scrub to
+DECIMALS = 4  # of a metre
+
+
+def episode_data(stage: Stage) -> dict:
+    """JSON-able numbers of an episode, in metres and in seconds of the loop's clock."""
+    moments = [stage.at(t) for t in stage.times(RATE)]
+    lo, hi = span(*(one.tube for one in stage.shown))
+    truth = Truth(np.zeros(0), np.zeros((0, 3))) if stage.truth is None else stage.truth
+    return {
+        "name": stage.name,
+        "statement": stage.driven.statement,
+        "k": stage.driven.model.labels.k,
+        "step": 1 / RATE,
+        "begin": stage.begin,
+        "reach": float(stage.reach),
+        "lo": lo.tolist(),
+        "hi": hi.tolist(),
+        "true": stage.truth is not None,
+        "moments": [
+            {"time": float(now.time), "number": now.number, "body": _rounded(now.body)}
+            | {"middle": _rounded(now.middle)}
+            for now in moments
+        ],
+        "manoeuvres": [_manoeuvre(one) for one in stage.shown],
+        "obstacles": [len(one.problem.obstacles) for one in stage.driven.manoeuvres],
+        "standing": _rounded(truth.standing),
+        "seen": [[float(time), _rings(region)] for time, region in truth.seen],
+        "reasons": reasons(stage.driven.meta),
+    }
+
+
+def reasons(meta) -> list[tuple[float, str]]:
+    """When [s] no manoeuvre was found, and why, of what nobody checks: what fits, in order."""
+    try:
+        found = [(float(time), str(why)) for time, why in meta["reasons"]]
+    except (TypeError, KeyError, ValueError):
+        return []
+    return sorted(one for one in found if np.isfinite(one[0]))
+
+
+def _manoeuvre(one: Shown) -> dict:
+    return {
+        "begin": one.begin,
+        "end": one.end,
+        "k": one.k.tolist(),
+        "tube": _rounded(one.tube),
+        "obstacles": _rounded(one.obstacles),
+        "rest": _rounded(one.rest),
+    }
+
+
+def _rings(region) -> list:
+    """Of each part of a Shapely region its outline, then those of its holes."""
+    return [
+        _rounded([ring.coords for ring in (part.exterior, *part.interiors)])
+        for part in polygons(region)
+    ]
+
+
+def _rounded(places) -> list:
+    """Outlines (v, 2), or one place, rounded for a screen."""
+    return [np.round(np.asarray(place), DECIMALS).tolist() for place in places]
