@@ -8,8 +8,8 @@ from parc_jax.app import exchange as exchange
 from parc_jax.app import figures as figures
 from parc_jax.app import types as types
 from parc_jax.app.files.answer_file import load_answer as load_answer
-from parc_jax.app.study.recorded import replay_recorded as replay_recorded
 from parc_jax.app.study.replay import replay as replay
+from parc_jax.app.study.replay import replay_recorded as replay_recorded
 from parc_jax.common.errors import InputError as InputError
 from parc_jax.common.errors import SoundnessError as SoundnessError
 from parc_jax.common.sets.box import box as box

@@ -34,13 +34,10 @@ ORDER = (
 DOORS = {
     "answer/answer.py": "parc_jax.drive.local.choice",
     "planner/planner.py": "parc_jax.drive.local.refine",
-    "app/cli/bagged.py": "parc_jax.ros.bags",
-    "app/cli/export.py": "parc_jax.ros.bags",
-    "app/cli/plot.py": "parc_jax.neuralparc",
+    "app/cli/logged.py": "parc_jax.ros.bags",
     "app/cli/solve.py": "parc_jax.neuralparc",
     "app/exchange.py": "parc_jax.ros.bags",
     "app/figures.py": "parc_jax.neuralparc",
-    "app/study/report.py": "parc_jax.neuralparc",
 }
 HEAVY = (
     "sims",
@@ -130,9 +127,9 @@ def test_an_upward_import_would_be_found():
     assert upward(sampling, "from parc_jax import planner\n")
     assert not upward(sampling, "from parc_jax.learning.model import TrajectoryModel\n")
     guest = "from parc_jax.neuralparc.brs import brs_rows\n"
-    report = ROOT / "app" / "study" / "report.py"
-    assert upward(ROOT / "app" / "plot" / "regions.py", guest) and upward(report, guest)
-    assert not upward(report, f"def f():\n    {guest}")
+    solve = ROOT / "app" / "cli" / "solve.py"
+    assert upward(ROOT / "app" / "plot" / "regions.py", guest) and upward(solve, guest)
+    assert not upward(solve, f"def f():\n    {guest}")
 
 
 def test_every_door_is_used():

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 import parc_jax
-from parc_jax.app.cli.offer import Offer
+from parc_jax.app import cli
+from parc_jax.app.cli.options import Offer
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, part_of, told
@@ -20,7 +21,7 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.settings import Search, Settings
 
 ROOT = Path(parc_jax.__file__).parent
-COMMANDS = tuple("run learn collect solve check replay plot export systems doctor".split())
+COMMANDS = tuple(name for name in cli.COMMANDS if name != "bench")
 
 
 def declared(tree: ast.Module) -> list[str]:
@@ -49,7 +50,7 @@ def records() -> list[type]:
 
 def own_options(command: str) -> set[str]:
     """What a command tells itself, in its docstring."""
-    function = getattr(importlib.import_module(f"parc_jax.app.cli.{command}"), command)
+    function = cli.command(command)
     return set(re.findall(r"^    (\w+): ", inspect.getdoc(function), re.MULTILINE))
 
 
@@ -78,7 +79,7 @@ def test_a_command_tells_only_what_no_record_has():
 
 def test_every_option_of_the_shell_is_of_a_record_or_of_its_command():
     for command in COMMANDS:
-        function = getattr(importlib.import_module(f"parc_jax.app.cli.{command}"), command)
+        function = cli.command(command)
         for parameter in inspect.signature(function).parameters.values():
             hints = getattr(parameter.annotation, "__metadata__", ())
             offered = [hint for hint in hints if isinstance(hint, Offer)]

@@ -13,7 +13,7 @@ import toy_driven
 
 from parc_jax.answer.looks import Look
 from parc_jax.answer.statement import one_line
-from parc_jax.app.study.numbers import covering
+from parc_jax.app.study.report import covering
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local import tested
 from parc_jax.learning.bound.claim import derived

@@ -2,8 +2,7 @@
 a robot's own computer.
 """
 
-from parc_jax.app.files.network_file import load_network
-from parc_jax.app.files.onnx_write import write_onnx
+from parc_jax.app.files.network_file import load_network, write_onnx
 from parc_jax.app.files.question import safety_question, vnnlib, write_question
 from parc_jax.drive.onboard.header import write_c
 from parc_jax.learning.network.fold import Normalisation

@@ -18,9 +18,8 @@ from synthetic_plants import plant
 
 import parc_jax as pj
 from parc_jax.app import cli
-from parc_jax.app.cli.lock import held
+from parc_jax.app.cli.places import held, only_of
 from parc_jax.app.cli.systems import find
-from parc_jax.app.cli.unfinished import only_of
 from parc_jax.app.study import job
 from parc_jax.app.study.settings import Study
 from parc_jax.learning.runs.files import write_atomic
@@ -210,7 +209,7 @@ def test_a_module_and_the_name_of_its_system_tell_folders_apart():
 HOLDS = """
 import sys, time
 from pathlib import Path
-from parc_jax.app.cli.lock import held
+from parc_jax.app.cli.places import held
 with held(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(3600)

@@ -259,7 +259,7 @@ def test_completion_scripts(shell):
 
 
 def test_bench_hands_its_options_on(shell, monkeypatch):
-    from parc_jax.app.cli import bench
+    from parc_jax.app.cli import installation as bench
 
     seen = []
 
@@ -274,9 +274,9 @@ def test_bench_hands_its_options_on(shell, monkeypatch):
 
 
 def test_bench_without_the_source_says_so_in_one_sentence(shell, monkeypatch, tmp_path):
-    from parc_jax.app.cli import bench
+    from parc_jax.app.cli import installation as bench
 
-    installed = tmp_path / "site-packages" / "parc_jax" / "app" / "cli" / "bench.py"
+    installed = tmp_path / "site-packages" / "parc_jax" / "app" / "cli" / "installation.py"
     monkeypatch.setattr(bench, "__file__", str(installed))
     refused(shell("bench", "--quick"), "in the root of a clone")
 

@@ -6,7 +6,7 @@ import pytest
 from toy_models import line_model
 
 import parc_jax as pj
-from parc_jax.app.cli.verdict import verdict
+from parc_jax.app.cli.scene import verdict
 from parc_jax.common.errors import InputError
 from parc_jax.problem.robust.question import Plain
 from parc_jax.safe_set.corridors.limit import Limit

@@ -11,7 +11,7 @@ from covered import covered
 from episodes import driven
 
 from parc_jax.app import figures
-from parc_jax.app.files.episode_file import episode_of
+from parc_jax.app.files.answer_file import episode_of
 from parc_jax.app.plot import film
 from parc_jax.app.plot.episode import Stage, Truth
 from parc_jax.app.plot.film import RATE_OF_EPISODE, REST

@@ -14,7 +14,7 @@ from toy_file import save, toy_file
 
 from parc_jax import checker
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot import html as page_file
+from parc_jax.app.plot import page as page_file
 from parc_jax.app.plot.page import FILES, page_data, page_of, write_page
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.proof.certificate.write import part_hash

@@ -116,7 +116,7 @@ def test_bad_input_is_refused():
 
 def test_the_shell_is_the_same_door(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("parc_jax.app.cli.learning.WITH_PRIOR", WITH_PRIOR.replace(**AFFINE))
+    monkeypatch.setattr("parc_jax.app.cli.logged.WITH_PRIOR", WITH_PRIOR.replace(**AFFINE))
     points = RUNS.p.reshape(RUNS.n, -1, len(RUNS.points), 2)
     np.savez("log.npz", k=RUNS.k, p=points, q=RUNS.q, points=RUNS.points)
     times = ("--dt", "0.25", "--t-f", "2", "--dt-record", "0.125")

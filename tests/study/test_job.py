@@ -11,7 +11,7 @@ import pytest
 
 from parc_jax import checker
 from parc_jax.app.cli import main
-from parc_jax.app.cli.saying import COMPILING, SEARCHING
+from parc_jax.app.cli.process import COMPILING, SEARCHING
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound import pipeline, score

@@ -9,7 +9,7 @@ import pytest
 from toy_models import model_of
 
 from parc_jax import checker
-from parc_jax.app.study.numbers import final_error
+from parc_jax.app.study.report import final_error
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.common.status import OfRegion, Status

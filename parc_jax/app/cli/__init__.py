@@ -9,15 +9,29 @@ Completion scripts: parc-jax --tyro-print-completion bash (or zsh). Version: par
 
 import contextlib
 import gc
+import importlib
 import os
 import sys
 import traceback
+from collections.abc import Callable
 
-from parc_jax.app.cli.logs import told
-from parc_jax.app.cli.stopping import STOPPED, Interrupts, stoppable
+from parc_jax.app.cli.process import STOPPED, Interrupts, stoppable, told
 from parc_jax.common.errors import InputError, ParcError
 
 OK, NO_ANSWER, BAD_INPUT, BROKEN = 0, 1, 2, 3
+COMMANDS = {
+    "run": "run",
+    "learn": "learn",
+    "collect": "learn",
+    "solve": "solve",
+    "check": "check",
+    "replay": "check",
+    "plot": "plot",
+    "export": "plot",
+    "bench": "installation",
+    "systems": "systems",
+    "doctor": "installation",
+}  # and the file of each
 # new objects between two searches for what nobody refers to: tracing makes millions that all stay
 COLLECT_EVERY = 100_000
 
@@ -69,29 +83,22 @@ def _require_once(arguments: list[str]) -> None:
             )
 
 
+def command(name: str) -> Callable:
+    """The function of a command."""
+    return getattr(importlib.import_module(f"parc_jax.app.cli.{COMMANDS[name]}"), name)
+
+
 def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
     # the compilation cache reports CPU tuning hints at the level of errors, page after page
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import tyro
 
-    from parc_jax.app.cli.bench import bench
-    from parc_jax.app.cli.check import check
-    from parc_jax.app.cli.collect import collect
-    from parc_jax.app.cli.doctor import doctor
-    from parc_jax.app.cli.export import export
-    from parc_jax.app.cli.help import readable, wrapped
-    from parc_jax.app.cli.learn import learn
-    from parc_jax.app.cli.plot import plot
-    from parc_jax.app.cli.replay import replay
-    from parc_jax.app.cli.run import run
-    from parc_jax.app.cli.solve import solve
-    from parc_jax.app.cli.systems import systems
+    from parc_jax.app.cli.options import readable, wrapped
 
-    functions = (run, learn, collect, solve, check, replay, plot, export, bench, systems, doctor)
     first = arguments[0] if arguments else ""
     commands = {
-        f.__name__: readable(f, first == f.__name__ or first.startswith("--tyro"))
-        for f in functions
+        name: readable(command(name), first == name or first.startswith("--tyro"))
+        for name in COMMANDS
     }
     try:
         asks = {"-h", "--help"} & set(arguments)

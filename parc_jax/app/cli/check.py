@@ -1,13 +1,20 @@
-"""`parc-jax check`: the independent checker, and the one that is itself proved."""
+"""`parc-jax check`: the independent checker, and the one that is itself proved; and
+`parc-jax replay`: recorded runs against an answer.
+"""
 
 import contextlib
 import io
 import json
+import os
+import shutil
+import subprocess
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
-from parc_jax.app.cli.offer import Offer
-from parc_jax.app.cli.shell import Shell
+from parc_jax import checker
+from parc_jax.app.cli.options import Offer, Shell
+from parc_jax.checker.proved import PROVED_JS
+from parc_jax.common.errors import InputError
 
 
 def check(
@@ -16,7 +23,7 @@ def check(
     *,
     second: bool = False,
     processes: int = 1,
-    shell: Annotated[Shell, Offer("app.cli.shell.Shell", only=("json",))],
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("json",))],
 ) -> int:
     """Verify the certificates of an answer in exact arithmetic; needs no JAX. Example: parc-jax
     check answer.json
@@ -37,7 +44,6 @@ def check(
 def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
     """Both verdicts, and the exit code of the two."""
     from parc_jax import checker
-    from parc_jax.app.cli.second import ACCEPTED, IN_PART, REJECTED, ask, find_second
 
     other = find_second(answer)
     heard = io.StringIO()
@@ -65,3 +71,118 @@ def _sentence(first: int, second: int | None) -> str:
     """Both verdicts in one line."""
     words = {0: "accepts", 1: "rejects", 3: "accepts what it looked at, not all", None: "gave none"}
     return f"Verdicts: the Python checker {words[first]}; the proved checker {words[second]}."
+
+
+VARIABLE = "PARC_JAX_PROVED_CHECKER"
+# Its verdict is read from what it prints: node itself ends with 1 where a program has a fault.
+ON_NODE = """
+require(process.argv[1]);
+const bytes = require("fs").readFileSync(process.argv[2]);
+console.log(JSON.stringify(parcCheck(bytes)));
+"""
+ACCEPTED, REJECTED, IN_PART = 0, 1, 3
+NO_EPISODES = "NO VERDICT: the proved checker reads answers; it does not read episodes."
+
+
+class Second(NamedTuple):
+    """A program of the second checker: its name for people, and what to put before the file."""
+
+    name: str
+    command: tuple[str, ...]
+
+
+class Said(NamedTuple):
+    """Its verdict: ACCEPTED, REJECTED or IN_PART, None where it gave none; and its words."""
+
+    code: int | None
+    lines: list[str]
+
+
+def reads(answer: Path) -> bool:
+    """Does the second checker read such files? Of what is no file of either kind the first one says
+    what it is.
+    """
+    try:
+        return not checker.is_episode(checker.load(answer))
+    except (OSError, checker.Rejected):
+        return True
+
+
+def find_second(answer: Path) -> Second:
+    """The built program that the environment names, else node with the one of the page; none of
+    them for an episode. Raises InputError.
+    """
+    if not reads(answer):
+        return Second("it reads no episodes", ())
+    named = os.environ.get(VARIABLE)
+    if named:
+        program = shutil.which(named)
+        if program is None:
+            raise InputError(
+                f"{VARIABLE}: expected the program that `make` builds in parc_jax/checker/proved; "
+                f"{named} is none. Name it, or unset the variable to use node."
+            )
+        return Second(f"the program {named}", (program, "--each"))
+    node = shutil.which("node")
+    if node is None:
+        raise InputError(
+            "check --second: expected node, or the built program of the proved checker; there is "
+            f"neither. Install node (Debian: apt-get install nodejs), or name the program in "
+            f"{VARIABLE}."
+        )
+    return Second(f"node, with {PROVED_JS.name}", (node, "-e", ON_NODE, str(PROVED_JS)))
+
+
+def ask(second: Second, answer: Path) -> Said:
+    """What the second checker says of a file."""
+    if not second.command:
+        return Said(None, [NO_EPISODES])
+    done = subprocess.run(
+        [*second.command, str(answer.resolve())], capture_output=True, text=True, errors="replace"
+    )
+    try:
+        verdict = json.loads(done.stdout)
+        code, lines = verdict["code"], verdict["lines"]
+        known = done.returncode == 0 and code in (ACCEPTED, REJECTED, IN_PART)
+    except (ValueError, KeyError, TypeError):
+        known = False
+    if not known:
+        why = (done.stderr.strip() or done.stdout.strip() or "nothing was printed")[-300:]
+        return Said(None, [f"NO VERDICT: the program ended with {done.returncode}: {why!a}"])
+    return Said(code, [str(line) for line in lines])
+
+
+def replay(
+    answer: Path,
+    log: Path,
+    /,
+    *,
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("json",))],
+) -> int:
+    """Move logged runs to starts that an answer proves safe for their k, and say what they did
+    there. Example: parc-jax replay answer.json new_logs.npz
+
+    Nothing is run. Logs that no tube was sized by try the claim, others the proof alone.
+
+    Args:
+        answer: An answer file of `solve` or `run`; it is checked anew.
+        log: Logged runs (.npz, .mat, folder) on the time grid and of the points of its model; those
+            with k outside of its K are left out.
+    """
+    from parc_jax.app.cli.options import fitted
+    from parc_jax.app.files.answer_file import load_answer
+    from parc_jax.app.study.replay import replay_recorded
+    from parc_jax.learning.runs.loaders import load_rollouts
+
+    asked = load_answer(answer)
+    points = None if asked.model.n_points == 1 else asked.model.points
+    runs = load_rollouts(log, asked.model.time, points=points)
+    found = replay_recorded(asked, runs)
+    if shell.json:
+        counts = {"runs": runs.n, "with_start": 0} if found is None else found.counts()
+        print(json.dumps(counts, indent=1))
+    elif found is None:
+        print(fitted(f"None of {runs.n:,} runs was found a start that is proved safe for its k."))
+    else:
+        print(fitted(found.statement()))
+    return 1 if found is None else 0

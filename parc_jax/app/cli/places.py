@@ -1,11 +1,21 @@
-"""Places to write to, tried before the long work."""
+"""Places to write to: tried before the long work, locked while it runs, and unfinished work that
+continues only with the program that it was begun with.
+"""
 
 import contextlib
+import hashlib
+import os
+import shutil
+import socket
+import sys
 import tempfile
 from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
+from types import ModuleType
 
 from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.files import write_atomic
 
 
 def require_place(path: Path | None, *, folder: bool = False) -> None:
@@ -45,3 +55,110 @@ def folders(path: Path) -> Iterator[None]:
         for folder in made:
             with contextlib.suppress(OSError):  # it is not empty, or gone already
                 folder.rmdir()
+
+
+try:
+    import fcntl
+except ImportError:  # Windows: nobody is kept out
+    fcntl = None
+
+
+@contextlib.contextmanager
+def held(place: Path) -> Iterator[None]:
+    """Keep other commands away from a file or folder until the block exits. Raises InputError that
+    says who holds it.
+
+    The lock is the operating system's, on .NAME.lock beside the place, and ends with its process,
+    however that ends; what the file says is for people.
+    """
+    if fcntl is None:
+        yield
+        return
+    whole = place.resolve()
+    lock = whole.parent / f".{whole.name}.lock"
+    with folders(lock), contextlib.closing(_locked(lock, place)) as handle:
+        before = handle.read().strip()
+        if before:
+            print(f"parc-jax: {place} is taken over from {before}, which is gone.", file=sys.stderr)
+        handle.truncate(0)
+        now = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+        handle.write(f"process {os.getpid()} on {socket.gethostname()} since {now}\n")
+        handle.flush()
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)
+
+
+def _locked(lock: Path, place: Path):
+    """The open file, locked by this process. Raises InputError."""
+    while True:
+        handle = open(lock, "a+")
+        handle.seek(0)
+        try:
+            fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
+            holder = handle.read().strip() or "another process"
+            handle.close()
+            raise InputError(
+                f"{place}: expected a place that nobody else writes to; it is held by {holder}. "
+                "Wait for it, stop it, or name another --out."
+            ) from None
+        with contextlib.suppress(FileNotFoundError):
+            # whoever held it may have removed the file that was opened here; to open it a second
+            # time would give up the lock
+            if os.path.samestat(os.stat(lock), os.fstat(handle.fileno())):
+                return handle
+        handle.close()
+
+
+KINDS = (".py", ".xml", ".npz")  # files that a robot's program consists of
+
+
+@contextlib.contextmanager
+def only_of(module: ModuleType, work: Path) -> Iterator[None]:
+    """Finished runs in `work` of another program, such as the system's own files before they were
+    changed, are another robot's: they are discarded if the user says so. Raises InputError if not.
+
+    When nothing was finished inside, `work` is removed again.
+    """
+    note, now = work / "source.sha256", source_hash(module)
+    if work.is_dir() and any(work.iterdir()) and not (note.is_file() and note.read_text() == now):
+        _ask_to_discard(work, module.__name__)
+        shutil.rmtree(work)
+    with folders(note):
+        write_atomic(note, now.encode())
+        try:
+            yield
+        finally:
+            if work.is_dir() and list(work.iterdir()) == [note]:
+                shutil.rmtree(work)
+
+
+def _ask_to_discard(work: Path, module: str) -> None:
+    """Raises InputError unless someone at a terminal says yes."""
+    if sys.stdin.isatty() and sys.stderr.isatty():
+        print(
+            f"parc-jax: {work} holds unfinished runs of another program than {module} as it is "
+            "now. Discard them? [y/N] ",
+            end="",
+            file=sys.stderr,
+            flush=True,
+        )
+        if sys.stdin.readline().strip().lower() in ("y", "yes"):
+            return
+    raise InputError(
+        f"{work}: expected unfinished runs of {module} as it is now; those there are of another "
+        "program, or of that module before it was changed. Delete them, or name another --out."
+    )
+
+
+def source_hash(module: ModuleType) -> str:
+    """Hash of the module's file, and for a package of everything beside it."""
+    path = Path(module.__file__ or "")
+    files = (
+        [path]
+        if path.name != "__init__.py"
+        else sorted(p for p in path.parent.rglob("*") if p.suffix in KINDS)
+    )
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()

@@ -1,4 +1,6 @@
-"""`parc-jax plot`: pictures of an answer, one interactive page, or a film."""
+"""`parc-jax plot`: pictures of an answer, one interactive page, or a film; and `parc-jax export`:
+an answer for a robot's own computer, or for Foxglove.
+"""
 
 import importlib
 import sys
@@ -6,8 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Literal
 
-from parc_jax.app.cli.offer import Offer
-from parc_jax.app.cli.shell import Shell
+from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.common.errors import InputError
 
 Figure = Literal["samples", "regions", "projections", "timeline"]
@@ -24,7 +25,7 @@ def plot(
     video: Path | None = None,
     sample: int = 0,
     system: str | None = None,
-    shell: Annotated[Shell, Offer("app.cli.shell.Shell", only=("quiet",))],
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("quiet",))],
 ) -> int:
     """Draw an answer from its file alone. Example: parc-jax plot answer.json --html page.html
 
@@ -50,8 +51,7 @@ def plot(
     from tqdm import tqdm
 
     from parc_jax.app.cli.places import require_place
-    from parc_jax.app.files.answer_file import load_answer
-    from parc_jax.app.files.episode_file import is_episode
+    from parc_jax.app.files.answer_file import is_episode, load_answer
     from parc_jax.app.plot.film import require_kind, require_sample
 
     episode = is_episode(answer)
@@ -93,7 +93,7 @@ def plot(
 
 def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool) -> int:
     """Of an episode there are a page and a film."""
-    from parc_jax.app.files.episode_file import load_episode
+    from parc_jax.app.files.answer_file import load_episode
     from parc_jax.app.plot.film import film
     from parc_jax.app.plot.page import write_page
 
@@ -178,7 +178,7 @@ def _draw(name: Figure, answer, path: Path) -> Path:
     if name != "regions":
         draw(answer, to=path)
         return path
-    from parc_jax.neuralparc.verdicts import region_verdicts
+    from parc_jax.app.figures import region_verdicts
     from parc_jax.proof.regions import enumerate_regions
 
     table = enumerate_regions(answer.model.net, answer.model.domain)
@@ -186,3 +186,55 @@ def _draw(name: Figure, answer, path: Path) -> Path:
     verdict = region_verdicts(answer, table)
     draw(table, verdict, None, path, names=answer.model.labels.k, safe_k=safe_k)
     return path
+
+
+def export(
+    answer: Path,
+    /,
+    *,
+    c: Path | None = None,
+    name: str | None = None,
+    mcap: Path | None = None,
+    sample: int = 0,
+    map: Path | None = None,
+    frame_id: str = "map",
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("quiet",))],
+) -> int:
+    """Write an answer as a C99 header without dependencies, with is_safe(p0, k) and
+    nearest_plan. Example: parc-jax export answer.json --c safe_set.h
+
+    For Foxglove, as messages of ROS 2: parc-jax export answer.json --mcap answer.mcap, or an
+    episode: parc-jax export drive.json --mcap drive.mcap --map hall.yaml
+
+    Args:
+        answer: An answer file of `solve` or `run`; it is checked anew. With --mcap also the file of
+            an episode.
+        c: The header to write.
+        name: What its functions begin with. Default: the name of the header.
+        mcap: The MCAP file to write: path, tf, body, tube, obstacles, goal, statement.
+        sample: Number of the sample that is driven there, from 0.
+        map: A map_server YAML file, which is written there too.
+        frame_id: The frame that the world is told in there.
+    """
+    from parc_jax.app.cli.places import require_place
+    from parc_jax.app.files.answer_file import load_answer
+    from parc_jax.common.errors import InputError
+    from parc_jax.drive.onboard.header import write_c
+
+    if c is None and mcap is None:
+        raise InputError("export: expected --c or --mcap, what is to be written; got neither.")
+    for place in (c, mcap):
+        require_place(place)
+    written = []
+    if mcap is not None:
+        from parc_jax.app.exchange import write_mcap
+        from parc_jax.problem.world.map_file import load_map
+
+        grid = None if map is None else load_map(map)
+        written.append(write_mcap(mcap, answer, plan=sample, grid=grid, frame=frame_id))
+    if c is not None:
+        written.append(write_c(load_answer(answer), c, name))
+    if not shell.quiet:
+        for path in written:
+            print(f"{path}: {len(path.read_bytes()):,} bytes")
+    return 0

@@ -6,8 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from parc_jax.app.cli.offer import Offer
-from parc_jax.app.cli.shell import Shell
+from parc_jax.app.cli.options import Offer, Shell
 
 
 def run(
@@ -18,7 +17,7 @@ def run(
     model: Path | None = None,
     study: Annotated[dict, Offer("app.study.settings.Study", left_out="the study's, or ")],
     figures: bool = True,
-    shell: Annotated[Shell, Offer("app.cli.shell.Shell")],
+    shell: Annotated[Shell, Offer("app.cli.options.Shell")],
 ) -> int:
     """Learn a system, find its safe set, prove it, replay it, draw it. Example: parc-jax run
     drift_parking
@@ -35,17 +34,14 @@ def run(
         figures: Draw the figures.
     """
     from parc_jax.answer.answer import Answer
-    from parc_jax.app.cli.help import fitted
-    from parc_jax.app.cli.lock import held
-    from parc_jax.app.cli.places import require_place
-    from parc_jax.app.cli.saying import during
+    from parc_jax.app.cli.options import fitted
+    from parc_jax.app.cli.places import held, only_of, require_place
+    from parc_jax.app.cli.process import during
     from parc_jax.app.cli.systems import black_box_of, build, find, study_of
-    from parc_jax.app.cli.unfinished import only_of
     from parc_jax.app.study.cache import keep_compiled
     from parc_jax.app.study.job import METRICS, UNFINISHED, Studied, finish, run_study
-    from parc_jax.app.study.numbers import eps_of
+    from parc_jax.app.study.report import eps_of, report
     from parc_jax.app.study.report import figures as draw_figures
-    from parc_jax.app.study.report import report
     from parc_jax.learning.model import load
 
     if shell.cache:

@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from parc_jax.app.cli.offer import Offer
-from parc_jax.app.cli.shell import Shell
+from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.safe_set.settings import Settings
 
 DOUBT = Offer(
@@ -35,7 +34,7 @@ def solve(
     at: str | None = None,
     first: bool = False,
     doubt: Annotated[dict, DOUBT],
-    shell: Annotated[Shell, Offer("app.cli.shell.Shell")],
+    shell: Annotated[Shell, Offer("app.cli.options.Shell")],
 ) -> int:
     """Find and prove the safe starts and parameters of a scene. Example: parc-jax solve
     drift_parking --first
@@ -60,13 +59,18 @@ def solve(
     """
     import sys
 
-    from parc_jax.app.cli.doubt import numbers_of_option, under_doubt
-    from parc_jax.app.cli.goal_in_reach import odd_size, require_goal_in_reach
-    from parc_jax.app.cli.help import fitted
+    from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import require_place
-    from parc_jax.app.cli.saying import COMPILING, SEARCHING, saying
+    from parc_jax.app.cli.process import COMPILING, SEARCHING, saying
+    from parc_jax.app.cli.scene import (
+        as_json,
+        numbers_of_option,
+        odd_size,
+        require_goal_in_reach,
+        under_doubt,
+        verdict,
+    )
     from parc_jax.app.cli.systems import model_of, scene_of
-    from parc_jax.app.cli.verdict import as_json, verdict
     from parc_jax.app.study.cache import keep_compiled
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Annotated
 
-from parc_jax.app.cli.offer import Offer
+from parc_jax.app.cli.options import Offer
 from parc_jax.common.errors import InputError
 from parc_jax.learning.systems.user_code import blamed, own_place, said
 

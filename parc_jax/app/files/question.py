@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.files.onnx_write import write_onnx
+from parc_jax.app.files.network_file import write_onnx
 from parc_jax.checker import number
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.files.episode_file import Episode
+from parc_jax.app.files.answer_file import Episode
 from parc_jax.app.plot import shapes, style
 from parc_jax.app.plot.episode import Stage, Truth, polygons
 from parc_jax.app.plot.shapes import View, predicted, views_of

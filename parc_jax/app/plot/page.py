@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.files.episode_file import Episode
+from parc_jax.app.files.answer_file import Episode
 from parc_jax.app.plot import shapes
 from parc_jax.app.plot.episode import Shown, Stage, Truth, polygons
 from parc_jax.app.plot.shapes import span, views_of

@@ -1,5 +1,8 @@
-"""The main job: one command from rollouts to a proved safe set, its replay and the pictures."""
+"""The main job: one command from rollouts to a proved safe set, its replay, the pictures, and the
+plan that is executed. [T23]
+"""
 
+import contextlib
 import json
 import platform
 import shutil
@@ -7,43 +10,34 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from threading import Thread
 
 import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.study.driven import compile_near, drive
-from parc_jax.app.study.numbers import facts_of, final_error
-from parc_jax.app.study.replay import Replay, replay, tally
+from parc_jax.app.study.replay import replay, tally
+from parc_jax.app.study.report import Studied, facts_of, final_error
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import part_of
+from parc_jax.common.sets.box import Box
 from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.learning.learn import Learned, learn_report
-from parc_jax.learning.model import TrajectoryModel
+from parc_jax.drive.local.local_model import BINS, Local, guessed_claim, on_box
+from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.learn import learn_report
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.fit import fit
+from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.proof.regions import RegionTable, enumerate_regions
+from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.settings import Search, Settings
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
 METRICS = "metrics.json"
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
-
-
-class Studied(NamedTuple):
-    """Everything a study produced. learned is None when the model came from a file.
-
-    runs: of every returned plan, study.repeats each, grouped by plan; None when there is no plan.
-    """
-
-    answer: Answer
-    runs: Replay | None
-    table: RegionTable
-    learned: Learned | None
-    metrics: dict
 
 
 def run_study(
@@ -158,3 +152,65 @@ def finish(out: Path, metrics: dict) -> dict:
     """Write metrics.json and hand the metrics back."""
     write_atomic(out / METRICS, json.dumps(metrics, indent=1).encode())
     return metrics
+
+
+NEAREST = 60  # training runs around a plan: enough for an affine map, and for a narrow tube
+LOOKS = 2  # this very plan, and a claim near it
+
+
+def drive(
+    system,
+    answer: Answer,
+    study: Study,
+    key: jax.Array,
+    out: Path,
+    quiet: bool,
+    ahead: Thread | None = None,
+) -> dict:
+    """What is known of the plan with most room: plan and sentences. The answer under the local
+    claim is written as near.json, for the checker. ahead: what compiles for its query.
+    """
+    chosen = answer.choose(delta=study.delta, looks=LOOKS)
+    chosen = chosen.run(system, key, eps=study.eps, quiet=quiet)
+    if ahead is not None:
+        ahead.join()
+    chosen = chosen.claim_near(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
+    near = chosen.near
+    if near.answer is not None:
+        near.answer.save(out / "near.json")
+    return {
+        "plan": chosen.plan.tolist(),
+        "runs": chosen.tested.n,
+        "failures": chosen.tested.failures,
+        "share_of_k": float(near.share),
+        "proved_share_of_near": float(near.held),
+        "narrower_at_end": near.widths.times_end,
+        "narrower_on_the_way": near.widths.times_path,
+        "statement": chosen.statement(),
+    }
+
+
+def compile_near(problem: ReachAvoid, train: RolloutBatch, k: np.ndarray) -> Thread:
+    """Begin to compile what a query near k (n_k,) needs; join the thread before that. Programs
+    depend on shapes alone, so a stand-in does for the model; what is found with it is dropped.
+    """
+
+    def work() -> None:
+        # whatever fails here fails in the query too, and is told there
+        with contextlib.suppress(Exception):
+            Planner(guessed_near(train, k)).warm_up(problem)
+
+    thread = Thread(target=work)
+    thread.start()
+    return thread
+
+
+def guessed_near(train: RolloutBatch, k: np.ndarray) -> TrajectoryModel:
+    """What a local model around k (n_k,) looks like, from the training runs nearest to it."""
+    side = train.domain.hi - train.domain.lo
+    away = np.abs((train.k - k) / side).max(axis=1)
+    near = train.select(np.argsort(np.where(train.failed, np.inf, away))[:NEAREST])
+    near = on_box(near, train.law, Box(near.k.min(axis=0), near.k.max(axis=0)))
+    net = fit(near, Local(), jax.random.PRNGKey(0))
+    profile = learn_profiles([net], near, (), (BINS,) * train.n_k)[0]
+    return trajectory_model(net, guessed_claim(net, near, profile))

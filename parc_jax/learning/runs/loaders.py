@@ -70,7 +70,7 @@ def load_rollouts(
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
     if columns is not None:
-        name = path if isinstance(path, str | Path) else "table"
+        name = Path(path if isinstance(path, str | Path) else "table")
         check_k_law(name, k_law, domain)
         arrays = sweep_arrays(path, time, columns)
         return _assemble(name, arrays, time, domain, k_law, groups, points, about)

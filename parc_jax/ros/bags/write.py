@@ -9,8 +9,14 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.path import NominalPath, nominal_path
-from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.files.episode_file import Episode, Manoeuvre, episode_of, is_episode, load_episode
+from parc_jax.app.files.answer_file import (
+    Episode,
+    Manoeuvre,
+    episode_of,
+    is_episode,
+    load_answer,
+    load_episode,
+)
 from parc_jax.app.plot.shapes import (
     body_triangles,
     goal_triangles,

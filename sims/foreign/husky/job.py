@@ -8,7 +8,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.job import finish
-from parc_jax.app.study.recorded import Recorded, replay_recorded
+from parc_jax.app.study.replay import Recorded, replay_recorded
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.planner.planner import Planner

@@ -14,7 +14,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.app.study.recorded import replay_recorded
+from parc_jax.app.study.replay import replay_recorded
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import profile_of, training_errors

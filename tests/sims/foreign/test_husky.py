@@ -10,7 +10,7 @@ import sims
 from parc_jax.app import cli
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study import replay
-from parc_jax.app.study.recorded import replay_recorded
+from parc_jax.app.study.replay import replay_recorded
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.learning.network.fit import fit_affine
 from parc_jax.learning.network.train import training_arrays

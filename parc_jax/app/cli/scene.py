@@ -1,20 +1,75 @@
-"""Scenes that cannot have a plan for a reason one can say in a sentence: a goal under an obstacle,
-or out of reach.
+"""The scene of `solve`: its uncertainty from the shell, scenes that cannot have a plan for a reason
+that fits in a sentence, and the printed answer.
 """
 
+import dataclasses
 import itertools
+import json
+from pathlib import Path
 
 import numpy as np
 
+from parc_jax.answer.answer import Answer
+from parc_jax.app.study.report import facts_of, table_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import vertices
-from parc_jax.learning.labels import degrees_hint
+from parc_jax.learning.labels import degrees_hint, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import outputs
 from parc_jax.planner.planner import Planner
+from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.verdict.fits import box_of_rows, finite_box, goal_box
+
+
+def under_doubt(problem: ReachAvoid, asked: dict) -> ReachAvoid:
+    """The problem with these entries of its doubt, where there are any, in place of the scene's;
+    those of parameters as words of the shell. Raises InputError.
+    """
+    asked = dict(asked)
+    for name, option in (("k", "doubt-k"), ("given", "given"), ("unknown", "unknown")):
+        if name in asked:
+            asked[name] = _by_name(option, asked[name])
+    if not asked:
+        return problem
+    own = problem.doubt or Doubt()
+    kept = {field.name: getattr(own, field.name) for field in dataclasses.fields(Doubt)}
+    return problem.replace(doubt=Doubt(**kept | asked))
+
+
+def numbers_of_option(option: str, text: str) -> list[float]:
+    """Numbers with commas between. Raises InputError."""
+    try:
+        return [float(x) for x in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"--{option}: expected numbers with commas between, such as 1.5,-2,0.1; got "
+            f"{text!r:.40}."
+        ) from None
+
+
+def _by_name(option: str, words: tuple[str, ...]) -> tuple:
+    """name=value, name=lo:hi or name=free, by name or by number."""
+    found: list = []
+    for word in words:
+        name, _, text = word.partition("=")
+        values = [FREE] if text == FREE else _values(text)
+        if not name or not 1 <= len(values) <= 2:
+            raise InputError(
+                f"--{option}: expected NAME=VALUE or NAME=LO:HI, such as speed=9.2; got "
+                f"{word!r:.40}."
+            )
+        found.append((name, values[0] if len(values) == 1 else tuple(values)))
+    return tuple(found)
+
+
+def _values(text: str) -> list[float]:
+    try:
+        return [float(x) for x in text.split(":")]
+    except ValueError:
+        return []
+
 
 ODD = 1000  # a body smaller than all else by this factor gets a word
 MOST_CORNERS = 729  # of K, where ways of a model are looked at
@@ -120,3 +175,50 @@ def _name(model: TrajectoryModel, axis: int) -> str:
         return model.labels.q[axis - model.n_c]
     label = model.labels.p[axis % model.n_p]
     return label if model.n_points == 1 else f"{label} of {model.points[axis // model.n_p]}"
+
+
+def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
+    """The facts of an answer for other programs; the answer itself is in its file."""
+    proved = answer.no_plan is not None and answer.no_plan.kind == "proved"
+    facts = {
+        "answer": str(path),
+        "found": answer.found,
+        "proved_no_plan": proved,
+        "samples": len(answer.samples),
+        **facts_of(answer, cold_s),
+        "first": answer.samples[0].tolist() if len(answer.samples) else None,
+        "statement": answer.statement(),
+    }
+    return json.dumps(facts, indent=1)
+
+
+def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = False) -> str:
+    """For a terminal. cold_s: as of `facts_of`."""
+    lines = []
+    if answer.found and not short:
+        n_p, names = answer.model.n_p, answer.model.labels
+        plan = _some_plan(answer)
+        lines += [
+            *table_of(answer, cold_s),
+            f"for example            start at {_named(plan[:n_p], names.p)}",
+            f"                       with {_named(plan[n_p:], names.k)}",
+            "",
+        ]
+    lines.append(answer.statement())
+    if not short:
+        lines += ["", f"Written to {path}. Verify with: parc-jax check {path}"]
+    return "\n".join(lines)
+
+
+def _some_plan(answer: Answer) -> np.ndarray:
+    """A plan of the answer: the exact check may have refused every sample and accepted others."""
+    if len(answer.samples):
+        return answer.samples[0]
+    one = [*answer.polytopes, *answer.corridors][0]
+    return np.concatenate([one.p0, one.k])
+
+
+def _named(values: np.ndarray, labels: tuple[str, ...]) -> str:
+    """Values with names and units."""
+    parts = zip(values, labels, strict=True)
+    return ", ".join(f"{name_of(n)} = {v:.5g} {unit_of(n)}".rstrip() for v, n in parts)

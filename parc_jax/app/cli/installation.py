@@ -1,8 +1,9 @@
-"""`parc-jax bench`: the benchmarks."""
+"""`parc-jax bench`: the benchmarks; and `parc-jax doctor`: is this installation fit to certify?"""
 
 import os
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 from typing import Literal
 
@@ -45,7 +46,7 @@ def bench(
 def clone() -> Path:
     """The clone that this is run in or from. Raises InputError elsewhere."""
     places = (Path.cwd(), Path(__file__).resolve().parents[3])
-    needed = ("benchmarks/baseline.json", "parc_jax/app/cli/bench.py")
+    needed = ("benchmarks/baseline.json", "parc_jax/app/cli/installation.py")
     root = next(
         (place for place in places if all((place / name).is_file() for name in needed)), None
     )
@@ -56,3 +57,33 @@ def clone() -> Path:
             "Run it in the root of a clone."
         )
     return root
+
+
+def doctor() -> int:
+    """Check versions and arithmetic of this installation. Example: parc-jax doctor"""
+    from parc_jax.common.probes import Finding, probe_all, probe_hang
+
+    for name in (
+        "jax",
+        "jaxlib",
+        "flax",
+        "optax",
+        "mujoco",
+        "mujoco-mjx",
+        "brax",
+        "scipy",
+        "clarabel",
+        "numpy",
+    ):
+        try:
+            print(f"  {name:12} {metadata.version(name)}")
+        except metadata.PackageNotFoundError:
+            print(f"  {name:12} missing: pip install {name}")
+    findings: list[Finding] = [*probe_all(), probe_hang()]
+    for finding in findings:
+        print(f"  {'ok  ' if finding.ok else 'FAIL'} {finding.name}: {finding.detail}")
+    if all(finding.ok for finding in findings):
+        print("Fit to certify.")
+        return 0
+    print("Not fit to certify: see the lines marked FAIL.")
+    return 1
