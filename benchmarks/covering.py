@@ -15,9 +15,9 @@ import jax
 import numpy as np
 import tyro
 
+from benchmarks.curves import cover, of_history
 from parc_jax.answer.answer import Answer
 from parc_jax.app.cli.systems import build, find, study_of
-from parc_jax.app.plot.curves import cover, of_history
 from parc_jax.app.study.cache import keep_compiled
 from parc_jax.learning.model import load
 from parc_jax.planner.planner import Planner

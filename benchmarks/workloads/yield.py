@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.bench import Bench
+from benchmarks.curves import Bar, shares
 from benchmarks.metrics import metric
 from benchmarks.result import Result, Skip, Table, percent
 from benchmarks.yields import Setting, Task, tasks
-from parc_jax.app.plot.curves import Bar, shares
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.claim import ErrorClaim

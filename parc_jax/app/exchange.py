@@ -1,5 +1,5 @@
-"""Files of other tools, in and out: scenes and networks, bags, questions for other verifiers, C for
-a robot's own computer.
+"""Files of other tools, in and out: scenes and networks, bags, queries for other verifiers, C for
+the computer of a robot.
 """
 
 from parc_jax.app.files.network_file import load_network, write_onnx

@@ -1,8 +1,7 @@
 """Every figure by its name, for papers and notebooks: `from parc_jax import figures`, then
-`figures.samples(answer)`. What each shows, and where it draws, is said in `parc_jax.app.plot`.
+`figures.samples(answer)`. `parc_jax.app.plot` describes each, and where it draws.
 """
 
-from parc_jax.app.plot.curves import CoverCurve, GapCurve, GapRoom, cover, gap
 from parc_jax.app.plot.episode import Truth
 from parc_jax.app.plot.errors import Entry, claim, errors
 from parc_jax.app.plot.film import film
@@ -16,16 +15,11 @@ from parc_jax.app.plot.timeline import timeline
 from parc_jax.neuralparc.verdicts import region_verdicts
 
 __all__ = [
-    "CoverCurve",
     "Entry",
-    "GapCurve",
-    "GapRoom",
     "Truth",
     "claim",
-    "cover",
     "errors",
     "film",
-    "gap",
     "projections",
     "region_seconds",
     "region_verdicts",

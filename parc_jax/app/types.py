@@ -1,5 +1,5 @@
-"""What comes back and what may be asked with, by its class, for annotations and `isinstance`: each
-is made by the function that its own docstring names.
+"""Classes of arguments and results, for annotations and `isinstance`: the docstring of each names
+the function that makes it.
 """
 
 from parc_jax.answer.answer import Answer

@@ -46,10 +46,10 @@ def test_an_option_of_the_study_names_its_value_there(command):
     assert len(options) >= 15
     defaults = {field.name: field.default for field in dataclasses.fields(Study)}
     for option in options.values():
-        assert option.default is None and " Default: the study's, or " in option.said
+        assert option.default is None and " Default: the study's, or " in option.text
         value = defaults[option.field]
         if isinstance(value, int | float) and not isinstance(value, bool):
-            assert option.said.endswith(f"or {value:,}."), option.field
+            assert option.text.endswith(f"or {value:,}."), option.field
 
 
 def test_metavars():

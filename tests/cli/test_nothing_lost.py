@@ -199,11 +199,11 @@ def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
 
 
 def test_a_module_and_the_name_of_its_system_tell_folders_apart():
-    from parc_jax.app.cli.run import _own_name
+    from parc_jax.app.cli.run import _folder_of
 
-    assert _own_name("toy_cart", "cart") != _own_name("other_cart", "cart")
-    assert _own_name("toy_cart", "cart") != _own_name("toy_cart", "hill")
-    assert _own_name("asv", "asv") == "asv" and _own_name("my.asv", "asv") == "my.asv"
+    assert _folder_of("toy_cart", "cart") != _folder_of("other_cart", "cart")
+    assert _folder_of("toy_cart", "cart") != _folder_of("toy_cart", "hill")
+    assert _folder_of("asv", "asv") == "asv" and _folder_of("my.asv", "asv") == "my.asv"
 
 
 HOLDS = """

@@ -235,7 +235,7 @@ def test_modules_of_your_own_that_are_none(shell, tmp_path, name):
 
 
 def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
-    monkeypatch.setattr("parc_jax.app.cli.systems.known", lambda: 1 / 0)
+    monkeypatch.setattr("parc_jax.app.cli.systems.installed", lambda: 1 / 0)
     code, said, complained = shell("systems")
     assert (
         code == 3

@@ -9,8 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
+from benchmarks.curves import CoverCurve, GapCurve, GapRoom, cover, gap, of_history
 from parc_jax.app.plot import shapes
-from parc_jax.app.plot.curves import CoverCurve, GapCurve, GapRoom, cover, gap, of_history
 from parc_jax.app.plot.errors import Entry, claim, errors, quantile, when
 from parc_jax.app.plot.projections import default_pairs, projections
 from parc_jax.app.plot.samples import samples

@@ -2,7 +2,7 @@
 
 import pytest
 
-from parc_jax.app.plot.curves import Bar, shares
+from benchmarks.curves import Bar, shares
 from parc_jax.common.errors import InputError
 
 

@@ -11,8 +11,8 @@ import pytest
 from matplotlib.figure import Figure
 from toy_answer import toy_answer
 
+from benchmarks.curves import GapCurve, gap
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.curves import GapCurve, gap
 from parc_jax.app.plot.shapes import predicted
 from parc_jax.common.errors import InputError
 from parc_jax.problem.body import Part, Polygon
@@ -60,7 +60,7 @@ def test_no_global_setting_survives():
 def test_importing_pictures_does_not_import_matplotlib_or_pyplot():
     modules = ("samples", "regions", "errors", "claim", "gap", "projections", "timeline", "cover")
     code = "import sys; " + "; ".join(f"import parc_jax.app.plot.{m}" for m in modules)
-    code += "; assert 'matplotlib' not in sys.modules; from parc_jax.app.plot.curves import *"
+    code += "; assert 'matplotlib' not in sys.modules; from parc_jax.app.plot.samples import *"
     code += "; gap([GapCurve('a', [1.0], [0.5])]); assert 'matplotlib.pyplot' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 

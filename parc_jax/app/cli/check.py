@@ -45,25 +45,25 @@ def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
     """Both verdicts, and the exit code of the two."""
     from parc_jax import checker
 
-    other = find_second(answer)
-    heard = io.StringIO()
-    with contextlib.redirect_stdout(heard):
+    other = find_second(answer)  # refused before the first one takes its time
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
         first = checker.main(arguments)
     if first not in (ACCEPTED, REJECTED):
-        return first  # there is no answer to check, and that has been said
-    said = ask(other, answer)
-    agreed = first == said.code == ACCEPTED
-    refused = REJECTED in (first, said.code)
+        return first  # the first checker has reported that this is no answer
+    verdict = ask(other, answer)
+    agreed = first == verdict.code == ACCEPTED
+    refused = REJECTED in (first, verdict.code)
     if as_json:
         report = {
             "accepted": agreed,
-            "first": json.loads(heard.getvalue()),
-            "second": {"program": other.name, "code": said.code, "lines": said.lines},
+            "first": json.loads(printed.getvalue()),
+            "second": {"program": other.name, "code": verdict.code, "lines": verdict.lines},
         }
         print(json.dumps(report, indent=1))
     else:
-        print(f"Python checker:\n{heard.getvalue()}\nProved checker ({other.name}):")
-        print("\n".join([*said.lines, "", _sentence(first, said.code)]))
+        print(f"Python checker:\n{printed.getvalue()}\nProved checker ({other.name}):")
+        print("\n".join([*verdict.lines, "", _sentence(first, verdict.code)]))
     return ACCEPTED if agreed else REJECTED if refused else IN_PART
 
 
@@ -85,23 +85,21 @@ NO_EPISODES = "NO VERDICT: the proved checker reads answers; it does not read ep
 
 
 class Second(NamedTuple):
-    """A program of the second checker: its name for people, and what to put before the file."""
+    """A program of the second checker: its name for people, and the words before the file."""
 
     name: str
     command: tuple[str, ...]
 
 
-class Said(NamedTuple):
-    """Its verdict: ACCEPTED, REJECTED or IN_PART, None where it gave none; and its words."""
+class Verdict(NamedTuple):
+    """ACCEPTED, REJECTED or IN_PART, None for no verdict; and the printed lines."""
 
     code: int | None
     lines: list[str]
 
 
 def reads(answer: Path) -> bool:
-    """Does the second checker read such files? Of what is no file of either kind the first one says
-    what it is.
-    """
+    """Whether the second checker reads such files; any other kind is left to the first one."""
     try:
         return not checker.is_episode(checker.load(answer))
     except (OSError, checker.Rejected):
@@ -133,23 +131,24 @@ def find_second(answer: Path) -> Second:
     return Second(f"node, with {PROVED_JS.name}", (node, "-e", ON_NODE, str(PROVED_JS)))
 
 
-def ask(second: Second, answer: Path) -> Said:
-    """What the second checker says of a file."""
+def ask(second: Second, answer: Path) -> Verdict:
+    """Run the second checker on a file."""
     if not second.command:
-        return Said(None, [NO_EPISODES])
+        return Verdict(None, [NO_EPISODES])
     done = subprocess.run(
         [*second.command, str(answer.resolve())], capture_output=True, text=True, errors="replace"
     )
     try:
         verdict = json.loads(done.stdout)
         code, lines = verdict["code"], verdict["lines"]
-        known = done.returncode == 0 and code in (ACCEPTED, REJECTED, IN_PART)
+        # node ends with 1 for a fault in a program too: only a printed code is a verdict
+        is_verdict = done.returncode == 0 and code in (ACCEPTED, REJECTED, IN_PART)
     except (ValueError, KeyError, TypeError):
-        known = False
-    if not known:
+        is_verdict = False
+    if not is_verdict:
         why = (done.stderr.strip() or done.stdout.strip() or "nothing was printed")[-300:]
-        return Said(None, [f"NO VERDICT: the program ended with {done.returncode}: {why!a}"])
-    return Said(code, [str(line) for line in lines])
+        return Verdict(None, [f"NO VERDICT: the program ended with {done.returncode}: {why!a}"])
+    return Verdict(code, [str(line) for line in lines])
 
 
 def replay(
@@ -159,8 +158,8 @@ def replay(
     *,
     shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("json",))],
 ) -> int:
-    """Move logged runs to starts that an answer proves safe for their k, and say what they did
-    there. Example: parc-jax replay answer.json new_logs.npz
+    """Move logged runs to starts that an answer proves safe for their k, and report their outcomes.
+    Example: parc-jax replay answer.json new_logs.npz
 
     Nothing is run. Logs that no tube was sized by try the claim, others the proof alone.
 

@@ -29,7 +29,7 @@ def bench(
         only: Some of the workloads, by name.
         gate: Fail if anything is worse than the committed baseline.
         update_baseline: Accept this run as the baseline.
-        device: Where to run. Default: what JAX finds.
+        device: Where to run. Default: the one that JAX chooses.
         json: Write the report as JSON to this file.
     """
     flags = {"--quick": quick, "--gate": gate, "--update-baseline": update_baseline}

@@ -32,7 +32,7 @@ def learn(
     Args:
         source: A system of `parc-jax systems`, a module of yours with `system()`, logged runs
             (.npz, .mat, folder), or a bag or a folder of bags (.bag, .mcap, .db3).
-        out: The model file. Unfinished work is kept beside it, in OUT.unfinished.
+        out: The model file. Unfinished work stays beside it, in OUT.unfinished.
     """
     from parc_jax.app.cli.logged import (
         NEW_RUNS,
@@ -69,11 +69,11 @@ def learn(
         else:
             refuse(logged, source, "logged runs")
             module = find(source, needed=("system",))
-            asked = study_of(module, **study)
-            black_box = black_box_of(module, asked.plant, asked.body)
+            settings = study_of(module, **study)
+            black_box = black_box_of(module, settings.plant, settings.body)
             with only_of(module, work):
                 key = key_of(shell.seed)
-                learned = learn_report(black_box, key, asked, path=work, quiet=shell.quiet)
+                learned = learn_report(black_box, key, settings, path=work, quiet=shell.quiet)
                 learned.model.save(out)
             shutil.rmtree(work, ignore_errors=True)
     print(summary(learned, out, as_json=True) if shell.json else fitted(summary(learned, out)))
@@ -95,7 +95,7 @@ def collect(
     """Run rows of a system. Example: parc-jax collect drift_parking --rows 0:10000
     --into runs/drift
 
-    The file in the folder is named by its rows; what was stopped goes on where it was. Then:
+    The file in the folder is named by its rows; a stopped command goes on where it was. Then:
     parc-jax learn FILE.
 
     Args:
@@ -121,8 +121,8 @@ def collect(
     if shell.cache:
         keep_compiled()
     module = find(system, needed=("system",))
-    asked = study_of(module, **study)
-    black_box = black_box_of(module, asked.plant, asked.body)
+    settings = study_of(module, **study)
+    black_box = black_box_of(module, settings.plant, settings.body)
     path = into / f"rows_{begin:09d}_{end - 1:09d}.npz"
     with held(path):
         how = {"first_row": begin, "path": path, "quiet": shell.quiet}

@@ -21,7 +21,7 @@ from parc_jax.common.options import Options, told
 
 @dataclass(frozen=True)
 class Shell(Options):
-    """How a command runs, whatever it does."""
+    """Options that most commands have."""
 
     seed: int = 0
     """Everything random follows from it."""
@@ -42,24 +42,24 @@ SCALARS = (int, float, str, bool, Path)
 
 
 class Option(NamedTuple):
-    """One option. field: of the record. kind: of its value in the shell. said: its help."""
+    """One option. field: of the record. kind: its type in the shell. text: its help."""
 
     field: str
     kind: Any
     default: Any
-    said: str
+    text: str
 
 
 @dataclasses.dataclass(frozen=True)
 class Offer:
-    """Annotates a parameter of a command: its options are the fields of a record that the shell can
-    spell, named as there but for the _s of seconds.
+    """Annotates a parameter of a command: its options are the fields of a record with a type that
+    the shell can read, named as there but for the _s of seconds.
 
-    record: "module.Class" below parc_jax; loaded when the command is asked for.
-    left_out: None: the parameter is the record, with its own defaults. Else a dict of what was
-        given, and these words say whose value counts where nothing was.
-    only: the fields on offer; () = all. but: not these. named: other names in the shell. kinds:
-        other kinds of value there.
+    record: "module.Class" below parc_jax, loaded on first use.
+    left_out: None: the parameter is the record, with its defaults. Else it is a dict of the given
+        options, and these words name the source of the others.
+    only: the fields on offer; () = all. but: not these.
+    named: other names in the shell. kinds: other types there.
     """
 
     record: str
@@ -78,23 +78,24 @@ class Offer:
         """The options by their names in the shell."""
         kind = self.kind()
         hints = typing.get_type_hints(kind) | self.kinds
-        found = {}
+        options = {}
         for field in dataclasses.fields(kind):
-            hint = spelled(hints[field.name])
+            hint = shell_type(hints[field.name])
             on_offer = field.name not in self.but and field.name in (self.only or hints)
             if hint is None or not on_offer:
                 continue
             name = field.name.removesuffix("_s")
-            said = re.sub(r" \[T\d[^]]*\]", "", told(kind)[field.name])
+            # citations of theorems are for readers of the source
+            text = re.sub(r" \[T\d[^]]*\]", "", told(kind)[field.name])
             default = field.default
             if self.left_out is not None:
-                said, default, hint = _told_default(said, default, self.left_out), None, hint | None
-            found[self.named.get(field.name, name)] = Option(field.name, hint, default, said)
-        return found
+                text, default, hint = _with_default(text, default, self.left_out), None, hint | None
+            options[self.named.get(field.name, name)] = Option(field.name, hint, default, text)
+        return options
 
     def made(self, given: dict[str, Any]) -> Any:
-        """What the command's parameter is, from values by names of the shell, which are taken out
-        of `given`. Raises InputError.
+        """The command's parameter from values by names of the shell, which are taken out of
+        `given`. Raises InputError.
         """
         values = {option.field: given.pop(name) for name, option in self.options().items()}
         if self.left_out is None:
@@ -102,10 +103,10 @@ class Offer:
         return {field: value for field, value in values.items() if value is not None}
 
 
-def spelled(hint) -> Any:
-    """What of a kind of value can be spelled in a shell; None for nothing of it."""
+def shell_type(hint) -> Any:
+    """The part of a type that a shell can read; None without one."""
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        plain = [part for part in typing.get_args(hint) if spelled(part) is not None]
+        plain = [part for part in typing.get_args(hint) if shell_type(part) is not None]
         return typing.Union[*plain] if set(plain) - {types.NoneType} else None
     origin, parts = typing.get_origin(hint), typing.get_args(hint)
     listed = origin is tuple and parts[0] in SCALARS
@@ -113,11 +114,9 @@ def spelled(hint) -> Any:
     return hint if fine else None
 
 
-def _told_default(said: str, default, whose: str) -> str:
-    """The help of an option that may be left out, with what is taken then: the default, or what the
-    help says of None.
-    """
-    text, _, words = said.partition(" Default: ")
+def _with_default(help_text: str, default, whose: str) -> str:
+    """The help of an option that may be left out, with its default, or the words there for None."""
+    text, _, words = help_text.partition(" Default: ")
     if default not in (None, ()):
         each = default if isinstance(default, tuple) else (default,)
         words = " ".join(_word(value) for value in each)
@@ -132,14 +131,15 @@ def _word(value) -> str:
 
 
 METAVARS = {int: "N", float: "X", str: "NAME", Path: "PATH"}
-FRAME = "╭│╰"  # what the lines of a box begin with; those are wrapped already
+FRAME = "╭│╰"  # first letters of the lines of a box, which are wrapped already
 NARROWEST = 40
 
 
-def readable(command: Callable, whole: bool = True) -> Callable:
-    """The same command for the parser: `--bins N N ...` where it would say
-    {None}|{[INT [INT ...]]}, no "(default: None)", help texts in one piece, which it breaks where
-    the terminal ends, and every `Offer` as its options; without these unless `whole`.
+def readable(command: Callable, with_offers: bool = True) -> Callable:
+    """The command for the parser, with short value names and unbroken help texts.
+
+    `--bins N N ...` in place of {None}|{[INT [INT ...]]}, no "(default: None)"; every `Offer` is
+    replaced by its options, or, unless `with_offers`, left out.
     """
     hints = typing.get_type_hints(command, include_extras=True)
     parameters, offers = [], {}
@@ -148,14 +148,14 @@ def readable(command: Callable, whole: bool = True) -> Callable:
         offer = next((x for x in typing.get_args(hint)[1:] if isinstance(x, Offer)), None)
         if offer is None:
             name = parameter.name.upper() if parameter.kind is parameter.POSITIONAL_ONLY else None
-            parameters.append(_shown(parameter.replace(annotation=hint), name))
-        elif whole:
+            parameters.append(_shown(parameter.replace(annotation=hint), name=name))
+        elif with_offers:
             offers[parameter.name] = offer
-            for name, (_, kind, default, said) in offer.options().items():
+            for name, (_, kind, default, text) in offer.options().items():
                 option = inspect.Parameter(
                     name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind
                 )
-                parameters.append(_shown(option, said=said))
+                parameters.append(_shown(option, text))
 
     def shown(*arguments, **options):
         records = {name: offer.made(options) for name, offer in offers.items()}
@@ -169,22 +169,22 @@ def readable(command: Callable, whole: bool = True) -> Callable:
 
 
 def _shown(
-    parameter: inspect.Parameter, name: str | None = None, said: str | None = None
+    parameter: inspect.Parameter, text: str | None = None, name: str | None = None
 ) -> inspect.Parameter:
-    """The parameter with words for its values, and help where its command does not tell it."""
+    """The parameter with a short name of its values, and the help of an option of a record."""
     import tyro
 
     words = tyro.conf.arg(
         metavar=name or metavar_of(parameter.annotation),
-        help=said,
-        # where it is None the help text says what happens
+        help=text,
+        # of None the help text says the meaning
         help_behavior_hint="" if parameter.default is None else None,
     )
     return parameter.replace(annotation=typing.Annotated[parameter.annotation, words])
 
 
 def metavar_of(hint) -> str | None:
-    """A short word for the values of an option; None where the parser's own is good."""
+    """A short word for the values of an option; None to leave that of the parser."""
     if hint in METAVARS:
         return METAVARS[hint]
     parts = [part for part in typing.get_args(hint) if part not in (types.NoneType, ...)]
@@ -214,13 +214,13 @@ def wrapped() -> Iterator[None]:
         width = max(NARROWEST, shutil.get_terminal_size().columns)
         held.seek(0)
         for line in held.read().splitlines():
-            whole = line[:1] in FRAME or len(line) <= width
-            print(line if whole else textwrap.fill(line, width, break_on_hyphens=False))
+            fits = line[:1] in FRAME or len(line) <= width
+            print(line if fits else textwrap.fill(line, width, break_on_hyphens=False))
 
 
 def fitted(text: str) -> str:
-    """The text with its sentences broken at the terminal's width; tables, and what goes elsewhere
-    than to a terminal, stay as they are.
+    """The text with its sentences broken at the width of the terminal; tables, and text for
+    anything but a terminal, stay as they are.
     """
     if not sys.stdout.isatty():
         return text

@@ -65,17 +65,17 @@ except ImportError:  # Windows: nobody is kept out
 
 @contextlib.contextmanager
 def held(place: Path) -> Iterator[None]:
-    """Keep other commands away from a file or folder until the block exits. Raises InputError that
-    says who holds it.
+    """Lock a file or folder against other commands until the block exits. Raises InputError that
+    names the holder.
 
     The lock is the operating system's, on .NAME.lock beside the place, and ends with its process,
-    however that ends; what the file says is for people.
+    however that ends; the text in the file is for people.
     """
     if fcntl is None:
         yield
         return
-    whole = place.resolve()
-    lock = whole.parent / f".{whole.name}.lock"
+    place_at = place.resolve()
+    lock = place_at.parent / f".{place_at.name}.lock"
     with folders(lock), contextlib.closing(_locked(lock, place)) as handle:
         before = handle.read().strip()
         if before:
@@ -105,7 +105,7 @@ def _locked(lock: Path, place: Path):
                 "Wait for it, stop it, or name another --out."
             ) from None
         with contextlib.suppress(FileNotFoundError):
-            # whoever held it may have removed the file that was opened here; to open it a second
+            # the last holder may have removed the file that was opened here; opening it a second
             # time would give up the lock
             if os.path.samestat(os.stat(lock), os.fstat(handle.fileno())):
                 return handle
@@ -117,8 +117,8 @@ KINDS = (".py", ".xml", ".npz")  # files that a robot's program consists of
 
 @contextlib.contextmanager
 def only_of(module: ModuleType, work: Path) -> Iterator[None]:
-    """Finished runs in `work` of another program, such as the system's own files before they were
-    changed, are another robot's: they are discarded if the user says so. Raises InputError if not.
+    """Refuse finished runs in `work` of another program, such as the files of the system before
+    they were changed, or discard them if the user agrees. Raises InputError.
 
     When nothing was finished inside, `work` is removed again.
     """

@@ -1,5 +1,5 @@
 """`parc-jax plot`: pictures of an answer, one interactive page, or a film; and `parc-jax export`:
-an answer for a robot's own computer, or for Foxglove.
+an answer for the computer of a robot, or for Foxglove.
 """
 
 import importlib
@@ -12,7 +12,7 @@ from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.common.errors import InputError
 
 Figure = Literal["samples", "regions", "projections", "timeline"]
-Job = tuple[str, Callable[[], Path]]  # what is drawn, and what draws it and names the file
+Job = tuple[str, Callable[[], Path]]  # a name, and the function that draws it
 
 
 def plot(
@@ -38,15 +38,15 @@ def plot(
     Args:
         answer: An answer file of `solve` or `run`, or an episode of `pj.loop.save_episode`.
         html: Write one interactive page: scene, time slider, p0 and k by dragging or typing, with
-            the verdict live; of an episode what was under way at any time, and why.
-        out: Folder of the figures. Default: the answer's own.
+            the verdict live; of an episode the manoeuvre at any time, and the reasons.
+        out: Folder of the figures. Default: that of the answer.
         figures: Which figures. Default: all that the answer supports, or none with --html or
             --video.
         video: Film one safe sample: .gif, .mp4 (needs the extra film), or a folder of .png files.
             Without a simulator the film shows the model's prediction.
         sample: Number of the sample that is filmed, from 0.
         system: Simulator for the film, as for `learn`. Default: the system that the answer names,
-            where it can be found.
+            if it is installed.
     """
     from tqdm import tqdm
 
@@ -92,7 +92,7 @@ def plot(
 
 
 def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool) -> int:
-    """Of an episode there are a page and a film."""
+    """The page and the film of an episode."""
     from parc_jax.app.files.answer_file import load_episode
     from parc_jax.app.plot.film import film
     from parc_jax.app.plot.page import write_page
@@ -108,7 +108,7 @@ def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool
 
 
 def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
-    """What is to be drawn. Raises InputError for a figure that the answer does not support."""
+    """The drawing jobs. Raises InputError for a figure that the answer does not support."""
     from parc_jax.app.plot.page import write_page
 
     possible = _possible(answer)
@@ -133,8 +133,8 @@ def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
 
 
 def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Path:
-    """The system's own film, or a plain one of its run, or of the prediction where it is not
-    known.
+    """The film that the system renders itself, else a plain one of its run, or of the prediction
+    without a system.
     """
     import jax
 
@@ -214,7 +214,7 @@ def export(
         mcap: The MCAP file to write: path, tf, body, tube, obstacles, goal, statement.
         sample: Number of the sample that is driven there, from 0.
         map: A map_server YAML file, which is written there too.
-        frame_id: The frame that the world is told in there.
+        frame_id: Name of the world frame there.
     """
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.files.answer_file import load_answer
@@ -222,7 +222,7 @@ def export(
     from parc_jax.drive.onboard.header import write_c
 
     if c is None and mcap is None:
-        raise InputError("export: expected --c or --mcap, what is to be written; got neither.")
+        raise InputError("export: expected --c or --mcap, the file to write; got neither.")
     for place in (c, mcap):
         require_place(place)
     written = []

@@ -26,19 +26,20 @@ class _BesideBars(logging.Handler):
 
 
 @contextlib.contextmanager
-def told(arguments: list[str]) -> Iterator[list[str]]:
-    """The arguments without OPTION; in here the logger "parc_jax" tells on stderr what goes on:
-    "info" where the option is given, "debug" where it is twice, or as VARIABLE says. Raises
-    InputError.
+def logging_of(arguments: list[str]) -> Iterator[list[str]]:
+    """Within, the logger "parc_jax" writes to stderr: "info" where OPTION is given, "debug" where
+    it is given twice, or the level of VARIABLE.
+
+    Yields the arguments without OPTION. Raises InputError.
     """
     word = os.environ.get(VARIABLE, "warning").lower()
     if word not in LEVELS:
         raise InputError(f"{VARIABLE}: expected one of {', '.join(LEVELS)}; got {word!r:.40}.")
-    asked = (logging.WARNING, logging.INFO, logging.DEBUG)[min(2, arguments.count(OPTION))]
+    level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(2, arguments.count(OPTION))]
     logger = logging.getLogger("parc_jax")
     before, handler = (logger.level, logger.propagate), _BesideBars()
     handler.setFormatter(logging.Formatter("%(asctime)s %(name)s: %(message)s", "%H:%M:%S"))
-    logger.setLevel(min(asked, LEVELS[word]))
+    logger.setLevel(min(level, LEVELS[word]))
     logger.addHandler(handler)
     logger.propagate = False  # a library may give the root logger a handler: all would come twice
     try:
@@ -50,28 +51,29 @@ def told(arguments: list[str]) -> Iterator[list[str]]:
 
 
 STOPPED = 130  # exit code
-_LOADING = "<frozen importlib"  # what frames of an import come from
+_LOADING = "<frozen importlib"  # file of the frames of an import
 
 
 class Interrupts:
     """Whether Ctrl-C was pressed."""
 
-    seen = False
+    came = False
 
 
 @contextlib.contextmanager
 def stoppable() -> Iterator[Interrupts]:
-    """In here Ctrl-C raises KeyboardInterrupt, and is remembered: libraries swallow some. While
-    modules are being loaded, where one that is cut off leaves the others broken, nothing has begun
-    yet, and the process ends at once.
+    """Within, Ctrl-C raises KeyboardInterrupt, and is recorded, since libraries swallow some.
+
+    While modules are loaded the process ends at once: nothing has begun yet, and a module that is
+    cut off would leave the others broken.
     """
-    found = Interrupts()
+    interrupts = Interrupts()
     if threading.current_thread() is not threading.main_thread():
-        yield found
+        yield interrupts
         return
 
     def stop(_, frame):
-        found.seen = True
+        interrupts.came = True
         if _is_loading(frame):
             print("parc-jax: stopped.", file=sys.stderr, flush=True)
             os._exit(STOPPED)
@@ -79,7 +81,7 @@ def stoppable() -> Iterator[Interrupts]:
 
     before = signal.signal(signal.SIGINT, stop)
     try:
-        yield found
+        yield interrupts
     finally:
         signal.signal(signal.SIGINT, before)
 
@@ -100,11 +102,11 @@ EVERY_S = {True: 1.0, False: 10.0}  # [s] between two signs of life: on a termin
 
 @contextmanager
 def saying(quiet: bool = False) -> Iterator[Callable[[str], None]]:
-    """Within, `say(what)` tells what is being done, and from time to time that it still is: on a
-    terminal in one line that goes away, elsewhere in a line every ten seconds. quiet: say nothing.
+    """Within, `say(stage)` names the present stage, and repeats it with its time: on a terminal in
+    one line that goes away, elsewhere in a line every ten seconds. quiet: say nothing.
     """
     if quiet:
-        yield lambda what: None
+        yield lambda stage: None
         return
     sign = _Sign(sys.stderr)
     thread = threading.Thread(target=sign.go_on, daemon=True)
@@ -119,35 +121,35 @@ def saying(quiet: bool = False) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def during(stage: str, quiet: bool = False) -> Iterator[None]:
-    """Within, a stage of a study that has no progress bar is told of like `solve`'s."""
+    """Within, a stage of a study without a progress bar is named as by `solve`."""
     with saying(quiet or stage not in STAGES) as say:
         say(STAGES.get(stage, ""))
         yield
 
 
 class _Sign:
-    """A line on a stream that is kept alive from a thread."""
+    """A line on a stream, updated from a thread."""
 
     def __init__(self, stream):
         self.stream = stream
         self.on_terminal = stream.isatty()
         self.ended = threading.Event()
-        self.what = ""
+        self.stage = ""
         self.begin = time.perf_counter()
 
-    def say(self, what: str) -> None:
-        self.what, self.begin = what, time.perf_counter()
-        self._write(f"{what} ...")
+    def say(self, stage: str) -> None:
+        self.stage, self.begin = stage, time.perf_counter()
+        self._write(f"{stage} ...")
 
     def go_on(self) -> None:
         every = EVERY_S[self.on_terminal]
         while not self.ended.wait(every):
             spent = time.perf_counter() - self.begin
-            if self.what and spent > every / 2:
-                self._write(f"{self.what} ... {spent:.0f} s")
+            if self.stage and spent > every / 2:
+                self._write(f"{self.stage} ... {spent:.0f} s")
 
     def clear(self) -> None:
-        if self.on_terminal and self.what:
+        if self.on_terminal and self.stage:
             self._write("")
 
     def _write(self, line: str) -> None:

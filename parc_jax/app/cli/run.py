@@ -22,11 +22,11 @@ def run(
     """Learn a system, find its safe set, prove it, replay it, draw it. Example: parc-jax run
     drift_parking
 
-    A module may have a study of its own, a function `job`, and then that is what runs; it takes the
-    options that make sense for it, and refuses the others.
+    A module with a function `job` runs that instead; it takes the options that make sense for it,
+    and refuses the others.
 
     Args:
-        system: A system of `parc-jax systems`, or a module of your own with `system()` and
+        system: A system of `parc-jax systems`, or a module of yours with `system()` and
             `problem()`.
         out: Folder for model, answer, metrics and figures. Default: runs/SYSTEM, with .NAME behind
             it where a module's system has another name than the module.
@@ -59,15 +59,15 @@ def run(
                 quiet=shell.quiet,
                 json=shell.json,
             )
-    asked = study_of(module, **study)
-    black_box = learn_from = black_box_of(module, study.get("plant"), asked.body)
-    if asked.plant and "plant" not in study:
-        learn_from = black_box_of(module, asked.plant, asked.body)
-    problem = build(module, "problem", body=asked.body)
-    out = out or Path("runs") / _own_name(system, black_box.name)
+    settings = study_of(module, **study)
+    black_box = learn_from = black_box_of(module, study.get("plant"), settings.body)
+    if settings.plant and "plant" not in study:
+        learn_from = black_box_of(module, settings.plant, settings.body)
+    problem = build(module, "problem", body=settings.body)
+    out = out or Path("runs") / _folder_of(system, black_box.name)
     for name in ("model.npz", "answer.json", METRICS):
         require_place(out / name)
-    saved = None if model is None else load(model)
+    saved = None if model is None else load(model)  # refused before the long part
 
     def first(answer: Answer) -> None:
         """A picture of the first plans, long before all is done."""
@@ -85,17 +85,17 @@ def run(
     def early(outcome: Studied) -> None:
         """Pictures, and where the answer is, before the plan that is driven."""
         if figures:
-            files = draw_figures(outcome, asked, out)
+            files = draw_figures(outcome, settings, out)
             outcome.metrics["figures"] = [file.name for file in files]
             finish(out, outcome.metrics)
-        if asked.driven and not shell.quiet:
+        if settings.driven and not shell.quiet:
             print(f"{black_box.name}: the answer is in {out}.", file=sys.stderr)
 
     with held(out), only_of(module, out / UNFINISHED):
         outcome = run_study(
             black_box,
             problem,
-            asked,
+            settings,
             out,
             shell.seed,
             model=saved,
@@ -113,8 +113,8 @@ def run(
     return 0 if outcome.answer.found else 1
 
 
-def _own_name(typed: str, name: str) -> str:
-    """What the results of a system are kept under: modules whose systems share a name, and systems
-    that share a module, do not share a folder.
+def _folder_of(typed: str, name: str) -> str:
+    """Folder of the results of a system: neither modules whose systems share a name, nor systems
+    that share a module, share it.
     """
     return typed if typed.rpartition(".")[2] == name else f"{typed}.{name}"

@@ -23,19 +23,17 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.verdict.fits import box_of_rows, finite_box, goal_box
 
 
-def under_doubt(problem: ReachAvoid, asked: dict) -> ReachAvoid:
-    """The problem with these entries of its doubt, where there are any, in place of the scene's;
-    those of parameters as words of the shell. Raises InputError.
+def under_doubt(problem: ReachAvoid, entries: dict) -> ReachAvoid:
+    """The problem with these entries of its uncertainty in place of the scene's. Those of
+    parameters are words of the shell. Raises InputError.
     """
-    asked = dict(asked)
+    entries = dict(entries)
     for name, option in (("k", "doubt-k"), ("given", "given"), ("unknown", "unknown")):
-        if name in asked:
-            asked[name] = _by_name(option, asked[name])
-    if not asked:
+        if name in entries:
+            entries[name] = _by_name(option, entries[name])
+    if not entries:
         return problem
-    own = problem.doubt or Doubt()
-    kept = {field.name: getattr(own, field.name) for field in dataclasses.fields(Doubt)}
-    return problem.replace(doubt=Doubt(**kept | asked))
+    return problem.replace(doubt=dataclasses.replace(problem.doubt or Doubt(), **entries))
 
 
 def numbers_of_option(option: str, text: str) -> list[float]:
@@ -51,7 +49,7 @@ def numbers_of_option(option: str, text: str) -> list[float]:
 
 def _by_name(option: str, words: tuple[str, ...]) -> tuple:
     """name=value, name=lo:hi or name=free, by name or by number."""
-    found: list = []
+    pairs: list = []
     for word in words:
         name, _, text = word.partition("=")
         values = [FREE] if text == FREE else _values(text)
@@ -60,8 +58,8 @@ def _by_name(option: str, words: tuple[str, ...]) -> tuple:
                 f"--{option}: expected NAME=VALUE or NAME=LO:HI, such as speed=9.2; got "
                 f"{word!r:.40}."
             )
-        found.append((name, values[0] if len(values) == 1 else tuple(values)))
-    return tuple(found)
+        pairs.append((name, values[0] if len(values) == 1 else tuple(values)))
+    return tuple(pairs)
 
 
 def _values(text: str) -> list[float]:
@@ -71,17 +69,16 @@ def _values(text: str) -> list[float]:
         return []
 
 
-ODD = 1000  # a body smaller than all else by this factor gets a word
-MOST_CORNERS = 729  # of K, where ways of a model are looked at
+ODD = 1000  # a body smaller than all else by this factor gets a warning
+MOST_CORNERS = 729  # of K, at which the longest way of a model is measured
 MOST_PARAMETERS = 6  # of the exact enumeration of regions
 
 
 def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
-    """Raise InputError when the goal lies inside one obstacle, or no plan of the model ends in it
-    at all.
+    """Refuse a goal inside one obstacle, or one that no plan of the model ends in.
 
-    Only for messages: a scene that passes may still have no safe plan, and what is said of it then
-        is proved.
+    For messages only: a scene that passes may still have no safe plan, which is then proved or left
+    open by the query. Raises InputError.
     """
     model, goal = planner.model, problem.goal
     if goal.n != model.n_c + model.n_q:
@@ -118,8 +115,8 @@ def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
 
 
 def odd_size(problem: ReachAvoid, model: TrajectoryModel) -> str | None:
-    """A word where the body is larger than all else, or next to nothing beside it: as if its size
-    were told in another unit than metres. None where it is not.
+    """A warning about a body larger than all else, or ODD times smaller, as if its size were given
+    in another unit than metres; None for other bodies.
     """
     sides = [row.tolist() for row in (model.domain.lo, model.domain.center, model.domain.hi)]
     k = np.array(list(itertools.product(*np.transpose(sides)))[:MOST_CORNERS])
@@ -170,7 +167,7 @@ def _corners_of_first(goal: HPolytope, model: TrajectoryModel) -> np.ndarray:
 
 
 def _name(model: TrajectoryModel, axis: int) -> str:
-    """What a coordinate of the goal is called."""
+    """The label of a coordinate of the goal."""
     if axis >= model.n_c:
         return model.labels.q[axis - model.n_c]
     label = model.labels.p[axis % model.n_p]

@@ -39,7 +39,7 @@ def solve(
     """Find and prove the safe starts and parameters of a scene. Example: parc-jax solve
     drift_parking --first
 
-    With files of your own: parc-jax solve model.npz scene.toml
+    With your files: parc-jax solve model.npz scene.toml
 
     A scene file names a goal, obstacles, a body and optionally a start set; `parc-jax systems NAME`
     prints one. --doubt-..., --given, --unknown and --sensing-eps replace entries of its table
@@ -89,10 +89,10 @@ def solve(
     require_place(out)
     learned = model_of(model, system)
     if scene is None:
-        asked = scene_of(learned)
+        given = scene_of(learned)
     else:
-        asked, learned = load_problem(scene, learned.points), labelled(learned, scene)
-    problem = under_doubt(asked, doubt)
+        given, learned = load_problem(scene, learned.points), labelled(learned, scene)
+    problem = under_doubt(given, doubt)
     planner = Planner(learned)
     if not first:
         require_goal_in_reach(problem, planner)
@@ -100,15 +100,15 @@ def solve(
     methods = {"exact": Exact(), "paper": Published(), "paper-lp": Published(lps=True)}
     settings = settings.replace(method=methods[method])
     place = None if at is None else numbers_of_option("at", at)
-    planner.prepare(problem, at=place)  # what does not fit is told before anything is done
+    planner.prepare(problem, at=place)  # a misfit is refused before the long part
     odd = odd_size(problem, planner.model)
     if odd is not None:
         print(odd, file=sys.stderr)
     with saying(shell.quiet) as say:
         if first:
             say("compiling, and looking for a safe plan")
-            kept = {"budget_s": settings.budget_s, "method": settings.method}
-            one = Settings.fast().replace(samples=1, proof=True, **kept)
+            rest = {"budget_s": settings.budget_s, "method": settings.method}
+            one = Settings.fast().replace(samples=1, proof=True, **rest)
             answer = planner.solve(problem, key, one, at=place)
             cold_s = None
         else:

@@ -108,7 +108,7 @@ def _answer(data: dict, report) -> Answer:
 
 
 def _asked(problem: ReachAvoid, model: TrajectoryModel, meta: dict) -> Plain:
-    """The plain question of a file; as it was asked where that is the same but for a place."""
+    """The nominal problem of a file, with the query where that differs in its place alone."""
     doubt = withstood_of_json(meta.get("doubt"))
     at = np.array(nearest_floats(meta["at"])) if "at" in meta else None
     pose = _pose(meta)
@@ -163,7 +163,7 @@ def _pairs_of(error: dict) -> tuple[list, list, list]:
 
 
 def _faces(pairs: list, frames: bool) -> Faces:
-    """Faces of nested lists of what `_pairs_of` gives."""
+    """Faces of nested lists of results of `_pairs_of`."""
     parts = [_each(pairs, i) for i in range(3)]
     directions, centre, half = (np.array(part) for part in parts)
     return faces(directions, centre, half, frames)
@@ -186,7 +186,7 @@ def problem_of_file(asked: dict) -> ReachAvoid:
 
 
 def _body(body: dict) -> Disc | Polygon | Body:
-    """One part about the first point alone is what a plain shape says."""
+    """A plain shape for one part about the first point alone, else the body of all parts."""
     parts = [Part(tuple(part["points"]), _shape(part)) for part in body["parts"]]
     return parts[0].shape if [part.points for part in parts] == [(0,)] else body_of(parts)
 
@@ -207,8 +207,8 @@ def _safe_polytope(scene: Scene, part: dict) -> SafePolytope:
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None) -> NoPlan | None:
-    """What the checker has just proved of it. A safe box is not proved unsafe: it counts as
-    undecided.
+    """The proof of absence as the checker has just accepted it. A safe box is not proved unsafe: it
+    counts as undecided.
     """
     if certificate is None or volumes is None:
         return None
@@ -232,8 +232,8 @@ def _count(value):
 
 
 class Manoeuvre(NamedTuple):
-    """What was committed to. begin: [s] of the loop's clock. problem: told from the pose where it
-    has a heading, else in the world. p0 (n_p,), k (n_k,): the plan there.
+    """A commitment. begin: [s] of the loop's clock. problem: in the frame of the pose where it has
+    a heading, else in the world. p0 (n_p,), k (n_k,): the plan there.
     """
 
     begin: Fraction
@@ -244,8 +244,8 @@ class Manoeuvre(NamedTuple):
 
 
 class Episode(NamedTuple):
-    """An episode. model: of the plain questions. statement: what is proved and assumed. meta: of
-    the file, which nobody checks.
+    """An episode. model: of the nominal problems. statement: the proof and its premises. meta: of
+    the file, unchecked.
     """
 
     model: TrajectoryModel
@@ -255,9 +255,7 @@ class Episode(NamedTuple):
 
 
 def is_episode(path) -> bool:
-    """Does the file say that it is an episode, of whatever version? False for what cannot be
-    read.
-    """
+    """Whether a file calls itself an episode, of any version; False for an unreadable one."""
     try:
         with open(path, "rb") as file:
             return KIND.encode() in file.read(200)

@@ -20,8 +20,8 @@ SCALINGS = ("x_mean", "x_scale", "y_mean", "y_scale")
 
 
 def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwork:
-    """The network k -> (c_1 ... c_T, q) in a file, in float64. Raises InputError that says what
-    cannot be read. Of a robot with several reference points: (c_0 without its first point, c_1 ...
+    """The network k -> (c_1 ... c_T, q) in a file, in float64. Raises InputError that names the
+    unreadable part. Of a robot with several reference points: (c_0 without its first point, c_1 ...
     c_T, q), point by point.
 
     *.npz       W0, b0, W1, b1, ... with W (out, in); or the names of a PyTorch state dict. May hold
@@ -69,9 +69,8 @@ def from_state_dict(
     between them.
 
     state: "....weight" (out, in) and "....bias" (out,) as arrays or tensors; a layer without bias
-        has none. The
-    file does not say what lies between the layers: ReLU is your word. Raises InputError for any
-    other entry.
+        has none. The file does not name the functions between the layers: ReLU is your word.
+    Raises InputError for any other entry.
     """
     state = {key: _array(key, value, name) for key, value in state.items()}
     layers = [key.removesuffix("weight") for key in state if key.endswith("weight")]
@@ -337,8 +336,7 @@ def write_onnx(path, net: ReLUNetwork, dtype=np.float64) -> Path:
     """Write the network as Gemm and Relu nodes, input `X` (batch, n_in), output `Y` (batch, n_out);
     atomically.
 
-    dtype: float64 keeps every bit; float32 is what most verifiers read, and is another, rounded
-        network.
+    dtype: float64 is exact; float32, which most verifiers read, is another, rounded network.
     Raises InputError.
     """
     onnx, dtype = onnx_package(), np.dtype(dtype)

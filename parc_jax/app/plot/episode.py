@@ -20,15 +20,15 @@ SAME = 1e-9  # [s] moments that are one
 
 
 class Truth(NamedTuple):
-    """What is known of an episode beyond its file. times (n,) [s] of the loop's clock and poses
-    (n, 3) x, y [m], heading [rad]: where the robot truly was. standing: outlines (v, 2) [m] of what
-    truly stands there. seen: (time [s], Shapely region) of places known to be free from then on.
+    """The true run of an episode. times (n,) [s] of the loop's clock and poses (n, 3) x, y [m],
+    heading [rad]: of the robot. standing: outlines (v, 2) [m] of the true obstacles. free: (time
+    [s], Shapely region) of places observed to be free from then on.
     """
 
     times: np.ndarray
     poses: np.ndarray
     standing: Sequence[np.ndarray] = ()
-    seen: Sequence[tuple[float, Any]] = ()
+    free: Sequence[tuple[float, Any]] = ()
 
 
 class Shown:
@@ -82,12 +82,13 @@ class Moment(NamedTuple):
 
 
 class Stage:
-    """All of an episode. what, truth: as of `film_episode`. reach: [m] half width of what has to be
-    shown around the robot. Raises InputError for a file whose proof fails, or an episode in space.
+    """All of an episode. source: the episode, or its file. truth: its true run, if there is one.
+    reach: [m] half width of the picture around the robot. Raises InputError for a file whose proof
+    fails, or an episode in space.
     """
 
-    def __init__(self, what: Episode | str | Path, truth: Truth | None):
-        driven = what if isinstance(what, Episode) else load_episode(what)
+    def __init__(self, source: Episode | str | Path, truth: Truth | None):
+        driven = source if isinstance(source, Episode) else load_episode(source)
         if driven.model.n_p != 2:
             raise InputError(
                 f"episode: expected one in the plane to draw; got one in {driven.model.n_p}-D."
@@ -105,7 +106,7 @@ class Stage:
         return np.append(np.arange(self.begin, self.end - SAME, 1 / rate), self.end)
 
     def at(self, t: float) -> Moment:
-        """Where the robot is at a time [s]: truly, where that is known, else as predicted."""
+        """The robot at a time [s]: its true place, or without a true run the predicted one."""
         number = max(int(sum(one.begin <= t + SAME for one in self.shown)) - 1, 0)
         one = self.shown[number]
         if self.truth is None:

@@ -90,7 +90,7 @@ def _tube(ax, claim: ErrorClaim, time: TimeGrid, number: int) -> None:
 
 
 def _terms(claims: Sequence[ErrorClaim]) -> str:
-    """What the claims of a panel say, where they say the same."""
+    """The terms of the claims of a panel, where they have the same."""
     said = list(dict.fromkeys(in_short(c) for c in claims))
     return said[0] if len(said) == 1 else "each on terms of its own" if said else "none"
 

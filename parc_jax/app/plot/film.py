@@ -148,7 +148,7 @@ def _mp4(images: Sequence[np.ndarray], rate: float) -> bytes:
 
 
 def _gif(images: Sequence[np.ndarray], rate: float, colours: int) -> bytes:
-    """One palette for all frames and no dithering: what stands still costs nothing."""
+    """One palette for all frames and no dithering: parts that stand still cost nothing."""
     from PIL import Image
 
     sampled = np.concatenate(images[:: max(1, len(images) // PALETTE_FRAMES)])
@@ -246,11 +246,11 @@ class _Side:
         self.lo, self.hi = shapes.span(self.path, *around, *self.goals, *self.obstacles)
 
     def _of_points(self, columns: np.ndarray) -> np.ndarray:
-        """What is seen (m, t, 2) of columns (t, n_c)."""
+        """Columns (t, n_c) in the view, (m, t, 2)."""
         return self.view.of_points(columns, self.n_p).swapaxes(0, 1)
 
     def draw(self, ax) -> None:
-        """What stands still, and what moves, which no draw of the whole figure shows."""
+        """Draw the still parts, and add the moving ones, which a draw of the figure leaves out."""
         from matplotlib.patches import Polygon
 
         self.ax = ax
@@ -279,7 +279,7 @@ class _Side:
             part.set_animated(True)
 
     def move(self, interval: int, past: int, pose: np.ndarray) -> None:
-        """Draw what moves: in a model interval, with so many records past, at a pose (n_c,)."""
+        """Draw the moving parts in a model interval, after `past` records, at a pose (n_c,)."""
         for block, span in zip(self.blocks, self.spans, strict=True):
             block.set_visible(span is None or span[0] <= interval <= span[1])
         here = self._of_points(pose[None])[0]
@@ -346,12 +346,12 @@ class _EpisodeCanvas:
         style.legend(self.figure, _episode_handles(stage.truth), 3)
 
     def _draw_free(self, ax, t: float) -> None:
-        """The last region that was seen by then."""
+        """The last free region observed by then."""
         from matplotlib.patches import PathPatch
         from matplotlib.path import Path as Outline
 
-        known = [region for time, region in self.stage.truth.seen if time <= t + 1e-9]
-        for part in polygons(known[-1]) if known else ():
+        regions = [region for time, region in self.stage.truth.free if time <= t + 1e-9]
+        for part in polygons(regions[-1]) if regions else ():
             rings = [np.asarray(ring.coords) for ring in (part.exterior, *part.interiors)]
             outline = Outline.make_compound_path(*[Outline(ring, closed=True) for ring in rings])
             ax.add_patch(PathPatch(outline, facecolor=FREE, edgecolor="none"))

@@ -49,7 +49,7 @@ def write_page(
     Of an answer: scene, time slider, p0 and k by dragging or typing, live verdict, certificates.
     The page judges in double precision: pictures, not proofs. It calls a plan proved only inside
     one of the answer's samples, corridors or polytopes, which `parc-jax check` verifies. Answers up
-    to 20 MB are in the page as a whole, and a button has the proved checker check them there.
+    to 20 MB are stored in the page, and a button has the proved checker check them there.
 
     Of an episode, or of its file, which is checked anew first: at every moment the robot, its way,
     its reachable set until it rests, the obstacles of that proof, and, where the file's `meta` has
@@ -129,8 +129,8 @@ def page_data(answer) -> dict:
 
 
 def model_data(model, problem) -> dict:
-    """What the page's verdict on a plan needs, without corridors and polytopes: network, tube,
-    body, goal, start, obstacles.
+    """Data of the page's verdict on a plan, without corridors and polytopes: network, tube, body,
+    goal, start, obstacles.
     """
     tube = model.tube
     lost = tube.support_at_end(problem.goal.A, np.arange(tube.n_bins))
@@ -210,7 +210,7 @@ def outlines(answer) -> dict[str, list]:
 
 
 class _DirectionTable:
-    """Separating directions by number, each kept once: per obstacle and part of the body its runs
+    """Separating directions by number, each stored once: per obstacle and part of the body its runs
     [first, end, w, support of obstacle and part along w].
 
     active (o, T): which pair of obstacle and part exists when.
@@ -218,19 +218,19 @@ class _DirectionTable:
 
     def __init__(self, active: np.ndarray):
         self.active, self.all = active, []
-        self._known: dict[bytes, int] = {}
+        self._numbers: dict[bytes, int] = {}
 
     def number(self, corridor) -> int:
         """The number of a corridor's directions."""
         w = np.asarray(corridor.w, np.float64)
         support = np.asarray(corridor.support, np.float64)
-        spelled = w.tobytes() + support.tobytes()
-        if spelled not in self._known:
-            self._known[spelled] = len(self.all)
+        content = w.tobytes() + support.tobytes()
+        if content not in self._numbers:
+            self._numbers[content] = len(self.all)
             n = len(self.active)  # those behind it only pad
             rows = zip(w[:n], support[:n], self.active, strict=True)
             self.all.append([_runs(*row) for row in rows])
-        return self._known[spelled]
+        return self._numbers[content]
 
 
 def _runs(w: np.ndarray, support: np.ndarray, active: np.ndarray) -> list[list]:
@@ -268,7 +268,7 @@ def _faces(faces) -> dict:
 
 
 def _part(part, n_p: int) -> dict:
-    """A part: its points by number, and what it is grown by: the hull of a shape, and a radius."""
+    """A part: its points by number, and the hull of the shape and the radius that grow it."""
     disc = isinstance(part.shape, Disc)
     return {
         "points": list(part.points),
@@ -325,13 +325,13 @@ def episode_data(stage: Stage) -> dict:
         "manoeuvres": [_manoeuvre(one) for one in stage.shown],
         "obstacles": [len(one.problem.obstacles) for one in stage.driven.manoeuvres],
         "standing": _rounded(truth.standing),
-        "seen": [[float(time), _rings(region)] for time, region in truth.seen],
+        "seen": [[float(time), _rings(region)] for time, region in truth.free],
         "reasons": reasons(stage.driven.meta),
     }
 
 
 def reasons(meta) -> list[tuple[float, str]]:
-    """When [s] no manoeuvre was found, and why, of what nobody checks: what fits, in order."""
+    """Times [s] without a new manoeuvre, and why, in order, from unchecked meta: the valid ones."""
     try:
         found = [(float(time), str(why)) for time, why in meta["reasons"]]
     except (TypeError, KeyError, ValueError):

@@ -1,4 +1,4 @@
-"""The safe polytopes seen from several sides."""
+"""Projections of the safe polytopes onto pairs of coordinates."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -63,7 +63,7 @@ def projections(
 
 
 def default_pairs(n_p: int, n_k: int, from_here: bool = False) -> list[tuple[int, int]]:
-    """Starts, parameters, then mixed pairs: as many as fill whole rows, six at most. from_here:
+    """Starts, parameters, then mixed pairs: as many as fill rows, six at most. from_here:
     there is one start, and only parameters are shown.
     """
     first = list(combinations(range(n_p), 2))

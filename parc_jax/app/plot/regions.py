@@ -1,4 +1,4 @@
-"""The regions of a network over K, coloured by what was found in them and by time."""
+"""The regions of a network over K, coloured by verdict and by time."""
 
 from collections.abc import Sequence
 

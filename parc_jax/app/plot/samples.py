@@ -21,14 +21,14 @@ FOOTPRINTS = 9  # of the body along the first sample
 def samples(
     answer, replay=None, to=None, *, most: int = 100, heading: int | None = None, outline=None
 ):
-    """Safe samples of an answer in the workspace, in the plane whole on the left and, where that
-    shows more, around the goal on the right; in space from above, from the side and from the front.
+    """Safe samples of an answer in the workspace, in the plane all of it on the left and, where
+    that shows more, around the goal on the right; in space from three sides.
 
     answer: Answer with n samples. replay: Replay of the same samples, drawn as the true runs. to:
-    as in `style.sheet`; two Axes, or one for the whole alone, in space three. most: samples drawn.
+    as in `style.sheet`; two Axes, or one for the left alone, in space three. most: samples drawn.
     heading: number of the goal state q that is the final heading [rad], None = the one whose label
     says so; arrows show it.
-    outline: (v, 2) [m] vertices of the robot in its own frame, drawn at the end of the first
+    outline: (v, 2) [m] vertices of the robot in its frame, drawn at the end of the first
     sample; needs heading. Returns the figure or the Axes. Raises InputError.
     """
     count = min(len(answer.samples), most)
@@ -126,12 +126,12 @@ class _Picture:
             self.shown = self.true[:, ::every]
 
     def _of_points(self, columns: np.ndarray) -> np.ndarray:
-        """What is seen (n, m, t, 2) of columns (n, t, n_c)."""
+        """Columns (n, t, n_c) in the view, (n, m, t, 2)."""
         return self.view.of_points(columns, self.n_p).swapaxes(1, 2)
 
     @property
     def span(self):
-        """Corners (2,), (2,) of all that is to be seen."""
+        """Corners (2,), (2,) of the picture."""
         return shapes.span(
             self.path, *self.goals, *self.obstacles, *self.grown, *self._ends_of_bodies[:1]
         )
@@ -223,7 +223,7 @@ class _Picture:
             style.ways(ax, strokes, colors=style.BLUE, linewidths=0.7, zorder=6)
 
     def tally(self) -> str:
-        """What the replay saw, in a few words."""
+        """The outcomes of the replay, in a few words."""
         if self.replay is None:
             return ""
         reached, touched = (

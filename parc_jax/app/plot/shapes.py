@@ -1,5 +1,5 @@
-"""Outlines and triangles of sets, bodies, paths and tubes, ready to draw, and the sides that a
-workspace is seen from. Pictures only: corners are rounded, and what lies far away is cut off.
+"""Outlines and triangles of sets, bodies, paths and tubes, ready to draw, and the views
+of a workspace. Pictures only: corners are rounded, and far parts are cut off.
 """
 
 import itertools
@@ -48,19 +48,19 @@ def linked(poly: HPolytope, axes: Sequence[int]) -> tuple[HPolytope, list[int]]:
     them.
     """
     used = poly.A != 0
-    mine = np.isin(np.arange(poly.n), axes)
+    linked_axes = np.isin(np.arange(poly.n), axes)
     while True:
-        rows = used[:, mine].any(axis=1)
-        more = mine | used[rows].any(axis=0)
-        if (more == mine).all():
+        rows = used[:, linked_axes].any(axis=1)
+        more = linked_axes | used[rows].any(axis=0)
+        if (more == linked_axes).all():
             break
-        mine = more
-    at = [int(mine[:axis].sum()) for axis in axes]
-    return HPolytope(poly.A[np.ix_(rows, mine)], poly.b[rows]), at
+        linked_axes = more
+    at = [int(linked_axes[:axis].sum()) for axis in axes]
+    return HPolytope(poly.A[np.ix_(rows, linked_axes)], poly.b[rows]), at
 
 
 def goals(goal: HPolytope, n_p: int, n_points: int, sides: Sequence[tuple[int, int]] = ((0, 1),)):
-    """Where the reference points of a robot are to end, seen from some sides (pairs of axes): per
+    """Where the reference points of a robot are to end, from some sides (pairs of axes): per
     region that the goal has for any of them the numbers of these points and its outlines (v, 2),
     one from each side. A region that is not bounded is left out.
     """
@@ -71,16 +71,16 @@ def goals(goal: HPolytope, n_p: int, n_points: int, sides: Sequence[tuple[int, i
             outlines = [shadow(goal, pair) for pair in columns]
         except InputError:
             continue
-        known = [points for points, others in found if all(map(_same, others, outlines))]
-        if known:
-            known[0].append(point)
+        same = [points for points, others in found if all(map(_same, others, outlines))]
+        if same:
+            same[0].append(point)
         else:
             found.append(([point], outlines))
     return found
 
 
 def part_outline(part: Part, places: np.ndarray, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
-    """Outline (v, 2) of a part of the body, seen along two axes, while its reference points are at
+    """Outline (v, 2) of a part of the body, along two axes, while its reference points are at
     places (i, n_p).
     """
     if isinstance(part.shape, Disc):
@@ -112,14 +112,14 @@ def disc(radius: float) -> np.ndarray:
 
 
 def name_first(points: tuple[str, ...]) -> str:
-    """What a legend adds where, of several reference points, only the first is drawn: its name."""
+    """The name of the first reference point, for the legend of a picture that draws it alone."""
     return "" if len(points) == 1 else f" ({points[0]})"
 
 
 def footprints(
     parts: Sequence[Part], columns: np.ndarray, n_p: int, axes: tuple[int, int] = (0, 1)
 ) -> list[np.ndarray]:
-    """Outlines (v, 2) of all parts of the body (`numbered`), seen along two axes, at poses (t, m
+    """Outlines (v, 2) of all parts of the body (`numbered`), along two axes, at poses (t, m
     n_p): the places of the m reference points.
     """
     poses = columns.reshape(len(columns), -1, n_p)
@@ -167,11 +167,11 @@ class View(NamedTuple):
     axes: tuple[int, int]
 
     def of(self, places: np.ndarray) -> np.ndarray:
-        """What is seen (..., 2) of places or widths (..., n_p)."""
+        """Places or widths (..., n_p) in the view, (..., 2)."""
         return places[..., list(self.axes)]
 
     def of_points(self, columns: np.ndarray, n_p: int) -> np.ndarray:
-        """What is seen (..., m, 2) of the columns (..., m n_p) of m reference points."""
+        """Columns (..., m n_p) of m reference points in the view, (..., m, 2)."""
         return self.of(columns.reshape(*columns.shape[:-1], -1, n_p))
 
 
@@ -208,7 +208,7 @@ AROUND = 20.0  # [m] around a manoeuvre that is drawn
 
 
 def in_world(points: np.ndarray, pose: Pose | None) -> np.ndarray:
-    """Points (..., n_p) told from a pose with a heading, as (..., 3) in the world."""
+    """Points (..., n_p) in the frame of a pose with a heading, as (..., 3) in the world."""
     if pose is not None and pose.heading is not None:
         points = placed(points, pose.place, pose.heading)
     return np.concatenate([points, np.zeros((*points.shape[:-1], 3 - points.shape[-1]))], axis=-1)
@@ -216,7 +216,7 @@ def in_world(points: np.ndarray, pose: Pose | None) -> np.ndarray:
 
 def headings(places: np.ndarray, pose: Pose | None) -> np.ndarray:
     """(T + 1,) [rad] by which the points (T + 1, m, n_p) of a body have turned, from the pose's;
-    one point alone has no heading of its own, and is drawn with that of the start.
+    one point alone has no heading, and is drawn with that of the start.
     """
     begin = 0.0 if pose is None or pose.heading is None else pose.heading
     if places.shape[1] < 2 or places.shape[2] != 2:
@@ -237,10 +237,10 @@ def obstacle_triangles(obstacles: Sequence[HPolytope], about: np.ndarray) -> np.
         HPolytope(np.concatenate([o.A, eye, -eye]), np.concatenate([o.b, hi, -lo]))
         for o in obstacles
     ]
-    known = corners_of_many(cut)
+    cut_corners = corners_of_many(cut)
     drawn = [
         triangles(vertices(poly) if corners is None else corners)
-        for poly, corners in zip(cut, known, strict=True)
+        for poly, corners in zip(cut, cut_corners, strict=True)
     ]
     return np.concatenate([np.zeros((0, 3, len(lo))), *drawn])
 

@@ -1,5 +1,5 @@
-"""What disturbances do to plans: many runs of each in the workspace, and all their errors over time
-inside the tube.
+"""The spread of plans under disturbances: many runs of each in the workspace, and their errors over
+time inside the tube.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""One look for every picture: fonts, colours that colour-blind readers can tell apart, how figures
+"""One look for every picture: fonts, colours that colour-blind readers distinguish, how figures
 are made and saved.
 
 Figures are built without pyplot, inside `rc_context`: no backend is chosen and no global setting
@@ -47,9 +47,7 @@ RC = {
 
 
 class Sheet(NamedTuple):
-    """What a figure function draws on. axes: flat array of Axes. out: what the function hands
-    back.
-    """
+    """The canvas of a figure function. axes: flat array of Axes. out: its return value."""
 
     figure: Any
     axes: np.ndarray
@@ -123,7 +121,7 @@ def legend(figure, handles, columns: int) -> None:
 
 
 def explain(sheet: Sheet, handles, columns: int, loc: str = "best") -> None:
-    """The legend of a sheet: below a figure of its own, within the first of Axes that were given,
+    """The legend of a sheet: below a new figure, within the first of Axes that were given,
     at `loc`.
     """
     if sheet.out is sheet.figure:
@@ -172,7 +170,7 @@ def limits(ax, lo, hi) -> None:
 
 
 def line(number: int) -> dict:
-    """Colour and dashes of the n-th line of a picture: never told apart by colour alone."""
+    """Colour and dashes of the n-th line of a picture, so that lines differ in more than colour."""
     return {"color": CYCLE[number % len(CYCLE)], "linestyle": DASHES[number % len(DASHES)]}
 
 

@@ -105,7 +105,7 @@ def _clearances(answer, path: np.ndarray, errors) -> np.ndarray:
 
 
 def _parts(answer) -> list[str]:
-    """What tells the parts of the body apart: nothing where there is only one."""
+    """Suffixes that name the parts of the body; empty for a single one."""
     n = len(answer.problem.parts)
     return [""] if n == 1 else [f", part {part}" for part in range(n)]
 

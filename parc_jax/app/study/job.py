@@ -55,18 +55,16 @@ def run_study(
 ) -> Studied:
     """Learn (unless a model is given), solve, replay, and write it all below `out`.
 
-    learn_from: the same system on another plant, for the many runs of training and claims; the
+    learn_from: the same system on another plant, for the many runs of training and bound; the
         replay is of `system`.
-    first: called with a first answer, proved after few looks under a claim of few runs, where a
-        model is learned, and before its many runs; below `out`/unfinished is room for what it
-        tells.
-    early: called with all but the plan that is driven, which takes as long as the rest; answer,
-        model and metrics are on disk by then.
-    during: what is entered for each stage, by its name.
+    first: called with a first answer, proved under a bound of few runs, before the many runs of a
+        model that is learned; it may write below `out`/unfinished.
+    early: called with all but the executed plan, which takes as long as the rest; answer, model and
+        metrics are on disk by then.
+    during: entered for each stage, by its name.
 
-    What an earlier study left there stays whole until the answer of this one is on disk, and so do
-    the finished runs below `out`/unfinished, from which a stopped study continues; a model that was
-    learned is there too.
+    The files of an earlier study stay until the answer of this one is on disk, and so do the
+    finished runs below `out`/unfinished, from which a stopped study continues, and its model.
     Raises InputError for settings or scenes that make no sense, before the first run, and
     SoundnessError when a replay contradicts a proof.
     """
@@ -79,18 +77,18 @@ def run_study(
     settings = Settings(**part_of(study, Search))
     cold = None
 
-    def first_query(model: TrajectoryModel, told: Callable[[Answer], None] | None = None) -> None:
-        """What it compiles serves the next one."""
+    def first_query(model: TrajectoryModel, report: Callable[[Answer], None] | None = None) -> None:
+        """Compile for the queries to come; with `report`, prove and report the answer."""
         nonlocal cold
         with watch("first query (cold)"):
-            cold = Planner(model).warm_up(problem, settings, proof=told is not None)
-        if told is not None and len(cold.samples):
-            told(cold)
+            cold = Planner(model).warm_up(problem, settings, proof=report is not None)
+        if report is not None and len(cold.samples):
+            report(cold)
 
     learned = None
     if model is None:
         work = out / UNFINISHED
-        ask = partial(first_query, told=first) if first is not None and settings.proof else None
+        ask = partial(first_query, report=first) if first is not None and settings.proof else None
         source = system if learn_from is None else learn_from
         learned = learn_report(source, key, study, path=work, quiet=quiet, watch=watch, first=ask)
         model = learned.model
@@ -167,8 +165,10 @@ def drive(
     quiet: bool,
     ahead: Thread | None = None,
 ) -> dict:
-    """What is known of the plan with most room: plan and sentences. The answer under the local
-    claim is written as near.json, for the checker. ahead: what compiles for its query.
+    """The plan with most room, tested and localised: plan and sentences.
+
+    The answer under the local bound is written as near.json, for the checker. ahead: the thread
+    that compiles for its query.
     """
     chosen = answer.choose(delta=study.delta, looks=LOOKS)
     chosen = chosen.run(system, key, eps=study.eps, quiet=quiet)
@@ -191,12 +191,13 @@ def drive(
 
 
 def compile_near(problem: ReachAvoid, train: RolloutBatch, k: np.ndarray) -> Thread:
-    """Begin to compile what a query near k (n_k,) needs; join the thread before that. Programs
-    depend on shapes alone, so a stand-in does for the model; what is found with it is dropped.
+    """Begin to compile for a query near k (n_k,); join the thread before that.
+
+    Programs depend on shapes alone, so a stand-in serves for the model; its answer is dropped.
     """
 
     def work() -> None:
-        # whatever fails here fails in the query too, and is told there
+        # a failure here comes again in the query, which reports it
         with contextlib.suppress(Exception):
             Planner(guessed_near(train, k)).warm_up(problem)
 
@@ -206,7 +207,7 @@ def compile_near(problem: ReachAvoid, train: RolloutBatch, k: np.ndarray) -> Thr
 
 
 def guessed_near(train: RolloutBatch, k: np.ndarray) -> TrajectoryModel:
-    """What a local model around k (n_k,) looks like, from the training runs nearest to it."""
+    """A stand-in for a local model around k (n_k,), from the training runs nearest to it."""
     side = train.domain.hi - train.domain.lo
     away = np.abs((train.k - k) / side).max(axis=1)
     near = train.select(np.argsort(np.where(train.failed, np.inf, away))[:NEAREST])

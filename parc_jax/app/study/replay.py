@@ -30,7 +30,7 @@ CHUNK = 256
 
 
 class Replay(NamedTuple):
-    """What the black box did with n plans: reached the goal, touched, stayed inside (n,) bool.
+    """Outcomes of n plans in the black box: reached the goal, touched, stayed inside (n,) bool.
 
     clearance (n,) [m]: smallest distance of the body from an obstacle over the recorded path, not
     positive when touched. path (n, n_record + 1, n_c), q (n, n_q): the true runs, started at p0.
@@ -54,7 +54,7 @@ def replay(
 ) -> Replay:
     """Run plans (n, n_p + n_k) with fresh randomness from the REPLAY stream of `key`.
 
-    system: a black box; or a RolloutBatch of recorded runs, one of each plan's own k, in order,
+    system: a black box; or a RolloutBatch of recorded runs, one for the k of each plan, in order,
         which are moved to the plans' starts: then key is unused. `replay_recorded` finds such
         plans.
     Raises SoundnessError when the proof and the run disagree, InputError for another system, or
@@ -68,8 +68,8 @@ def replay(
 
 
 def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[str, int]:
-    """How many of the plans did what, by the same judgement: for the many, whose distances nobody
-    reads. Raises SoundnessError as `replay` does.
+    """Counts of outcomes of many plans, without their distances. Raises SoundnessError as `replay`
+    does.
     """
     runs, inside = _driven(system, scene, plans, key, quiet=True)
     scene = whole_scene(scene)
@@ -86,11 +86,11 @@ def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[s
 def tally(runs: Replay, repeats: int, delta: float) -> dict:
     """Counts, and upper bounds on how often these plans fail, both at confidence 1 - delta. [T6]
 
-    mean: over the plans, all runs together. Runs of different plans are independent but not alike;
-    for fewer failures than the mean the binomial tail is still an upper bound (Hoeffding 1956), so
-    Clopper-Pearson holds for the mean.
-    worst: for every plan at once, from its own runs, delta split over the plans. Not for systems
-    without disturbance, where one run decides.
+    mean: over the plans, all runs together. Runs of different plans are independent, with different
+    laws; for fewer failures than the mean the binomial tail is still an upper bound (Hoeffding
+    1956), so Clopper-Pearson holds for the mean.
+    worst: for every plan at once, from the runs of each, delta split over the plans. Not for
+    systems without disturbance, where one run decides.
     """
     failed = runs.failed.reshape(-1, repeats).sum(axis=1)
     plans = len(failed)
@@ -133,8 +133,8 @@ def _driven(
 
 
 def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]:
-    """The model that was asked and all parameters (n, n_k) of its plans, where k (n, chosen) are
-    what is left to choose of them, and the rest is given exactly; else what the scene says.
+    """The model of the query and all parameters (n, n_k) of its plans, where k (n, chosen) are the
+    free ones and the rest is given exactly; else the model of the scene and k.
     """
     asked = scene.asked.question
     if asked is None or asked.problem.doubt is None or asked.model.n_k == scene.model.n_k:
@@ -149,7 +149,7 @@ def _check_recorded(runs: RolloutBatch, model: TrajectoryModel, k: np.ndarray) -
     if not same or runs.k.shape != k.shape or not (runs.k == k).all():
         raise InputError(
             "replay: expected recorded runs on the time grid and of the reference points of the "
-            f"model, one run of each plan's own k, in order; got {runs.n} runs for {len(k)} "
+            f"model, one run for the k of each plan, in order; got {runs.n} runs for {len(k)} "
             "plans. Select rows of the batch, or let `replay_recorded` find the plans."
         )
 
@@ -170,8 +170,9 @@ STARTS = 10  # of those that prove safe, replayed at most
 
 
 class Recorded(NamedTuple):
-    """Replays of recorded runs. runs: what they did. plans (n, n_p + n_k): what was replayed, row
-    (n,) of the runs. with_start (n_runs,) bool: runs with a start that the answer proves safe.
+    """Replays of recorded runs. runs: their outcomes. plans (n, n_p + n_k) and row (n,): the
+    replayed plans, and the run of each. with_start (n_runs,) bool: runs with a start that the
+    answer proves safe.
     """
 
     runs: Replay
@@ -180,15 +181,15 @@ class Recorded(NamedTuple):
     with_start: np.ndarray
 
     def counts(self) -> dict[str, int]:
-        """How many of the runs and of their replays did what."""
-        seen = self.runs
+        """Numbers of runs, of their replays, and of the outcomes."""
+        done = self.runs
         return {
             "runs": len(self.with_start),
             "with_start": int(self.with_start.sum()),
             "replays": len(self.plans),
-            "left_the_tube": int((~seen.inside).sum()),
-            "missed_the_goal": int((~seen.reached).sum()),
-            "touched": int(seen.touched.sum()),
+            "left_the_tube": int((~done.inside).sum()),
+            "missed_the_goal": int((~done.reached).sum()),
+            "touched": int(done.touched.sum()),
         }
 
     def statement(self) -> str:

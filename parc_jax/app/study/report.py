@@ -145,8 +145,8 @@ def seconds(value: float | None) -> str:
 
 
 def facts_of(answer: Answer, cold_s: float | None) -> dict:
-    """What was found, of what, how far it went and how long it took, as plain data. cold_s: [s] to
-    the first sample of a first query, compiling included; None where that is this answer.
+    """Counts, coverage, end and times of an answer, as plain data. cold_s: [s] to the first sample
+    of a first query, compiling included; None where that is this answer.
     """
     return {
         "counts": answer.counts,
@@ -165,7 +165,7 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
 
 
 def table_of(answer: Answer, cold_s: float | None) -> list[str]:
-    """What a query found, line by line. cold_s: as of `facts_of`."""
+    """The result of a query, line by line. cold_s: as of `facts_of`."""
     t = answer.timings
     part = "the safe set" + ("" if answer.around is None else " around what a search found")
     times = [f"{seconds(t['first_sample_s'])} {'cold' if cold_s is None else 'warm'}"]
@@ -200,7 +200,7 @@ def covering(coverage: dict, part: str = "the safe set") -> str:
 
 
 def how_much_is_safe(answer: Answer) -> str:
-    """The number to tune by: what the tube leaves of all plans, and obstacles of that."""
+    """The number to tune by: the share of all plans that the tube leaves, and obstacles of that."""
     share = answer.safe_share
     if share is None:
         return "what share of the plans was not measured"
