@@ -16,11 +16,10 @@ from parc_jax.answer.answer import Answer
 from parc_jax.app.files.answer_file import Episode
 from parc_jax.app.plot import shapes, style
 from parc_jax.app.plot.episode import Stage, Truth, polygons
-from parc_jax.app.plot.shapes import View, predicted, views_of
+from parc_jax.app.plot.shapes import SceneView, View, predicted, views_of
 from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.problem.body import numbered
 
 RATE, RATE_OF_EPISODE = 25.0, 10.0  # [frames/s]
 MOST = 250  # frames: a longer manoeuvre is shown faster than it is
@@ -28,9 +27,7 @@ REST = 1.0  # [s] of the last frame, so that one sees where it stops
 DPI = 100
 INCHES = {2: (7.2, 5.0), 3: (11.6, 4.0)}  # by dimension of the workspace
 INCHES_OF_EPISODE = (4.6, 5.0)
-TUBE, GOAL, OBSTACLE = "#D6E8F5", "#CBE8DF", "#6E6E6E"
 FREE, STANDS = "#F3F0DC", "#D9D9D9"  # places seen to be free, and true outlines
-SEE_THROUGH = 0.6  # obstacles in space, which hide the path behind them
 KINDS = (".mp4", ".gif", "")
 COLOURS, COLOURS_OF_EPISODE = 128, 32  # of a .gif; an episode has seven, and their edges
 PALETTE_FRAMES = 6  # frames that choose the colours
@@ -228,46 +225,35 @@ class _PlanCanvas:
         return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
 
-class _Side:
-    """One view of the scene. path (T + 1, n_c), error (T, n_c), driven (t, n_c) [m]."""
+class _Side(SceneView):
+    """The scene and one plan in it. path (T + 1, n_c), error (T, n_c), driven (t, n_c) [m]."""
 
     def __init__(self, answer, view: View, path, error, driven):
-        model, problem = answer.model, answer.problem
-        self.view, self.n_p, self.labels = view, model.n_p, model.labels.p
-        self.parts = numbered(problem.body, model.points)
-        self.spans = problem.all_spans
-        self.path = self._of_points(path)
-        self.tubes = shapes.tubes(self.path, self._of_points(error))
-        self.driven = self._of_points(driven)[0]
-        found = shapes.goals(problem.goal, model.n_p, model.n_points, [view.axes])
-        self.goals = [outline for _, (outline,) in found]
-        self.obstacles = [shapes.shadow(o, view.axes) for o in problem.obstacles]
-        around = shapes.footprints(self.parts, driven, model.n_p, view.axes)
+        super().__init__(answer, view)
+        self.spans = answer.problem.all_spans
+        self.path = self.of_points(path)
+        self.tubes = shapes.tubes(self.path, self.of_points(error))
+        self.driven = self.of_points(driven)[0]
+        around = self.bodies(driven)
         self.lo, self.hi = shapes.span(self.path, *around, *self.goals, *self.obstacles)
-
-    def _of_points(self, columns: np.ndarray) -> np.ndarray:
-        """Columns (t, n_c) in the view, (m, t, 2)."""
-        return self.view.of_points(columns, self.n_p).swapaxes(0, 1)
 
     def draw(self, ax) -> None:
         """Draw the still parts, and add the moving ones, which a draw of the figure leaves out."""
         from matplotlib.patches import Polygon
 
         self.ax = ax
-        ax.set_aspect("equal")
+        self.label(ax)
         style.limits(ax, self.lo, self.hi)
-        ax.set_xlabel(self.labels[self.view.axes[0]])
-        ax.set_ylabel(self.labels[self.view.axes[1]])
         if self.n_p == 3:
             ax.set_title(self.view.name)
         for goal in self.goals:
-            ax.fill(*goal.T, facecolor=GOAL, edgecolor=style.GREEN, zorder=0.6)
-        style.areas(ax, self.tubes.reshape(-1, 6, 2), facecolors=TUBE, zorder=0.7)
+            ax.fill(*goal.T, facecolor=style.GOAL, edgecolor=style.GREEN, zorder=0.6)
+        style.areas(ax, self.tubes.reshape(-1, 6, 2), facecolors=style.TUBE, zorder=0.7)
         ax.plot(*self.path[0].T, color=style.BLUE, linewidth=0.9, zorder=2)
         ax.plot(*self.path[0, 0], marker="o", color=style.ORANGE, zorder=3)
-        ink = None if self.n_p == 2 else SEE_THROUGH
+        ink = None if self.n_p == 2 else style.SEE_THROUGH
         self.blocks = [
-            Polygon(o, facecolor=OBSTACLE, alpha=ink, zorder=2.5) for o in self.obstacles
+            Polygon(o, facecolor=style.OBSTACLE, alpha=ink, zorder=2.5) for o in self.obstacles
         ]
         looks = {"facecolor": style.SKY, "edgecolor": style.BLUE, "alpha": 0.5}
         self.body = [Polygon(np.zeros((1, 2)), **looks) for _ in self.parts]
@@ -282,9 +268,9 @@ class _Side:
         """Draw the moving parts in a model interval, after `past` records, at a pose (n_c,)."""
         for block, span in zip(self.blocks, self.spans, strict=True):
             block.set_visible(span is None or span[0] <= interval <= span[1])
-        here = self._of_points(pose[None])[0]
+        here = self.of_points(pose[None])[0]
         self.trail.set_data(*np.concatenate([self.driven[:past], here]).T)
-        outlines = shapes.footprints(self.parts, pose[None], self.n_p, self.view.axes)
+        outlines = self.bodies(pose[None])
         for part, outline in zip(self.body, outlines, strict=True):
             part.set_xy(outline)
         for part in self.moving:
@@ -295,10 +281,10 @@ def _plan_handles(points: tuple[str, ...], way: str) -> list:
     of_points = "" if len(points) == 1 else " of every reference point"
     of_first = shapes.name_first(points)
     return [
-        style.patch("obstacle", facecolor=OBSTACLE),
-        style.patch("goal", facecolor=GOAL, edgecolor=style.GREEN),
+        style.patch("obstacle", facecolor=style.OBSTACLE),
+        style.patch("goal", facecolor=style.GOAL, edgecolor=style.GREEN),
         style.patch("body", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.5),
-        style.patch(f"tube{of_points}", facecolor=TUBE),
+        style.patch(f"tube{of_points}", facecolor=style.TUBE),
         style.mark(f"predicted path{of_first}", color=style.BLUE, linewidth=0.9),
         style.mark(way + of_first, color=style.BLACK),
     ]
@@ -333,8 +319,8 @@ class _EpisodeCanvas:
         if stage.truth is not None:
             style.areas(ax, list(stage.truth.standing), facecolor=STANDS)
             self._draw_free(ax, t)
-        style.areas(ax, one.tube, facecolor=TUBE, edgecolor=TUBE, linewidth=0.3)
-        looks = {"facecolor": OBSTACLE, "edgecolor": OBSTACLE, "linewidth": 0.6}
+        style.areas(ax, one.tube, facecolor=style.TUBE, edgecolor=style.TUBE, linewidth=0.3)
+        looks = {"facecolor": style.OBSTACLE, "edgecolor": style.OBSTACLE, "linewidth": 0.6}
         style.areas(ax, one.obstacles, **looks)
         style.areas(ax, one.rest, facecolor="none", edgecolor=style.BLUE, linewidth=0.8)
         ax.plot(*np.array(self.way).T, color=style.BLUE, linewidth=0.9)
@@ -360,9 +346,9 @@ class _EpisodeCanvas:
 def _episode_handles(truth: Truth | None) -> list:
     found = [
         style.patch("robot", color=style.BLUE),
-        style.patch("may reach, proved", color=TUBE),
+        style.patch("may reach, proved", color=style.TUBE),
         style.patch("stop in hand", facecolor="none", edgecolor=style.BLUE),
-        style.patch("obstacles of the proof", color=OBSTACLE),
+        style.patch("obstacles of the proof", color=style.OBSTACLE),
     ]
     if truth is not None:
         found += [style.patch("seen free", color=FREE), style.patch("stands there", color=STANDS)]

@@ -16,7 +16,7 @@ from parc_jax.common.sets.qhull import convex_hull
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import moved_to, trajectories
-from parc_jax.problem.body import Disc, Part, Polygon
+from parc_jax.problem.body import Disc, Part, Polygon, numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.pose import Pose
 
@@ -183,6 +183,36 @@ FRONT = View("from the front", (1, 2))
 def views_of(n_p: int) -> tuple[View, ...]:
     """The views of a workspace of n_p dimensions."""
     return (TOP,) if n_p == 2 else (TOP, SIDE, FRONT)
+
+
+class SceneView:
+    """The scene of an answer in one view: outlines of its goals and obstacles, the parts of its
+    body, and, where the body is one point, the obstacles grown by it.
+    """
+
+    def __init__(self, answer, view: View):
+        model, problem = answer.model, answer.problem
+        self.view, self.n_p, self.labels = view, model.n_p, model.labels.p
+        self.parts = numbered(problem.body, model.points)
+        self.obstacles = [shadow(o, view.axes) for o in problem.obstacles]
+        self.single = grows_obstacles(answer)
+        self.grown = [grown(o, self.parts[0]) for o in problem.obstacles if self.single]
+        regions = goals(problem.goal, model.n_p, model.n_points, [view.axes])
+        self.goals = [outline for _, (outline,) in regions]
+
+    def of_points(self, columns: np.ndarray) -> np.ndarray:
+        """Columns (..., t, n_c) of m reference points in the view, (..., m, t, 2)."""
+        return self.view.of_points(columns, self.n_p).swapaxes(-3, -2)
+
+    def bodies(self, columns: np.ndarray) -> list[np.ndarray]:
+        """Outlines (v, 2) of all parts of the body at poses (t, n_c)."""
+        return footprints(self.parts, columns, self.n_p, self.view.axes)
+
+    def label(self, ax) -> None:
+        """Names and equal scales of the axes."""
+        ax.set_aspect("equal")
+        ax.set_xlabel(self.labels[self.view.axes[0]])
+        ax.set_ylabel(self.labels[self.view.axes[1]])
 
 
 class Predicted(NamedTuple):

@@ -21,6 +21,8 @@ SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#222222", "
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
 DASHES = ("-", (0, (5, 1.6)), (0, (1, 1.2)), (0, (5, 1.4, 1, 1.4)))
 SEQUENTIAL = "cividis"  # even in lightness, read alike with and without red-green vision
+TUBE, GOAL, OBSTACLE = "#D6E8F5", "#CBE8DF", "#6E6E6E"
+SEE_THROUGH = 0.6  # obstacles in space, which hide the parts behind them
 SMALL = {"color": GREY, "fontsize": 8}  # of words within a picture
 DPI = 200
 
