@@ -16,6 +16,16 @@ from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.common.errors import InputError
 
+VARIABLE = "PARC_JAX_PROVED_CHECKER"
+# Its verdict is read from what it prints: node itself ends with 1 where a program has a fault.
+ON_NODE = """
+require(process.argv[1]);
+const bytes = require("fs").readFileSync(process.argv[2]);
+console.log(JSON.stringify(parcCheck(bytes)));
+"""
+ACCEPTED, REJECTED, IN_PART = 0, 1, 3
+NO_EPISODES = "NO VERDICT: the proved checker reads answers; it does not read episodes."
+
 
 def check(
     answer: Path,
@@ -71,17 +81,6 @@ def _sentence(first: int, second: int | None) -> str:
     """Both verdicts in one line."""
     words = {0: "accepts", 1: "rejects", 3: "accepts what it looked at, not all", None: "gave none"}
     return f"Verdicts: the Python checker {words[first]}; the proved checker {words[second]}."
-
-
-VARIABLE = "PARC_JAX_PROVED_CHECKER"
-# Its verdict is read from what it prints: node itself ends with 1 where a program has a fault.
-ON_NODE = """
-require(process.argv[1]);
-const bytes = require("fs").readFileSync(process.argv[2]);
-console.log(JSON.stringify(parcCheck(bytes)));
-"""
-ACCEPTED, REJECTED, IN_PART = 0, 1, 3
-NO_EPISODES = "NO VERDICT: the proved checker reads answers; it does not read episodes."
 
 
 class Second(NamedTuple):

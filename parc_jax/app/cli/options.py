@@ -18,6 +18,11 @@ from typing import Any, NamedTuple
 
 from parc_jax.common.options import Options, told
 
+SCALARS = (int, float, str, bool, Path)
+METAVARS = {int: "N", float: "X", str: "NAME", Path: "PATH"}
+FRAME = "╭│╰"  # first letters of the lines of a box, which are wrapped already
+NARROWEST = 40
+
 
 @dataclass(frozen=True)
 class Shell(Options):
@@ -36,9 +41,6 @@ class Shell(Options):
         from parc_jax.common.keys import check_seed
 
         check_seed(self.seed)
-
-
-SCALARS = (int, float, str, bool, Path)
 
 
 class Option(NamedTuple):
@@ -128,11 +130,6 @@ def _word(value) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return f"{value:,}" if isinstance(value, int | float) else str(value)
-
-
-METAVARS = {int: "N", float: "X", str: "NAME", Path: "PATH"}
-FRAME = "╭│╰"  # first letters of the lines of a box, which are wrapped already
-NARROWEST = 40
 
 
 def readable(command: Callable, with_offers: bool = True) -> Callable:

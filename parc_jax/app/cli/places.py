@@ -17,6 +17,8 @@ from types import ModuleType
 from parc_jax.common.errors import InputError
 from parc_jax.learning.runs.files import write_atomic
 
+KINDS = (".py", ".xml", ".npz")  # files that a robot's program consists of
+
 
 def require_place(path: Path | None, *, folder: bool = False) -> None:
     """Raise InputError when no file can be written at `path`, or no folder be filled there, its
@@ -110,9 +112,6 @@ def _locked(lock: Path, place: Path):
             if os.path.samestat(os.stat(lock), os.fstat(handle.fileno())):
                 return handle
         handle.close()
-
-
-KINDS = (".py", ".xml", ".npz")  # files that a robot's program consists of
 
 
 @contextlib.contextmanager

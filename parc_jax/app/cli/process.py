@@ -14,6 +14,12 @@ from parc_jax.common.errors import InputError
 
 VARIABLE, OPTION = "PARC_JAX_LOG", "--verbose"
 LEVELS = {"warning": logging.WARNING, "info": logging.INFO, "debug": logging.DEBUG}
+STOPPED = 130  # exit code
+_LOADING = "<frozen importlib"  # file of the frames of an import
+COMPILING = "compiling"
+SEARCHING = "looking for safe plans, or for a proof that there are none"
+STAGES = {"first query (cold)": COMPILING, "safe set": SEARCHING}  # of a study, without a bar
+EVERY_S = {True: 1.0, False: 10.0}  # [s] between two signs of life: on a terminal, elsewhere
 
 
 class _BesideBars(logging.Handler):
@@ -48,10 +54,6 @@ def logging_of(arguments: list[str]) -> Iterator[list[str]]:
         logger.removeHandler(handler)
         logger.setLevel(before[0])
         logger.propagate = before[1]
-
-
-STOPPED = 130  # exit code
-_LOADING = "<frozen importlib"  # file of the frames of an import
 
 
 class Interrupts:
@@ -92,12 +94,6 @@ def _is_loading(frame) -> bool:
             return True
         frame = frame.f_back
     return False
-
-
-COMPILING = "compiling"
-SEARCHING = "looking for safe plans, or for a proof that there are none"
-STAGES = {"first query (cold)": COMPILING, "safe set": SEARCHING}  # of a study, without a bar
-EVERY_S = {True: 1.0, False: 10.0}  # [s] between two signs of life: on a terminal, elsewhere
 
 
 @contextmanager

@@ -22,6 +22,10 @@ from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.verdict.fits import box_of_rows, finite_box, goal_box
 
+ODD = 1000  # a body smaller than all else by this factor gets a warning
+MOST_CORNERS = 729  # of K, at which the longest way of a model is measured
+MOST_PARAMETERS = 6  # of the exact enumeration of regions
+
 
 def under_doubt(problem: ReachAvoid, entries: dict) -> ReachAvoid:
     """The problem with these entries of its uncertainty in place of the scene's. Those of
@@ -67,11 +71,6 @@ def _values(text: str) -> list[float]:
         return [float(x) for x in text.split(":")]
     except ValueError:
         return []
-
-
-ODD = 1000  # a body smaller than all else by this factor gets a warning
-MOST_CORNERS = 729  # of K, at which the longest way of a model is measured
-MOST_PARAMETERS = 6  # of the exact enumeration of regions
 
 
 def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:

@@ -17,6 +17,10 @@ from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.runs.files import read_npz, write_atomic
 
 SCALINGS = ("x_mean", "x_scale", "y_mean", "y_scale")
+_KINDS = (("weight", "W"), ("bias", "b"))
+KNOWN = "Gemm, MatMul, Add, Sub, Mul, Div, Relu, Flatten, Identity, Dropout, Constant"
+_PASSING = ("Identity", "Flatten", "Dropout")
+OPSET, IR_VERSION = 17, 8  # old enough for every verifier and engine in use
 
 
 def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwork:
@@ -144,9 +148,6 @@ def _torch_state(path: Path) -> Mapping:
     return state
 
 
-_KINDS = (("weight", "W"), ("bias", "b"))
-
-
 class Linear(NamedTuple):
     """y = W x + b. W (out, in), b (out,)."""
 
@@ -220,10 +221,6 @@ def fold_chain(chain: list, name: str) -> ReLUNetwork:
             f"{name}: the folded network differs from the file's by {gap:.1e} (relative)."
         )
     return net
-
-
-KNOWN = "Gemm, MatMul, Add, Sub, Mul, Div, Relu, Flatten, Identity, Dropout, Constant"
-_PASSING = ("Identity", "Flatten", "Dropout")
 
 
 def onnx_package():
@@ -327,9 +324,6 @@ def _elementwise(path, kind: str, side: int, value: np.ndarray) -> Scale:
     if side == 1 or not value.all():
         raise InputError(f"{path}: expected Div by constants that are not zero.")
     return Scale(1 / value, 0 * one)
-
-
-OPSET, IR_VERSION = 17, 8  # old enough for every verifier and engine in use
 
 
 def write_onnx(path, net: ReLUNetwork, dtype=np.float64) -> Path:

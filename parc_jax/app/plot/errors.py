@@ -14,6 +14,9 @@ from parc_jax.learning.bound.score import Scores
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.system import TimeGrid
 
+WORST = 100  # runs shown as the worst
+RUNS_PER_CELL = 16  # of the map of largest scores, on average
+
 
 class Entry(NamedTuple):
     """One model of the comparison. name: as in the legend. assumed, claimed: claims about it;
@@ -104,10 +107,6 @@ def _handles(entries: Sequence[Entry]) -> list:
             style.mark("widest bin of K", color=style.GREY, linewidth=0.7),
         ]
     return lines
-
-
-WORST = 100  # runs shown as the worst
-RUNS_PER_CELL = 16  # of the map of largest scores, on average
 
 
 def claim(

@@ -39,6 +39,9 @@ MARKS = {
     "EPISODE": "episode.js",
 }
 MAX_ANSWER = 20_000_000  # bytes of an answer that a page carries for the proved checker
+DIGITS = 6  # significant digits of an outline: enough for a screen
+RATE = 25.0  # [1/s] moments that one can scrub to
+DECIMALS = 4  # of a metre
 
 
 def write_page(
@@ -92,9 +95,6 @@ def filled(name: str, data: dict, **parts: str) -> str:
 def _within(text: str) -> str:
     """JSON that cannot end the script which holds it: `<` occurs in strings only."""
     return text.replace("<", "\\u003c")
-
-
-DIGITS = 6  # significant digits of an outline: enough for a screen
 
 
 def page_data(answer) -> dict:
@@ -296,10 +296,6 @@ def _rows(polytope) -> dict:
 
 def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
-
-
-RATE = 25.0  # [1/s] moments that one can scrub to
-DECIMALS = 4  # of a metre
 
 
 def episode_data(stage: Stage) -> dict:

@@ -22,6 +22,7 @@ from parc_jax.problem.robust.pose import Pose
 
 GROWN = {"facecolor": "#EBEBEB", "edgecolor": style.GREY, "linestyle": "--"}  # of an obstacle
 ARC = 48  # points on the circle of a disc body
+AROUND = 20.0  # [m] around a manoeuvre that is drawn
 
 
 def hull(points: np.ndarray) -> np.ndarray:
@@ -232,9 +233,6 @@ def predicted(model: TrajectoryModel, plans: np.ndarray) -> Predicted:
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
     offsets, q = trajectories(model.net, model.layout, k)
     return Predicted(moved_to(p0, offsets), q, model.tube.widest_at(k)[0])
-
-
-AROUND = 20.0  # [m] around a manoeuvre that is drawn
 
 
 def in_world(points: np.ndarray, pose: Pose | None) -> np.ndarray:

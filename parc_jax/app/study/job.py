@@ -38,6 +38,8 @@ from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_s
 
 METRICS = "metrics.json"
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
+NEAREST = 60  # training runs around a plan: enough for an affine map, and for a narrow tube
+LOOKS = 2  # this very plan, and a claim near it
 
 
 def run_study(
@@ -150,10 +152,6 @@ def finish(out: Path, metrics: dict) -> dict:
     """Write metrics.json and hand the metrics back."""
     write_atomic(out / METRICS, json.dumps(metrics, indent=1).encode())
     return metrics
-
-
-NEAREST = 60  # training runs around a plan: enough for an affine map, and for a narrow tube
-LOOKS = 2  # this very plan, and a claim near it
 
 
 def drive(

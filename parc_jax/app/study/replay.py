@@ -27,6 +27,8 @@ from parc_jax.safe_set.verdict.scene import Scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
 CHUNK = 256
+ENDS = 400  # places in the goal tried as the predicted end of a run
+STARTS = 10  # of those that prove safe, replayed at most
 
 
 class Replay(NamedTuple):
@@ -163,10 +165,6 @@ def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:
             f"inside the tube; the first is (p0, k) = {plans[first].tolist()}. This contradicts "
             "the proof: please report it with the answer."
         )
-
-
-ENDS = 400  # places in the goal tried as the predicted end of a run
-STARTS = 10  # of those that prove safe, replayed at most
 
 
 class Recorded(NamedTuple):

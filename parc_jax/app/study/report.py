@@ -17,6 +17,8 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions import RegionTable
 from parc_jax.safe_set.corridors.sampling import FEW
 
+IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
+
 
 class Studied(NamedTuple):
     """Everything a study produced. learned is None when the model came from a file.
@@ -112,9 +114,6 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
         assumed = assumed_claim(model.net, train, bins)
         errors([Entry(name_of_network(model.net), assumed, model.claim)], model.time, drawn[-1])
     return drawn
-
-
-IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
 
 
 def eps_of(claim: ErrorClaim) -> str | None:
