@@ -250,14 +250,14 @@ def _with_prior(
     usual, discard = _usual(lesson, train, held, settings)
     bins = (1,) * train.n_k if settings.bins is None else settings.bins
     profile = learn_profiles([net], usual, (), bins, shape=settings.shape)[0]
-    said = lesson.said
+    sentence = lesson.said
     if discard != settings.discard:
         unit = "run" if held.groups is None else "recording"
         left = counted(discard, f"held-out {unit}")
-        said = f"{said}; {left} left outside, a number chosen before one was seen"
+        sentence = f"{sentence}; {left} left outside, a number chosen before one was seen"
     settings = settings.replace(discard=discard)
     made = _bounded(net, RecordedRuns(held), train, settings, profile=profile, watch=watch)
-    return made._replace(prior=said)
+    return made._replace(prior=sentence)
 
 
 def _usual(

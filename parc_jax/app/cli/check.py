@@ -172,15 +172,17 @@ def replay(
     from parc_jax.app.study.replay import replay_recorded
     from parc_jax.learning.runs.loaders import load_rollouts
 
-    asked = load_answer(answer)
-    points = None if asked.model.n_points == 1 else asked.model.points
-    runs = load_rollouts(log, asked.model.time, points=points)
-    found = replay_recorded(asked, runs)
+    answered = load_answer(answer)
+    points = None if answered.model.n_points == 1 else answered.model.points
+    runs = load_rollouts(log, answered.model.time, points=points)
+    replayed = replay_recorded(answered, runs)
     if shell.json:
-        counts = {"runs": runs.n, "with_start": 0} if found is None else found.counts()
+        counts = {"runs": runs.n, "with_start": 0} if replayed is None else replayed.counts()
         print(json.dumps(counts, indent=1))
-    elif found is None:
-        print(fitted(f"None of {runs.n:,} runs was found a start that is proved safe for its k."))
+    elif replayed is None:
+        print(
+            fitted(f"None of {runs.n:,} runs was replayed a start that is proved safe for its k.")
+        )
     else:
-        print(fitted(found.statement()))
-    return 1 if found is None else 0
+        print(fitted(replayed.statement()))
+    return 1 if replayed is None else 0

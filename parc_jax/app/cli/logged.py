@@ -176,17 +176,17 @@ def are_bags(path: Path) -> bool:
 
 
 def from_bags(
-    path: Path, time: TimeGrid | None, domain: Box | None, k_law: str, asked: Bagged
+    path: Path, time: TimeGrid | None, domain: Box | None, k_law: str, bagged: Bagged
 ) -> RolloutBatch:
     """Runs from bags. Raises InputError."""
     from parc_jax.problem.world.footprint import read_footprint
     from parc_jax.ros.bags.load import load_bags
 
-    needed = {"dt and --t-f": time, "pose": asked.pose, "command": asked.command, "k": asked.k}
+    needed = {"dt and --t-f": time, "pose": bagged.pose, "command": bagged.command, "k": bagged.k}
     for name, value in needed.items():
         if value is None:
             raise InputError(f"{path}: expected --{name} to cut runs out of bags; none was given.")
-    options = vars(asked) | {"given": asked.given or ()}
+    options = vars(bagged) | {"given": bagged.given or ()}
     outline = options.pop("footprint")
     robot = None if outline is None else read_footprint(outline)
     return load_bags(path, time, robot=robot, domain=domain, k_law=k_law, **options)

@@ -94,8 +94,8 @@ def _tube(ax, claim: ErrorClaim, time: TimeGrid, number: int) -> None:
 
 def _terms(claims: Sequence[ErrorClaim]) -> str:
     """The terms of the claims of a panel, where they have the same."""
-    said = list(dict.fromkeys(in_short(c) for c in claims))
-    return said[0] if len(said) == 1 else "each on terms of its own" if said else "none"
+    terms = list(dict.fromkeys(in_short(c) for c in claims))
+    return terms[0] if len(terms) == 1 else "each on terms of its own" if terms else "none"
 
 
 def _handles(entries: Sequence[Entry]) -> list:

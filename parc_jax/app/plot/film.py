@@ -175,8 +175,8 @@ def _caption(answer, sample: int, true: bool) -> str:
         f"{name_of(label)} {value:.4g} {unit_of(label)}".rstrip()
         for label, value in zip(model.labels.k, k, strict=True)
     ]
-    what = "true run" if true else "prediction of the model"
-    return f"{model.system or 'plan'}: {what}, sample {sample}\n{', '.join(words)}"
+    shown = "true run" if true else "prediction of the model"
+    return f"{model.system or 'plan'}: {shown}, sample {sample}\n{', '.join(words)}"
 
 
 class _PlanCanvas:
@@ -344,12 +344,12 @@ class _EpisodeCanvas:
 
 
 def _episode_handles(truth: Truth | None) -> list:
-    found = [
+    entries = [
         style.patch("robot", color=style.BLUE),
         style.patch("may reach, proved", color=style.TUBE),
         style.patch("stop in hand", facecolor="none", edgecolor=style.BLUE),
         style.patch("obstacles of the proof", color=style.OBSTACLE),
     ]
     if truth is not None:
-        found += [style.patch("seen free", color=FREE), style.patch("stands there", color=STANDS)]
-    return found
+        entries += [style.patch("seen free", color=FREE), style.patch("stands there", color=STANDS)]
+    return entries

@@ -85,8 +85,8 @@ def filled(name: str, data: dict, **parts: str) -> str:
     text = (FILES / name).read_text(encoding="utf-8")
 
     def part(mark: re.Match) -> str:
-        own = parts.get(mark[1])
-        return (FILES / MARKS[mark[1]]).read_text(encoding="utf-8") if own is None else own
+        given = parts.get(mark[1])
+        return (FILES / MARKS[mark[1]]).read_text(encoding="utf-8") if given is None else given
 
     # in one pass: nothing within a part is taken for a mark
     return re.sub(r"/\*([A-Z]+)\*/", part, text)
@@ -165,7 +165,7 @@ def _plans(answer) -> dict:
     directions = _DirectionTable(active)
     scene = whole_scene(answer.scene)
 
-    def whole(corridor: Corridor) -> Corridor:
+    def all_runs(corridor: Corridor) -> Corridor:
         if corridor.apart is None:
             return corridor
         return corridor_of(scene, corridor_part(corridor, problem))
@@ -179,10 +179,12 @@ def _plans(answer) -> dict:
             }
             for plan, certificate in zip(answer.samples, answer.sample_parts, strict=True)
         ],
-        "corridors": [{"sep": directions.number(whole(corridor))} for corridor in answer.corridors],
+        "corridors": [
+            {"sep": directions.number(all_runs(corridor))} for corridor in answer.corridors
+        ],
         "polytopes": [
             {
-                "sep": directions.number(whole(polytope.corridor)),
+                "sep": directions.number(all_runs(polytope.corridor)),
                 "bin": int(polytope.bin),
                 "pattern": "".join("1" if on else "0" for on in polytope.pattern),
             }
@@ -198,8 +200,8 @@ def outlines(answer) -> dict[str, list]:
     parameters.
     """
     n_p, n_k = answer.model.n_p, answer.model.n_k
-    seen = [view.axes for view in views_of(n_p)]
-    pairs = [*seen, *((n_p + i, n_p + j) for i, j in combinations(range(n_k), 2))]
+    sides = [view.axes for view in views_of(n_p)]
+    pairs = [*sides, *((n_p + i, n_p + j) for i, j in combinations(range(n_k), 2))]
     return {
         f"{i},{j}": [
             [[_short(x), _short(y)] for x, y in shapes.hull(points)]
@@ -329,10 +331,10 @@ def episode_data(stage: Stage) -> dict:
 def reasons(meta) -> list[tuple[float, str]]:
     """Times [s] without a new manoeuvre, and why, in order, from unchecked meta: the valid ones."""
     try:
-        found = [(float(time), str(why)) for time, why in meta["reasons"]]
+        pairs = [(float(time), str(why)) for time, why in meta["reasons"]]
     except (TypeError, KeyError, ValueError):
         return []
-    return sorted(one for one in found if np.isfinite(one[0]))
+    return sorted(one for one in pairs if np.isfinite(one[0]))
 
 
 def _manoeuvre(one: Shown) -> dict:

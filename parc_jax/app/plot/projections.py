@@ -69,8 +69,8 @@ def default_pairs(n_p: int, n_k: int, from_here: bool = False) -> list[tuple[int
     first = list(combinations(range(n_p), 2))
     inner = [(n_p + i, n_p + j) for i, j in combinations(range(n_k), 2)]
     mixed = [(n_p + i, j) for i in range(n_k) for j in range(n_p)]
-    found = inner[:6] if from_here else (first + inner + mixed)[:6]
-    return found if len(found) < COLUMNS else found[: len(found) // COLUMNS * COLUMNS]
+    pairs = inner[:6] if from_here else (first + inner + mixed)[:6]
+    return pairs if len(pairs) < COLUMNS else pairs[: len(pairs) // COLUMNS * COLUMNS]
 
 
 def _one(ax, answer, pair, names) -> None:

@@ -107,12 +107,12 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
 
 def _by_time(sheet, outlines, seconds, label) -> None:
     ax = sheet.axes[1]
-    known = np.isfinite(seconds)
+    timed_regions = np.isfinite(seconds)
     style.areas(ax, outlines, facecolors="#EFEFEF", **EDGES)
-    shown = [o for o, k in zip(outlines, known, strict=True) if k]
-    timed = style.areas(ax, shown, array=seconds[known], cmap=style.SEQUENTIAL, **EDGES)
+    shown = [o for o, k in zip(outlines, timed_regions, strict=True) if k]
+    timed = style.areas(ax, shown, array=seconds[timed_regions], cmap=style.SEQUENTIAL, **EDGES)
     sheet.figure.colorbar(timed, ax=ax, label=label, pad=0.02, aspect=30)
-    ax.set_title("the same by time" + ("" if known.all() else " (pale: none)"))
+    ax.set_title("the same by time" + ("" if timed_regions.all() else " (pale: none)"))
 
 
 def _title(table, shown, names, axes, at) -> str:

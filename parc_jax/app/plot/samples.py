@@ -45,9 +45,9 @@ def samples(
             "samples: expected an answer with safe samples; this one has none. Draw its regions "
             "instead."
         )
-    seen = predicted(answer.model, answer.samples[:count])
+    paths = predicted(answer.model, answer.samples[:count])
     pictures = [
-        _Picture(answer, view, *seen, replay, count, heading, outline)
+        _Picture(answer, view, *paths, replay, count, heading, outline)
         for view in views_of(answer.model.n_p)
     ]
     drawn = _in_space if len(pictures) > 1 else _in_plane
@@ -61,11 +61,11 @@ def _in_plane(pictures: list["_Picture"], to, title: str):
     same_height = [_shape(*scene.span), _shape(*at_goal)]
     wide, ratios = (9.0, same_height) if columns == 2 else (6.0, [1.0])
     with style.sheet(to, (wide, 3.5), columns=columns, width_ratios=ratios) as sheet:
-        whole, *beside = sheet.axes
-        scene.draw(whole)
-        scene.robot(whole)
-        style.limits(whole, *scene.span)
-        whole.set_title(title)
+        left, *beside = sheet.axes
+        scene.draw(left)
+        scene.robot(left)
+        style.limits(left, *scene.span)
+        left.set_title(title)
         for near in beside:
             scene.draw(near)
             scene.headings(near)
@@ -73,7 +73,7 @@ def _in_plane(pictures: list["_Picture"], to, title: str):
             near.set_title("the same, at the goal")
             near.set_ylabel("")
         if not beside:
-            scene.headings(whole)
+            scene.headings(left)
         _legend(sheet, scene)
     return sheet.out
 

@@ -30,8 +30,8 @@ def hull(points: np.ndarray) -> np.ndarray:
     enclose no area.
     """
     points = np.asarray(points, float)
-    found = convex_hull(points)
-    return points if found is None else points[found.vertices]
+    boundary = convex_hull(points)
+    return points if boundary is None else points[boundary.vertices]
 
 
 def shadow(poly: HPolytope, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
@@ -65,19 +65,19 @@ def goals(goal: HPolytope, n_p: int, n_points: int, sides: Sequence[tuple[int, i
     region that the goal has for any of them the numbers of these points and its outlines (v, 2),
     one from each side. A region that is not bounded is left out.
     """
-    found: list[tuple[list[int], list[np.ndarray]]] = []
+    regions: list[tuple[list[int], list[np.ndarray]]] = []
     for point in range(n_points):
         columns = [tuple(point * n_p + axis for axis in axes) for axes in sides]
         try:
             outlines = [shadow(goal, pair) for pair in columns]
         except InputError:
             continue
-        same = [points for points, others in found if all(map(_same, others, outlines))]
+        same = [points for points, others in regions if all(map(_same, others, outlines))]
         if same:
             same[0].append(point)
         else:
-            found.append(([point], outlines))
-    return found
+            regions.append(([point], outlines))
+    return regions
 
 
 def part_outline(part: Part, places: np.ndarray, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
@@ -249,10 +249,10 @@ def headings(places: np.ndarray, pose: Pose | None) -> np.ndarray:
     begin = 0.0 if pose is None or pose.heading is None else pose.heading
     if places.shape[1] < 2 or places.shape[2] != 2:
         return np.full(len(places), begin)
-    own = places - places.mean(axis=1, keepdims=True)
-    x, y = own[0, :, 0], own[0, :, 1]
-    across = (x * own[..., 1] - y * own[..., 0]).sum(axis=1)
-    along = (x * own[..., 0] + y * own[..., 1]).sum(axis=1)
+    turned = places - places.mean(axis=1, keepdims=True)
+    x, y = turned[0, :, 0], turned[0, :, 1]
+    across = (x * turned[..., 1] - y * turned[..., 0]).sum(axis=1)
+    along = (x * turned[..., 0] + y * turned[..., 1]).sum(axis=1)
     return begin + np.arctan2(across, along)
 
 
@@ -292,13 +292,13 @@ def tube_triangles(parts: Sequence[Part], places: np.ndarray, tube: np.ndarray) 
     (T, m, n_p) of its tube, interval by interval; none of an interval without a claim.
     """
     signs = _signs(places.shape[2])[:, None, None]
-    found = [np.zeros((0, 3, places.shape[2]))]
+    pieces = [np.zeros((0, 3, places.shape[2]))]
     for t, half in enumerate(tube):
         if np.isfinite(half).all():
             corners = places[t : t + 2] + signs * half  # (corner, knot, m, n_p)
-            own = np.moveaxis(corners, 2, 0).reshape(places.shape[1], -1, places.shape[2])
-            found.append(_reached(parts, own))
-    return np.concatenate(found)
+            reachable = np.moveaxis(corners, 2, 0).reshape(places.shape[1], -1, places.shape[2])
+            pieces.append(_reached(parts, reachable))
+    return np.concatenate(pieces)
 
 
 def _reached(parts: Sequence[Part], places: np.ndarray) -> np.ndarray:
@@ -335,5 +335,5 @@ def triangles(points: np.ndarray) -> np.ndarray:
         around = hull(points)
         fan = [around[[0, i, i + 1]] for i in range(1, len(around) - 1)]
         return np.array(fan).reshape(-1, 3, 2)
-    found = convex_hull(points)
-    return np.zeros((0, 3, n_p)) if found is None else points[found.simplices]
+    boundary = convex_hull(points)
+    return np.zeros((0, 3, n_p)) if boundary is None else points[boundary.simplices]

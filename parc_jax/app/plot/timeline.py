@@ -78,12 +78,12 @@ def direction_runs(answer, sep) -> list[list[tuple[int, int, np.ndarray]]]:
     for o, (obstacle, parts) in enumerate(zip(answer.problem.obstacles, sep, strict=True)):
         span = answer.problem.all_spans[o]
         for runs in parts:
-            first, mine = 0 if span is None else span[0], []
+            first, directions = 0 if span is None else span[0], []
             for end, multipliers in runs:
                 w = sum(float(number(value)) * obstacle.A[row] for row, value in multipliers)
-                mine.append((first, end, w / np.linalg.norm(w)))
+                directions.append((first, end, w / np.linalg.norm(w)))
                 first = end
-            out.append(mine)
+            out.append(directions)
     return out
 
 
@@ -142,8 +142,8 @@ def _dress(above, below, answer, i: int, names, t_f: float) -> None:
     above.set_xticklabels([])
     below.set_yticks(range(len(names)), list(names)[::-1])
     below.set_ylim(-0.6, len(names) - 0.4)
-    seen = "" if answer.model.n_p == 2 else ", from above"
-    below.set_xlabel(f"time [s]; arrows: separating direction{seen}")
+    view = "" if answer.model.n_p == 2 else ", from above"
+    below.set_xlabel(f"time [s]; arrows: separating direction{view}")
     above.set_xlim(0, t_f)
 
 

@@ -138,11 +138,11 @@ def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]
     """The model of the query and all parameters (n, n_k) of its plans, where k (n, chosen) are the
     free ones and the rest is given exactly; else the model of the scene and k.
     """
-    asked = scene.asked.question
-    if asked is None or asked.problem.doubt is None or asked.model.n_k == scene.model.n_k:
+    query = scene.asked.question
+    if query is None or query.problem.doubt is None or query.model.n_k == scene.model.n_k:
         return scene.model, k
-    executions = executions_of(asked.problem.doubt, asked.model)
-    return (asked.model, executions.whole(k)) if executions.exact else (scene.model, k)
+    executions = executions_of(query.problem.doubt, query.model)
+    return (query.model, executions.whole(k)) if executions.exact else (scene.model, k)
 
 
 def _check_recorded(runs: RolloutBatch, model: TrajectoryModel, k: np.ndarray) -> None:

@@ -118,9 +118,9 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
 
 def eps_of(claim: ErrorClaim) -> str | None:
     """The eps that a claim says, for people, by bin the largest; None where nothing is shown."""
-    known = [claim.eps, *(claim.bin_eps or ())]
-    known = [eps for eps in known if eps is not None]
-    return rounded_up(max(known)) if known else None
+    levels = [claim.eps, *(claim.bin_eps or ())]
+    levels = [eps for eps in levels if eps is not None]
+    return rounded_up(max(levels)) if levels else None
 
 
 def final_error(model: TrajectoryModel) -> np.ndarray:
@@ -208,11 +208,11 @@ def how_much_is_safe(answer: Answer) -> str:
     sure = f"with confidence {rounded_down(str(share.confidence), 10)}"
     if answer.counts["safe"] < FEW:  # of a query for a first plan
         return f"{low} % to {high} % of {of_all}, {sure}"
-    said = f"{_percent(share.share)} of {of_all} ({low} % to {high} % {sure})"
+    text = f"{_percent(share.share)} of {of_all} ({low} % to {high} % {sure})"
     if answer.around is not None:
-        return f"{said}, counting only those around what a search found"
-    kept = share.share / share.reaching if share.reaching else 0.0
-    return f"{said}: the tube leaves {_percent(share.reaching)}, obstacles {_percent(kept)} of that"
+        return f"{text}, counting only those around what a search found"
+    free = share.share / share.reaching if share.reaching else 0.0
+    return f"{text}: the tube leaves {_percent(share.reaching)}, obstacles {_percent(free)} of that"
 
 
 def _percent(share: float) -> str:
@@ -224,7 +224,7 @@ def spread(values: np.ndarray, model: TrajectoryModel, digits: str = ".2f") -> s
     values = np.asarray(values)
     places = values[: model.n_c].reshape(model.n_points, model.n_p).max(axis=0)
     parts = zip([*places, *values[model.n_c :]], model.labels.goal, strict=True)
-    said = ", ".join(
+    words = ", ".join(
         f"±{v:{digits}} {unit_of(n)} {name_of(n)}".replace("  ", " ") for v, n in parts
     )
-    return said if model.n_points == 1 else f"{said}, at the widest of {model.n_points} points"
+    return words if model.n_points == 1 else f"{words}, at the widest of {model.n_points} points"
