@@ -151,7 +151,7 @@ def _check_recorded(runs: RolloutBatch, model: TrajectoryModel, k: np.ndarray) -
     if not same or runs.k.shape != k.shape or not (runs.k == k).all():
         raise InputError(
             "replay: expected recorded runs on the time grid and of the reference points of the "
-            f"model, one run for the k of each plan, in order; got {runs.n} runs for {len(k)} "
+            f"model, one run of each plan's own k, in order; got {runs.n} runs for {len(k)} "
             "plans. Select rows of the batch, or let `replay_recorded` find the plans."
         )
 
