@@ -36,9 +36,7 @@ def headless_mujoco():
     os.environ.setdefault("MUJOCO_GL", "egl")  # read once, at the first import
     try:
         import mujoco
-    except (
-        Exception
-    ) as error:  # each OpenGL backend has errors of its own, and some come with the import
+    except Exception as error:  # each OpenGL backend has its errors, and some come with the import
         raise _no_opengl(error) from None
     return mujoco
 

@@ -223,7 +223,7 @@ def _first_model(
     net: ReLUNetwork, runs: SystemRuns, train: RolloutBatch, settings: Learning, start: StartTrial
 ) -> TrajectoryModel:
     """The network under a bound of few runs."""
-    # a stream and a folder of its own: the next bound loses none of its fresh runs
+    # a separate stream and folder: the next bound loses none of its fresh runs
     path = None if runs.path is None else runs.path / "first"
     few = replace(runs, key=stream(runs.key, Stage.FIRST), path=path)
     claim = bound_errors([net], few, train, _first_bound(settings), start)[0][0]
@@ -248,6 +248,7 @@ def _with_prior(
     lesson = taught(prior, train, settings.rollouts, key)
     net = _trained(lesson.runs, settings, key, watch)
     usual, discard = _usual(lesson, train, held, settings)
+    # one bin: few runs cannot choose where to cut K
     bins = (1,) * train.n_k if settings.bins is None else settings.bins
     profile = learn_profiles([net], usual, (), bins, shape=settings.shape)[0]
     sentence = lesson.said

@@ -17,7 +17,7 @@ from parc_jax.checker.proved import PROVED_JS
 from parc_jax.common.errors import InputError
 
 VARIABLE = "PARC_JAX_PROVED_CHECKER"
-# Its verdict is read from what it prints: node itself ends with 1 where a program has a fault.
+# Its verdict is read from its output: node itself ends with 1 where a program has a fault.
 ON_NODE = """
 require(process.argv[1]);
 const bytes = require("fs").readFileSync(process.argv[2]);

@@ -61,7 +61,7 @@ def folders(path: Path) -> Iterator[None]:
 
 try:
     import fcntl
-except ImportError:  # Windows: nobody is kept out
+except ImportError:  # Windows: no lock
     fcntl = None
 
 
@@ -79,6 +79,7 @@ def held(place: Path) -> Iterator[None]:
     place_at = place.resolve()
     lock = place_at.parent / f".{place_at.name}.lock"
     with folders(lock), contextlib.closing(_locked(lock, place)) as handle:
+        # text that its holder did not remove: the process was killed, and its lock went with it
         before = handle.read().strip()
         if before:
             print(f"parc-jax: {place} is taken over from {before}, which is gone.", file=sys.stderr)

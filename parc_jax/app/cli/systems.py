@@ -17,7 +17,7 @@ from parc_jax.learning.systems.user_code import blamed, own_place, said
 REQUIRED = {
     "system": ("name", "domain", "time", "n_p", "n_q"),
     "problem": ("goal", "obstacles", "body", "start"),
-}  # attributes of what a module's functions return
+}  # attributes of the results of a module's functions
 
 BODY = Offer("learning.learn.Learning", left_out="its study's, or ", only=("body",))
 
@@ -61,7 +61,7 @@ def find(name: str, needed: tuple[str, ...] = ("system", "problem"), or_job=Fals
         sys.path.insert(0, os.getcwd())  # a console script does not look where it is started
     try:
         module = importlib.import_module(target)
-    except Exception as error:  # whatever the user's module raises
+    except Exception as error:  # any error of the user's module
         if isinstance(error, ModuleNotFoundError) and error.name in (target, target.split(".")[0]):
             raise InputError(
                 f"system: expected one of {', '.join(installed())}, or a module of your own; got "

@@ -137,7 +137,7 @@ def _torch_state(path: Path) -> Mapping:
         state = torch.load(path, map_location="cpu", weights_only=True)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
-    except Exception as error:  # torch raises whatever its unpickler meets
+    except Exception as error:  # torch raises any error of its unpickler
         raise InputError(
             f"{path}: expected a state dict of tensors; {type(error).__name__}: {error!s:.200}"
         ) from None
@@ -239,7 +239,7 @@ def read_onnx(path) -> ReLUNetwork:
         graph = onnx.load(path).graph
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
-    except Exception as error:  # protobuf raises its own kinds
+    except Exception as error:  # protobuf has errors of its kinds
         raise InputError(
             f"{path}: expected an ONNX file; {type(error).__name__}: {error!s:.120}."
         ) from None

@@ -15,7 +15,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.problem.body import numbered
 from parc_jax.problem.robust.pose import Pose
 
-REACH = 1.6  # [m] half width of what is shown around the robot, and more where a manoeuvre needs it
+REACH = 1.6  # [m] half width of the picture around the robot; more where a manoeuvre needs it
 SAME = 1e-9  # [s] moments that are one
 
 

@@ -50,6 +50,7 @@ def linked(poly: HPolytope, axes: Sequence[int]) -> tuple[HPolytope, list[int]]:
     """
     used = poly.A != 0
     linked_axes = np.isin(np.arange(poly.n), axes)
+    # coordinates are linked over rows: add those of linked rows until none is new
     while True:
         rows = used[:, linked_axes].any(axis=1)
         more = linked_axes | used[rows].any(axis=0)
@@ -261,6 +262,7 @@ def obstacle_triangles(obstacles: Sequence[HPolytope], about: np.ndarray) -> np.
     flat = about.reshape(-1, about.shape[-1])
     lo, hi = flat.min(axis=0) - AROUND, flat.max(axis=0) + AROUND
     eye = np.eye(len(lo))
+    # walls of maps may be unbounded: a box around the manoeuvre bounds them
     cut = [
         HPolytope(np.concatenate([o.A, eye, -eye]), np.concatenate([o.b, hi, -lo]))
         for o in obstacles

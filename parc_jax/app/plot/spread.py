@@ -8,7 +8,7 @@ from parc_jax.app.plot import shapes, style
 from parc_jax.app.plot.shapes import predicted
 from parc_jax.common.errors import InputError
 
-SHOWN = 4  # plans in the workspace, far apart
+SHOWN = 4  # plans in the workspace, far from each other
 RUNS = 100  # runs drawn per plan
 POINTS = 120  # points per drawn run
 LEVELS = (

@@ -107,9 +107,11 @@ def run_study(
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
     driven = study.driven and answer.found and answer.doubt is None
     ahead = None
+    # compiles while the plan is chosen and run: the query near it would wait for that
     if driven and learned is not None and len(answer.samples):
         ahead = compile_near(problem, learned.train, answer.samples[0, model.n_p :])
     runs = None
+    # under an uncertain execution a plan has several realisations, and no one run to replay
     if len(answer.samples) and not (answer.doubt and answer.doubt.copies):
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
@@ -135,7 +137,7 @@ def run_study(
     if driven:
         with watch("the plan that is driven"):
             metrics |= {"driven": drive(system, answer, study, key, out, quiet, ahead)}
-        answer.save(out / "answer.json")  # again: the file tells which looks are taken
+        answer.save(out / "answer.json")  # again, with the looks that are taken
         finish(out, metrics)
     return outcome
 

@@ -65,6 +65,7 @@ def replay(
     runs, inside = _driven(system, scene, plans, key, quiet)
     path, reached, distance = outcomes(whole_scene(scene), runs, plans[:, : scene.model.n_p])
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
+    # the proof covers runs inside the tube, so one that fails there refutes it
     _refuse_contradictions(plans, out.inside & out.failed)
     return out
 

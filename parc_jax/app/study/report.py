@@ -172,7 +172,7 @@ def table_of(answer: Answer, cold_s: float | None) -> list[str]:
         times = [f"{seconds(cold_s)} cold", *times]
     lines = [f"first safe sample      {', '.join(times)}"]
     if answer.corridors or answer.polytopes or not answer.found:
-        # where one plan was asked for and found, too few were drawn to say how many are safe
+        # a query for one plan draws too few to estimate the share of safe ones
         lines = [f"safe                   {how_much_is_safe(answer)}", *lines]
     if answer.corridors:
         covered = covering(answer.corridor_coverage._asdict(), part)
