@@ -17,7 +17,6 @@ FURTHER = {
         "learning.bound.asked",
         "learning.bound.intersample",
         "learning.network.fit",
-        "learning.learn",
         "app.study.settings",
     ),
 }

@@ -98,8 +98,10 @@ def learn(
         in the plane, or a system, such as a simulator, with the time grid, points and goal states
         of the runs and a domain that contains theirs. No bound rests on it: the held-out runs of
         the robot size the tube, however bad it is.
-    settings: fields of `Learning`, or its `options` by name, such as eps=1e-2 or hidden=(16, 16).
-        With a prior 8,000 rollouts of it, 2 x 24 neurons and 2 seeds by default.
+    settings: a record `Learning`, or its `options` by name, such as eps=1e-2 or hidden=(16, 16):
+        those of a `Study` without its query. With a prior 8,000 rollouts of it, 2 x 24 neurons and
+        2 seeds by default; and where the held-out runs are too few for eps, discard="most" is the
+        number advised by the training runs, fixed before a held-out one is scored [T2].
     holdout: share of the recorded runs, or of their groups, that sizes the tube; 0.4 by default,
         0.5 with a prior.
     path: a folder for finished chunks of rollouts, from which a killed call continues.
