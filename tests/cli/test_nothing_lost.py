@@ -3,6 +3,7 @@ command at a time writes to a folder, and what does not fit is refused before th
 """
 
 import errno
+import json
 import os
 import subprocess
 import sys
@@ -122,12 +123,13 @@ def test_the_first_proved_plans_are_told_before_the_safe_set_is_searched(monkeyp
         return answer
 
     monkeypatch.setattr(pj.Planner, "warm_up", warm_up)
-    late_stop(monkeypatch, tmp_path, when="solve", first=told.append)
+    monkeypatch.setattr("parc_jax.app.plot.samples.samples", lambda seen, *_: told.append(seen))
+    late_stop(monkeypatch, tmp_path, when="solve", figures=True)
     assert asked == [True] and told == [answer]
     late_stop(monkeypatch, tmp_path / "untold", when="solve")
     system, model = plant(toy_driven.gusty, 4), toy_driven.model()
     with pytest.raises(KeyboardInterrupt):
-        job.run_study(system, toy_driven.problem(), STUDY, tmp_path, 0, model, first=told.append)
+        job.run_study(system, toy_driven.problem(), STUDY, tmp_path, 0, model, figures=True)
     assert asked == [True, False, False] and told == [answer]
 
 
@@ -156,18 +158,16 @@ def test_all_but_the_driven_plan_is_there_before_it_is_run(monkeypatch, tmp_path
     system, study = plant(toy_driven.gusty, 4), STUDY.replace(driven=True, repeats=1)
     there = []
 
-    def early(outcome):
-        there.append({f.name for f in tmp_path.iterdir()})
-        assert outcome.metrics["replay"] is not None
-
-    def stop(*_, **__):
+    def drive(*_):
+        there.extend(f.name for f in tmp_path.iterdir())
+        assert json.loads((tmp_path / "metrics.json").read_text())["replay"] is not None
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(job, "drive", stop)
+    monkeypatch.setattr(job, "drive", drive)
     question = toy_driven.problem()
     with pytest.raises(KeyboardInterrupt):
-        job.run_study(system, question, study, tmp_path, 0, model, quiet=True, early=early)
-    assert there == [{"model.npz", "answer.json", "metrics.json"}]
+        job.run_study(system, question, study, tmp_path, 0, model, quiet=True)
+    assert set(there) == {"model.npz", "answer.json", "metrics.json"}
 
 
 def test_unfinished_runs_of_another_program_are_not_discarded_unasked(

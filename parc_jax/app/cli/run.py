@@ -1,7 +1,6 @@
 """`parc-jax run`: the main job."""
 
 import json
-import sys
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -33,15 +32,13 @@ def run(
         model: A saved model, in place of rollouts and training.
         figures: Draw the figures.
     """
-    from parc_jax.answer.answer import Answer
     from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import held, only_of, require_place
     from parc_jax.app.cli.process import during
     from parc_jax.app.cli.systems import black_box_of, build, find, study_of
     from parc_jax.app.study.cache import keep_compiled
-    from parc_jax.app.study.job import METRICS, UNFINISHED, Studied, finish, run_study
-    from parc_jax.app.study.report import eps_of, report
-    from parc_jax.app.study.report import figures as draw_figures
+    from parc_jax.app.study.job import METRICS, UNFINISHED, run_study
+    from parc_jax.app.study.report import report
     from parc_jax.learning.model import load
 
     if shell.cache:
@@ -68,29 +65,6 @@ def run(
     for name in ("model.npz", "answer.json", METRICS):
         require_place(out / name)
     saved = None if model is None else load(model)  # refused before the long part
-
-    def first(answer: Answer) -> None:
-        """A picture of the first plans, long before all is done."""
-        from parc_jax.app.plot.samples import samples
-
-        picture = out / UNFINISHED / "samples.png"
-        samples(answer, None, picture)
-        if not shell.quiet:
-            so_far = f"a claim with eps = {eps_of(answer.model.claim)}, so far"
-            print(
-                f"{black_box.name}: first plans are in {picture}, proved under {so_far}.",
-                file=sys.stderr,
-            )
-
-    def early(outcome: Studied) -> None:
-        """Pictures, and where the answer is, before the plan that is driven."""
-        if figures:
-            files = draw_figures(outcome, settings, out)
-            outcome.metrics["figures"] = [file.name for file in files]
-            finish(out, outcome.metrics)
-        if settings.driven and not shell.quiet:
-            print(f"{black_box.name}: the answer is in {out}.", file=sys.stderr)
-
     with held(out), only_of(module, out / UNFINISHED):
         outcome = run_study(
             black_box,
@@ -101,8 +75,7 @@ def run(
             model=saved,
             quiet=shell.quiet,
             learn_from=learn_from,
-            first=first if figures else None,
-            early=early,
+            figures=figures,
             during=partial(during, quiet=shell.quiet),
         )
     if shell.json:

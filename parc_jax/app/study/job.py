@@ -6,9 +6,9 @@ import contextlib
 import json
 import platform
 import shutil
+import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
 from pathlib import Path
 from threading import Thread
 
@@ -17,7 +17,8 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.replay import replay, tally
-from parc_jax.app.study.report import Studied, facts_of, final_error
+from parc_jax.app.study.report import Studied, eps_of, facts_of, final_error
+from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import part_of
@@ -51,18 +52,16 @@ def run_study(
     model: TrajectoryModel | None = None,
     quiet: bool = False,
     learn_from=None,
-    first: Callable[[Answer], None] | None = None,
-    early: Callable[[Studied], None] | None = None,
+    figures: bool = False,
     during: Callable[[str], AbstractContextManager] = nullcontext,
 ) -> Studied:
     """Learn (unless a model is given), solve, replay, and write it all below `out`.
 
     learn_from: the same system on another plant, for the many runs of training and bound; the
         replay is of `system`.
-    first: called with a first answer, proved under a bound of few runs, before the many runs of a
-        model that is learned; it may write below `out`/unfinished.
-    early: called with all but the executed plan, which takes as long as the rest; answer, model and
-        metrics are on disk by then.
+    figures: draw the pictures, a first one below `out`/unfinished before the many runs of a model
+        that is learned: of plans proved under a bound of few runs.
+    quiet: no progress bars, and no word about places of files on stderr.
     during: entered for each stage, by its name.
 
     The files of an earlier study stay until the answer of this one is on disk, and so do the
@@ -79,24 +78,24 @@ def run_study(
     settings = Settings(**part_of(study, Search))
     cold = None
 
-    def first_query(model: TrajectoryModel, report: Callable[[Answer], None] | None = None) -> None:
-        """Compile for the queries to come; with `report`, prove and report the answer."""
+    def first_query(model: TrajectoryModel, picture: bool = True) -> None:
+        """Compile for the queries to come; with a picture, prove and draw the answer."""
         nonlocal cold
         with watch("first query (cold)"):
-            cold = Planner(model).warm_up(problem, settings, proof=report is not None)
-        if report is not None and len(cold.samples):
-            report(cold)
+            cold = Planner(model).warm_up(problem, settings, proof=picture)
+        if picture and len(cold.samples):
+            _draw_first(cold, out / UNFINISHED / "samples.png", system.name, quiet)
 
     learned = None
     if model is None:
         work = out / UNFINISHED
-        ask = partial(first_query, report=first) if first is not None and settings.proof else None
+        ask = first_query if figures and settings.proof else None
         source = system if learn_from is None else learn_from
         learned = learn_report(source, key, study, path=work, quiet=quiet, watch=watch, first=ask)
         model = learned.model
         model.save(out / UNFINISHED / "model.npz")
     if cold is None:
-        first_query(model)
+        first_query(model, picture=False)
     with watch("regions"):
         table = enumerate_regions(model.net, model.domain)
     with watch("safe set"):
@@ -132,14 +131,28 @@ def run_study(
         "claim": model.claim.to_json(),
     }
     outcome = Studied(answer, runs, table, learned, finish(out, metrics))
-    if early is not None:
-        early(outcome)
+    if figures:
+        metrics["figures"] = [file.name for file in draw_figures(outcome, study, out)]
+        finish(out, metrics)
+    # now, since the plan to execute takes as long as the rest
+    if study.driven and not quiet:
+        print(f"{system.name}: the answer is in {out}.", file=sys.stderr)
     if driven:
         with watch("the plan that is driven"):
             metrics |= {"driven": drive(system, answer, study, key, out, quiet, ahead)}
         answer.save(out / "answer.json")  # again, with the looks that are taken
         finish(out, metrics)
     return outcome
+
+
+def _draw_first(answer: Answer, picture: Path, name: str, quiet: bool) -> None:
+    """A picture of the first plans, long before all is done."""
+    from parc_jax.app.plot.samples import samples
+
+    samples(answer, None, picture)
+    if not quiet:
+        so_far = f"a claim with eps = {eps_of(answer.model.claim)}, so far"
+        print(f"{name}: first plans are in {picture}, proved under {so_far}.", file=sys.stderr)
 
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:
