@@ -125,13 +125,18 @@ def test_few_runs_support_a_larger_eps_and_say_so(holdout, profile):
         calibrate(NET, holdout.select(slice(3)), profile, eps=1e-3, delta=1e-3, discard=3)
 
 
+def numbered(batch, row):
+    """One run under a number that no other has."""
+    return replace(batch.select([row]), rows=np.array([1000 + row]))
+
+
 def test_copies_and_training_runs_are_refused(system, holdout, profile, train):
     with pytest.raises(InputError, match="occur twice"):
-        calibrate(NET, concatenate([holdout, holdout.select([4])]), profile, eps=1e-2)
+        calibrate(NET, concatenate([holdout, numbered(holdout, 4)]), profile, eps=1e-2)
     with pytest.raises(InputError, match="500 of 500 runs are training runs"):
         calibrate(NET, train, profile, eps=1e-2, train=train)
     renamed = replace(holdout, seed=None, stage=None)  # the same content under another name
-    one_seen = concatenate([renamed, replace(train, seed=None, stage=None).select([7])])
+    one_seen = concatenate([renamed, replace(numbered(train, 7), seed=None, stage=None)])
     with pytest.raises(InputError, match="1 of 689"):
         calibrate(NET, one_seen, profile, eps=1e-2, train=train)
     with pytest.raises(InputError, match="training runs"):

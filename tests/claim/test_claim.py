@@ -162,7 +162,11 @@ def test_a_share_of_K_is_promised_only_where_k_was_uniform():
     uniform = claim().statement()
     assert "uniformly at random from a certified set of share s of K: at most 0.001/s" in uniform
     domain = box([0, 0], [1, 1])
-    for law, word in (("logged", "as in the log"), ("given", "were given"), ("pilot", "by pilot")):
+    for law, word in (
+        ("logged", "as in the log"),
+        ("given (1, 2)", "as given (1, 2)"),
+        ("p", "by p"),
+    ):
         text = claim(law=law_spec("toy", domain, law)).statement()
         assert word in text and "of share s of K" not in text
         assert "The share of K that the set fills says nothing" in text

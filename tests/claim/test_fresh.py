@@ -259,8 +259,21 @@ def test_float32_systems_are_not_refused_for_equal_k(profile, held):
 
 
 def test_a_monitor_counts_recordings(held, profile, train):
-    claim = calibrate(NET, held, profile, eps=0.1)
-    watch = monitor(claim, NET)
     groups = np.arange(100) // 4
-    seen = watch.observe(recorded(train.k, train.p, train.q, train, groups=groups))
-    assert seen.seen == 25 and watch.observe(train).seen == 100
+    claim = calibrate(NET, recorded(held.k, held.p, held.q, held, groups=groups), profile, eps=0.1)
+    watch, parts = monitor(claim, NET), (train.k, train.p, train.q, train)
+    seen = watch.observe(recorded(*parts, groups=groups))
+    assert seen.seen == 25
+    with pytest.raises(InputError, match="expected recordings, as the claim counts; got runs"):
+        watch.observe(recorded(*parts))
+    first, second = (recorded(*parts, groups=groups).select(slice(at, 100, 2)) for at in (0, 1))
+    with pytest.raises(InputError, match="25 were observed before"):
+        watch.observe(first).observe(second)
+    with pytest.raises(InputError, match="numbers of several files"):
+        watch.observe(first).observe(
+            recorded(*parts, groups=groups + 50, name="file:b").select(slice(1, 2))
+        )
+    runs = monitor(calibrate(NET, held, profile, eps=0.1), NET)
+    assert runs.observe(train).seen == 100
+    with pytest.raises(InputError, match="expected runs, as the claim counts; got recordings"):
+        runs.observe(recorded(*parts, groups=groups))

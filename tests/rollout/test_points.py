@@ -113,7 +113,7 @@ def test_other_points_are_other_work(runs, tmp_path):
     collect(Bar(), KEY, 20, path=path, quiet=True)
     with pytest.raises(InputError, match=r"expected the same .*points"):
         collect(Renamed(), KEY, 20, path=path, quiet=True)
-    with pytest.raises(InputError, match="rotation, given parameters and storage; they differ"):
+    with pytest.raises(InputError, match=r"they differ in points .*nose.*tip"):
         concatenate([runs, dataclasses.replace(runs, points=("tail", "tip"))])
 
 

@@ -86,6 +86,7 @@ def calibrate_bins(
             "bin_scale": hex_text(scale),
             "bin_share": [str(s) for s in block_shares(profile, block)] if uniform else None,
             "blocks": [one.spelled() for one in known],  # the checker does the sum again
+            "blocks_asked": None if asked.blocks is None else list(asked.blocks),
         },
         bin_eps=tuple(shown[b].eps if shown[b].scale < np.inf else None for b in block),
     )

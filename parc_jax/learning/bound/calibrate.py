@@ -19,7 +19,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     supported_eps,
 )
-from parc_jax.learning.bound.fresh import check_fresh, freshness
+from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, short_ids
 from parc_jax.learning.bound.score import Scores, score_batch
 from parc_jax.learning.bound.start_gap import invariances
 from parc_jax.learning.bound.tube import Tube
@@ -117,7 +117,7 @@ def shown_claim(
             *ledger(asked.intersample.assumption(step), scores.subject, scores.lost),
             *freshness(scores, train),
         ),
-        evidence={"profile": profile.hash, **evidence_of(scores), **evidence},
+        evidence={"profile": profile.hash, **evidence_of(scores, train), **evidence},
         intersample=tuple(term),
         **fields,
     )
@@ -162,8 +162,8 @@ def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
     return profile.with_halves(*grown)
 
 
-def evidence_of(scores: Scores) -> dict:
-    """What is kept of a holdout: its identity and its worst runs."""
+def evidence_of(scores: Scores, train: RolloutBatch | None) -> dict:
+    """The identity of calibration runs, how many were left out before, and the worst ones."""
     order = np.argsort(-scores.score, kind="stable")[:_SHOWN]
     worst = [
         {
@@ -178,8 +178,13 @@ def evidence_of(scores: Scores) -> dict:
     if scores.groups is not None:
         names = np.unique(scores.groups)
         grouped = {RECORDED_ROWS: scores.n, "recordings": content_hash(names)}
+    recorded = {}
+    if scores.seed is None:
+        gaps = left_out(scores, train)
+        recorded = {"runs": sorted(short_ids(scores.ids))} | ({"left_out": gaps} if gaps else {})
     return {
         **grouped,
+        **recorded,
         **_lost(scores.lost),
         "holdout": content_hash(scores.k, scores.score),
         "holdout_rows": [int(scores.rows.min()), int(scores.rows.max())],

@@ -7,6 +7,7 @@ from pathlib import Path
 from parc_jax.checker import Rejected
 from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
+from parc_jax.common.premises import agree, premises
 from parc_jax.common.spelling import nearest_floats
 from parc_jax.learning.bound.claim import FORMAT, KINDS, ErrorClaim, check_claim
 from parc_jax.learning.bound.tube import Tube
@@ -42,6 +43,10 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
         )
         check_claim(claim)
         _check_sum(data, error_tube.n_bins)
+        _check_counts(claim)
+        if data["premises"] != claim.premises.to_json():
+            agree("claim", claim.premises, premises(data["premises"]))
+            raise InputError("claim: expected its premises in order, each with its standing.")
         return claim
     except (KeyError, TypeError, AttributeError) as error:
         raise InputError(
@@ -68,7 +73,23 @@ def _check_sum(data: dict, n_bins: int) -> None:
     try:
         checked_claim(data | {f"{name}_hash": x for name, x in parts.items()}, parts, n_bins)
     except Rejected as why:
-        raise InputError(f"claim: expected numbers that follow from its runs; {why}.") from None
+        raise InputError(
+            f"claim: expected numbers that follow from its runs; {why}. Take the file as it was "
+            "written, or bound the error anew."
+        ) from None
+
+
+def _check_counts(claim: ErrorClaim) -> None:
+    """Refuse numbers of failed runs that cannot be. Raises InputError."""
+    if claim.kind != "pac":
+        return
+    failed, bounded = claim.evidence.get("failed", 0), claim.tube.claimed.all()
+    most = claim.discard if bounded and claim.bin_eps is None else claim.n
+    if type(failed) is not int or not 0 <= failed <= most:
+        raise InputError(
+            f"claim: expected 0 to {most:,} failed {claim.unit.many}, as its n, discards and tube "
+            f"allow; got {failed}. Take the file as it was written, or bound the error anew."
+        )
 
 
 def _parse(text: str | None) -> Fraction | None:

@@ -1,5 +1,8 @@
 """What the robot may do between two records: declared, or declared to be nothing. [T9]"""
 
+import ast
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,6 +56,16 @@ class AccelerationBound:
     def assumption(self, h: float) -> str:
         """Identifier for the ledger."""
         return f"INTERSAMPLE(acceleration <= {self.a} m/s^2, h = {h:g} s)"
+
+
+def intersample_of(assumptions: Iterable[str]) -> DiscreteTime | SpeedBound | AccelerationBound:
+    """The declaration that a ledger names, as the records below spell it."""
+    for entry in assumptions:
+        bound = re.match(r"INTERSAMPLE\((speed|acceleration) <= (.*) m/s(\^2)?, h = ", entry)
+        if bound:
+            value = ast.literal_eval(bound[2])
+            return SpeedBound(value) if bound[1] == "speed" else AccelerationBound(value)
+    return DISCRETE_TIME
 
 
 _UP = 1 + 2.0**-50  # a few roundings, upward

@@ -8,13 +8,15 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.premises import agree
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim, check_network
+from parc_jax.learning.bound.counts import RECORDINGS, RUNS
+from parc_jax.learning.bound.fresh import calibration_runs
 from parc_jax.learning.bound.measure import allowance, by_chunk
 from parc_jax.learning.bound.risk import NoStatement
 from parc_jax.learning.bound.score import sizes
 from parc_jax.learning.labels import plain_k
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.groups import worst_by_group
+from parc_jax.learning.runs.groups import NAMED, worst_by_group
 from parc_jax.learning.runs.law import LOG
 
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
@@ -26,7 +28,8 @@ class Monitor:
 
     log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
     the tube. peak: largest e-value so far. alpha: if the claim is true, the alarm ever rings with
-    probability <= alpha, however long one watches.
+    probability <= alpha, however long one watches. declared: whether the caller said how the k are
+    drawn. ids, groups, sources: of the runs observed, of their recordings and of their files.
     """
 
     claim: ErrorClaim
@@ -38,6 +41,10 @@ class Monitor:
     seen: int = 0
     left: int = 0
     peak: float = 1.0
+    declared: bool = False
+    ids: frozenset[bytes] = frozenset()
+    groups: frozenset[int] = frozenset()
+    sources: frozenset[str] = frozenset()
 
     @property
     def e_value(self) -> float:
@@ -52,10 +59,14 @@ class Monitor:
 
     def observe(self, batch: RolloutBatch) -> "Monitor":
         """The monitor after the runs of the batch, one by one in order. A failed run has left the
-        tube; a group of runs counts as one, which has left when one of them has.
+        tube; of a claim about recordings a group counts as one, which has left when one of its runs
+        has. Raises InputError for runs that are no new evidence: calibration runs of the claim,
+        runs or recordings that were observed before; and for runs that count otherwise than the
+        claim's, or whose k are drawn otherwise.
         """
-        state = self
         left = ~inside_tube(self.claim, self.net, batch)
+        _require_same_law(self, batch)
+        state = _with_new(self, batch)
         for outside in worst_by_group(left, batch.groups):
             state = state.bet(bool(outside))
         return state
@@ -89,7 +100,8 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
             "nothing to refute."
         )
     bets = np.geomspace(1.5 * rate, 0.75, _BETS)
-    return Monitor(claim, net, rate, float(alpha), bets, np.zeros(_BETS))
+    start = np.zeros(_BETS)
+    return Monitor(claim, net, rate, float(alpha), bets, start, declared=bool(law))
 
 
 def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:
@@ -113,6 +125,49 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
         return fits
 
     return by_chunk(batch.n, inside)
+
+
+def _require_same_law(watch: Monitor, batch: RolloutBatch) -> None:
+    """Refuse runs that are not counted, or whose k are not drawn, as those of the claim."""
+    claim = watch.claim
+    unit = RUNS if batch.groups is None else RECORDINGS
+    if unit != claim.unit:
+        how = "Name the recording of each: groups=." if unit == RUNS else "Leave groups out."
+        raise InputError(
+            f"{batch.name}: expected {claim.unit.many}, as the claim counts; got {unit.many}. {how}"
+        )
+    if not watch.declared and batch.law.k_law != claim.law.k_law:
+        raise InputError(
+            f"{batch.name}: expected k drawn as those of the claim, k {claim.law.how_drawn}; got k "
+            f"{batch.law.how_drawn}. Declare it: monitor(claim, net, share=s), of a set that the "
+            "claim's law enters with probability s, 1.0 where both laws are one."
+        )
+
+
+def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
+    """The monitor with the runs and recordings of a batch noted. Raises InputError."""
+    old = calibration_runs(watch.claim, batch)
+    if old.any():
+        raise InputError(
+            f"{batch.name}: expected runs made after the claim; {int(old.sum())} of {batch.n} are "
+            f"its calibration runs, the first is row {batch.rows[np.argmax(old)]}. Leave them out."
+        )
+    ids = batch.hashes().tolist()
+    again = len(ids) - len(set(ids) - watch.ids)
+    if again:
+        raise InputError(
+            f"{batch.name}: expected each run once; {again} of {batch.n} occur twice or were "
+            "observed before. Leave them out: they are no new evidence."
+        )
+    groups = frozenset([] if batch.groups is None else batch.groups.tolist())
+    shared, sources = len(groups & watch.groups), watch.sources | {batch.name}
+    if shared or (len(sources) > 1 and min(groups | watch.groups, default=NAMED) < NAMED):
+        why = f"{shared} were observed before" if shared else "numbers of several files"
+        raise InputError(
+            f"{batch.name}: expected recordings that differ from those observed before; got {why}. "
+            "Observe all runs of a recording at once, and name recordings: groups of texts."
+        )
+    return replace(watch, ids=watch.ids | set(ids), groups=watch.groups | groups, sources=sources)
 
 
 def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:

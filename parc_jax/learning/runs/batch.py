@@ -249,11 +249,20 @@ def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]
 def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, RolloutBatch]:
     """Training runs and others; where K was fitted to the others too it becomes the smallest box of
     the training runs, and what of the others lies outside of it is left out and counted: a claim
-    from them is then about runs whose k lies in a K that they had no part in. Raises InputError
+    from them is then about runs whose k lies in a K that they had no part in.
+
+    Of both halves, the training runs alone say that K is their own smallest box: split again they
+    are fitted again, and halves that changed places are refused. Raises InputError for these, and
     when none is left.
     """
     if held.law.fitted != TO_ALL:
         return train, held
+    if (train.law.fitted or "").startswith(TO_TRAINING):
+        raise InputError(
+            f"{held.name}: expected a K that the calibration runs had no part in; these are the "
+            "half whose smallest box K is, and chose which of the other half are left. Pass the "
+            "halves of split() in its order, or declare K: domain=box(lo, hi)."
+        )
     domain = box(train.k.min(axis=0), train.k.max(axis=0))
     inside = domain.contains(held.k)
     if not inside.any():
@@ -268,7 +277,7 @@ def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, Rol
         law = law_spec(batch.law.generator, domain, batch.law.k_law, about)
         return dataclasses.replace(batch, domain=domain, law=law)
 
-    return on(train, TO_TRAINING), on(held.select(inside), TO_TRAINING + missed)
+    return on(train, TO_ALL), on(held.select(inside), TO_TRAINING + missed)
 
 
 def require_finite_k(k) -> None:
@@ -292,10 +301,10 @@ def require_finite_k(k) -> None:
 
 
 def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> RolloutBatch:
-    """One batch from several of the same law (and so K), time grid, reference points, rotation and
-    given parameters, in order. n: rows of all together, where it is known: then batches may come
-    one after another, and none is held any longer than it takes to copy it. Raises InputError when
-    they differ.
+    """One batch from several of the same law (and so K), time grid, reference points, rotation,
+    given parameters and labels, in order. n: rows of all together, where it is known: then batches
+    may come one after another, and none is held any longer than it takes to copy it. Raises
+    InputError when they differ, or have rows in common, as two files of one name do.
     """
     if n is None:
         batches = list(batches)
@@ -315,16 +324,27 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
             lost[begin:at] = 0 if batch.lost is None else batch.lost
     if at != n:
         raise InputError(f"concatenate: expected {n:,} rows in all batches together; got {at:,}.")
+    shared = n - len(np.unique(whole["rows"]))
+    if shared:
+        raise InputError(
+            f"concatenate: expected each row of {first.name} once; {shared:,} of {n:,} occur "
+            "again. Two files of one name number their rows, and their groups, anew: load all "
+            "their runs as one folder, with a name for each recording."
+        )
     return dataclasses.replace(first, **whole, lost=_losses(lost, n))
 
 
 def _require_alike(first: RolloutBatch, other: RolloutBatch) -> None:
-    shared = ("law", "time", "seed", "stage", "points", "rotation", "given")
-    alike = all(getattr(other, fact) == getattr(first, fact) for fact in shared)
-    if not alike or first.p.dtype != other.p.dtype:
+    def facts(batch: RolloutBatch) -> dict:
+        shared = ("time", "seed", "stage", "points", "rotation", "given", "labels")
+        groups = "none" if batch.groups is None else "given"
+        own = {"law": batch.law.describe(), "storage": batch.p.dtype.name, "groups": groups}
+        return own | {fact: getattr(batch, fact) for fact in shared}
+
+    one, two = facts(first), facts(other)
+    differs = [f"{name} ({one[name]}; {two[name]})" for name in one if one[name] != two[name]]
+    if differs:
         raise InputError(
-            "concatenate: expected batches of one law, time grid, seed, stage, reference "
-            "points, rotation, given parameters and storage; they differ."
+            f"concatenate: expected batches of one source; they differ in {', '.join(differs)}. "
+            "Load or collect them in the same way, or train and bound with one of them."
         )
-    if (first.groups is None) != (other.groups is None):
-        raise InputError("concatenate: expected groups in all batches or in none.")

@@ -64,9 +64,21 @@ class ChunkStore:
     def put(self, index: int, arrays: Arrays) -> None:
         """Keep a finished chunk, atomically."""
         write_npz(self._path(index), arrays)
+        self._marker(index).unlink(missing_ok=True)
+
+    def begin(self, index: int) -> int:
+        """Note that a chunk is begun. Returns how often it was begun before and never finished."""
+        with open(self._marker(index), "ab") as marker:
+            marker.write(b".")
+            marker.flush()
+            os.fsync(marker.fileno())
+            return marker.tell() - 1
 
     def _path(self, index: int) -> Path:
         return self.folder / f"chunk_{index:06d}.npz"
+
+    def _marker(self, index: int) -> Path:
+        return self.folder / f"begun_{index:06d}"
 
 
 def cores() -> int:
@@ -93,13 +105,18 @@ def worker_devices(system) -> list:
 
 
 def run_chunks(
-    work: Callable[[int, object], Arrays], n_chunks: int, devices: list, store=None
+    work: Callable[[int, object], Arrays],
+    n_chunks: int,
+    devices: list,
+    store: ChunkStore | None = None,
+    count_losses: bool = False,
 ) -> Iterator[Arrays]:
     """Yield work(index, device) for every index, in order, at most two results per worker ahead of
     the consumer.
 
     A chunk found in the store is not computed again. On an error or Ctrl-C, waiting chunks are
-    cancelled.
+    cancelled. count_losses: the rows of a chunk that was begun before and never finished count as
+    lost so often; for work that may end its own process, where a second attempt is a choice.
     """
     free = queue.SimpleQueue()
     for device in devices:
@@ -111,9 +128,13 @@ def run_chunks(
             return done
         device = free.get()
         try:
+            before = store.begin(index) if store is not None and count_losses else 0
             arrays = work(index, device)
         finally:
             free.put(device)
+        if before:
+            lost = arrays.get("lost", np.zeros(len(arrays["k"]), np.int64))
+            arrays = arrays | {"lost": np.where(lost < 0, lost, lost + before)}
         if store is not None:
             store.put(index, arrays)
         return arrays

@@ -66,7 +66,8 @@ def collect(
         last digit.
     path: an .npz file. Finished chunks are kept beside it, so a killed run continues where it was;
         an existing file of the same work is loaded. Either way the first of the stored runs are
-        simulated again: a system that does not repeat them is refused.
+        simulated again: a system that does not repeat them is refused. Runs of a system that is not
+        compiled here and that were begun before the stop count as lost (`RolloutBatch.lost`).
     quiet: no progress bar, and no word about the cost. forecast: of a longer work that these runs
         are part of. Raises InputError.
     """
@@ -164,7 +165,7 @@ def stream_rollouts(
     title = f"{system.name}: {title_of(stage, first_row)}"
     _log.info("%s: %d rows in %d chunks", title, n, len(chunks))
     with tqdm(total=n, unit="rollout", desc=title, disable=quiet) as bar:
-        done = run_chunks(one, len(chunks), devices, store)
+        done = run_chunks(one, len(chunks), devices, store, count_losses=not sim.traceable)
         for rows, arrays in zip(chunks, done, strict=True):
             kept = min(chunk, first_row + n - int(rows[0]))
             _log.debug("%s: rows %d to %d", title, rows[0], rows[0] + kept - 1)

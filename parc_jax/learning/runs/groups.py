@@ -1,6 +1,7 @@
 """Which recording a run is part of: runs of one recording count as one."""
 
 import hashlib
+import re
 
 import numpy as np
 
@@ -10,8 +11,9 @@ NAMED = 1 << 62  # numbers of groups that have names; below it they have nothing
 
 
 def group_numbers(groups, n: int) -> np.ndarray | None:
-    """Names of groups as int64: whole numbers as they are, texts by their hash, equal in every
-    file, from NAMED on. Raises InputError.
+    """Names of groups as int64: whole numbers, also as text, as they are; other texts by their
+    hash, equal in every file, from NAMED on. Raises InputError, also for an empty name and a number
+    that is not whole.
     """
     if groups is None:
         return None
@@ -23,13 +25,19 @@ def group_numbers(groups, n: int) -> np.ndarray | None:
         )
     if names.dtype.kind in "iu":
         return names.astype(np.int64)
-    return np.array(
-        [
-            NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
-            for name in names.astype(str).tolist()
-        ],
-        np.int64,
-    )
+    return np.array([_number(name.strip()) for name in names.astype(str).tolist()], np.int64)
+
+
+def _number(name: str) -> int:
+    whole = re.fullmatch(r"([+-]?\d{1,18})(\.0*)?", name)
+    if whole:
+        return int(whole[1])
+    if not name or re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)", name):
+        raise InputError(
+            f"groups: expected names, or whole numbers, of recordings; got {name!r}. Give each "
+            "recording a name with a letter in it."
+        )
+    return NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
 
 
 def worst_by_group(values: np.ndarray, groups: np.ndarray | None) -> np.ndarray:

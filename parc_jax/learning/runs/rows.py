@@ -3,10 +3,12 @@
 import jax
 import numpy as np
 
+from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data
 from parc_jax.common.options import check_count
 from parc_jax.learning.runs.chunks import ChunkStore, default_chunk, worker_devices
+from parc_jax.learning.runs.law import GIVEN, SAMPLER
 from parc_jax.learning.runs.resume import require_same_runs
 from parc_jax.learning.runs.simulate import is_traceable, simulator
 from parc_jax.learning.runs.subject import given_of
@@ -77,7 +79,13 @@ def k_law(system, k) -> str:
     """Name of the law of k for a LawSpec."""
     if k is None:
         return system.k_law if isinstance(system, Chained) else "uniform"
-    return getattr(k, "__name__", type(k).__name__) if callable(k) else "given"
+    if not callable(k):
+        values = np.asarray(k, np.float64)
+        if values.ndim == 1:
+            return f"{GIVEN}({', '.join(f'{value:.10g}' for value in values)})"
+        return f"{GIVEN}({len(values):,} values, sha256 {content_hash(values)[:12]})"
+    name = getattr(k, "__name__", type(k).__name__)
+    return SAMPLER + ("without a name" if name == "<lambda>" else name)
 
 
 def seed_of(key) -> tuple[int, ...]:

@@ -30,16 +30,21 @@ class Chance(NamedTuple):
 
 
 def check_uniform(
-    owner: str, k, domain: Box, groups=None, names: Sequence[str] | None = None
+    owner: str,
+    k,
+    domain: Box,
+    groups=None,
+    names: Sequence[str] | None = None,
+    level: float = LEVEL,
 ) -> None:
-    """Refuse k (n, n_k) that were not drawn uniformly and independently from the domain, at LEVEL
+    """Refuse k (n, n_k) that were not drawn uniformly and independently from the domain, at level
     in all. names: of the parameters. Raises InputError with the figure that refutes it.
 
     The chances of a rank correlation and of chi-square are approximations, good to a third from
     LEAST draws on; those of corners are exact. groups (n,): rows of one recording may share their k
     or follow each other, so only the first row of each is looked at: that these are independent is
-    what a claim about recordings assumes too. LEVEL is split evenly over the kinds of tests, and
-    within a kind over its tests.
+    what a claim about recordings assumes too. The level is split evenly over the kinds of tests,
+    and within a kind over its tests.
     """
     drawn = np.ascontiguousarray(k, "<f8")
     _check_distinct(owner, drawn, groups)
@@ -57,7 +62,7 @@ def check_uniform(
         Chance(chance * len(kind) * len(kinds), said) for kind in kinds for chance, said in kind
     ]
     worst = min(each, default=Chance(1.0, ""))
-    if worst.chance <= LEVEL:
+    if worst.chance <= level:
         raise InputError(
             f"{owner}: expected k drawn uniformly, as declared; {worst.said}, which uniform draws "
             f"show with a probability of about {worst.chance:.1g}. Leave k_law out, so that the "

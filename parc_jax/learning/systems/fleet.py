@@ -262,8 +262,9 @@ class Fleet:
             if self._make is None:
                 raise InputError(
                     f"{self.name}: expected an executor that goes on; it broke with {said(error)}. "
-                    "Give a function that makes one, so that another can take its place; finished "
-                    "chunks are kept where a path was given."
+                    "Give a function that makes one, so that another can take its place; where a "
+                    "path was given finished chunks are kept, and runs that were begun count as "
+                    "lost the next time."
                 )
             self._executor = None
         executor.shutdown(wait=False)
