@@ -16,16 +16,13 @@ from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.drive.local.local_model import Local
-from parc_jax.learning.bound.by_bin import bin_shares, block_of_bins, calibrate_bins
-from parc_jax.learning.bound.calibrate import calibrate
-from parc_jax.learning.bound.counts import most_discards, supported_eps
+from parc_jax.learning.bound.asked import AccelerationBound, SpeedBound
+from parc_jax.learning.bound.calibrate import bin_shares, block_of_bins, calibrate, calibrate_bins
+from parc_jax.learning.bound.counts import NoStatement, most_discards, supported_eps
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.intersample import AccelerationBound, SpeedBound
-from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.measure import measure, score_batch
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.risk import NoStatement
-from parc_jax.learning.bound.score import score_batch
 from parc_jax.learning.runs import collect as rolling
 from parc_jax.learning.runs.batch import concatenate
 from parc_jax.learning.runs.collect import collect

@@ -12,10 +12,9 @@ from synthetic_plants import failing, noisy, plant, straight_network
 
 import parc_jax as pj
 from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.asked import SpeedBound
 from parc_jax.learning.bound.calibrate import calibrate
-from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.claim_file import load_claim
-from parc_jax.learning.bound.intersample import SpeedBound
+from parc_jax.learning.bound.claim import derived, load_claim
 from parc_jax.learning.runs.batch import concatenate, rollout_batch
 from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.runs.law import law_of

@@ -7,12 +7,17 @@ from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import hex_floats
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.claim import ErrorClaim
-from parc_jax.learning.bound.score import Scores
-from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.copies import marks_of, near_copies
-from parc_jax.learning.runs.groups import NAMED
+from parc_jax.learning.bound.measure import Scores
+from parc_jax.learning.runs.batch import NAMED, RolloutBatch
+from parc_jax.learning.runs.independent import (
+    LEVEL,
+    REPEATS,
+    by_chance,
+    check_uniform,
+    marks_of,
+    near_copies,
+)
 from parc_jax.learning.runs.law import TO_ALL
-from parc_jax.learning.runs.uniform import LEVEL, REPEATS, by_chance, check_uniform
 
 _HOW_NEAR = (
     f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "

@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import itertools
+import re
 from collections.abc import Iterable
 from functools import cached_property
 
@@ -14,10 +15,60 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import check_seed
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.labels import Labels
-from parc_jax.learning.runs.groups import group_numbers
-from parc_jax.learning.runs.law import FITTED, TO_ALL, TO_TRAINING, LawSpec, law_spec
-from parc_jax.learning.runs.subject import Subject, subject
+from parc_jax.learning.runs.law import (
+    FITTED,
+    TO_ALL,
+    TO_TRAINING,
+    LawSpec,
+    Subject,
+    law_spec,
+    subject,
+)
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
+
+NAMED = 1 << 62  # numbers of groups that have names; below it they have nothing but a number
+
+
+def group_numbers(groups, n: int) -> np.ndarray | None:
+    """Names of groups as int64: whole numbers, also as text, as they are; other texts by their
+    hash, equal in every file, from NAMED on. Raises InputError, also for an empty name and a number
+    that is not whole.
+    """
+    if groups is None:
+        return None
+    names = np.asarray(groups)
+    if names.shape != (n,) or names.dtype.kind not in "iuUS":
+        raise InputError(
+            f"groups: expected a whole number or a name for each of {n} rows; got "
+            f"{names.dtype} of shape {names.shape}."
+        )
+    if names.dtype.kind in "iu":
+        return names.astype(np.int64)
+    return np.array([_number(name.strip()) for name in names.astype(str).tolist()], np.int64)
+
+
+def _number(name: str) -> int:
+    whole = re.fullmatch(r"([+-]?\d{1,18})(\.0*)?", name)
+    if whole:
+        return int(whole[1])
+    if not name or re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)", name):
+        raise InputError(
+            f"groups: expected names, or whole numbers, of recordings; got {name!r}. Give each "
+            "recording a name with a letter in it."
+        )
+    return NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
+
+
+def worst_by_group(values: np.ndarray, groups: np.ndarray | None) -> np.ndarray:
+    """The largest of the values (n,) of every group, in the order in which groups first appear;
+    all of them without groups.
+    """
+    if groups is None:
+        return values
+    _, first, number = np.unique(groups, return_index=True, return_inverse=True)
+    worst = values[first].copy()
+    np.maximum.at(worst, number.ravel(), values)
+    return worst[np.argsort(first, kind="stable")]
 
 
 @struct.dataclass

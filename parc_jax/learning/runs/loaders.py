@@ -14,9 +14,8 @@ from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
-from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec
-from parc_jax.learning.runs.subject import words_of
-from parc_jax.learning.runs.uniform import check_uniform
+from parc_jax.learning.runs.independent import check_uniform
+from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec, words_of
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")

@@ -16,7 +16,7 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted
 from parc_jax.learning.labels import labels_of
-from parc_jax.learning.runs.subject import given_of
+from parc_jax.learning.runs.law import given_of
 from parc_jax.learning.system import check_system
 from parc_jax.learning.systems.user_code import blamed
 
