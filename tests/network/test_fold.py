@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from parc_jax.common.errors import InputError, SoundnessError
-from parc_jax.learning.network import fold as folding
+from parc_jax.learning.network import relu as folding
 from parc_jax.learning.network.relu import Normalisation, fold
 
 

@@ -10,7 +10,6 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, check_count
 from parc_jax.learning.network.relu import ReLUNetwork, features, relu_network
-from parc_jax.learning.network.train import training_arrays
 from parc_jax.learning.runs.batch import RolloutBatch
 
 ROUNDS = 40
@@ -26,6 +25,8 @@ def fit_tail(net: ReLUNetwork, data: RolloutBatch, power: float = 8.0) -> ReLUNe
     is least squares; 8 is close to the midrange and still smooth. Damped reweighted least squares;
     an output for which it does not help keeps its row. Raises InputError for a power below 2.
     """
+    from parc_jax.learning.network.train import training_arrays  # flax and optax
+
     if not power >= 2:
         raise InputError(f"fit_tail: expected a power of at least 2 (least squares); got {power}.")
     k, y = training_arrays(data)
@@ -91,7 +92,6 @@ class Training(Options):
 
 def fit(data: RolloutBatch, asked: Training, key: jax.Array) -> ReLUNetwork:
     """The network of the training runs `data`. Raises InputError."""
-    from parc_jax.learning.network.fit import fit_tail
     from parc_jax.learning.network.train import train_report, training_arrays  # flax and optax
 
     if not asked.hidden:
