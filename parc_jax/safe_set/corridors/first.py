@@ -18,13 +18,12 @@ from jaxtyping import Float
 from parc_jax.common.arrays import x64
 from parc_jax.common.backend import Backend, backend
 from parc_jax.common.shapes import Index, Params, Vector
-from parc_jax.learning.network.predict import moved_to, predict
 from parc_jax.safe_set.corridors.ends import ends_of
 from parc_jax.safe_set.corridors.placed import Placed, placed
 from parc_jax.safe_set.corridors.sampling import Draw, points
 from parc_jax.safe_set.verdict.pointwise import (
     Verdicts,
-    arrival,
+    anchored,
     prediction,
     verdict,
     verdict_in_turn,
@@ -149,10 +148,8 @@ def draw_round(asked: Placed, key: jax.Array, size: int) -> Drawn:
         z = None
 
     def plan(z: Vector | None, k: Params):
-        offsets, q, _ = predict(asked.end, asked.tube.layout._replace(n_steps=1), k)
-        p0 = asked.at if z is None else z - offsets[-1, :n_z]
-        bin, goal, start = arrival(asked.tube, scene, p0, moved_to(p0, offsets)[-1], q, k)
-        return Drawn(p0, k, (goal >= 0) & (start >= 0) & (bin >= 0))
+        p0, reaches = anchored(asked.end, asked.tube, scene, z, k, asked.at)
+        return Drawn(p0, k, reaches)
 
     return jax.vmap(plan)(z, k)
 

@@ -19,7 +19,6 @@ from parc_jax.learning.bound.error_set import ErrorSet
 from parc_jax.safe_set.separation.inequality import excess
 
 STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
-LOOKS = {2: 4, 3: 6}  # the same, of the test for contact
 FLAT = 1e3  # [units in the last place] sine of an angle below which a triangle is its edges
 
 
@@ -47,26 +46,6 @@ def separation(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, radi
     state = (jnp.where(gap == gap, gap, -jnp.inf), first, _unit(point), simplex)
     gap, w, _, _ = jax.lax.fori_loop(0, STEPS[n], step, state)
     return gap - radius, w
-
-
-def touching(points: Vectors, errors: ErrorSet, vertices: Vectors, radius: Scalar):
-    """() bool: does conv {points_i + E_i} meet conv(vertices) + ball for certain? Few steps, False
-    where they do not decide. Sizes as of `separation`. Kernel.
-    """
-    n = points.shape[-1]
-
-    def step(_: Index, state: tuple):
-        found, towards, simplex = state
-        _, point = _support(points, points, errors, vertices, towards)
-        inside = _holds_origin(simplex, point)
-        simplex, nearest = _nearest(simplex, point)
-        close = dot(nearest, nearest) <= radius * radius
-        return found | inside | close, _unit(nearest), simplex
-
-    first = _first_direction(points, points, vertices)
-    _, point = _support(points, points, errors, vertices, first)
-    state = (dot(point, point) <= radius * radius, _unit(point), jnp.broadcast_to(point, (n, n)))
-    return jax.lax.fori_loop(0, LOOKS[n], step, state)[0]
 
 
 def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vector):
@@ -122,25 +101,6 @@ def _nearest_of_triangle(triangle: Float[ArrayLike, "3 3"]):
     edges = jax.vmap(_nearest_of_edge)(jnp.stack([jnp.stack(e) for e in ((p, q), (q, r), (r, p))]))
     nearest = edges[dot(edges, edges).argmin()]
     return jnp.where(inside, foot, nearest)
-
-
-def _holds_origin(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):
-    """Is the origin inside the hull of n + 1 points, by more than rounding?"""
-    corners = jnp.concatenate([simplex, point[None]])
-    n = corners.shape[-1]
-    volume = _volume_in_plane if n == 2 else _volume_in_space
-    # of the hulls of the origin and all corners but one, with the sign of their orientation
-    volumes = jnp.stack([(-1) ** i * volume(*jnp.delete(corners, i, axis=0)) for i in range(n + 1)])
-    rounding = FLAT * jnp.finfo(volumes.dtype).eps * jnp.abs(corners).max() ** n
-    return (volumes > rounding).all() | (volumes < -rounding).all()
-
-
-def _volume_in_plane(p: Vector, q: Vector):
-    return p[0] * q[1] - p[1] * q[0]
-
-
-def _volume_in_space(p: Vector, q: Vector, r: Vector):
-    return dot(p, jnp.cross(q, r))
 
 
 def _unit(w: Vector):

@@ -138,14 +138,6 @@ class Pair(NamedTuple):
         near, allowed = self._own(jnp.stack([start, end]), jax.tree.map(lambda x: x[None], errors))
         return distance.separation(*near, at(allowed, 0), self.vertices, self.radius)
 
-    def touching(self, places: Path, errors: ErrorSet):
-        """(t,) bool: does the pair touch for certain at places with errors (t, n_points)?"""
-        if self.closed:
-            error = errors.half[:, 0]
-            return segment.touching(self.vertices, self.signs, self.radius, places, error)
-        times = jax.vmap(distance.touching, in_axes=(0, 0, None, None))
-        return times(*self._own(places, errors), self.vertices, self.radius)
-
     def support(self, w: Vector):
         """Of the obstacle and the part's shape together along a direction w, a unit vector."""
         return most(dot(self.vertices, w[None])) + self.radius

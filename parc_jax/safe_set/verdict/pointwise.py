@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from parc_jax.common.arrays import least, map_rows, product
+from parc_jax.common.arrays import least, map_rows, once, product, x64
 from parc_jax.common.shapes import (
     Index,
     Knot,
@@ -236,15 +236,31 @@ def _far(scene: SceneArrays, path: Path):
     return jnp.where(jnp.isfinite(path).all(), jnp.asarray(scene.beyond, path.dtype), -jnp.inf)
 
 
+def end_network(model: TrajectoryModel) -> ReLUNetwork:
+    """The network with the outputs of the first knot, the last one and q alone."""
+    net, n_c, n = model.net, model.n_c, model.layout.n_offsets
+    rows = np.r_[: n_c - model.n_p, n - n_c : len(net.biases[-1])]
+    short = [(*part[:-1], part[-1][rows]) for part in (net.weights, net.biases)]
+    return net.replace(weights=short[0], biases=short[1])
+
+
 def anchored(
-    net: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Vector, k: Params
+    end: ReLUNetwork,
+    tube: Tube,
+    scene: SceneArrays,
+    z: Vector | None,
+    k: Params,
+    at: Vector | None = None,
 ) -> tuple[jax.Array, jax.Array]:
-    """Start p0 (n_p,) from where the first point is predicted to end at z, and whether it reaches
-    the goal. Keeps volumes. [T15]
+    """The start (n_p,) from which the first point is predicted to end at z (n_p,), and whether
+    that plan reaches the goal. Preserves volumes. Kernel. [T15]
+
+    end: as of `end_network`. at: (n_p,) [m] a given start; z is not read then.
     """
-    offsets, _, _ = predict(net, tube.layout, k)
-    p0 = z - offsets[-1, : len(z)]
-    return p0, prediction(net, tube, scene, p0, k).reaches
+    offsets, q, _ = predict(end, tube.layout._replace(n_steps=1), k)
+    p0 = z - offsets[-1, : len(z)] if at is None else at
+    bin, goal, start = arrival(tube, scene, p0, moved_to(p0, offsets)[-1], q, k)
+    return p0, (goal >= 0) & (start >= 0) & (bin >= 0)
 
 
 _verdicts = jax.jit(jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)))
@@ -295,5 +311,15 @@ def anchor(scene: Scene, z: Positions, k: ManyParams) -> tuple[np.ndarray, np.nd
     """Starts (b, n_p) whose predicted ends are z, and which of them reach the goal (b,).
     No obstacle test.
     """
-    model, arrays = scene.model, scene.arrays
-    return map_rows(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, arrays, p, x), z, k)
+    end, tube, arrays = once(scene.model, end_network), on_device(scene.model.tube), scene.arrays
+    return map_rows(CHUNK_ANCHOR, lambda z, k: _anchored(end, tube, arrays, z, k), z, k)
+
+
+def on_device(tube: Tube) -> Tube:
+    """The tube where kernels find it; fitted errors are large, and moved there once."""
+    return tube if tube.templates is None else once(tube, _moved)
+
+
+def _moved(tube: Tube) -> Tube:
+    with x64():
+        return jax.device_put(tube)
