@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
 
-from parc_jax.safe_set.corridors.allowed import allowed_of
+from parc_jax.safe_set.corridors.choose import allowed_of
 from parc_jax.safe_set.corridors.corridor import Corridor
-from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.thresholds import Thresholds
+from parc_jax.safe_set.corridors.corridors import Corridors, Thresholds
 from parc_jax.safe_set.verdict.scene import scene_of
 
 

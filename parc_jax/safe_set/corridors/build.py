@@ -8,8 +8,7 @@ import numpy as np
 
 from parc_jax.common.arrays import in_chunks, once, x64
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.safe_set.corridors.allowed import allowed_of
-from parc_jax.safe_set.corridors.choose import PLANS, Chosen, choose_batch
+from parc_jax.safe_set.corridors.choose import PLANS, Chosen, allowed_of, choose_batch
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.sampling import Points, joined

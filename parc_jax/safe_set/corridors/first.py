@@ -18,9 +18,8 @@ from jaxtyping import Float
 from parc_jax.common.arrays import x64
 from parc_jax.common.backend import Backend, backend
 from parc_jax.common.shapes import Index, Params, Vector
-from parc_jax.safe_set.corridors.ends import ends_of
 from parc_jax.safe_set.corridors.placed import Placed, placed
-from parc_jax.safe_set.corridors.sampling import Draw, points
+from parc_jax.safe_set.corridors.sampling import Draw, ends_of, points
 from parc_jax.safe_set.verdict.pointwise import (
     Verdicts,
     anchored,

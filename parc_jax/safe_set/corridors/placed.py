@@ -7,7 +7,7 @@ from parc_jax.common.arrays import once, x64
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.safe_set.corridors.ends import BinEnds, ends_of
+from parc_jax.safe_set.corridors.sampling import BinEnds, ends_of
 from parc_jax.safe_set.verdict.pointwise import end_network
 from parc_jax.safe_set.verdict.scene import OneScene, Scene
 from parc_jax.safe_set.verdict.sized import ROOM, roomy

@@ -5,6 +5,9 @@ may end the search only if the one before it announced so, and only such looks h
 error probability. [T31]
 """
 
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -81,3 +84,32 @@ def largest_share(n: int, out: int, confidence: float, part: int) -> float:
     """
     delta = (1 - confidence) * 6 / (np.pi * part) ** 2
     return float(clopper_pearson(out, n, delta))
+
+
+class Limit:
+    """Most seconds of a search, from `start` on. cut: something was left undone for them."""
+
+    def __init__(self, seconds: float):
+        self.seconds = seconds
+        self.cut = False
+        self._begin: float | None = None
+
+    def start(self) -> None:
+        """Count from now, if not from earlier on: what comes before mostly compiles."""
+        if self._begin is None:
+            self._begin = time.perf_counter()
+
+    @contextmanager
+    def uncounted(self) -> Iterator[None]:
+        """What compiles inside does not count."""
+        begin = time.perf_counter()
+        yield
+        if self._begin is not None:
+            self._begin += time.perf_counter() - begin
+
+    def over(self, reserved: float = 0.0) -> bool:
+        """Asked where there is more to do, which True cuts off. reserved [s]: what comes after."""
+        if self._begin is not None:
+            spent = time.perf_counter() - self._begin
+            self.cut = self.cut or spent + reserved > self.seconds
+        return self.cut

@@ -7,7 +7,7 @@ certificate spells them exactly in a few bytes.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import combinations
@@ -20,8 +20,7 @@ from parc_jax.common import struct
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.safe_set.separation.pairs import bucket, numbered_pairs
-from parc_jax.safe_set.separation.polygon import corners
+from parc_jax.safe_set.separation.pairs import bucket, corners, numbered_pairs
 
 Cones = Sequence[tuple[int, ...]]  # rows of an obstacle that meet in a corner, n_p each
 N_DIRECTIONS = {2: 48, 3: 96}  # per obstacle, by dimension: about 7.5 and 20 degrees apart
@@ -341,3 +340,39 @@ def _rounded(power: list[int], rows: Sequence[int], share: list[float], bits: in
             kept.append(row)
             values.append(Fraction(whole << shift, 1 << bits))
     return Multiplier(tuple(kept), tuple(values))
+
+
+class Run(NamedTuple):
+    """A direction that separates one obstacle from interval `first` up to, not including, `end`."""
+
+    first: int
+    end: int
+    multiplier: Multiplier
+
+
+def merged_runs(multipliers: Iterable[Multiplier], intervals: Iterable[int]) -> list[Run]:
+    """Runs of one and the same multiplier over consecutive intervals."""
+    runs: list[Run] = []
+    for m, t in zip(multipliers, intervals, strict=True):
+        if runs and runs[-1].multiplier is m:
+            runs[-1] = runs[-1]._replace(end=int(t) + 1)
+        else:
+            runs.append(Run(int(t), int(t) + 1, m))
+    return runs
+
+
+def longest_lasting(holds: np.ndarray) -> np.ndarray:
+    """holds (d, T) -> (T,): a direction kept until it fails, then the one that lasts longest; -1
+    where none holds. So few runs as can be.
+    """
+    n_steps = holds.shape[1]
+    length = np.zeros((len(holds), n_steps + 1), int)
+    for t in range(n_steps - 1, -1, -1):
+        length[:, t] = np.where(holds[:, t], 1 + length[:, t + 1], 0)
+    out = np.full(n_steps, -1)
+    current = -1
+    for t in range(n_steps):
+        if current < 0 or not holds[current, t]:
+            current = int(np.argmax(length[:, t])) if holds[:, t].any() else -1
+        out[t] = current
+    return out

@@ -5,27 +5,74 @@ obstacle instead, turned inside out; a disc or ball stays a radius. One directio
 of a pair apart, whatever the body does, so nothing about turning is needed.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from functools import lru_cache
+from operator import mul
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import dot, least, most, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.polygons import corners_of_many
-from parc_jax.common.sets.rational import Point, convex_polygon
+from parc_jax.common.sets.rational import Point, convex_polygon, rational_vertices, whole
 from parc_jax.common.shapes import Index, Knot, Path, Vector
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.network.predict import Layout, by_point
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.separation import distance, segment
-from parc_jax.safe_set.separation.polygon import corners
+
+FARTHEST = 10**100  # [m] a corner beyond this is taken for a direction left open
+
+
+class Corner(NamedTuple):
+    """A vertex and the rows active at it. point: exact (n_p,). rows: indices, in the plane by the
+    angle of their normals.
+    """
+
+    point: Point
+    rows: tuple[int, ...]
+
+
+def corners(poly: HPolytope, name: str = "polygon") -> tuple[Corner, ...]:
+    """Corners of a bounded polytope in the plane, counter-clockwise, or in space; exact. Raises
+    InputError when empty or unbounded.
+
+    The last few hundred polytopes are remembered.
+    """
+    return _corners(poly.A.tobytes(), poly.b.tobytes(), poly.n, name)
+
+
+@lru_cache(maxsize=512)
+def _corners(rows: bytes, offsets: bytes, n: int, name: str) -> tuple[Corner, ...]:
+    A = np.frombuffer(rows).reshape(-1, n)
+    b = np.frombuffer(offsets)
+    points = rational_vertices(HPolytope(A, b), name)
+    if not points:
+        raise InputError(
+            f"{name}: expected a set with points in it; its rows contradict each other."
+        )
+    if any(abs(x) > FARTHEST for point in points for x in point):
+        raise InputError(
+            f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
+            "side."
+        )
+    exact = [whole(row) for row in np.column_stack([A, b]).tolist()]
+    in_order = np.argsort(np.arctan2(A[:, 1], A[:, 0]), kind="stable") if n == 2 else range(len(A))
+    out = []
+    for point in points:
+        *x, one = whole((*point, Fraction(1)))
+        active = [sum(map(mul, normal, x)) == bound * one for *normal, bound in exact]
+        out.append(Corner(point, tuple(int(i) for i in in_order if active[i])))
+    return tuple(out)
+
 
 BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 
@@ -255,3 +302,43 @@ def bucket(n: int) -> int:
         if n <= size:
             return size
     return 1 << (n - 1).bit_length()
+
+
+class Alike(NamedTuple):
+    """The pairs of a scene by kind, those of one kind one after another.
+
+    order (o,): pairs by kind. first (o + 1,): where each kind begins in it, and the last ends.
+    kinds (): how many kinds there are.
+    """
+
+    order: np.ndarray
+    first: np.ndarray
+    kinds: np.ndarray
+
+    def look(self, of_kind: Callable, of_pair: Callable, state: Any):
+        """The state after all pairs: of_pair(pair, known, state), with known = of_kind(pair) of one
+        pair of its kind. Kernel.
+        """
+        order, first = (jnp.asarray(x) for x in (self.order, self.first))
+
+        def kind(number: Index, state: Any):
+            known = of_kind(order[first[number]])
+            return jax.lax.fori_loop(
+                first[number],
+                first[number + 1],
+                lambda at, state: of_pair(order[at], known, state),
+                state,
+            )
+
+        return jax.lax.fori_loop(0, self.kinds, kind, state)
+
+
+def alike(w: Float[np.ndarray, "n d n_p"], points: Int[np.ndarray, "n i"], room: int) -> Alike:
+    """Of n pairs, with room for more: alike are those with equal directions and points."""
+    kinds: dict[bytes, list[int]] = {}
+    for pair, told in enumerate(zip(w, points, strict=True)):
+        kinds.setdefault(b"".join(x.tobytes() for x in told), []).append(pair)
+    order, first = np.zeros(room, np.int32), np.zeros(room + 1, np.int32)
+    order[: len(w)] = [pair for pairs in kinds.values() for pair in pairs]
+    first[1 : len(kinds) + 1] = np.cumsum([len(pairs) for pairs in kinds.values()])
+    return Alike(order, first, np.int32(len(kinds)))

@@ -13,9 +13,9 @@ from parc_jax.common.shapes import Index, Knot, Path
 from parc_jax.learning.bound.error_set import ErrorBox, at
 from parc_jax.learning.network.predict import moved_to
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.safe_set.verdict.facets import along_facets, facet_gap
 from parc_jax.safe_set.verdict.pointwise import clearance
 from parc_jax.safe_set.verdict.scene import Scene, Tabled
+from parc_jax.safe_set.verdict.screen import along_facets, facet_gap
 
 CHUNK = 32  # runs per compiled call: what a call holds of its records stays in cache
 ROUND = 512  # runs whose intervals are told apart at a time
