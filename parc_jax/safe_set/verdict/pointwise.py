@@ -155,16 +155,16 @@ def verdict_in_turn(
     scene: OneScene,
     p0: Vector,
     k: Params,
-    bin: Index | None = None,
-    first: Index | None = None,
+    bin: Index,
+    first: Index,
 ) -> tuple[Verdicts, jax.Array, jax.Array]:
-    """The same, of the obstacles one after another, the nearest boxes first: until all others are
-    farther than what was found, or one is touched. The clearance of what is safe is that of all.
+    """The same, pair by pair, the nearest bounding boxes first: until all others are farther than
+    the least gap so far, or one is touched. The clearance of a safe plan is that of all pairs.
     Kernel, not for vmap.
 
-    first: number of the obstacle that is looked at before all others, None for the nearest box.
-    Returns also the one that a plan touches, which another plan beside it may touch as well, and
-    how many were looked at, which is nearly all of the work.
+    bin: one that contains k. first: the pair tested first, negative for the nearest box.
+    Returns also the pair that the plan touches, which a plan beside it may touch as well, and the
+    number of pairs tested, which is nearly all of the work.
     """
     seen = prediction(net, tube, scene, p0, k, bin)
     errors = tube.during(seen.bin)
@@ -181,7 +181,7 @@ def verdict_in_turn(
         away, nearest, _, _ = state
         return seen.reaches & (least(away) < nearest) & (nearest > 0)
 
-    first = _first_of(away) if first is None else first
+    first = jnp.where(first < 0, _first_of(away), first)
     begin = away, _far(scene, seen.path), first, jnp.zeros((), jnp.int32)
     _, nearest, touched, looks = jax.lax.while_loop(open_still, look, begin)
     return Verdicts(*seen, nearest), touched, looks
