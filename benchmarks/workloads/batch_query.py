@@ -16,7 +16,7 @@ from benchmarks.timing import timed
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.safe_set.batch.scenes import BoxScenes, box_scenes
+from parc_jax.safe_set.batch.box_scenes import BoxScenes, box_scenes
 from parc_jax.safe_set.settings import Settings
 
 BATCHES = {"cpu": (64, 1024, 4096), "gpu": (64, 4096, 1 << 16, 1 << 20)}

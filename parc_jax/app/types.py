@@ -22,7 +22,7 @@ from parc_jax.planner.prepared import Prepared
 from parc_jax.problem.body import Body, Disc, Part, Polygon
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.proof.regions import RegionTable
-from parc_jax.safe_set.batch.scenes import BoxScenes
+from parc_jax.safe_set.batch.box_scenes import BoxScenes
 
 __all__ = [
     "AccelerationBound",

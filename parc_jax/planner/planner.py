@@ -18,10 +18,10 @@ from parc_jax.planner.prepared import Prepared
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.question import Question, plain_problems, question
 from parc_jax.proof.regions import RegionTable, regions_of
-from parc_jax.safe_set.batch.scenes import BoxScenes
+from parc_jax.safe_set.batch.box_scenes import BoxScenes
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.fits import require_same
 from parc_jax.safe_set.verdict.near import near_scene
+from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import SceneArrays
 
 if TYPE_CHECKING:

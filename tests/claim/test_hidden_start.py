@@ -26,7 +26,7 @@ from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.runs.subject import given_of
 from parc_jax.learning.system import time_grid
 from parc_jax.problem.robust.question import plain
-from parc_jax.safe_set.verdict.fits import outline_of, require_fit, require_same
+from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 from parc_jax.safe_set.verdict.scene import laid_out
 
 ENTRY = "HIDDEN_START(given v0)"

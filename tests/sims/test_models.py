@@ -18,7 +18,7 @@ from parc_jax.learning.bound.measure import allowance
 from parc_jax.learning.bound.score import score_arrays
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.runs.rows import simulate_rows
-from parc_jax.safe_set.verdict.fits import require_same
+from parc_jax.safe_set.verdict.outline import require_same
 
 DATA = Path(__file__).parents[1] / "data"
 # as docs/main_job.md tells; others are learned with the settings of their study

@@ -14,7 +14,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import TimeGrid, time_grid
-from parc_jax.safe_set.verdict.fits import outline_of, require_fit, require_same
+from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
 
 @dataclass(frozen=True)

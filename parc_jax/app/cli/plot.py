@@ -141,7 +141,7 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
     from parc_jax.app.cli.systems import black_box_with, find
     from parc_jax.app.plot.film import film
     from parc_jax.app.study.replay import replay
-    from parc_jax.safe_set.verdict.fits import require_same
+    from parc_jax.safe_set.verdict.outline import require_same
 
     try:
         module = find(named or answer.model.system, needed=("system",))

@@ -132,7 +132,7 @@ def scene_of(model):
     """The scene of the system that a model is of, with the body of its study, or the first of its
     BODIES that has the model's reference points. Raises InputError.
     """
-    from parc_jax.safe_set.verdict.fits import require_fit
+    from parc_jax.safe_set.verdict.outline import require_fit
 
     if model.system not in known():
         raise InputError(

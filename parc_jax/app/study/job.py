@@ -28,7 +28,7 @@ from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.proof.regions import RegionTable, enumerate_regions
 from parc_jax.safe_set.settings import Search, Settings
-from parc_jax.safe_set.verdict.fits import outline_of, require_fit, require_same
+from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
 METRICS = "metrics.json"
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there

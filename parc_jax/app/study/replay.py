@@ -17,9 +17,9 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.executions import executions_of
-from parc_jax.safe_set.verdict.fits import require_same
 from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.outcomes import outcomes, reached_and_touched
+from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import Scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone

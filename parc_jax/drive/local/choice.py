@@ -22,8 +22,8 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import System, check_system
 from parc_jax.problem.robust.question import Question
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.fits import require_same
 from parc_jax.safe_set.verdict.near import whole_scene
+from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import Scene
 from parc_jax.statement import about_pose
 
