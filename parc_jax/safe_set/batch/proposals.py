@@ -1,8 +1,9 @@
 """One scene of a batch: plans proposed in float32 from a pool that all scenes share, checked in
 float64. Kernels. [T15]
 
-The network is evaluated once for the pool, so a scene costs segment tests only. A proposal is never
-an answer: what is returned has passed the point test in float64, with the slack of [T11], like the
+The network is evaluated once for the pool, so a scene costs separation tests only. Estimated
+clearances, in float32, decide which proposals are checked; no verdict reads them. A plan that is
+returned has passed the point test in float64, with the rounding tolerance of [T11], like the
 samples of a single query.
 """
 
@@ -32,13 +33,14 @@ AROUND = 24  # directions tried in the plane; in space those from a cube to its 
 
 
 def along_fan(tube: Tube) -> Reach:
-    """How far errors reach against the directions of the fan, in float32."""
+    """Error support table against the direction set, in float32."""
     return reach(tube, _fan(tube.n_p), dtype=np.float32)
 
 
 def estimate_clearance(obstacles: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
-    """Estimated clearance [m] (c,) of paths (c, n_c, T + 1), float32 with the time last. taken:
-    along the fan, in their bins (c,).
+    """Estimated clearance (c,) [m] of paths (c, n_c, T + 1), float32 with the time last.
+
+    taken: error support table along the direction set, in the bins (c,) of the paths.
     """
     obstacles = jax.tree.map(single, obstacles)
     if obstacles.closed:
@@ -47,9 +49,9 @@ def estimate_clearance(obstacles: Obstacles, path: Float[jax.Array, "c n_c knots
 
 
 def estimate_roughly(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
-    """The same from every STRIDE-th knot alone: the paths are straight between these, with the
-    errors of the interval in the middle; an obstacle that exists in some interval between two of
-    them does in all.
+    """The same from every STRIDE-th knot: paths straight between these, with the errors of the
+    interval in the middle; an obstacle that exists in some interval between two of them exists in
+    all.
     """
     n_steps = path.shape[2] - 1
     knots = np.unique(np.linspace(0, n_steps, 1 + -(-n_steps // STRIDE)).round().astype(int))
@@ -97,8 +99,8 @@ def _along_edges(
 
 
 def _along_a_fan(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
-    """The largest gap along directions of a fan, the same for all pairs: too small between them.
-    How far every point is along one is worked out once for all pairs.
+    """The largest gap along a direction set, the same for all pairs: too small between the
+    directions. The projection of every point on a direction is computed once for all pairs.
     """
     n_pairs, _, n_p = pairs.vertices.shape
     n_steps = path.shape[2] - 1
@@ -140,12 +142,12 @@ WIDE = 0.3
 
 @struct.dataclass
 class Pool:
-    """n values of k with what the model says of them.
+    """n values of k with the model's predictions.
 
-    k (n, n_k), end (n, n_c) from p0, q (n, n_q): float64. final (n,): what may be off at the end.
-    least, most (n, n_p): of that, the extent of the first point.
-    known: (n,) bool, k has one bin, with a claim. bin: (n,) its number.
-    way (n, n_c, T + 1) from where the first point ends: float32; only proposals are made from it.
+    k (n, n_k), end (n, n_c) from p0, q (n, n_q): float64.
+    final (n,): errors at the end. least, most (n, n_p): their extent at the first point.
+    known: (n,) bool, k has one bin, with an error bound. bin: (n,) its number.
+    way: (n, n_c, T + 1) relative to the end of the first point, float32; only for proposals.
     """
 
     k: jax.Array
@@ -161,7 +163,7 @@ class Pool:
 
 @struct.dataclass
 class Best:
-    """The safe plans found so far, best first: plans (n, n_p + n_k), clearance (n,) [m], -inf where
+    """The best safe plans so far, best first: plans (n, n_p + n_k), clearance (n,) [m], -inf where
     there is none.
     """
 
@@ -254,9 +256,11 @@ def improve(
     z: Float[jax.Array, "c n_p"],
     worth: Bool[jax.Array, " c"],
 ) -> Best:
-    """Estimate plans that end in z (c, n_p) with k of the chosen items (c,), check the most
-    promising ones in float64, keep the best. fan: what errors take, of `along_fan`. worth (c,)
-    bool: the others are left alone.
+    """Estimate proposals, check the most promising ones in float64, hold on to the best.
+
+    fan: error support table of `along_fan`.
+    chosen: (c,) items of the pool, which give k. z: (c, n_p) [m] ends.
+    worth: (c,) bool, the others are ignored.
     """
     checked = CHECKED
     path = _paths(pool, chosen, z)
@@ -308,8 +312,8 @@ def search(
 ) -> tuple[Best, jax.Array]:
     """Rounds first..last - 1 of one scene; ends when every place of `best` holds a safe plan.
 
-    number (): the scene's own number, folded into the key. Returns the best plans and the rounds
-    that were run.
+    number: () of the scene, folded into the key.
+    Returns the best plans and the number of rounds.
     """
     ends = allowed_ends(pool, scene)
     rank = jnp.cumsum(ends.any, dtype=jnp.int32)
@@ -345,10 +349,10 @@ def rewarm(
     key: jax.Array,
 ) -> Best:
     """Begin from earlier plans (w, n_p + n_k), NaN where there is none: the same k and ends, then
-    more and more apart.
+    farther and farther away.
 
-    Proposal i < w is plan i itself, moved as little as goal and start ask for; the others vary k
-    and keep the end.
+    Proposal i < w is plan i itself, moved as little as goal and start require; the others vary k
+    and have the same end.
     """
     n_p = scene.z_lo.shape[0]
     usable = jnp.isfinite(plans).all(axis=1)

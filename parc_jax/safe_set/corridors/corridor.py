@@ -32,12 +32,15 @@ def lost(w: Float[ArrayLike, "o t n_p"], errors: ErrorSet, points: Int[ArrayLike
 
 
 class Corridor(NamedTuple):
-    """Directions that keep a plan clear of every obstacle.
+    """Directions that hold a plan clear of every obstacle.
 
-    w: (o, T, n_p) directions. support: (o, T) [m * |w|], w . p^ > support + h_E(-w) must hold;
-    float slack included, -inf where the obstacle is absent. multipliers: (o, T), exact w. points:
-    (o, i) reference points for which it must hold. p0 (n_p,), k (n_k,): a plan that satisfies it.
-    apart: the pruned pairs, which every plan clears.
+    w: (o, T, n_p) directions.
+    support: (o, T) [m * |w|], w . p^ > support + h_E(-w) must hold; rounding tolerance included,
+        -inf where the obstacle is absent.
+    multipliers: (o, T), exact w.
+    points: (o, i) reference points for which it must hold.
+    p0, k: (n_p,), (n_k,) a plan that satisfies it.
+    apart: the pruned pairs, which every plan clears; None where none was pruned.
     """
 
     w: np.ndarray

@@ -62,9 +62,10 @@ class Thresholds:
     ) -> Looked:
         """Thresholds of (corridor, bin) pairs, on the device.
 
-        corridors: all corridors; a number stays that of its corridor. corridor, bins: (pairs,) int.
-        Returns a table of these pairs alone: to move the whole cache costs more than to select.
-        All other pairs are infinite, and no plan exceeds that.
+        corridors: all corridors; a number stays that of its corridor.
+        corridor, bins: (pairs,) int.
+        Returns a table of these pairs alone: to move all of the cache costs more than to select.
+            Other pairs are infinite, and no plan exceeds that.
         """
         n_bins = self._row.shape[1]
         if self._table.nbytes > MOST_BYTES:

@@ -1,12 +1,12 @@
 """A part of a body during one interval against one obstacle, in the plane or in space: the best
 separating direction, and the gap it proves. [T14]
 
-Both sides are known by their supports alone: the hull of the part's points at two knots with their
+Both sides are given by their supports alone: the hull of the part's points at two knots with their
 errors, less the obstacle, has a support point along every direction, and the shortest vector from
-the origin to it is the best direction. It is found by a fixed number of steps of Gilbert, Johnson
-and Keerthi: go to the nearest point of a simplex, ask for the support along it, let the new point
-replace one. The steps only propose; the gap returned is what the inequality of the best of them
-gives.
+the origin to it is the best direction. A fixed number of steps of Gilbert, Johnson and Keerthi
+approaches it: go to the nearest point of a simplex, evaluate the support along it, let the new
+point replace one. The steps only propose; the gap returned is that of the inequality along the best
+of them.
 """
 
 import jax
@@ -26,9 +26,11 @@ def separation(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, radi
     """Gap [m] and unit direction (n_p,) of conv {a_i + E_i, b_i + E_i} from conv(vertices) + ball;
     gap > 0 proves they are disjoint. Kernel.
 
-    a, b: the points at both knots. errors: what is allowed around each, of as many. vertices:
-    repetitions allowed. The gap is the exact distance when positive, up to rounding; a touching or
-    overlapping pair gives gap <= 0 up to rounding.
+    a, b: (i, n_p) the points at both knots.
+    errors: (i,) sets E_i.
+    vertices: (v, n_p), repetitions allowed.
+    The gap is the exact distance when positive, up to rounding; a touching or overlapping pair
+        gives gap <= 0 up to rounding.
     """
     n = a.shape[-1]
 

@@ -1,8 +1,8 @@
-"""Every obstacle with every part of the body: what has to be kept apart. [T14, T19, T20]
+"""Pairs of an obstacle and a part of the body, which must be separated. [T14, T19, T20]
 
 A part is the hull of some reference points, grown by a shape. A polygon shape is added to the
-obstacle instead, turned inside out; a disc or ball stays a radius. One direction keeps all points
-of a pair apart, whatever the body does, so nothing about turning is needed.
+obstacle instead, reflected; a disc or ball stays a radius. One direction separates all points of a
+pair, however the body turns.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -82,13 +82,13 @@ class Obstacles:
     """Pairs of an obstacle and a part, obstacle by obstacle: pair o is obstacle o // n_parts, part
     o % n_parts. Padding pairs are never active; a padding vertex or point repeats another one.
 
-    vertices: (o, v, n_p) [m] of the obstacle + (-polygon), off by `polygons.OFF` at most. radius:
-        (o,) [m] of a disc or ball.
-    points: (o, i) numbers of the reference points. active: (o, T) bool, the intervals in which the
-        obstacle exists.
+    vertices: (o, v, n_p) [m] of the obstacle + (-polygon), off by `polygons.OFF` at most.
+    radius: (o,) [m] of a disc or ball.
+    points: (o, i) numbers of the reference points.
+    active: (o, T) bool, the intervals in which the obstacle exists.
     signs: (o, v, 2) in {-1, 0, 1} where errors are boxes around one point in the plane: a pair
         grown by errors e is a polygon with the corners vertices + signs * e, counter-clockwise, for
-        every e at once, and its distance is known in closed form. Else (o, 0, n_p).
+        every e at once, and its distance has a closed form. Else (o, 0, n_p).
     """
 
     vertices: np.ndarray
@@ -99,7 +99,7 @@ class Obstacles:
 
     @property
     def closed(self) -> bool:
-        """Is the gap known in closed form? Else a direction is searched for."""
+        """Has the gap a closed form? Else a direction is searched for."""
         return self.signs.shape[-2] > 0
 
     @property
@@ -120,8 +120,8 @@ class Obstacles:
         return jax.vmap(Pair.gaps, in_axes=(0, None, None))(every, path, errors)
 
     def away(self, path: Path, errors: ErrorSet):
-        """(o,) [m] what the gaps of each pair are at least, up to rounding, told by boxes around
-        all points and around the obstacle; -inf where these overlap. Kernel.
+        """(o,) [m] lower bound of the gaps of each pair, up to rounding, from boxes around all
+        points and around the obstacle; -inf where these overlap. Kernel.
         """
         n_p = self.vertices.shape[-1]
         places = by_point(path, path.shape[-1] // n_p)
@@ -190,7 +190,7 @@ class Pair(NamedTuple):
         return most(dot(self.vertices, w[None])) + self.radius
 
     def _own(self, path: Path, errors: ErrorSet):
-        """Places (t, i, n_p) and errors (t, i) of the pair's own points."""
+        """Places (t, i, n_p) and errors (t, i) of the points of this pair."""
         places = by_point(path, path.shape[-1] // self.vertices.shape[-1])
         return places[:, self.points], at(errors, np.s_[:, self.points])
 
@@ -305,10 +305,12 @@ def bucket(n: int) -> int:
 
 
 class Alike(NamedTuple):
-    """The pairs of a scene by kind, those of one kind one after another.
+    """The pairs of a scene grouped by shared normals: boxes of a map, one obstacle at many times.
+    The projections of a plan are computed once per group. [T14, T20]
 
-    order (o,): pairs by kind. first (o + 1,): where each kind begins in it, and the last ends.
-    kinds (): how many kinds there are.
+    order (o,): pairs, group by group.
+    first (o + 1,): where each group begins in `order`, and the last one ends.
+    kinds (): number of groups.
     """
 
     order: np.ndarray
@@ -316,8 +318,10 @@ class Alike(NamedTuple):
     kinds: np.ndarray
 
     def look(self, of_kind: Callable, of_pair: Callable, state: Any):
-        """The state after all pairs: of_pair(pair, known, state), with known = of_kind(pair) of one
-        pair of its kind. Kernel.
+        """The state after all pairs. Kernel.
+
+        of_kind: pair -> projections, evaluated for one pair of each kind.
+        of_pair: (pair, projections, state) -> state.
         """
         order, first = (jnp.asarray(x) for x in (self.order, self.first))
 
@@ -334,7 +338,7 @@ class Alike(NamedTuple):
 
 
 def alike(w: Float[np.ndarray, "n d n_p"], points: Int[np.ndarray, "n i"], room: int) -> Alike:
-    """Of n pairs, with room for more: alike are those with equal directions and points."""
+    """Group n pairs by equal directions and points, padded to a capacity of `room` pairs."""
     kinds: dict[bytes, list[int]] = {}
     for pair, told in enumerate(zip(w, points, strict=True)):
         kinds.setdefault(b"".join(x.tobytes() for x in told), []).append(pair)

@@ -1,9 +1,14 @@
-"""Which pairs of an obstacle and a part need no look: whatever plan reaches the goal, one direction
-keeps them apart in every interval. [T14, T19]
+"""Pruned pairs of an obstacle and a part: one direction separates them in every interval, for all
+plans that reach the goal. [T11, T14, T19]
 
-The direction is the normal of a row of the obstacle, for whose support the offset is a bound, so no
-corner has to be known. What is settled here is left out of a scene's arrays, and its direction goes
-into every certificate, where the checkers verify it as they do any other.
+The reachable envelope is a box per knot around all predicted places. A plan that counts ends in the
+goal, so its first point ends in the goal's box, and interval arithmetic over small boxes of K
+bounds all other places against that end. Each bound is as wide as rounding may make it:
+`Scene.slack` covers every sum of the network's outputs.
+
+The direction is the normal of a row of the obstacle, whose offset bounds the support, so no corner
+is needed. Pruned pairs are left out of a scene's arrays, and their directions go into every
+certificate, where the checkers verify them as any other.
 """
 
 from collections.abc import Sequence
@@ -27,15 +32,17 @@ BOXES = 1024  # about so many boxes of K, alike along all axes
 
 
 class Ways(NamedTuple):
-    """Bounds on the places of all points before the end: lo, hi (T + 1, n_c) [m], counted from
-    where the first point ends."""
+    """Bounds on the places of all points before the end.
+
+    lo, hi: (T + 1, n_c) [m], relative to the end of the first point.
+    """
 
     lo: np.ndarray
     hi: np.ndarray
 
 
 def ways_of(model: TrajectoryModel) -> Ways:
-    """Bounds on the ways of all plans with k in K, up to the rounding of the network."""
+    """Bounds on the paths of all plans with k in K, up to the rounding of the network."""
     net, layout, domain = model.net, model.layout, model.domain
     lo, hi = _small_boxes(domain)
     for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
@@ -79,9 +86,11 @@ ROUNDING = 64
 
 
 class Extent(NamedTuple):
-    """Where points can be during intervals: lo, hi (T, n_points, n_p) [m] around all predicted
-    places at both knots, as wide as rounding may make them. error (T, n_points, n_p) [m]: of boxes
-    around what any bin allows.
+    """The reachable envelope of points during intervals.
+
+    lo, hi: (T, n_points, n_p) [m] around all predicted places at both knots, as wide as rounding
+        may make them.
+    error: (T, n_points, n_p) [m], half widths of boxes around the errors of any bin.
     """
 
     lo: np.ndarray
@@ -114,12 +123,13 @@ class Extent(NamedTuple):
 
 
 class Apart(NamedTuple):
-    """The pairs of a problem, obstacle by obstacle and part by part, and which of them are settled.
+    """The pairs of a problem, obstacle by obstacle and part by part, and which of them are pruned.
 
-    kept (n,): numbers of those that are not. row (pairs,): of the others the row of the obstacle
-        that separates them, -1 for the kept ones. spans (pairs, 2): first and last interval in
-        which each exists. beyond: [m] a bound on how far all plans stay
-        away from what is settled, infinite where nothing is.
+    kept: (n,) numbers of the remaining pairs.
+    row: (pairs,) of a pruned pair the row of the obstacle that separates it, -1 for the others.
+    spans: (pairs, 2) first and last interval in which each exists.
+    beyond: [m] a bound on the distance of all plans from the pruned pairs, infinite where there are
+        none.
     """
 
     kept: np.ndarray
@@ -128,7 +138,7 @@ class Apart(NamedTuple):
     beyond: float
 
     def with_runs(self, own: Sequence[list[Run]]) -> list[list[Run]]:
-        """The runs of all pairs, of which those that are kept are given."""
+        """The runs of all pairs, given those of the remaining ones."""
         out = [
             [Run(int(first), int(last) + 1, Multiplier((int(row),), (Fraction(1),)))]
             for row, (first, last) in zip(self.row, self.spans, strict=True)
@@ -146,8 +156,12 @@ def extent_of(
     rounding: float,
     n_p: int,
 ) -> Extent:
-    """Where points can be, of plans whose first point ends in a box and starts in another one:
-    ends, starts (lo, hi) (n_p,) [m], which may be infinite. rounding: [m].
+    """The reachable envelope of plans whose first point ends in a box and starts in another one.
+
+    ways: as of `ways_of`.
+    ends, starts: (lo, hi) (n_p,) [m], which may be infinite.
+    errors: (T, n_c) [m] largest half widths of any bin.
+    rounding: [m].
     """
     n_points = ways.lo.shape[1] // n_p
     own_lo, own_hi = ways.lo[0, :n_p], ways.hi[0, :n_p]
@@ -160,8 +174,11 @@ def extent_of(
 
 
 def apart(problem: ReachAvoid, parts: Sequence[Part], extent: Extent, slack: float) -> Apart:
-    """Settle what can be settled; parts with the numbers of their points. slack: [m] per unit of
-    |w|_1, what every inequality pays.
+    """Prune the pairs that one row separates.
+
+    parts: of the body, with the numbers of their points.
+    extent: where the points can be.
+    slack: [m] per unit of |w|_1, which every inequality pays.
     """
     n, n_parts = len(problem.obstacles), len(parts)
     spans = spans_of(problem, len(extent.error))
@@ -199,7 +216,7 @@ def _settled(
     slack: float,
     spans: Int[np.ndarray, "s 2"] | None,
 ):
-    """Of some obstacles (numbers) the room [m] that the best of their rows leaves to a part, and
+    """Of some obstacles (numbers) the gap [m] that the best of their rows leaves to a part, and
     that row. spans: intervals that count, None for all.
     """
     chosen = [problem.obstacles[j] for j in some]
@@ -218,7 +235,7 @@ def _settled(
 
 
 def _gap(A: np.ndarray, b: np.ndarray, part: Part, extent: Extent, slack: float) -> np.ndarray:
-    """(rows, T) [m] by how much the row's normal keeps all points of a part apart, a bound."""
+    """(rows, T) [m] lower bound of the gap between a part and the obstacle along the row's normal."""
     up, down, size = np.maximum(A, 0.0), np.minimum(A, 0.0), np.abs(A)
     threshold = b + body_support(part.shape, A)
     least = np.minimum.reduce(

@@ -4,7 +4,7 @@ and the gap it proves, in closed form. [T14]
 The distance of two disjoint convex polygons is attained corner-to-edge or corner-to-corner, so one
 of these directions attains it: normals of the obstacle's edges, the two normals of the segment, or
 the direction from the nearest corner to the segment. The candidates only propose; the gap returned
-is what the support inequality of the chosen one gives.
+is that of the support inequality along the chosen one.
 """
 
 from fractions import Fraction

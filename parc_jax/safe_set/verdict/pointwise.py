@@ -2,8 +2,8 @@
 T14]
 
 Safe needs three positive proofs: goal margin, start margin, and a separating direction for every
-obstacle and interval, each clearing the float slack. A comparison with NaN is False, and `least`
-keeps what is undefined from getting lost in a minimum, so nothing undefined is ever safe.
+obstacle and interval, each clearing the rounding tolerance. A comparison with NaN is False, and
+`least` turns NaN into -inf before any minimum, so nothing undefined is ever safe.
 """
 
 from typing import NamedTuple
@@ -57,7 +57,7 @@ class Verdicts(NamedTuple):
 
     @property
     def reaches(self) -> np.ndarray | jax.Array:
-        """(b,) the goal is reached from an allowed start, whatever happens on the way."""
+        """(b,) the goal is reached from an allowed start; obstacles do not count."""
         return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
 
     @property
@@ -67,7 +67,7 @@ class Verdicts(NamedTuple):
 
     @property
     def room(self) -> np.ndarray:
-        """(b,) the least of the margins, positive only for safe ones; -inf where nothing is known.
+        """(b,) the least of the margins, positive only for safe plans; -inf where one is undefined.
         On the host.
         """
         least = np.minimum(np.minimum(self.goal, self.start), self.clearance)
@@ -83,9 +83,7 @@ def row_margin(
 
 
 class Prediction(NamedTuple):
-    """What the network says of one point, and whether it ends in the goal. Fields as in
-    Verdicts.
-    """
+    """The network's prediction of one plan, and whether it ends in the goal. Fields as in Verdicts."""
 
     path: jax.Array
     q: jax.Array
@@ -96,7 +94,7 @@ class Prediction(NamedTuple):
 
     @property
     def reaches(self):
-        """The goal is reached from an allowed start, whatever happens on the way."""
+        """The goal is reached from an allowed start; obstacles do not count."""
         return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
 
 
@@ -289,8 +287,8 @@ def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
 
 
 def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Prediction:
-    """What the network says of plans, as NumPy arrays: no look at the obstacles,
-    which costs most of a verdict.
+    """Predictions of plans, as NumPy arrays, without the test of obstacles, which is most of a
+    verdict.
     """
     model, arrays = scene.model, scene.arrays
 

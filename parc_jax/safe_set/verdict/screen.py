@@ -1,10 +1,15 @@
 """The pointwise test for many plans at once: facet normals first, the exact separation for the
-rest.
+rest. [T14, T20]
 
 Same verdict as `pointwise`, up to rounding: safe needs the same three proofs, and every obstacle
-and interval is separated by a direction that clears the slack. Most plans that are not safe show it
-in the one interval where the facets do worst; most intervals of the others are separated by a facet
-of the obstacle. What remains are a few intervals of a few plans.
+and interval is separated by a direction that clears the rounding tolerance. Most plans that are not
+safe show it in the one interval where the facets do worst; most intervals of the others are
+separated by a facet of the obstacle. A few intervals of a few plans remain.
+
+All facets and points of a group of obstacles at once, the intervals innermost: the projections of a
+plan on their normals are computed once per group, and padding is never tested. The support of
+fitted errors along a fixed direction is a number per bin, interval and point; so a fitted tube
+costs as much as a box.
 """
 
 from collections.abc import Callable
@@ -31,11 +36,13 @@ from parc_jax.safe_set.verdict.scene import Scene, Tabled
 
 
 class Facets(NamedTuple):
-    """What errors take along the facet normals of the pairs of a scene, each kept once.
+    """Supports of errors along the facet normals of the pairs of a scene, each normal once.
 
-    number (o, f): which of the normals. reach: against these. inside (n_bins, T, n_points, n_p): an
-    error that each bin allows, None for boxes. core (o, f) [m * |w|]: whoever is below all of it
-    is in the obstacle, moved by one point of the shape.
+    number: (o, f) which of the normals.
+    reach: error support table along these.
+    inside: (n_bins, T, n_points, n_p) an error that each bin allows, None for boxes.
+    core: (o, f) [m * |w|], a place below all of them is in the obstacle, moved by one point of the
+        shape.
     """
 
     number: np.ndarray
@@ -51,9 +58,10 @@ class Facets(NamedTuple):
         return (along < jnp.asarray(self.core)[o][None]).all(axis=1).any()
 
     def look(self, path: Path, bin: Index, scene: Tabled, see: Callable, state: Any):
-        """The state after all pairs: see(o, gap, state), with gap (T,) [m * |w|] by how much the
-        best facet normal separates pair o in each interval, less the slack; not positive: by none.
-        Kernel.
+        """The state after all pairs. Kernel.
+
+        see: (o, gap, state) -> state, with gap (T,) [m * |w|] by which the best facet normal
+        separates pair o in each interval, less the rounding tolerance; not positive: by none.
         """
         taken, number = self.reach.of(bin), jnp.asarray(self.number)
 
@@ -69,8 +77,10 @@ class Facets(NamedTuple):
 def along_facets(
     o: Index, path: Path, scene: Tabled, lost: Callable | None = None
 ) -> list[jax.Array]:
-    """(T,) for each facet of a pair: how far all its points are along the normal in each interval.
-    lost(facet, normal, point): (T,) what errors take, None for nothing. Kernel.
+    """(T,) for each facet of a pair: least projection of its points on the normal in each interval.
+    Kernel.
+
+    lost: (facet, normal, point) -> (T,) support of the errors, None for no errors.
     """
     normals, pairs = jnp.asarray(scene.directions.w), jnp.asarray(scene.obstacles.points)
     places = path.T.reshape(-1, normals.shape[-1], len(path))  # (n_points, n_p, T + 1)
@@ -91,8 +101,8 @@ def along_facets(
 
 
 def facet_gap(o: Index, along: list[jax.Array], scene: Tabled):
-    """(T,) [m * |w|] by how much the best facet normal separates a pair, less the slack, from what
-    `along_facets` says of it, or of one with the same normals. Kernel.
+    """(T,) [m * |w|] by how much the best facet normal separates a pair, less the rounding
+    tolerance, given `along_facets` of it, or of one with the same normals. Kernel.
     """
     normals, support = jnp.asarray(scene.directions.w), jnp.asarray(scene.directions.support)
     lost = (support[o, f] + scene.slack * jnp.abs(normals[o, f]).sum() for f in range(len(along)))
@@ -100,8 +110,8 @@ def facet_gap(o: Index, along: list[jax.Array], scene: Tabled):
 
 
 def facets_of(scene: Scene) -> Facets:
-    """The facets of a scene. What errors between faces take along them is worked out once per tube
-    and set of normals.
+    """The facets of a scene. Supports of fitted errors are computed once per tube and set of
+    normals.
     """
     tube, table = scene.model.tube, scene.directions
     normals = table.w[: int(scene.count), : table.n_facets]
@@ -111,7 +121,7 @@ def facets_of(scene: Scene) -> Facets:
 
 
 def _core(scene: Scene) -> np.ndarray:
-    """(o, f) of a scene; where not all facets are among the directions nothing is known."""
+    """(o, f) of a scene; -inf where not all facets are among the directions."""
     table = scene.directions
     core = np.full((len(table.w), table.n_facets), -np.inf)
     for o, (shape, cones) in enumerate(zip(table.shapes, table.cones, strict=True)):
@@ -142,12 +152,13 @@ SIZES = {True: (CHUNK, ITEMS), False: (256, 256)}
 
 
 class FacetTest(NamedTuple):
-    """What the test with facet normals tells; leading axis b. p0, path, pattern, bin: as in
+    """Result of the test with facet normals; leading axis b. p0, path, pattern, bin: as in
     Verdicts.
 
-    worst (b, 2): the pair and interval that look worst of some that are compared. unsure (b,): are
-    these separated? possible (b,): reaches, and they do not touch for certain. open (b, o, T): no
-    facet separates any other.
+    worst: (b, 2) the pair and interval of the least gap among some that are compared.
+    unsure: (b,) must these be tested still?
+    possible: (b,) reaches, and does not touch for certain.
+    open: (b, o, T) no facet separates any other.
     """
 
     p0: np.ndarray
