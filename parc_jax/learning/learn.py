@@ -24,18 +24,24 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     width_needed,
 )
-from parc_jax.learning.bound.pipeline import advice, bound_errors, learn_profiles, runs_ahead
-from parc_jax.learning.bound.runs import RecordedRuns, Runs, SystemRuns
+from parc_jax.learning.bound.pipeline import (
+    RecordedRuns,
+    Runs,
+    SystemRuns,
+    advice,
+    bound_errors,
+    learn_profiles,
+    runs_ahead,
+)
 from parc_jax.learning.bound.start_gap import StartTrial, try_starts
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import Training, fit
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.prior.teach import Taught, taught
-from parc_jax.learning.runs.batch import RolloutBatch, concatenate
+from parc_jax.learning.runs.batch import RolloutBatch, concatenate, worst_by_group
+from parc_jax.learning.runs.chunks import Forecast
 from parc_jax.learning.runs.collect import stream_rollouts
-from parc_jax.learning.runs.forecast import Forecast
-from parc_jax.learning.runs.groups import worst_by_group
 from parc_jax.learning.system import System, check_system
 
 FIRST_EPS = Fraction(1, 100)  # of the first bound: 688 runs at a delta of 1e-3

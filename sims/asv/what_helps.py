@@ -14,8 +14,7 @@ import numpy as np
 
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import Stage, generator, stream
-from parc_jax.learning.bound.pipeline import bound_errors
-from parc_jax.learning.bound.runs import HeldRuns
+from parc_jax.learning.bound.pipeline import HeldRuns, bound_errors
 from parc_jax.learning.bound.start_gap import try_starts
 from parc_jax.learning.learn import fit_network
 from parc_jax.learning.model import TrajectoryModel, trajectory_model

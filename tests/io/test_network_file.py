@@ -19,7 +19,7 @@ from parc_jax.app.files.network_file import (
     load_network,
 )
 from parc_jax.common.errors import InputError, SoundnessError
-from parc_jax.learning.network.fold import Normalisation
+from parc_jax.learning.network.relu import Normalisation
 
 
 def normalisation(rng, net):

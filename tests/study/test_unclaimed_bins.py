@@ -13,7 +13,7 @@ from parc_jax.app.study.report import final_error
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.common.status import OfRegion, Status
-from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import NO_CLAIM
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.neuralparc import Published

@@ -11,9 +11,14 @@ import numpy as np
 
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.common.on_use import package
-from parc_jax.learning.network.fold import FOLD_RELATIVE, Normalisation, fold
 from parc_jax.learning.network.predict import outputs
-from parc_jax.learning.network.relu import ReLUNetwork, relu_network
+from parc_jax.learning.network.relu import (
+    FOLD_RELATIVE,
+    Normalisation,
+    ReLUNetwork,
+    fold,
+    relu_network,
+)
 from parc_jax.learning.runs.files import read_npz, write_atomic
 
 SCALINGS = ("x_mean", "x_scale", "y_mean", "y_scale")
