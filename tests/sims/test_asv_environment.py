@@ -78,15 +78,3 @@ def test_stock_wrappers_do_not_repeat_the_first_task():
     episodes = [goals[0], goals[3], goals[6]]
     assert len({tuple(map(float, g[0])) for g in episodes}) == 3  # ... then a task of its own
     assert np.array_equal(goals[3], goals[4])
-
-
-@pytest.mark.night
-def test_environment_over_mjx_is_the_one_over_the_twin():
-    def run(plant):
-        env = HoverEnv(plant, law="full", redraw=0.3)
-        scan = jax.jit(
-            lambda s: jax.lax.scan(lambda s, _: (env.step(s, ACTION), s.obs), s, None, length=10)[1]
-        )
-        return np.asarray(scan(jax.jit(env.reset)(jax.random.PRNGKey(3))))
-
-    np.testing.assert_allclose(run("mjx"), run("ode"), atol=1e-10)
