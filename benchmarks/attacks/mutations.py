@@ -117,7 +117,7 @@ def mutate(copy: Copy, file: str, session: Path, since: str | None) -> tuple[lis
         _call(copy, "cosmic-ray", "init", config, session)
         _call(copy, "cr-filter-operators", session, config)
         if since:
-            _call(copy, "cr-filter-git", session, config)
+            _call(copy, "cr-filter-git", "--config", config, session)
     _call(copy, "cosmic-ray", "exec", config, session)
     return survivors(_call(copy, "cosmic-ray", "dump", session))
 
@@ -153,13 +153,13 @@ def main(arguments: list[str]) -> int:
         files = options.files or tuple(changed.splitlines())
     worse = []
     with tempfile.TemporaryDirectory() as folder:
-        copy, kept = Copy(folder), (options.path or Path(folder)).absolute()
-        kept.mkdir(parents=True, exist_ok=True)
+        copy, sessions = Copy(folder), (options.path or Path(folder)).absolute()
+        sessions.mkdir(parents=True, exist_ok=True)
         for file in files:
             if not tests_of(file):
                 print(f"{file}: no test imports it")
                 continue
-            session = kept / f"{file.replace('/', '.')}.sqlite"
+            session = sessions / f"{file.replace('/', '.')}.sqlite"
             missed, tried = mutate(copy, file, session, since)
             print(*(f"{file}, {line}" for line in missed), sep="\n")
             print(f"{tried - len(missed)} of {tried} changes of {file} noticed", flush=True)
