@@ -66,7 +66,7 @@ class Options:
     days: int = 0
     """Only lines that commits of so many days have touched; default files: all of parc_jax."""
     path: Path | None = None
-    """Folder of sessions: a stopped campaign goes on."""
+    """Folder of sessions: a stopped campaign about the same code goes on."""
 
 
 def tests_of(file: str) -> tuple[str, ...]:
@@ -148,7 +148,10 @@ def main(arguments: list[str]) -> int:
     options = tyro.cli(Options, args=arguments, description=__doc__)
     files, since = options.files or tuple(CORE), None
     if options.days:
-        since = _git("rev-list", "-1", f"--before={options.days} days ago", "HEAD")
+        before = f"--before={options.days} days ago"
+        since = _git("rev-list", "-1", before, "HEAD") or _git(
+            "rev-list", "-1", "--max-parents=0", "HEAD"
+        )
         changed = _git("diff", "--name-only", "--diff-filter=AM", since, "--", "parc_jax/*.py")
         files = options.files or tuple(changed.splitlines())
     worse = []
@@ -161,7 +164,8 @@ def main(arguments: list[str]) -> int:
                 continue
             session = sessions / f"{file.replace('/', '.')}.sqlite"
             missed, tried = mutate(copy, file, session, since)
-            print(*(f"{file}, {line}" for line in missed), sep="\n")
+            for line in missed:
+                print(f"{file}, {line}")
             print(f"{tried - len(missed)} of {tried} changes of {file} noticed", flush=True)
             allowed = CORE[file].survivors if file in CORE else None
             worse += [file] if allowed is not None and len(missed) > allowed else []
