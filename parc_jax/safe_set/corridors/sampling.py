@@ -12,7 +12,7 @@ from parc_jax.common.arrays import once
 from parc_jax.common.shapes import ManyParams, Positions
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.verdict.pointwise import Prediction, Verdicts
 from parc_jax.safe_set.verdict.scene import Scene
