@@ -235,7 +235,7 @@ def _settled(
 
 
 def _gap(A: np.ndarray, b: np.ndarray, part: Part, extent: Extent, slack: float) -> np.ndarray:
-    """(rows, T) [m] lower bound of the gap between a part and the obstacle along each normal."""
+    """(rows, T) [m] least gap of a part and the obstacle along the normal."""
     up, down, size = np.maximum(A, 0.0), np.minimum(A, 0.0), np.abs(A)
     threshold = b + body_support(part.shape, A)
     least = np.minimum.reduce(

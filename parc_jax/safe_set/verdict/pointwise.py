@@ -83,7 +83,7 @@ def row_margin(
 
 
 class Prediction(NamedTuple):
-    """The network's prediction of one plan, and its margins at the end. Fields as in Verdicts."""
+    """Prediction of one plan, and whether it ends in the goal. Fields as in Verdicts."""
 
     path: jax.Array
     q: jax.Array
