@@ -89,7 +89,7 @@ def test_the_shell_forecasts_a_whole_study():
 
 
 def test_the_readme_counts_every_run_of_the_main_job():
-    from parc_jax.app.study.driven import LOOKS
+    from parc_jax.drive.local.driven import LOOKS
     from parc_jax.drive.local.local_model import Local
     from sims.drift_parking.study import STUDY as MAIN
 

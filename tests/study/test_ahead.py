@@ -9,7 +9,7 @@ import toy_driven as toy
 from synthetic_plants import plant
 
 import parc_jax as pj
-from parc_jax.app.study.driven import compile_near, guessed_near
+from parc_jax.drive.local.driven import compile_near, guessed_near
 from parc_jax.drive.local.local_model import Local
 from parc_jax.learning.runs.collect import collect
 

@@ -14,13 +14,13 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.compare import compare
-from parc_jax.app.study.driven import compile_near, drive
 from parc_jax.app.study.numbers import facts_of
 from parc_jax.app.study.replay import Replay, replay, tally
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import part_of
 from parc_jax.common.stopwatch import Stopwatch
+from parc_jax.drive.local.driven import compile_near, drive
 from parc_jax.learning.learn import Learned, final_error, learn
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -145,7 +145,9 @@ def run_study(
         early(outcome)
     if driven:
         with watch("the plan that is driven"):
-            metrics |= {"driven": drive(system, answer, study, key, out, quiet, ahead)}
+            bounds = {"eps": study.eps, "delta": study.delta, "gap": study.gap}
+            chosen = drive(system, answer, key, out, **bounds, quiet=quiet, ahead=ahead)
+            metrics |= {"driven": chosen}
         answer.save(out / "answer.json")  # again: the file tells which looks are taken
         finish(out, metrics)
     return outcome

@@ -10,7 +10,6 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.files.episode_file import Episode, Manoeuvre, episode_of, is_episode, load_episode
 from parc_jax.app.plot.triangles import (
     body_triangles,
     goal_triangles,
@@ -21,6 +20,13 @@ from parc_jax.app.plot.triangles import (
 )
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.commitment import Commitment
+from parc_jax.drive.loop.episode_file import (
+    Episode,
+    Manoeuvre,
+    episode_of,
+    is_episode,
+    load_episode,
+)
 from parc_jax.drive.loop.log import episode_part
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic

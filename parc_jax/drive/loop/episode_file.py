@@ -2,11 +2,11 @@
 
 import json
 from fractions import Fraction
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from parc_jax.app.files.answer_file import model_of_file, problem_of_file
 from parc_jax.checker import Rejected, check_episode, load, number
 from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.episode import EPISODE, KIND, summary_of_episode
@@ -15,6 +15,7 @@ from parc_jax.common.spelling import nearest_floats
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.pose import Pose
+from parc_jax.proof.certificate.read import model_of_file, problem_of_file
 
 
 class Manoeuvre(NamedTuple):
@@ -40,7 +41,7 @@ class Episode(NamedTuple):
     meta: Any = None
 
 
-def is_episode(path) -> bool:
+def is_episode(path: str | Path) -> bool:
     """Does the file say that it is an episode, of whatever version? False for what cannot be
     read.
     """
@@ -51,7 +52,7 @@ def is_episode(path) -> bool:
         return False
 
 
-def load_episode(path) -> Episode:
+def load_episode(path: str | Path) -> Episode:
     """The episode of a file of `save_episode`, checked anew in exact arithmetic before anything is
     believed. Raises InputError when the file is no episode or its proof fails.
     """

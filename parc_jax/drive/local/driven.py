@@ -10,13 +10,13 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.study.settings import Study
 from parc_jax.common.sets.box import Box
 from parc_jax.drive.local.local_model import BINS, Local, guessed_claim, on_box
 from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import fit
 from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.system import System
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 
@@ -25,22 +25,25 @@ LOOKS = 2  # this very plan, and a claim near it
 
 
 def drive(
-    system,
+    system: System,
     answer: Answer,
-    study: Study,
     key: jax.Array,
     out: Path,
+    *,
+    eps: float,
+    delta: float,
+    gap: float,
     quiet: bool,
     ahead: Thread | None = None,
 ) -> dict:
     """What is known of the plan with most room: plan and sentences. The answer under the local
     claim is written as near.json, for the checker. ahead: what compiles for its query.
     """
-    chosen = answer.choose(delta=study.delta, looks=LOOKS)
-    chosen = chosen.run(system, key, eps=study.eps, quiet=quiet)
+    chosen = answer.choose(delta=delta, looks=LOOKS)
+    chosen = chosen.run(system, key, eps=eps, quiet=quiet)
     if ahead is not None:
         ahead.join()
-    chosen = chosen.claim_near(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
+    chosen = chosen.claim_near(system, key, Local(eps=eps, gap=gap), quiet=quiet)
     near = chosen.near
     if near.answer is not None:
         near.answer.save(out / "near.json")
