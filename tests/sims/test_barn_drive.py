@@ -15,8 +15,8 @@ from needs import need
 import parc_jax as pj
 import sims
 from parc_jax.app import cli
+from parc_jax.drive.loop.candidates import Outlook
 from parc_jax.drive.loop.commitment import Step
-from parc_jax.drive.loop.outlook import Outlook
 from sims import barn
 from sims.barn.drive import PATIENCE, beyond, drifted_since, drive
 from sims.barn.guidance import FAR, Guidance
