@@ -27,6 +27,7 @@ class Guide:
         whole = np.zeros((rows * self.block, columns * self.block), bool)
         whole[: grid.free.shape[0], : grid.free.shape[1]] = grid.free
         whole = np.pad(whole, 1)
+        # cells beyond the map count as occupied
         wide = distance_transform_edt(whole)[1:-1, 1:-1] * grid.resolution > radius
         free = wide.reshape(rows, self.block, columns, self.block).all(axis=(1, 3))
         self.cost = np.full((rows, columns), np.inf)

@@ -109,7 +109,7 @@ def among(movers: Movers, ways: Sequence, pose: np.ndarray, at: int, d: Driving,
     """
     # of either sign: a measurement from after the pose is off by as much
     age = abs(at - movers.stamp) / 1e9
-    radius = d.mover_radius + d.mover_speed * age + TOLERANCES.outline
+    radius = d.mover_radius + d.mover_speed * age + TOLERANCES.outline  # reachable by now
     away = np.abs(movers.places - pose[:2]).max(axis=1)
     if (away <= radius).any():
         return (

@@ -139,6 +139,7 @@ class Pilot:
                 f"pose: expected stamps that increase; got {stamp / 1e9:.9f} s after "
                 f"{self._stamp / 1e9:.9f} s."
             )
+        # the loop's clock begins at the first pose
         self._stamp = stamp
         self._first = stamp if self._first is None else self._first
         self.pose, self.given = pose, given
@@ -194,6 +195,7 @@ class Pilot:
             return  # older than all stored poses: its place is unknown
         poses[:, 2] = np.unwrap(poses[:, 2])
         during = stamps[(begin < stamps) & (stamps < end)]
+        # the middle comes second: its pose stands for the scan, the others bound the motion
         times = np.concatenate([[begin, (begin + end) // 2], during, [end]])
         way = np.stack([np.interp(times - begin, stamps - begin, one) for one in poses.T], axis=1)
         there, (x, y, yaw) = way[1], d.sensor
@@ -207,10 +209,12 @@ class Pilot:
         along = np.delete(np.arange(len(times)), 1)  # in the order of time
         took = np.diff(times[along]) / 1e9
         rates = motion(way[along[1:]], way[along[:-1]])[took > 0] / took[took > 0, None]
+        # motion from one beam to the next at the fastest rate of the sweep
         between = rates.max(axis=0, initial=0.0) * float(scan.time_increment)
         moved, turned = motion(way, there[None]).max(axis=0)
         c, s = np.cos(there[2]), np.sin(there[2])
         eye = there + np.array([c * x - s * y, s * x + c * y, yaw])
+        # doubt is along each axis, so a place may be off by its diagonal
         off = np.sqrt(2) * d.doubt_start + d.doubt_heading * arm + moved
         doubt = (off, d.doubt_heading + turned)
         seen = seen_in(scan, eye, noise=d.noise, width=d.width, doubt=doubt, between=tuple(between))
@@ -317,5 +321,6 @@ def _outline(model: TrajectoryModel, robot: Footprint | float):
             f"{robot!r:.40}."
         )
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    # circumscribed: the polygon holds the disc
     around = robot / np.cos(np.pi / SIDES) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return around, float(robot)

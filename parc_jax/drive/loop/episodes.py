@@ -184,8 +184,9 @@ class Ledger:
         else:
             write_atomic(about, json.dumps(self.meta, sort_keys=True, indent=1).encode())
         text = (self.folder / LINES).read_bytes()
+        # a line that a killed run did not finish is dropped, and its episode driven again
         whole = text.rfind(b"\n") + 1
-        os.ftruncate(self._file, whole)  # a line that a killed run did not finish
+        os.ftruncate(self._file, whole)
         for i, line in enumerate(text[:whole].splitlines()):
             one = _read(self.folder / LINES, i, line)
             if one.number in self.done:

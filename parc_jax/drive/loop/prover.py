@@ -166,6 +166,7 @@ class Packer:
 
         class Pickler(pickle.Pickler):
             def persistent_id(pickler: pickle.Pickler, x: object):
+                # by identity: a model is megabytes, and each commitment holds two
                 return self._number(x, new) if isinstance(x, TrajectoryModel) else None
 
         buffer = BytesIO()
@@ -228,6 +229,7 @@ class Proving:
         known = self._about and about[0] is self._about[0] and about[1] == self._about[1]
         if self._chain is None or not known:
             self._about, self._chain = about, checker.Chain(head_part(one.asked))
+        # another episode: the robot was moved, so it follows no manoeuvre
         if one.number == 0:
             self._chain.last = None
         return self._chain

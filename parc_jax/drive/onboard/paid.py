@@ -106,9 +106,10 @@ def _unpaid(table: Tables, model: TrajectoryModel, room: Fraction) -> str | None
     bounded = _network_bounded(model.net, np.array(ends, object))
     if bounded is None:
         return "a network whose outputs may overflow"
-    beta, most = bounded
+    beta, most = bounded  # of the outputs, with all rounding of the layers
     moved = U * (most + start) + ETA  # what p0 + out loses
     off, size = beta + moved, most + start + moved
+    # compared before any sum: an overflow would make every later bound void
     if size > LARGEST:
         return "starts so far out that sums may overflow"
     of_rows = _norms(table.start_A)
@@ -129,6 +130,7 @@ def _network_bounded(net: ReLUNetwork, size: np.ndarray) -> tuple[Fraction, Frac
         absolute = weight @ size + np.abs(_exact(b))
         if (absolute > LARGEST / 4).any():
             return None
+        # numerators of exact rationals grow with every layer: both bounds are rounded up
         off = _up(weight @ off + _lost_by(n + 1, 2 * n, absolute))
         size = _up(_reach_of(n + 1, 2 * n, absolute))
     return off.max(), size.max()

@@ -78,6 +78,7 @@ def tables(answer: Answer) -> Tables:
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
     paths, bins = paths_of(model, p0, k), model.tube.bins_of(k)[:, 0]
     left = [_left(corridor, model.tube.during(bins), paths) for corridor in answer.corridors]
+    # most tests end in the corridor that holds most samples, so it comes first
     order = np.argsort([outside.any(axis=(1, 2)).sum() for outside in left], kind="stable")
     corridors = [answer.corridors[i] for i in order]
     runs = _runs(corridors)
@@ -95,6 +96,7 @@ def tables(answer: Answer) -> Tables:
         start_A=start_A,
         start_b=start_b,
         goal_A=goal_A,
+        # a bin without claim leaves no goal: its rows hold for no number
         goal_b=np.where(np.isfinite(lost_at_end), goal_b - lost_at_end, -NO_CLAIM),
         plans=np.unique(
             np.concatenate([k, *([c.k] for c in corridors), *([p.k] for p in answer.polytopes)]),

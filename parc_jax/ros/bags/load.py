@@ -132,7 +132,7 @@ def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock)
         _require_one_clock(pose, said[pose], command, orders, clock)
     except InputError as error:
         raise InputError(f"{one}: {error}") from None
-    order = np.argsort(times, kind="stable")
+    order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
     return windows(where, times[order], values[order], time, after, bridge), where.frames
 
 
@@ -287,7 +287,7 @@ def windows(
     given = _interpolated(where.times, where.more, begin, bridge)
     ends = np.minimum(following, where.times[-1])
     gaps = (np.isnan(pose).any(axis=2) & (where.times[0] <= at) & (at <= ends[:, None])).any(axis=1)
-    pose[at > following[:, None]] = np.nan
+    pose[at > following[:, None]] = np.nan  # poses behind the next command are of another run
     short = at[:, -1] > ends
     return Windows(np.concatenate([given, commands[first]], axis=1), _from_start(pose), short, gaps)
 
@@ -304,6 +304,7 @@ def _interpolated(
     wide = times[right] - times[right - 1]
     share = ((at - times[right - 1]) / wide)[..., None]
     found = (1 - share) * values[right - 1] + share * values[right]
+    # at a pose itself nothing is interpolated, however wide the gap beside it
     exact = (at == times[right]) | (at == times[right - 1])
     unknown = (at < times[0]) | (at > times[-1]) | ((wide > bridge * 1e9) & ~exact)
     return np.where(unknown[..., None], np.nan, found)

@@ -273,6 +273,7 @@ def _plan(answer: Answer, plan) -> np.ndarray | None:
 
 
 def _episode(says: Messages, driven: Episode, start: int) -> list[Line]:
+    # each manoeuvre is shown until it was left for the next one, the last one to its end
     lines: list[Line] = [(start, "/statement", TEXT, says.text(driven.statement))]
     first = driven.manoeuvres[0].begin
     ends = [one.begin for one in driven.manoeuvres[1:]]
