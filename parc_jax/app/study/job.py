@@ -147,13 +147,13 @@ def run_study(
         early(outcome)
     if driven:
         with watch("the plan that is driven"):
-            metrics |= {"driven": _drive(system, answer, study, key, out, quiet, ahead)}
+            metrics |= {"driven": drive(system, answer, study, key, out, quiet, ahead)}
         answer.save(out / "answer.json")  # again: the file tells which looks are taken
         finish(out, metrics)
     return outcome
 
 
-def _drive(
+def drive(
     system,
     answer: Answer,
     study: Study,
