@@ -73,8 +73,8 @@ class Near:
     """A claim about a box N around the plan alone, and the problem proved again under it. [T23]
 
     model: of N alone. answer: to the same problem under its tube; None where the tube has no claim.
-    look: the one that was spent. share: exact, of K that N takes. proved: the largest box in N,
-    found by search, of plans from the start that are all proved safe under the local tube, or None.
+    look: the one that was spent. share: exact, of K that N takes. proved: a large box in N
+    of plans from the start, all proved safe under the local tube, or None.
     at_end, on_the_way: geometric mean factors by which the local tube is narrower than that over K;
     infinite where the latter has no claim.
     """

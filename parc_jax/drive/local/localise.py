@@ -93,10 +93,10 @@ def localise(
     plan: np.ndarray | None = None,
     quiet: bool = True,
 ) -> LocalAnswer:
-    """Bound the error on a box of K by runs of its own and answer a question again under it.
+    """Bound the error on a box of K by fresh runs there and answer a question again under it.
 
     start: result of `start_trial`. key: only its DRIVEN stream is used. looks: the account, of
-    which one look is spent, whatever its runs show. settings: of the query.
+    which one look is spent, also where its runs fail. settings: of the query.
     plan (n_p + n_k,): the plan in the box that was chosen before. None: there is none yet; network
     and shape of the tube are selected for this problem, and the query searches around the plan with
     the largest margin under the claim. Raises InputError.
@@ -203,7 +203,7 @@ def guessed_claim(net: ReLUNetwork, train: RolloutBatch, profile: Tube) -> Error
 @dataclass(frozen=True, eq=False)
 class LocalRuns(Runs):
     """Runs of a system on a box N inside K, from the streams of a fresh key: TRAIN for the network,
-    then, behind `trained` rows, for the error shape; BOUND for the claim. The system keeps its K,
+    then, behind `trained` rows, for the error shape; BOUND for the claim. K of the system stays,
     so nothing is compiled again.
     """
 

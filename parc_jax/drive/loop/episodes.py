@@ -144,7 +144,7 @@ def drive_episodes(
 class Ledger:
     """Open while it is written: `with Ledger(folder, meta) as ledger`.
 
-    meta: what the episodes are of; a folder of others is refused. done: episodes by their number.
+    meta: identity of the episodes; a folder of others is refused. done: episodes by their number.
     """
 
     def __init__(self, folder: str | Path, meta: dict):

@@ -52,10 +52,10 @@ class Prover:
         self.most, self.proofs = most, []
         self._sent, self._packer = 0, Packer()
         context = multiprocessing.get_context("spawn")
-        self._asked = context.Queue()  # a thread of it waits where its pipe is full, no loop does
-        self._asked.cancel_join_thread()
+        self._tasks = context.Queue()  # a thread of it waits where its pipe is full, no loop does
+        self._tasks.cancel_join_thread()
         self._answers, there = context.Pipe(duplex=False)
-        self._process = context.Process(target=serve, args=(self._asked, there), daemon=True)
+        self._process = context.Process(target=serve, args=(self._tasks, there), daemon=True)
         self._process.start()
         there.close()
         self._wait_ready()
@@ -72,12 +72,12 @@ class Prover:
 
     def add(self, one: Commitment) -> None:
         """Prove it, as soon as those before it are."""
-        self._asked.put(self._packer.pack(one))
+        self._tasks.put(self._packer.pack(one))
         self._sent += 1
 
     def rehearse(self, one: Commitment) -> None:
-        """Read its model and compile what a proof of such a commitment needs; waits for it."""
-        self._asked.put(self._packer.pack(one, rehearsal=True))
+        """Read its model and compile its proof; waits for both."""
+        self._tasks.put(self._packer.pack(one, rehearsal=True))
         self._wait_ready()
 
     @property
@@ -119,8 +119,8 @@ class Prover:
         return self.proofs
 
     def close(self) -> None:
-        """End the process; what waits is not proved."""
-        self._asked.close()
+        """End the process; waiting commitments stay unproved."""
+        self._tasks.close()
         self._process.kill()
         self._process.join()
         self._answers.close()
@@ -235,12 +235,12 @@ class Proving:
         return self._chain
 
 
-def serve(asked: Queue, answers: Connection) -> None:
-    """Prove commitments of the queue `asked`, send proofs by `answers`, until None comes."""
+def serve(tasks: Queue, answers: Connection) -> None:
+    """Prove commitments of the queue `tasks`, send proofs by `answers`, until None comes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, which ends this process
     unpacker, proving = Unpacker(), Proving()
     answers.send(READY)
-    while (packed := asked.get()) is not None:
+    while (packed := tasks.get()) is not None:
         one = unpacker.unpack(packed)
         proof = proving.proof(one)
         answers.send(READY if packed.rehearsal else proof)

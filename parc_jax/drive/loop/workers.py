@@ -98,27 +98,27 @@ def _of_numpy(value: object):
     raise InputError(f"Outcome: expected told of plain values; got {type(value).__name__}.")
 
 
-def serve(asked: Connection, pickled: bytes) -> None:
-    """Run in a worker process: receive tasks and send episodes by the connection `asked`, one at a
+def serve(parent: Connection, pickled: bytes) -> None:
+    """Run in a worker process: receive tasks and send episodes by the connection `parent`, one at a
     time, until it is closed.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, which ends its workers
     try:
         drive, law = pickle.loads(pickled)
     except Exception as error:
-        asked.send(said(error))
+        parent.send(said(error))
         return
     try:
-        asked.send(READY)
+        parent.send(READY)
         while True:
-            asked.send(run_one(drive, law, asked.recv()))
+            parent.send(run_one(drive, law, parent.recv()))
     except (EOFError, OSError):  # the parent is gone
         return
 
 
 def driven(drive: Callable, law: Callable, tasks: Iterable[Task], workers: int) -> Iterator[Driven]:
     """The episodes of tasks, in the order in which they end. workers: 0 for none, all in this
-    process. Raises InputError for what cannot be sent to workers.
+    process. Raises InputError where one cannot be sent to workers.
     """
     if not workers:
         yield from (run_one(drive, law, task) for task in tasks)

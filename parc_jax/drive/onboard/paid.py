@@ -81,8 +81,8 @@ def _within(indices: np.ndarray, n: int) -> bool:
 
 
 def require_paid(table: Tables, model: TrajectoryModel, slack: float) -> None:
-    """Half of the slack for each unit of |w|_1 pays for what the header's own code rounds; the
-    other half is for the tables. Raises InputError where it does not.
+    """Raises InputError unless half of the slack for each unit of |w|_1 pays for all rounding of
+    the header's code; the other half is for the tables.
     """
     unpaid = _unpaid(table, model, Fraction(slack) / 2)
     if unpaid:
@@ -193,7 +193,7 @@ def _grown(depth: int) -> Fraction:
 
 
 def _lost_by(depth: int, n: int, size):
-    """What n roundings, at most so many one after another, may lose of terms of a size."""
+    """Bound on the loss of n roundings, `depth` of them in sequence, of terms of a size."""
     return (_grown(depth) - 1) * size + n * ETA * _grown(depth)
 
 

@@ -40,8 +40,8 @@ class Tables(NamedTuple):
     way. pair_points (o, i).
     far (n_p,) [m]: a plan that ends in the goal starts no farther out along an axis; all others are
     refused, so that the size of every number is bounded. start_A (s, n_p), start_b (s,): rows of P0
-    less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows of the goal less what the errors
-    of a bin take, and the slack.
+    less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows of the goal less the support of
+    the errors of a bin, and the slack.
     plans (n_plans, n_k): safe ones.
     """
 

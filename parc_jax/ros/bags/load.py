@@ -295,8 +295,8 @@ def windows(
 def _interpolated(
     times: np.ndarray, values: np.ndarray, at: np.ndarray, bridge: float
 ) -> np.ndarray:
-    """(..., j) of values (m, j) at times (...) [ns]; NaN outside of them, and between two that are
-    farther apart than the bridge [s].
+    """(..., j) of values (m, j) at times (...) [ns]; NaN outside of them, and across gaps above
+    the bridge [s].
     """
     right = np.clip(np.searchsorted(times, at), 1, max(len(times) - 1, 1))
     if len(times) < 2:
@@ -311,7 +311,7 @@ def _interpolated(
 
 
 def _from_start(pose: np.ndarray) -> np.ndarray:
-    """Poses (m, t, 3) seen from the first of each run."""
+    """Poses (m, t, 3) relative to the first of each run."""
     moved = pose - pose[:, :1]
     cosine, sine = np.cos(pose[:, :1, 2]), np.sin(pose[:, :1, 2])
     ahead = cosine * moved[..., 0] + sine * moved[..., 1]
