@@ -11,8 +11,7 @@ import numpy as np
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.error_set import ErrorBox
-from parc_jax.learning.bound.faces import Faces, faces
+from parc_jax.learning.bound.error_set import ErrorBox, Faces, faces
 from parc_jax.learning.bound.tube import fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import relu_network

@@ -107,7 +107,7 @@ ROBOT = (
     ),
     Fault(
         "errors_of_runs_that_were_seen",
-        "learning.prior.correct.corrected",
+        "learning.prior.identify.corrected",
         "errors[chosen], *typical",
         "truth - whole, *typical",
         "tests/prior/test_correct.py::test_errors_are_those_of_runs_that_had_not_been_seen",

@@ -25,7 +25,7 @@ from benchmarks.attacks.jump_plant import (
 )
 from benchmarks.attacks.promises import PROMISES, Promise
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.bound.tube import fitted_tube

@@ -11,7 +11,8 @@ from turning_bar import Bar
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.network.predict import layout_of, outputs, trajectories
+from parc_jax.learning.network.predict import layout_of, trajectories
+from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.train import train, train_report, training_arrays
 from parc_jax.learning.runs.collect import collect
 

@@ -16,7 +16,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.status import Status
-from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.planner.planner import Planner

@@ -15,7 +15,7 @@ from toy_models import assumed, told
 from parc_jax import checker
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
-from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube, refined, zero_tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.predict import by_point, moved_to, trajectories

@@ -8,8 +8,7 @@ import slipping
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.learning.prior.correct import flat, folds
-from parc_jax.learning.prior.identify import Kind, chosen_kind, fitted, moving_body
+from parc_jax.learning.prior.identify import Kind, chosen_kind, fitted, flat, folds, moving_body
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import law_spec
 

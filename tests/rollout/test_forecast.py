@@ -14,7 +14,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.bound.counts import required_runs
 from parc_jax.learning.learn import forecast_of, learn
-from parc_jax.learning.runs.forecast import Forecast, Pace, spell
+from parc_jax.learning.runs.chunks import Forecast, Pace, spell
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 

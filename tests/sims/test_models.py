@@ -14,10 +14,9 @@ from parc_jax import checker
 from parc_jax.app import cli
 from parc_jax.app.cli.systems import black_box_of, find, scene_of, study_of
 from parc_jax.common.keys import Stage, key_of
-from parc_jax.learning.bound.measure import allowance
-from parc_jax.learning.bound.score import score_arrays
+from parc_jax.learning.bound.measure import allowance, score_arrays
+from parc_jax.learning.runs.collect import simulate_rows
 from parc_jax.learning.runs.law import law_of
-from parc_jax.learning.runs.rows import simulate_rows
 from parc_jax.safe_set.verdict.outline import require_same
 
 DATA = Path(__file__).parents[1] / "data"

@@ -11,9 +11,9 @@ import pytest
 from synthetic_plants import disturbed, plant, spike, straight, straight_network
 
 from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.monitor import inside_tube, monitor
 from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.risk import NoStatement
 from parc_jax.learning.runs.collect import collect
 
 NET, KEY = straight_network(4), jax.random.PRNGKey(0)

@@ -10,8 +10,8 @@ from toy_models import fold_model, line_model, random_network
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.labels import Labels
-from parc_jax.learning.network.predict import outputs
-from parc_jax.learning.network.within import outputs_within
+from parc_jax.learning.network.relu import outputs
+from parc_jax.learning.network.rounding import outputs_within
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import hull
 from parc_jax.problem.doubt import Doubt

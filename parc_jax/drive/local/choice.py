@@ -15,8 +15,13 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.localise import Local, LocalAnswer, localise, start_trial
 from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box, share_of
-from parc_jax.learning.bound.counts import as_probability, clopper_pearson, required_runs
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.counts import (
+    NoStatement,
+    Risk,
+    as_probability,
+    clopper_pearson,
+    required_runs,
+)
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch

@@ -22,7 +22,8 @@ from parc_jax.common.spelling import listed
 from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs, trajectories
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.robust.pose import Pose
 

@@ -17,10 +17,9 @@ from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.options import check_count
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
 from parc_jax.learning.bound.counts import as_probability, clopper_pearson
-from parc_jax.learning.runs.chunks import cores
+from parc_jax.learning.runs.chunks import cores, refuse_other_work
+from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.runs.resume import refuse_other_work
-from parc_jax.learning.runs.rows import seed_of
 from parc_jax.learning.systems.identity import lasting_digest
 from parc_jax.statement import about_episodes
 

@@ -11,7 +11,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.drive.loop.candidates import AT_ONCE
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.rounding import rounding_bound
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.doubt import FREE, Doubt

@@ -15,8 +15,7 @@ from jaxtyping import Float
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.learning.bound.bins import each_bin
-from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorSet, at
-from parc_jax.learning.bound.faces import Templates
+from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorSet, Templates, at
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point

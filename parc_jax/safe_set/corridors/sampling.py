@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from parc_jax.common.shapes import ManyParams, Positions
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.safe_set.corridors.ends import ends_of
 from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.verdict.pointwise import Prediction, Verdicts
