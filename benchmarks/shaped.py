@@ -18,8 +18,8 @@ from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.problem.robust.question import Plain
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.search import cover, draw_safe_plans
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import work_of
 from parc_jax.safe_set.verdict.near import near_scene
 

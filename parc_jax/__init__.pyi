@@ -48,10 +48,10 @@ from parc_jax.problem.body import hull as hull
 from parc_jax.problem.doubt import Doubt as Doubt
 from parc_jax.problem.problem import goal_of_points as goal_of_points
 from parc_jax.problem.problem import reach_avoid as reach_avoid
+from parc_jax.problem.world.moving import moving as moving
 from parc_jax.proof.regions import enumerate_regions as enumerate_regions
 from parc_jax.proof.regions import march as march
 from parc_jax.safe_set.batch.box_scenes import box_scenes as box_scenes
-from parc_jax.safe_set.separation.moving import moving as moving
 from parc_jax.safe_set.settings import Settings as Settings
 
 __version__: str

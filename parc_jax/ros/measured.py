@@ -12,10 +12,10 @@ from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.system import TimeGrid
 from parc_jax.problem.world.free_space import FreeSpace
 from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
+from parc_jax.problem.world.moving import moving
 from parc_jax.problem.world.seen import seen_from
 from parc_jax.ros.bags.fields import frames_of, stamp_of, yaw_of
 from parc_jax.ros.driving import Driving
-from parc_jax.safe_set.separation.moving import moving
 
 EVERY = 3  # intervals of a manoeuvre for which a disc has one outline
 SIDES = np.pi / 4 * np.arange(8)  # of an outline: a loop's scenes are padded to as many corners

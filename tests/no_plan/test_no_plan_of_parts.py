@@ -27,7 +27,7 @@ from parc_jax.proof.absence.bin_errors import end_rows
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.proof.certificate.write import question_parts
-from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import scene_of
 

@@ -12,8 +12,8 @@ from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.sampling import ends_from
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 from tests.no_plan.test_no_plan import check

@@ -18,9 +18,9 @@ from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.question import question
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
-from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import laid_out, scene_of
 
 GOAL = box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0])  # corners at (3, +-0.5) are farthest from WALL

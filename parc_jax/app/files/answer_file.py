@@ -24,7 +24,7 @@ from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.stopping import Coverage
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.near import near_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene

@@ -19,7 +19,7 @@ from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.copies import copied_problem
 from parc_jax.problem.robust.pose import ROUNDING, Pose
 from parc_jax.problem.robust.question import question
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import Scene, laid_out
 from parc_jax.safe_set.verdict.sized import ROOM, roomy
 

@@ -25,9 +25,8 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.proof.certificate.templates import end_part, rows_part
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.polytope import SafePolytope
-from parc_jax.safe_set.separation.directions import Multiplier
+from parc_jax.safe_set.separation.directions import Multiplier, Run, longest_lasting, merged_runs
 from parc_jax.safe_set.separation.inequality import at_both_knots, height, separates
-from parc_jax.safe_set.separation.runs import Run, longest_lasting, merged_runs
 from parc_jax.safe_set.verdict.scene import Scene
 
 FORMAT = "parc_jax.answer/2"
