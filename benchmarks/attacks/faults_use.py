@@ -24,6 +24,13 @@ CHOSEN = (
         ),
     ),
     Fault(
+        "a_file_forgets_its_looks",
+        "_answer",
+        'meta.get("looks")',
+        "None",
+        "tests/local/test_question.py::test_a_loaded_answer_goes_on_with_its_looks",
+    ),
+    Fault(
         "looks_share_their_runs",
         "fresh_key",
         "(look.number, *words)",

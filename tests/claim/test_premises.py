@@ -118,6 +118,11 @@ def test_two_records_that_meet_agree_in_every_entry(claim):
         less = premises(e for e in record if e != entry)
         with pytest.raises(InputError, match=rf"{entry.name} is .*beside not stated"):
             agree("here", record, less)
+    first, second, *_ = record  # an entry that may differ hides none of those behind it
+    both = [e._replace(value=hex_text(9.0)) if e in (first, second) else e for e in record]
+    with pytest.raises(InputError, match=rf"agree; {second.name} is "):
+        agree("here", record, premises(both), free={first.name})
+    assert record.hash == premises(record).hash != premises(both).hash
     ours = premises([("recordings", MEASURED, ["a", "b"])])
     theirs = premises([("recordings", MEASURED, ["b", "c"])])
     with pytest.raises(InputError, match="recordings are shared, b"):

@@ -52,12 +52,6 @@ def test_a_function_with_a_kink_is_learned_in_raw_units(data):
     np.testing.assert_allclose(outputs(net, k[:4]), [np.asarray(net(x)) for x in k[:4]], atol=1e-12)
 
 
-@pytest.mark.slow
-def test_the_key_decides(data):
-    one, two, three = (train(data, key=jax.random.key(s), **SETTINGS) for s in (4, 4, 5))
-    assert one.hash == two.hash != three.hash
-
-
 def test_failed_runs_are_left_out_and_too_few_are_refused(data):
     broken = collect(plant(failing), jax.random.key(0), 300, Stage.TRAIN, quiet=True)
     k, y = training_arrays(broken)

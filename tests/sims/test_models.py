@@ -98,14 +98,6 @@ def test_learned_anew_it_is_of_the_same_runs_and_much_as_wide(tmp_path):
     assert 0.8 < np.median(wider) < 1.25 and wider.min() > 1 / 3 and wider.max() < 3
 
 
-def test_a_system_without_a_model_is_told_how_to_learn_one(capsys):
-    without = next(name for name in sims.NAMES if name not in sims.models())
-    with pytest.raises(pj.InputError, match=f"parc-jax learn {without} --out model.npz"):
-        sims.model(without)
-    assert solve(without) == 2
-    assert f"parc-jax learn {without}" in capsys.readouterr().err
-
-
 def test_a_model_is_asked_about_its_systems_scene_with_the_body_that_has_its_points():
     disc, turning = pj.load(DATA / "drift_4x8.npz"), sims.model("drift_parking")
     for model, body in ((disc, "disc"), (turning, "rectangle")):

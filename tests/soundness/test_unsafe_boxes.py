@@ -112,21 +112,6 @@ def test_more_leaves_only_leave_less_undecided(rng):
         assert fine.undecided < coarse.undecided
 
 
-@pytest.mark.slow
-def test_a_leaf_of_another_scene_would_be_noticed(rng):
-    """The comparison itself has teeth: leaves of a scene that is all obstacle fail against one
-    without any.
-    """
-    model = random_model(rng, bins=BINS)
-    problem = crowded(rng, model)
-    empty = reach_avoid(problem.goal, [box([90, 90], [91, 91])] * 2, 0.1, problem.start)
-    covered = reach_avoid(problem.goal, [box([-9, -9], [9, 9])] * 2, 0.1, problem.start)
-    answer = decided(model, covered)
-    assert answer.kind == "proved"
-    with pytest.raises(AssertionError, match="hit leaf"):
-        agree(model, empty, answer, rng)
-
-
 @pytest.mark.night
 @pytest.mark.parametrize("seed", range(8))
 def test_random_scenes_with_polygons(seed):
