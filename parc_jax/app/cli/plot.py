@@ -51,8 +51,9 @@ def plot(
     from tqdm import tqdm
 
     from parc_jax.app.cli.places import require_place
-    from parc_jax.app.files.answer_file import is_episode, load_answer
+    from parc_jax.app.files.answer_file import load_answer
     from parc_jax.app.plot.film import require_kind, require_sample
+    from parc_jax.drive.loop.episode_file import is_episode
 
     episode = is_episode(answer)
     if episode and html is None and video is None:
@@ -93,9 +94,9 @@ def plot(
 
 def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool) -> int:
     """The page and the film of an episode."""
-    from parc_jax.app.files.answer_file import load_episode
     from parc_jax.app.plot.film import film
     from parc_jax.app.plot.page import write_page
+    from parc_jax.drive.loop.episode_file import load_episode
 
     episode, drawn = load_episode(path), []
     if html is not None:

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.files.answer_file import Episode
 from parc_jax.app.plot import shapes, style
 from parc_jax.app.plot.episode import Stage, Truth, polygons
 from parc_jax.app.plot.shapes import SceneView, View, predicted, views_of
 from parc_jax.common.errors import InputError
+from parc_jax.drive.loop.episode_file import Episode
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.runs.files import write_atomic
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.files.answer_file import Episode
 from parc_jax.app.plot import shapes
 from parc_jax.app.plot.episode import Shown, Stage, Truth, polygons
 from parc_jax.app.plot.shapes import span, views_of
 from parc_jax.checker import PARTS
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.common.sets.vertices import vertices
+from parc_jax.drive.loop.episode_file import Episode
 from parc_jax.learning.bound.error_set import NO_CLAIM
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs.files import write_atomic

@@ -2,7 +2,6 @@
 plan that is executed. [T23]
 """
 
-import contextlib
 import json
 import platform
 import shutil
@@ -22,14 +21,10 @@ from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import part_of
-from parc_jax.common.sets.box import Box
 from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.drive.local.local_model import BINS, Local, guessed_claim, on_box
-from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.drive.local.localise import Local, compile_near
 from parc_jax.learning.learn import learn_report
-from parc_jax.learning.model import TrajectoryModel, trajectory_model
-from parc_jax.learning.network.fit import fit
-from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
@@ -38,9 +33,8 @@ from parc_jax.safe_set.settings import Search, Settings
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
 METRICS = "metrics.json"
+LOOKS = 2  # a test of the plan to drive, and a claim near it
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
-NEAREST = 60  # training runs around a plan: enough for an affine map, and for a narrow tube
-LOOKS = 2  # this very plan, and a claim near it
 
 
 def run_study(
@@ -155,6 +149,39 @@ def _draw_first(answer: Answer, picture: Path, name: str, quiet: bool) -> None:
         print(f"{name}: first plans are in {picture}, proved under {so_far}.", file=sys.stderr)
 
 
+def drive(
+    system,
+    answer: Answer,
+    study: Study,
+    key: jax.Array,
+    out: Path,
+    quiet: bool,
+    ahead: Thread | None,
+) -> dict:
+    """Test and localise the plan with most room: plan and sentences (D). [T23]
+
+    ahead: compiles the query under the local claim. Writes that answer as near.json.
+    """
+    chosen = answer.choose(delta=study.delta, looks=LOOKS)
+    chosen = chosen.test(system, key, eps=study.eps, quiet=quiet)
+    if ahead is not None:
+        ahead.join()
+    chosen = chosen.localise(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
+    near = chosen.near
+    if near.answer is not None:
+        near.answer.save(out / "near.json")
+    return {
+        "plan": chosen.plan.tolist(),
+        "runs": chosen.tested.n,
+        "failures": chosen.tested.failures,
+        "share_of_k": float(near.share),
+        "proved_share_of_near": float(near.held),
+        "narrower_at_end": near.at_end,
+        "narrower_on_the_way": near.on_the_way,
+        "statement": chosen.statement(),
+    }
+
+
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:
     """Put model and answer there, in place of an older study's, whose numbers belong to neither."""
     for name in (METRICS, "near.json"):
@@ -167,64 +194,3 @@ def finish(out: Path, metrics: dict) -> dict:
     """Write metrics.json and hand the metrics back."""
     write_atomic(out / METRICS, json.dumps(metrics, indent=1).encode())
     return metrics
-
-
-def drive(
-    system,
-    answer: Answer,
-    study: Study,
-    key: jax.Array,
-    out: Path,
-    quiet: bool,
-    ahead: Thread | None = None,
-) -> dict:
-    """The plan with most room, tested and localised: plan and sentences.
-
-    The answer under the local bound is written as near.json, for the checker. ahead: the thread
-    that compiles for its query.
-    """
-    chosen = answer.choose(delta=study.delta, looks=LOOKS)
-    chosen = chosen.run(system, key, eps=study.eps, quiet=quiet)
-    if ahead is not None:
-        ahead.join()
-    chosen = chosen.claim_near(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
-    near = chosen.near
-    if near.answer is not None:
-        near.answer.save(out / "near.json")
-    return {
-        "plan": chosen.plan.tolist(),
-        "runs": chosen.tested.n,
-        "failures": chosen.tested.failures,
-        "share_of_k": float(near.share),
-        "proved_share_of_near": float(near.held),
-        "narrower_at_end": near.widths.times_end,
-        "narrower_on_the_way": near.widths.times_path,
-        "statement": chosen.statement(),
-    }
-
-
-def compile_near(problem: ReachAvoid, train: RolloutBatch, k: np.ndarray) -> Thread:
-    """Begin to compile for a query near k (n_k,); join the thread before that.
-
-    Programs depend on shapes alone, so a stand-in serves for the model; its answer is dropped.
-    """
-
-    def work() -> None:
-        # a failure here comes again in the query, which reports it
-        with contextlib.suppress(Exception):
-            Planner(guessed_near(train, k)).warm_up(problem)
-
-    thread = Thread(target=work)
-    thread.start()
-    return thread
-
-
-def guessed_near(train: RolloutBatch, k: np.ndarray) -> TrajectoryModel:
-    """A stand-in for a local model around k (n_k,), from the training runs nearest to it."""
-    side = train.domain.hi - train.domain.lo
-    away = np.abs((train.k - k) / side).max(axis=1)
-    near = train.select(np.argsort(np.where(train.failed, np.inf, away))[:NEAREST])
-    near = on_box(near, train.law, Box(near.k.min(axis=0), near.k.max(axis=0)))
-    net = fit(near, Local(), jax.random.PRNGKey(0))
-    profile = learn_profiles([net], near, (), (BINS,) * train.n_k)[0]
-    return trajectory_model(net, guessed_claim(net, near, profile))
