@@ -15,8 +15,7 @@ from parc_jax.common.errors import SoundnessError as SoundnessError
 from parc_jax.common.sets.box import box as box
 from parc_jax.common.sets.hpolytope import hpolytope as hpolytope
 from parc_jax.drive import loop as loop
-from parc_jax.drive.local.local_model import Local as Local
-from parc_jax.drive.local.refine import Refine as Refine
+from parc_jax.drive.local.localise import Local as Local
 from parc_jax.learning.bound.claim import load_claim as load_claim
 from parc_jax.learning.bound.counts import required_runs as required_runs
 from parc_jax.learning.bound.declared import assumed_claim as assumed_claim

@@ -33,7 +33,7 @@ ORDER = (
 # who may import from below all the same, and what: inside of a function, or for types alone
 DOORS = {
     "answer/answer.py": "parc_jax.drive.local.choice",
-    "planner/planner.py": "parc_jax.drive.local.refine",
+    "planner/planner.py": "parc_jax.drive.local",
     "app/cli/bagged.py": "parc_jax.ros.bags",
     "app/cli/export.py": "parc_jax.ros.bags",
     "app/cli/plot.py": "parc_jax.neuralparc",

@@ -15,7 +15,7 @@ from parc_jax.answer.looks import Look
 from parc_jax.answer.statement import one_line
 from parc_jax.app.study.numbers import covering
 from parc_jax.common.spelling import rounded_down, rounded_up
-from parc_jax.drive.local import tested
+from parc_jax.drive.local.choice import FreshRuns
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import (
     NoStatement,
@@ -71,7 +71,7 @@ def sentences_of(n: int):
     eps, sure = clopper_pearson(0, n, float(DELTA)), 1 - DELTA
     share = Fraction(n, 403)
     look = Look(1, 1, DELTA)
-    yield tested.Tested(n, 0, False, eps, look, 1.0).statement(), [sure, eps], "du"
+    yield FreshRuns(n, 0, False, eps, look, 1.0).statement(), [sure, eps], "du"
     risk = about_risk(Risk(eps, eps), "a set", float(1 + eps), 0.99, DELTA)
     yield risk, [eps, 1 + eps, Fraction("0.999"), Fraction("0.99"), sure], "uuddd"
     yield about_sensing(Risk(eps, eps), DELTA), [DELTA, eps + DELTA], "uu"

@@ -39,7 +39,7 @@ CHOSEN = (
     ),
     Fault(
         "chosen_plan_may_touch",
-        "tested._judged",
+        "choice._judged",
         "reached | ~(distance > 0)",
         "reached",
         "tests/local/test_choice.py::test_nan_and_contact_are_failures",

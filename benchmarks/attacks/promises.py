@@ -25,7 +25,7 @@ from benchmarks.attacks.jump_plant import (
 from parc_jax.answer.looks import Looks
 from parc_jax.common.keys import Stage, generator
 from parc_jax.common.sets.box import box
-from parc_jax.drive.local.tested import run_plan
+from parc_jax.drive.local.choice import run_plan
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
 from parc_jax.learning.bound.counts import required_runs
 from parc_jax.learning.bound.measure import Scores, scores_of

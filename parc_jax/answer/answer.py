@@ -208,8 +208,8 @@ class Answer(Findings):
     ) -> "Choice":
         """The one plan that is driven: the best for an objective, as in `best`. [T23]
 
-        Its `statement()` says what is known of this plan without new runs; `Choice.run` and
-        `Choice.claim_near` make runs, and each is a look. delta, looks: error probability of all
+        Its `statement()` has the sentences about this plan without new runs; `Choice.test` and
+        `Choice.localise` make runs, and each is a look. delta, looks: error probability of all
         looks at plans of this answer together, and how many there may be, 1e-3 and one unless the
         first choice declares others; kept by later ones, by this answer in polytopes and by its
         file. Raises InputError.
@@ -225,7 +225,7 @@ class Answer(Findings):
             Choice,  # it trains: whoever only asks needs no trainer
         )
 
-        return Choice(plan, value, self.scene, account, self.solve)
+        return Choice(plan, value, self.scene, account)
 
     def safest(self) -> tuple[np.ndarray, float]:
         """Centre (n_p + n_k,) and radius of the largest ball, in (p0, k) units, inside one safe

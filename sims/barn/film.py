@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.app import figures
-from parc_jax.app.files.episode_file import episode_of
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_of, episode_part
 from parc_jax.problem.robust.pose import Pose
 from sims.barn.drive import Drive
 from sims.barn.worlds import World

@@ -22,7 +22,6 @@ import tyro
 from parc_jax.app.study.cache import keep_compiled
 from parc_jax.app.study.settings import Study
 from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.drive.local.refine import Refine
 from parc_jax.learning.learn import learn
 from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.planner.planner import Planner
@@ -124,14 +123,15 @@ def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
     scene = problem(rectangle.BODY, options.apart or REFINED)
     save_problem(options.out / "refined.toml", scene, model.labels, model.points)
     car = system("ode", rectangle.BODY)
-    asked = Refine(shares=(1e-4, 1e-5, 1e-6), centres=6, around=(CALM,))
-    found = Planner(model).refine(scene, car, key, asked, say=print)
+    zoom = {"shares": (1e-4, 1e-5, 1e-6), "centres": 6, "around": (CALM,)}
+    found = Planner(model).refine(scene, car, key, **zoom, say=print)
     print(found.table())
     print(found.statement())
     if found.choice is not None:
-        found.choice.near.model.save(options.out / "refined.npz")
-        found.answer.save(options.out / "refined.json")
-        print(found.answer.statement())
+        near = found.choice.near
+        near.model.save(options.out / "refined.npz")
+        near.answer.save(options.out / "refined.json")
+        print(near.answer.statement())
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from parc_jax.checker import Rejected
 from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.drive.local.local_model import Local
+from parc_jax.drive.local.localise import Local
 from parc_jax.learning.bound.asked import AccelerationBound, SpeedBound
 from parc_jax.learning.bound.calibrate import bin_shares, block_of_bins, calibrate, calibrate_bins
 from parc_jax.learning.bound.counts import NoStatement, most_discards, supported_eps

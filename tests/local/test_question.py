@@ -1,5 +1,7 @@
 """A question asked again under a local claim is the same question, and its looks one account."""
 
+from unittest.mock import patch
+
 import jax
 import numpy as np
 import pytest
@@ -11,9 +13,8 @@ import parc_jax as pj
 from parc_jax.answer.looks import Looks
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import from_box
-from parc_jax.drive.local.choice import Choice, near_of
+from parc_jax.drive.local.choice import Choice
 from parc_jax.learning.system import STAYS
-from parc_jax.planner.planner import answer_to
 from parc_jax.problem.robust.question import question
 from parc_jax.safe_set.verdict.near import near_scene
 
@@ -30,13 +31,15 @@ def chosen(at=None):
     p0 = np.array([0.05, 0.0]) if asked.at is None else asked.at
     plan = np.concatenate([p0, [0.45, 0.5]])
     looks = Looks().declare(0.05, 2)
-    return Choice(plan, 0.0, near_scene(asked), looks, answer_to)
+    return Choice(plan, 0.0, near_scene(asked), looks)
 
 
 def near(choice):
-    """What the same claim once more proves of its question."""
-    query = choice.scene.asked.question.of(told(choice.model))
-    return near_of(choice, query, choice.looks.take(), KEY, toy.SETTINGS)
+    """Its local claim and answer, where the claim is that of all of K once more."""
+    again = told(choice.model)
+    system = turning() if again.rotation else plant(toy.gusty, toy.T)
+    with patch("parc_jax.drive.local.localise.local_model", lambda *_: again):
+        return choice.localise(system, KEY, settings=toy.SETTINGS).near
 
 
 class Turning(Plant):
@@ -82,9 +85,9 @@ def test_a_claim_near_a_pose_is_told_from_it():
     choice = chosen((0.05, 0.0, 0.1))
     small = pj.Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60)
     with pytest.raises(InputError, match="differs in rotation"):
-        choice.claim_near(plant(toy.gusty, toy.T), KEY, small)
+        choice.localise(plant(toy.gusty, toy.T), KEY, small)
     assert choice.looks.taken == 0
-    found = choice.claim_near(turning(), KEY, small, settings=toy.SETTINGS).near
+    found = choice.localise(turning(), KEY, small, settings=toy.SETTINGS).near
     assert found.answer.pose.heading == 0.1 and found.model.rotation == (STAYS,)
     assert (found.answer.samples[:, :2] == 0).all() and found.held > 0.9
 
@@ -95,7 +98,7 @@ def test_a_file_in_the_frame_of_the_robot_is_not_asked_again(tmp_path):
     assert loaded.question is None and loaded.pose.heading == 0.1
     again = loaded.choose(delta=0.05, looks=2)
     with pytest.raises(InputError, match="an answer that knows its question"):
-        again.claim_near(turning(), KEY)
+        again.localise(turning(), KEY)
     assert again.looks.taken == 1
 
 
@@ -123,7 +126,7 @@ def test_what_is_derived_from_an_answer_shares_its_looks():
     first.looks.take()
     for other in (first, *others):
         with pytest.raises(InputError, match="all 1 that were declared are spent"):
-            other.run(plant(toy.gusty, toy.T), KEY, n=5)
+            other.test(plant(toy.gusty, toy.T), KEY, n=5)
     with pytest.raises(InputError, match="declared by the first choice"):
         cut.choose(delta=0.05, looks=2)
 

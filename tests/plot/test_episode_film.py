@@ -11,12 +11,11 @@ from covered import covered
 from episodes import driven
 
 from parc_jax.app import figures
-from parc_jax.app.files.episode_file import episode_of
 from parc_jax.app.plot import episode
 from parc_jax.app.plot.episode import RATE, REST
 from parc_jax.app.plot.manoeuvres import Stage, Truth
 from parc_jax.common.errors import InputError
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_of, episode_part
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["", "turning"])

@@ -14,9 +14,9 @@ from needs import need
 
 import parc_jax as pj
 from parc_jax.app import cli, figures
-from parc_jax.app.files.episode_file import load_episode
 from parc_jax.app.plot.episode_page import RATE, episode_data, reasons
 from parc_jax.app.plot.manoeuvres import Stage
+from parc_jax.drive.loop.episode_file import load_episode
 
 WHY = "none is safe </script><b>"
 

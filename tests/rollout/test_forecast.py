@@ -74,8 +74,8 @@ def test_the_shell_forecasts_a_whole_study():
 
 
 def test_the_readme_counts_every_run_of_the_main_job():
-    from parc_jax.app.study.driven import LOOKS
-    from parc_jax.drive.local.local_model import Local
+    from parc_jax.app.study.job import LOOKS
+    from parc_jax.drive.local.localise import Local
     from sims.drift_parking.study import STUDY as MAIN
 
     told = (Path(pj.__file__).parents[1] / "README.md").read_text()

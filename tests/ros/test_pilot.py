@@ -17,7 +17,7 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import InputError
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide
 from parc_jax.ros.measured import map_in, seen_in

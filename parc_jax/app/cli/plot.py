@@ -51,8 +51,8 @@ def plot(
 
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.files.answer_file import load_answer
-    from parc_jax.app.files.episode_file import is_episode
     from parc_jax.app.plot.film_file import require_kind, require_sample
+    from parc_jax.drive.loop.episode_file import is_episode
 
     episode = is_episode(answer)
     if episode and html is None and video is None:
@@ -93,9 +93,9 @@ def plot(
 
 def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool) -> int:
     """Of an episode there are a page and a film."""
-    from parc_jax.app.files.episode_file import load_episode
     from parc_jax.app.plot.episode import film_episode
     from parc_jax.app.plot.episode_page import write_episode_page
+    from parc_jax.drive.loop.episode_file import load_episode
 
     driven, drawn = load_episode(path), []
     if html is not None:

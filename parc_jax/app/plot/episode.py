@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.app.files.episode_file import Episode
 from parc_jax.app.plot import style
 from parc_jax.app.plot.film import OBSTACLE, TUBE
 from parc_jax.app.plot.film_file import counted, require_kind, write_film
 from parc_jax.app.plot.manoeuvres import Stage, Truth, polygons
+from parc_jax.drive.loop.episode_file import Episode
 
 RATE = 10.0  # [frames/s]
 REST = 10  # frames at the end, so that one sees where it stops

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.app.files.episode_file import Episode
 from parc_jax.app.plot.html import filled
 from parc_jax.app.plot.manoeuvres import Shown, Stage, Truth, polygons
 from parc_jax.app.plot.shapes import span
+from parc_jax.drive.loop.episode_file import Episode
 from parc_jax.learning.runs.files import write_atomic
 
 RATE = 25.0  # [1/s] moments that one can scrub to

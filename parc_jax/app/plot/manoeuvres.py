@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from parc_jax.answer.path import NominalPath, nominal_path
-from parc_jax.app.files.episode_file import Episode, Manoeuvre, load_episode
 from parc_jax.app.plot.shapes import footprints
 from parc_jax.app.plot.triangles import in_world, obstacle_triangles, tube_triangles
 from parc_jax.common.errors import InputError
+from parc_jax.drive.loop.episode_file import Episode, Manoeuvre, load_episode
 from parc_jax.problem.body import numbered
 from parc_jax.problem.robust.pose import Pose
 

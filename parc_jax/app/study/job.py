@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
+from threading import Thread
 from typing import NamedTuple
 
 import jax
@@ -14,13 +15,13 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.compare import compare
-from parc_jax.app.study.driven import compile_near, drive
 from parc_jax.app.study.numbers import facts_of
 from parc_jax.app.study.replay import Replay, replay, tally
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import part_of
 from parc_jax.common.stopwatch import Stopwatch
+from parc_jax.drive.local.localise import Local, compile_near
 from parc_jax.learning.learn import Learned, final_error, learn
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -31,6 +32,7 @@ from parc_jax.safe_set.settings import Search, Settings
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
 METRICS = "metrics.json"
+LOOKS = 2  # a test of the plan to drive, and a claim near it
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
 
 
@@ -149,6 +151,39 @@ def run_study(
         answer.save(out / "answer.json")  # again: the file tells which looks are taken
         finish(out, metrics)
     return outcome
+
+
+def drive(
+    system,
+    answer: Answer,
+    study: Study,
+    key: jax.Array,
+    out: Path,
+    quiet: bool,
+    ahead: Thread | None,
+) -> dict:
+    """Test and localise the plan with most room: plan and sentences (D). [T23]
+
+    ahead: compiles the query under the local claim. Writes that answer as near.json.
+    """
+    chosen = answer.choose(delta=study.delta, looks=LOOKS)
+    chosen = chosen.test(system, key, eps=study.eps, quiet=quiet)
+    if ahead is not None:
+        ahead.join()
+    chosen = chosen.localise(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
+    near = chosen.near
+    if near.answer is not None:
+        near.answer.save(out / "near.json")
+    return {
+        "plan": chosen.plan.tolist(),
+        "runs": chosen.tested.n,
+        "failures": chosen.tested.failures,
+        "share_of_k": float(near.share),
+        "proved_share_of_near": float(near.held),
+        "narrower_at_end": near.at_end,
+        "narrower_on_the_way": near.on_the_way,
+        "statement": chosen.statement(),
+    }
 
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:

@@ -142,7 +142,7 @@ class ErrorClaim:
         if density is None:
             return NoStatement(
                 "a probability over k says nothing about one k; draw k from a certified set, or "
-                "run the plan afresh (Choice.run)"
+                "run the plan afresh (Choice.test)"
             )
         by_bin = self.bin_eps or (self.eps,)
         if None in by_bin:

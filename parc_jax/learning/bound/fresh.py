@@ -120,7 +120,10 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
         )
     if scores.groups is None or train.groups is None:
         return
-    shared, named = np.isin(scores.groups, train.groups), _named(scores, train)
+    shared = np.isin(scores.groups, train.groups)
+    named = (
+        min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
+    )  # the same in every file
     if not (named or _one_log(scores, train) or shared.any()):
         raise InputError(
             f"holdout: expected recordings that can be told from those of training; in "
@@ -145,11 +148,6 @@ def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
     if scores.groups is not None and train.groups is not None:
         return ()
     return ("FRESH(other windows of recordings that training saw would not be recognised)",)
-
-
-def _named(scores: Scores, train: RolloutBatch) -> bool:
-    """Have all recordings names, by which they are known in every file?"""
-    return min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
 
 
 def _one_log(scores: Scores, train: RolloutBatch) -> bool:

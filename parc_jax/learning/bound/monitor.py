@@ -238,16 +238,12 @@ def update(
         "claims": ("one",) if claim.bin_eps is None else ("bins",),
         "blocks": claim.evidence.get("blocks_asked"),
     }
-    if subject_K(fresh) == subject_K(claim):  # else the old bins do not span the new K
+    # else the old bins do not span the new K
+    if fresh.subject.identity["domain"] == claim.subject.identity["domain"]:
         kept["bins"] = claim.tube.edges
     new = bound_error(net, fresh, None, train=seen, **kept | options)
     old = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
     return net, derived(new, evidence={"updated_from": old})
-
-
-def subject_K(about: RolloutBatch | ErrorClaim) -> list[bytes]:
-    """The corners of K, bit by bit."""
-    return [corner.tobytes() for corner in (about.domain.lo, about.domain.hi)]
 
 
 def refit(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:

@@ -155,7 +155,7 @@ def fold(
     """
     weights = [np.array(W, np.float64) for W in weights]
     biases = [np.array(b, np.float64) for b in biases]
-    plain = ReLUNetwork(tuple(weights), tuple(biases))
+    plain = ReLUNetwork(tuple(map(np.asarray, weights)), tuple(map(np.asarray, biases)))
     weights[-1] = norm.y_scale[:, None] * weights[-1]
     biases[-1] = norm.y_scale * biases[-1] + norm.y_mean
     first = weights[0] / norm.x_scale

@@ -74,11 +74,11 @@ def load_rollouts(
     if "meta" not in arrays:
         return _assemble(path, arrays, time, domain, k_law, groups, points, about)
     own = rollouts_from_npz(path, arrays)
-    for name, given in (("time", time), ("domain", domain)):
-        if given is not None and not _equal(given, getattr(own, name)):
+    for name, told in (("time", time), ("domain", domain)):
+        if told is not None and not _equal(told, getattr(own, name)):
             raise InputError(
                 f"{path}: expected no {name}, or that of the file, {getattr(own, name)}; got "
-                f"{given}. A file of save_rollouts has its own: leave {name} out, or collect anew."
+                f"{told}. A file of save_rollouts has its own: leave {name} out, or collect anew."
             )
     return _own(path, own, k_law, groups, points, about)
 

@@ -80,9 +80,11 @@ class FirstSafe(NamedTuple):
 
     def fetched(self) -> "FirstSafe":
         """The valid plans, on the host."""
-        host = jax.device_get(self)
-        valid = (x[: host.count] for x in host[:3])
-        return FirstSafe(*valid, *map(int, host[3:]))
+        # one by one: `device_get` of all takes 0.2 ms, a third of a prepared query
+        with jax.transfer_guard_device_to_host("allow"):
+            host = [np.asarray(x) for x in self]
+        counts = [int(x) for x in host[3:]]
+        return FirstSafe(*(x[: counts[0]] for x in host[:3]), *counts)
 
 
 def first_safe(asked: Placed, key: jax.Array, n: int) -> tuple[FirstSafe, Prediction]:
