@@ -14,7 +14,6 @@ from needs import need
 import parc_jax as pj
 import sims
 from parc_jax.app import cli
-from parc_jax.drive.loop.candidates import Outlook
 from parc_jax.drive.loop.commitment import Step
 from sims import barn
 from sims.barn.drive import PATIENCE, drive
