@@ -98,7 +98,7 @@ def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
 
 def test_a_study_is_what_its_parts_are_made_of():
     study = Study(eps=0.01, work=0.5, hidden=())
-    assert Settings(**part_of(study, Search)) == Settings(work=0.5, polytopes=True)
+    assert Settings(**part_of(study, Search)) == Settings(work=0.5)
     asked = BoundSettings(**part_of(study, BoundSettings))
     assert (asked.eps, asked.discard, asked.profile_runs) == (0.01, "most", 0)
     with pytest.raises(InputError, match=r"expected fields among .*; got 'runs'"):

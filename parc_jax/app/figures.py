@@ -12,7 +12,7 @@ from parc_jax.app.plot.gap import GapCurve, GapRoom, gap
 from parc_jax.app.plot.html import write_page
 from parc_jax.app.plot.manoeuvres import Truth
 from parc_jax.app.plot.projections import projections
-from parc_jax.app.plot.regions import region_seconds, regions
+from parc_jax.app.plot.regions import regions
 from parc_jax.app.plot.samples import samples
 from parc_jax.app.plot.spread import spread
 from parc_jax.app.plot.style import save
@@ -32,7 +32,6 @@ __all__ = [
     "film_episode",
     "gap",
     "projections",
-    "region_seconds",
     "region_verdicts",
     "regions",
     "samples",

@@ -113,10 +113,10 @@ def main(options: Options) -> None:
     apart = options.apart or APART
     scene = problem(rectangle.BODY, apart)
     save_problem(options.out / "scene.toml", scene, model.labels, model.points)
-    settings = Settings(method=closing_in(apart), polytopes=True)
+    settings = Settings(method=closing_in(apart))
     answer = Planner(model).solve(scene, key, settings)
     answer.save(options.out / "answer.json")
-    print(answer.statement())
+    print(answer.details())
 
 
 def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
@@ -131,7 +131,7 @@ def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
     if found.choice is not None:
         found.choice.near.model.save(options.out / "refined.npz")
         found.answer.save(options.out / "refined.json")
-        print(found.answer.statement())
+        print(found.answer.details())
 
 
 if __name__ == "__main__":

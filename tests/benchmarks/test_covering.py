@@ -7,19 +7,15 @@ from benchmarks.covering import Options, _facts, _spread
 from parc_jax.safe_set.corridors.found import Progress
 from parc_jax.safe_set.corridors.stopping import Coverage
 
-LOOKS = [
-    Progress(0.1, 3, 0.9, 10, 0.5),
-    Progress(0.4, 8, 0.993, 40, 0.95),
-    Progress(3.2, 9, 0.995, 90, 0.991),
-]
+LOOKS = [Progress(0.1, 3, 0.9), Progress(0.4, 8, 0.993), Progress(3.2, 9, 0.995)]
 SURE, SHORT = Coverage(0.995, 0.991, 0.99, 6000, 30), Coverage(0.991, 0.985, 0.99, 6000, 54)
 
 
 def test_facts_of_one_query():
-    answer = SimpleNamespace(history=LOOKS, corridor_coverage=SURE, coverage=SHORT)
     options = Options(Path("model.npz"))
-    assert list(_facts(answer, options, polytopes=False).values()) == [0.4, 8, 3.2, 0.993]
-    assert list(_facts(answer, options, polytopes=True).values()) == [3.2, 90, None, 0.95]
+    for coverage, certified in ((SURE, 3.2), (SHORT, None)):
+        answer = SimpleNamespace(cover=SimpleNamespace(history=LOOKS), coverage=coverage)
+        assert list(_facts(answer, options).values()) == [0.4, 8, certified, 0.993]
 
 
 def test_unknown_values_are_counted_and_left_out():

@@ -296,21 +296,6 @@ def test_a_saved_model_of_another_system_is_refused(shell, tmp_path):
     assert code == 2 and "got 'cart', which differs in name" in complained
 
 
-@pytest.mark.parametrize("wanted", [True, False])
-def test_polytopes_are_cut_where_the_study_wants_them(wanted, monkeypatch, tmp_path):
-    class Asked(Exception):
-        pass
-
-    def solve(_, problem, key, settings):
-        raise Asked(settings.polytopes)
-
-    monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: toy_driven.answer())
-    monkeypatch.setattr(pj.Planner, "solve", solve)
-    study, system = Study(polytopes=wanted), plant(toy_driven.gusty, 4)
-    with pytest.raises(Asked, match=str(wanted)):
-        job.run_study(system, toy_driven.problem(), study, tmp_path, 0, toy_driven.model())
-
-
 def test_the_report_tells_the_eps_of_the_claim_in_hand(monkeypatch, tmp_path):
     from parc_jax.app.study.report import report
 

@@ -13,7 +13,7 @@ from parc_jax.app.study.driven import compile_near, guessed_near
 from parc_jax.drive.local.local_model import Local
 from parc_jax.learning.runs.collect import collect
 
-SETTINGS = pj.Settings(samples=4, target=0.3, polytopes=True)
+SETTINGS = pj.Settings(samples=4, target=0.3)
 
 
 @pytest.mark.slow

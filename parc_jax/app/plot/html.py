@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+from parc_jax.answer.answer import answer_data
 from parc_jax.app.plot.page_data import page_data
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.learning.runs.files import write_atomic
@@ -23,17 +24,18 @@ MARKS = {
 MAX_ANSWER = 20_000_000  # bytes of an answer that a page carries for the proved checker
 
 
-def write_page(answer, html_path) -> Path:
+def write_page(answer, html_path, polytopes=None) -> Path:
     """Write the page of an answer: scene, time slider, p0 and k by dragging or typing, live
     verdict, certificates.
 
     The page judges in double precision: pictures, not proofs. What it calls proved are plans that
-    keep to one of the answer's own samples, corridors or polytopes, which `parc-jax check`
-    verifies. Answers up to 20 MB are in the page as a whole, and a button has the proved checker
-    check them there. Raises InputError.
+    satisfy one of the answer's samples, corridors or, where they are given, polytopes, which
+    `parc-jax check` verifies. Answers up to 20 MB are in the page, and a button has the proved
+    checker check them there. polytopes: of `answer.polytopes`, whose outlines are drawn too.
+    Raises InputError.
     """
-    whole = json.dumps(answer.to_json(), separators=(",", ":"))
-    return write_atomic(html_path, page_of(page_data(answer), whole).encode())
+    whole = json.dumps(answer_data(answer, polytopes), separators=(",", ":"))
+    return write_atomic(html_path, page_of(page_data(answer, polytopes), whole).encode())
 
 
 def page_of(data: dict, whole: str) -> str:

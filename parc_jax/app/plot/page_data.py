@@ -19,34 +19,35 @@ from parc_jax.safe_set.verdict.near import whole_scene
 DIGITS = 6  # significant digits of an outline: enough for a screen
 
 
-def page_data(answer) -> dict:
-    """JSON-able numbers of an answer: scene, network, tube, certificates, outlines of the safe
-    polytopes.
+def page_data(answer, polytopes=None) -> dict:
+    """JSON-able numbers of an answer: scene, network, tube, certificates, and outlines of its
+    polytopes, where any are given.
     """
+    polytopes = () if polytopes is None else polytopes
     model, problem = answer.model, answer.problem
     sides = [view.axes for view in views_of(model.n_p)]
     goals = shapes.goals(problem.goal, model.n_p, model.n_points, sides)
     return {
         **model_data(model, problem),
-        **_plans(answer),
+        **_plans(answer, polytopes),
         "system": model.system,
         "labels": model.labels._asdict(),
         "level": answer.status.label,
-        "statement": answer.statement(),
+        "statement": answer.details(),
         "claim": in_short(model.claim),
         "hash": {
             name: part_hash(part)
             for name, part in zip(PARTS, question_parts(problem, model), strict=True)
         },
-        "share": answer.coverage.share,
-        "corridor_share": answer.corridor_coverage.share,
+        "share": polytopes.coverage.share if polytopes else 0.0,
+        "corridor_share": answer.coverage.share,
         "views": [view._asdict() for view in views_of(model.n_p)],
         "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
         "goals": [
             {"points": points, "outlines": [outline.tolist() for outline in outlines]}
             for points, outlines in goals
         ],
-        "outlines": outlines(answer),
+        "outlines": outlines(answer, polytopes),
     }
 
 
@@ -80,7 +81,7 @@ def model_data(model, problem) -> dict:
     }
 
 
-def _plans(answer) -> dict:
+def _plans(answer, polytopes) -> dict:
     """Samples, corridors and polytopes, with their directions by number."""
     n_p, problem = answer.model.n_p, answer.problem
     active = _active(problem, len(problem.parts), answer.model.time.n_steps)
@@ -99,7 +100,7 @@ def _plans(answer) -> dict:
                 "k": plan[n_p:].tolist(),
                 "sep": directions.number(corridor_of(scene, certificate)),
             }
-            for plan, certificate in zip(answer.samples, answer.sample_parts, strict=True)
+            for plan, certificate in zip(answer.samples, answer.certificates, strict=True)
         ],
         "corridors": [{"sep": directions.number(whole(corridor))} for corridor in answer.corridors],
         "polytopes": [
@@ -108,15 +109,15 @@ def _plans(answer) -> dict:
                 "bin": int(polytope.bin),
                 "pattern": "".join("1" if on else "0" for on in polytope.pattern),
             }
-            for polytope in answer.polytopes
+            for polytope in polytopes
         ],
         "directions": directions.all,
     }
 
 
-def outlines(answer) -> dict[str, list]:
+def outlines(answer, polytopes) -> dict[str, list]:
     """Per pair of coordinates of (p0, k), written "i,j", the outlines [[x, y], ...] of the safe
-    polytopes, if the answer has any: of every view of the workspace, and of all pairs of
+    polytopes, if there are any: of every view of the workspace, and of all pairs of
     parameters.
     """
     n_p, n_k = answer.model.n_p, answer.model.n_k
@@ -125,7 +126,7 @@ def outlines(answer) -> dict[str, list]:
     return {
         f"{i},{j}": [
             [[_short(x), _short(y)] for x, y in shapes.hull(points)]
-            for points in (answer.project((i, j)) if answer.polytopes else ())
+            for points in (polytopes.project((i, j)) if polytopes else ())
         ]
         for i, j in pairs
     }

@@ -47,7 +47,7 @@ def report(outcome: Studied) -> str:
     if m["replay"] is not None:
         lines += _replayed(m["replay"], eps_of(outcome.answer.model.claim))
     driven = [] if m.get("driven") is None else [m["driven"]["statement"]]
-    return "\n".join([*lines, "", outcome.answer.statement(), *driven, ""])
+    return "\n".join([*lines, "", outcome.answer.details(), *driven, ""])
 
 
 def _claim_name(row: dict) -> str:
@@ -89,14 +89,14 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
 def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     """Draw everything that this outcome supports; returns the files."""
     from parc_jax.app.plot.errors import Entry, errors
-    from parc_jax.app.plot.regions import region_seconds, regions
+    from parc_jax.app.plot.regions import regions
     from parc_jax.app.plot.samples import samples
     from parc_jax.app.plot.spread import spread as spread_of_runs
     from parc_jax.neuralparc.verdicts import region_verdicts
 
     answer = outcome.answer
     drawn = []
-    if answer.found:
+    if answer.status.found:
         drawn.append(out / "samples.png")
         runs = outcome.runs
         first = None if runs is None else Replay(*(part[:: study.repeats] for part in runs))
@@ -104,11 +104,10 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
         if runs is not None and study.repeats > 1:
             drawn.append(out / "spread.png")
             spread_of_runs(answer, runs, study.repeats, drawn[-1])
-    if answer.doubt is None and 2 <= answer.model.n_k <= 3:
+    if answer.scene.asked.doubt is None and 2 <= answer.model.n_k <= 3:
         drawn.append(out / "regions.png")
         verdicts = region_verdicts(answer, outcome.table)
-        when = region_seconds(answer, outcome.table) if answer.polytopes else None
-        regions(outcome.table, verdicts, when, drawn[-1], names=answer.model.labels.k)
+        regions(outcome.table, verdicts, drawn[-1], names=answer.model.labels.k)
     if outcome.learned is not None:
         drawn.append(out / "errors.png")
         entries = [Entry(m.name, m.assumed.claim, m.honest.claim) for m in outcome.learned.networks]

@@ -11,7 +11,6 @@ from parc_jax.safe_set.settings import Search
 class Study(Search, Learning):
     """Settings of a study: what is learned, the query, and the replay. Raises InputError."""
 
-    polytopes: bool = True
     repeats: int = 1
     """Runs of each returned plan in the replay, with fresh randomness."""
     driven: bool = False

@@ -1,7 +1,6 @@
 """One plan chosen from an answer, and the three honest sentences about it. [T23]"""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -20,14 +19,13 @@ from parc_jax.learning.bound.counts import as_probability
 from parc_jax.learning.bound.risk import NoStatement, Risk
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import System, check_system
+from parc_jax.planner.planner import answer_to
 from parc_jax.problem.robust.question import Question
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import Scene
 from parc_jax.statement import about_pose
-
-# how a question is answered: (question, key, settings, looks) -> Answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +42,6 @@ class Choice:
     value: float
     scene: Scene
     looks: Looks
-    solve: Callable[..., Any] | None = field(default=None, repr=False)
     tested: Tested | None = None
     near: Near | None = None
 
@@ -130,7 +127,7 @@ class Choice:
         if not isinstance(asked, Local):
             raise InputError(expected("claim_near", "a Local", asked, "pj.Local(share=1e-3)"))
         question = self.scene.asked.question
-        if question is None or self.solve is None:
+        if question is None:
             raise InputError(
                 "claim_near: expected an answer that knows its question; a file that was told in "
                 "the robot's frame does not. Solve the scene again, with the same `at`."
@@ -190,7 +187,7 @@ def near_of(
     """What the choice's question, asked of the local model of this look, proves around the plan."""
     model, answer = question.model, None
     if model.tube.claimed.any():
-        answer = choice.solve(question, key, settings, choice.looks)
+        answer = answer_to(question, key, settings, choice.looks)
     return near_by(choice, model, answer, look)
 
 

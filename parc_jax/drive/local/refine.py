@@ -26,6 +26,7 @@ from parc_jax.drive.local.safe_box import box_around, share_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import System
 from parc_jax.method import Exact
+from parc_jax.planner.planner import answer_to
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.question import Question
 from parc_jax.safe_set.settings import Settings
@@ -119,12 +120,11 @@ def refine(
     question: Question,
     system: System,
     key: jax.Array,
-    solve: Callable[..., Any],
     asked: Refine,
     settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> Refined:
-    """Zoom, claim, prove: see `Planner.refine`. solve: as of `Choice`. say: told of stages."""
+    """Zoom, claim, prove: see `Planner.refine`. say: told of stages."""
     model, problem = question.model, question.problem
     looks = Looks().declare(asked.delta, asked.looks)
     say = say or _log.info
@@ -137,11 +137,11 @@ def refine(
             system, start, box, own, look.delta, asked.local, asked.shapes, problem
         )
         query = question.of(local)
-        bought, answer = _proved(query, model, own, solve, look, looks, asked, settings)
+        bought, answer = _proved(query, model, own, look, looks, asked, settings)
         stages.append(bought)
         say(_line(bought))
         if answer is not None and answer.corridors:
-            choice = Choice(*answer.best("room"), laid_out(question.plain()), looks, solve)
+            choice = Choice(*answer.best("room"), laid_out(question.plain()), looks)
             choice = replace(choice, near=near_by(choice, local, answer, look))
             return Refined(choice, tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
@@ -221,7 +221,6 @@ def _proved(
     query: Question,
     model: TrajectoryModel,
     key: jax.Array,
-    solve: Callable[..., Any],
     look: Look,
     looks: Looks,
     asked: Refine,
@@ -242,4 +241,4 @@ def _proved(
         return bought, None
     if settings.method is None:
         settings = settings.replace(method=Exact((plans.p0[0], plans.k[0])))
-    return bought, solve(query, key, settings, looks)
+    return bought, answer_to(query, key, settings, looks)

@@ -61,7 +61,7 @@ def tables(answer: Answer) -> Tables:
     """The tables of an answer with corridors. Raises InputError for one without, or
     about one pose."""
     model, scene = answer.model, answer.scene
-    if answer.pose is not None:
+    if scene.asked.pose is not None:
         raise InputError(
             "export: expected an answer about any start; this one is told from one pose, perhaps "
             "in the robot's own frame, which a header would not say. Solve without `at`."
@@ -95,10 +95,7 @@ def tables(answer: Answer) -> Tables:
         start_b=start_b,
         goal_A=goal_A,
         goal_b=np.where(np.isfinite(lost_at_end), goal_b - lost_at_end, -NO_CLAIM),
-        plans=np.unique(
-            np.concatenate([k, *([c.k] for c in corridors), *([p.k] for p in answer.polytopes)]),
-            axis=0,
-        ),
+        plans=np.unique(np.concatenate([k, *([c.k] for c in corridors)]), axis=0),
     )
 
 
