@@ -147,7 +147,12 @@ def about_share(share: Share | None, safe: int, *, from_here: bool, around: bool
 
 def about_assumptions(p: Premises) -> str:
     """The names of all premises that nothing shows; `details()` has each with its words."""
-    names = [entry.name for entry in p if entry.standing == ASSUMED]
+    # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
+    names = [
+        f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
+        for entry in p
+        if entry.standing == ASSUMED
+    ]
     return f"Holds if ({counted(len(names), 'assumption')}): {', '.join(names)}."
 
 
@@ -180,14 +185,14 @@ def about_episodes(
     sure = rounded_down(1 - look.delta, 10)
     which = f", look {look.number} of {look.planned}" if look.planned > 1 else ""
     watched = counts["a tube was left"] is not None
-    what = "leaves a tube, or touches anything," if watched else "touches anything"
-    seen = listed([f"in {m:,} {words}" for words, m in counts.items() if m is not None])
+    event = "leaves a tube, or touches anything," if watched else "touches anything"
+    events = listed([f"in {m:,} {words}" for words, m in counts.items() if m is not None])
     sentences = [
         about_loop(),
-        f"(E) Of {counted(n, 'fresh episode')} {bad:,} were bad: {seen}.",
-        f"With confidence {sure} over them, an episode of this law {what} with probability at most "
-        f"{rounded_up(eps)}{which}, for whatever reason. What runs into a robot that rests is not "
-        "counted.",
+        f"(E) Of {counted(n, 'fresh episode')} {bad:,} were bad: {events}.",
+        f"With confidence {sure} over them, an episode of this law {event} with probability "
+        f"at most {rounded_up(eps)}{which}, for whatever reason. What runs into a robot that rests "
+        "is not counted.",
     ]
     if contradictions:
         first = [str(i) for i in contradictions[:MOST_NUMBERS]]

@@ -290,6 +290,8 @@ class Answer:
             lines.append(self.absence.details())
         if cover.ended is not None:
             lines.append(cover.ended.sentence)
+        if asked.pose is not None:
+            lines.append(about_pose(asked.pose.place, asked.pose.heading))
         if asked.doubt is not None:
             lines.append(f"Robust to: {asked.doubt.words}.")
         return "\n".join([*lines, about_assumptions(self.model.claim.premises)])
@@ -402,7 +404,7 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
         "statement": answer.details(polytopes),
         "counts": {"drawn": cover.drawn, "reaching": cover.reaching, "safe": cover.safe},
         "volume_drawn": cover.volume,
-        "volume_of_all": cover.whole,
+        "volume_of_all": cover.total_volume,
         "coverage": cover.coverage._asdict(),
     }
     if polytopes is not None:

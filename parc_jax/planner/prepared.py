@@ -114,7 +114,9 @@ class Prepared:
         }
         found = len(samples) + len(cover.corridors) > 0
         cover = cover._replace(
-            ended=_ended(cover, no_plan, found), whole=volume_of_plans(scene), timings=timings
+            ended=_ended(cover, no_plan, found),
+            total_volume=volume_of_plans(scene),
+            timings=timings,
         )
         if no_plan is not None:
             no_plan = no_plan._replace(doubt=scene.asked.doubt)

@@ -47,6 +47,7 @@ def test_the_summary_is_short_and_names_every_assumption():
         names = [entry.name for entry in one.model.claim.premises if entry.standing == ASSUMED]
         assert lines[-1].startswith(f"Holds if ({len(names)} assumption")
         assert names and all(name in lines[-1] for name in names)
+        assert "tube (ASSUMED, not shown)" in lines[-1]  # the toy's tube is
     assert found().details().split("\n")[2] in found().summary()  # the risk
     assert "Status: safe plans in hand, shown in float64" in found(proved=False).summary()
 

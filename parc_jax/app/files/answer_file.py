@@ -80,7 +80,7 @@ def _answer(data: dict, report) -> Answer:
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
     within = Place(*sides) if sides else None
     ended = next((e for e in Ended if e.label == meta["ended"]), None)
-    whole = meta.get("volume_of_all")
+    total = meta.get("volume_of_all")
     cover = Cover(
         *tally,
         points=seen,
@@ -88,7 +88,7 @@ def _answer(data: dict, report) -> Answer:
         corridors=corridors,
         within=within,
         ended=ended,
-        whole=volume_of_plans(scene) if whole is None else float(whole),
+        total_volume=volume_of_plans(scene) if total is None else float(total),
         proved=True,
     )
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)

@@ -22,8 +22,8 @@ class Share(NamedTuple):
 
     share: estimate; at_least, at_most: Clopper-Pearson interval with `confidence`. reaching:
     estimate of the share that ends in the goal for every error of the tube, from a start that is
-    allowed: obstacles leave share / reaching of it. whole: volume of all these plans, in units of
-    p0 and k multiplied.
+    allowed: obstacles leave share / reaching of it. total_volume: of all these plans, in
+    units of p0 and k multiplied.
     """
 
     share: float
@@ -31,12 +31,13 @@ class Share(NamedTuple):
     at_most: float
     reaching: float
     confidence: float
-    whole: float
+    total_volume: float
 
     @property
     def volume(self) -> tuple[float, float, float]:
         """Volume of the safe set: estimate and interval."""
-        return self.share * self.whole, self.at_least * self.whole, self.at_most * self.whole
+        total = self.total_volume
+        return self.share * total, self.at_least * total, self.at_most * total
 
 
 class Progress(NamedTuple):
@@ -60,7 +61,7 @@ class Cover(NamedTuple):
     within: the place that was drawn from, where safe plans are too rare for draws from all;
         coverage and volume are of the safe set in it then.
     ended: by target, work or seconds; None where a file does not say.
-    whole: volume of all plans that the query is about; NaN where nothing was drawn uniformly.
+    total_volume: of all plans that the query is about, in units of p0 and k multiplied.
     proved: the checker accepted all samples and corridors; refused: how many it did not accept,
         which were left out. timings: [s] by stage.
     """
@@ -78,7 +79,7 @@ class Cover(NamedTuple):
     history: Sequence[Progress] = ()
     within: Place | None = None
     ended: Ended | None = Ended.TARGET
-    whole: float = float("nan")
+    total_volume: float = float("nan")
     proved: bool = False
     refused: int = 0
     timings: Mapping[str, float | None] = {}
@@ -107,9 +108,9 @@ class Cover(NamedTuple):
         volume = self.safe_volume(SHARE_CONFIDENCE)
         if volume is None:
             return None
-        share, at_least, at_most = (v / self.whole for v in volume)
-        reaching = self.volume * self.reaching / self.drawn / self.whole
-        return Share(share, at_least, at_most, reaching, SHARE_CONFIDENCE, self.whole)
+        share, at_least, at_most = (v / self.total_volume for v in volume)
+        reaching = self.volume * self.reaching / self.drawn / self.total_volume
+        return Share(share, at_least, at_most, reaching, SHARE_CONFIDENCE, self.total_volume)
 
     def pick(self, rng: np.random.Generator, n: int) -> "Cover":
         """The cover with n of its points, drawn uniformly without replacement."""
