@@ -14,7 +14,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.drive.local.choice import Choice, near_of
 from parc_jax.learning.system import STAYS
-from parc_jax.planner.planner import answer_to
 from parc_jax.problem.robust.question import question
 from parc_jax.safe_set.verdict.near import near_scene
 
@@ -31,7 +30,7 @@ def chosen(at=None):
     p0 = np.array([0.05, 0.0]) if asked.at is None else asked.at
     plan = np.concatenate([p0, [0.45, 0.5]])
     looks = Looks().declare(0.05, 2)
-    return Choice(plan, 0.0, near_scene(asked), looks, answer_to)
+    return Choice(plan, 0.0, near_scene(asked), looks)
 
 
 def near(choice):

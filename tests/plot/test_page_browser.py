@@ -120,7 +120,7 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
         answer = pj.Planner(model).solve(
             drift_parking.problem(),
             jax.random.PRNGKey(1),
-            pj.Settings(samples=40, target=0.1, budget_s=300, polytopes=polytopes),
+            pj.Settings(samples=40, target=0.1, budget_s=300),
         )
         cut = answer.polytopes(jax.random.PRNGKey(2), 4000) if polytopes else None
         page = write_page(answer, tmp_path / "page.html", cut)
