@@ -7,11 +7,11 @@ from fractions import Fraction
 
 from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.safe_set.corridors.found import Share
 from parc_jax.safe_set.corridors.sampling import FEW
 from parc_jax.safe_set.corridors.stopping import Coverage
-from parc_jax.safe_set.verdict.hopeless import Why
+from parc_jax.safe_set.verdict.infeasible import Why
 
 MOST_NUMBERS = 8  # that are listed
 IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"

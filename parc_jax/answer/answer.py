@@ -17,7 +17,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
 from parc_jax.common.spelling import counted, hex_text, rounded_down
 from parc_jax.common.status import Status
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import ReachAvoid
@@ -32,7 +32,7 @@ from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_polytopes
 from parc_jax.safe_set.corridors.safe_plans import SafePlans, as_plans
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.fits import goal_box
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import Scene, volume_of_all
 from parc_jax.statement import (
     about_assumptions,

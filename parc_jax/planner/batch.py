@@ -19,8 +19,7 @@ from parc_jax.problem.robust.question import Plain
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
-from parc_jax.safe_set.batch.estimate import along_fan
-from parc_jax.safe_set.batch.proposals import PROPOSED, Best
+from parc_jax.safe_set.batch.proposals import PROPOSED, Best, along_fan
 from parc_jax.safe_set.batch.run import make_pool, rewarm_many, run, search_many
 from parc_jax.safe_set.batch.stack import SizeClass, check_stack, stack_problems
 from parc_jax.safe_set.verdict.near import near_scene

@@ -124,3 +124,18 @@ def test_what_is_derived_from_an_answer_shares_its_looks():
             other.run(plant(toy.gusty, toy.T), KEY, n=5)
     with pytest.raises(InputError, match="declared by the first choice"):
         answer.choose(delta=0.05, looks=2)
+
+
+def test_a_loaded_answer_goes_on_with_its_looks(tmp_path):
+    answer = toy.answer()
+    answer.choose(delta=0.05, looks=2).looks.take()
+    loaded = pj.load_answer(answer.save(tmp_path / "answer.json"))
+    with pytest.raises(InputError, match=r"declared by the first choice, .*1 of 2 taken"):
+        loaded.choose(delta=0.05, looks=3)
+    assert loaded.choose().looks.take().number == 2
+    with pytest.raises(InputError, match="all 2 that were declared are spent"):
+        loaded.choose(delta=0.05, looks=2).looks.take()
+    fresh = pj.load_answer(toy.answer().save(tmp_path / "other.json"))
+    assert fresh.looks.delta is None and fresh.scene.asked.question is not None
+    assert near(fresh.choose()).answer.cover.proved
+    assert fresh.looks.taken == fresh.looks.planned == 1

@@ -13,14 +13,14 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.drive.loop.ends import any_goal, everywhere, moved_goal
 from parc_jax.drive.loop.outlook import AT_ONCE
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.copies import copied_problem
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.question import question
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import Scene, laid_out
 from parc_jax.safe_set.verdict.sized import ROOM, roomy
 

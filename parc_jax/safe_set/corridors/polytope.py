@@ -99,7 +99,7 @@ def cut_around(
 
     counts: (c,) plans in each corridor, by which ties are broken: the most popular is taken.
     """
-    maybe = corridors.nearly(points.path, points.bin)
+    maybe = corridors.coarse(points.path, points.bin)
     popular = counts / (1 + counts.sum())  # below 1, so it decides among equals only
     left = np.ones(len(points.k), bool)
     cuts = []

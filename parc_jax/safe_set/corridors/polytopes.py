@@ -19,13 +19,12 @@ from parc_jax.common.sets.qhull import convex_hull, delaunay, halfspace_intersec
 from parc_jax.common.sets.vertices import chebyshev_center
 from parc_jax.common.spelling import rounded_down
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.polytope import SafePolytope, cut_around
 from parc_jax.safe_set.corridors.safe_plans import as_plans, members
 from parc_jax.safe_set.corridors.sampling import Points, ends_from, groups, safe_ones
 from parc_jax.safe_set.corridors.search import draw_safe_plans
-from parc_jax.safe_set.corridors.stopping import Coverage, nothing_covered, stopping_rule
+from parc_jax.safe_set.corridors.stopping import Coverage, Limit, nothing_covered, stopping_rule
 from parc_jax.safe_set.verdict.scene import Scene
 
 COUNTED = 6000  # fresh safe plans that measure the coverage
