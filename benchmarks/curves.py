@@ -15,40 +15,36 @@ from parc_jax.safe_set.corridors.found import Progress
 class CoverCurve(NamedTuple):
     """One run. name: as in the legend. share (m,): covered, in [0, 1].
 
-    polytopes (m,): polytopes behind each share. seconds (m,): after the query began. Either may be
-    None.
+    number (m,): sets behind each share. seconds (m,): after the query began. Either may be None.
     """
 
     name: str
     share: np.ndarray
-    polytopes: np.ndarray | None = None
+    number: np.ndarray | None = None
     seconds: np.ndarray | None = None
 
 
 def cover(
     curves: Sequence[CoverCurve], to=None, *, target: float | None = 0.01, floor: float = 1e-3
 ):
-    """Uncovered share on a logarithmic scale, against the number of polytopes and against time
+    """Uncovered share on a logarithmic scale, against the number of sets and against time
     where these are known.
 
     target: uncovered share asked for. floor: shares below are drawn here. to: as in `style.sheet`;
         two Axes.
     Raises InputError.
     """
-    if not curves or any(c.polytopes is None and c.seconds is None for c in curves):
+    if not curves or any(c.number is None and c.seconds is None for c in curves):
         raise InputError(
-            "cover: expected at least one curve, each with a number of polytopes or a time per "
-            "share."
+            "cover: expected at least one curve, each with a number of sets or a time per share."
         )
     with style.sheet(to, (8.0, 3.4), columns=2, sharey=True) as sheet:
-        for number, curve in enumerate(curves):
+        for index, curve in enumerate(curves):
             left = np.maximum(1 - np.asarray(curve.share, float), floor)
-            for ax, along in zip(sheet.axes, (curve.polytopes, curve.seconds), strict=True):
+            for ax, along in zip(sheet.axes, (curve.number, curve.seconds), strict=True):
                 if along is not None:
-                    ax.step(along, left, where="post", **style.line(number), label=curve.name)
-        for ax, label in zip(
-            sheet.axes, ("number of corridors or polytopes", "time [s]"), strict=True
-        ):
+                    ax.step(along, left, where="post", **style.line(index), label=curve.name)
+        for ax, label in zip(sheet.axes, ("number of corridors", "time [s]"), strict=True):
             if target is not None:
                 ax.axhline(target, color=style.GREY, linewidth=0.8, linestyle=":")
                 along = {"xycoords": ("axes fraction", "data"), "ha": "left", "va": "top"}
@@ -67,13 +63,9 @@ def cover(
 
 
 def of_history(history: Sequence[Progress]) -> list[CoverCurve]:
-    """The curves of a search (`answer.history`): corridors, and polytopes where it cut
-    any.
-    """
+    """The curve of a search (`answer.cover.history`)."""
     progress = Progress(*(np.array(column) for column in zip(*history, strict=True)))
-    corridors = CoverCurve("corridors", progress.kept, progress.corridors, progress.seconds)
-    polytopes = CoverCurve("polytopes", progress.inside, progress.polytopes, progress.seconds)
-    return [corridors, polytopes] if progress.polytopes.any() else [corridors]
+    return [CoverCurve("corridors", progress.covered, progress.corridors, progress.seconds)]
 
 
 class GapCurve(NamedTuple):

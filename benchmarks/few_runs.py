@@ -127,12 +127,10 @@ def row(case: Case, folder: Path, seed: int) -> str:
     model, claim = learned.model, learned.model.claim
     wide = 100 * float(model.tube.interval.max())
     scene = problem(case.bay[1], case.bay[0])
-    answer = pj.Planner(model).solve(
-        scene, jax.random.PRNGKey(seed), pj.Settings(samples=20, polytopes=True)
-    )
+    answer = pj.Planner(model).solve(scene, jax.random.PRNGKey(seed), pj.Settings(samples=20))
     told = f"{claim.discard} of {claim.n} | {rounded_up(100 * float(claim.eps), 3)} %"
     told = f"| {case.name} | {known.n} | {told} | ±{rounded_up(wide, 3)} cm | {answer.status.label}"
-    replayed = pj.replay_recorded(answer, unseen) if answer.found else None
+    replayed = pj.replay_recorded(answer, unseen) if answer.status.found else None
     if replayed is None:
         return f"{told} | | |\n{learned.prior}"
     n = replayed.counts()

@@ -132,5 +132,5 @@ def _corridors(model: TrajectoryModel, problem: ReachAvoid, seed: int):
     begin = time.process_time()
     scene, rng = near_scene(Plain(problem, model)), np.random.default_rng(seed)
     asked = {"target": 0.01, "confidence": 0.99, "work": work_of(1.0), "limit": Limit(600.0)}
-    found = cover(scene, rng, **asked, polytopes=False)
+    found = cover(scene, rng, **asked)
     return time.process_time() - begin, found

@@ -198,7 +198,7 @@ ANSWER = """
 import sys, jax, parc_jax as pj
 from sims.drift_parking import problem
 planner = pj.Planner(pj.load("tests/data/drift_4x8.npz"))
-assert planner.solve(problem(), jax.random.PRNGKey(0), pj.Settings(samples_only=True)).found
+assert planner.solve(problem(), jax.random.PRNGKey(0), pj.Settings(samples_only=True)).status.found
 heavy = {"mujoco", "brax", "crazyflow", "jsbsim", "vehiclemodels", "gymnasium", "torch"}
 sys.exit(" ".join(heavy & set(sys.modules)) or 0)
 """

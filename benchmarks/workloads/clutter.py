@@ -134,7 +134,7 @@ def corridors(planner: Planner, problem: ReachAvoid, n: int) -> tuple[list[float
         begin = time.perf_counter()
         answer = planner.solve(problem, jax.random.PRNGKey(seed), settings, at=HERE)
         seconds.append(time.perf_counter() - begin)
-        shares.append(answer.corridor_coverage.at_least)
+        shares.append(answer.coverage.at_least)
     return seconds, min(shares)
 
 

@@ -7,7 +7,7 @@ from parc_jax.app.plot.errors import Entry, claim, errors
 from parc_jax.app.plot.film import film
 from parc_jax.app.plot.page import write_page
 from parc_jax.app.plot.projections import projections
-from parc_jax.app.plot.regions import region_seconds, regions
+from parc_jax.app.plot.regions import regions
 from parc_jax.app.plot.samples import samples
 from parc_jax.app.plot.spread import spread
 from parc_jax.app.plot.style import save
@@ -21,7 +21,6 @@ __all__ = [
     "errors",
     "film",
     "projections",
-    "region_seconds",
     "region_verdicts",
     "regions",
     "samples",

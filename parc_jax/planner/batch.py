@@ -40,7 +40,7 @@ class BatchAnswer(NamedTuple):
     draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None
         when not asked.
     seconds: of layout, search and proof, apart.
-    answers: full answers, with safe polytopes, of the problems that were asked for, by row.
+    answers: full answers of the problems in `whole`, by row.
     """
 
     found: np.ndarray
@@ -131,8 +131,7 @@ def problem_of(problems: Problems, row: int) -> ReachAvoid:
     """One problem of a batch, for `Planner.solve`. Raises InputError for stacked arrays."""
     if isinstance(problems, SceneArrays):
         raise InputError(
-            "solve_batch: proof and polytopes need problems or BoxScenes; stacked arrays spell "
-            "none."
+            "solve_batch: proof and answers need problems or BoxScenes; stacked arrays spell none."
         )
     return problems.problem(row) if isinstance(problems, BoxScenes) else problems[row]
 

@@ -56,7 +56,7 @@ class Planner:
     def solve(
         self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None, *, at=None
     ) -> Answer:
-        """The safe set of one problem: samples, corridors and polytopes, with certificates.
+        """The safe set of one problem: samples and corridors, with certificates.
 
         problem: from `reach_avoid` or `load_problem`; every plan of the answer withstands its
         doubt. key: from `jax.random`; its SEARCH stream is used. settings: sizes, work and
@@ -83,7 +83,7 @@ class Planner:
         return self._prepare(question(problem, self.model, at))
 
     def _prepare(self, asked: Question) -> Prepared:
-        return Prepared(near_scene(asked.plain(self._under_doubt)), answer_to)
+        return Prepared(near_scene(asked.plain(self._under_doubt)))
 
     def warm_up(
         self,

@@ -11,6 +11,7 @@ import numpy as np
 from parc_jax.answer.path import nominal_path
 from parc_jax.app.plot.shapes import headings, in_world
 from parc_jax.common.errors import InputError, ParcError
+from parc_jax.common.status import Status
 from parc_jax.drive.loop.candidates import moved_last
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.episode_file import save_episode
@@ -121,10 +122,10 @@ class PilotNode(Node):
         except ParcError as error:
             self.statement.publish(String(data=f"No plan: {error}"))
             return response
-        self.statement.publish(String(data=answer.statement()))
-        if answer.found and answer.proved and len(answer.samples):
+        self.statement.publish(String(data=answer.details()))
+        if answer.status is Status.PROVED and len(answer.samples):
             plan, n_p = answer.samples[0], answer.model.n_p
-            way = _way(answer.model, answer.pose, plan[:n_p], plan[n_p:])
+            way = _way(answer.model, answer.scene.asked.pose, plan[:n_p], plan[n_p:])
             response.plan = _path(way, self.pilot.driving.frame, stamp_of(request.start))
         return response
 

@@ -108,10 +108,10 @@ def main(options: Options) -> None:
     apart = options.apart or APART
     scene = problem(rectangle.BODY, apart)
     save_problem(options.out / "scene.toml", scene, model.labels, model.points)
-    settings = Settings(method=closing_in(apart), polytopes=True)
+    settings = Settings(method=closing_in(apart))
     answer = Planner(model).solve(scene, key, settings)
     answer.save(options.out / "answer.json")
-    print(answer.statement())
+    print(answer.details())
 
 
 def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
@@ -127,7 +127,7 @@ def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
         near = found.choice.near
         near.model.save(options.out / "refined.npz")
         near.answer.save(options.out / "refined.json")
-        print(near.answer.statement())
+        print(near.answer.details())
 
 
 if __name__ == "__main__":

@@ -262,16 +262,16 @@ def test_warm_start_keeps_what_holds_and_repairs_what_moved(toy):
 
 
 @pytest.mark.slow
-def test_polytopes_for_the_chosen_ones(toy):
+def test_corridors_for_the_chosen_ones(toy):
     planner, problems, answer = toy
     best = int(np.argmax(np.nan_to_num(answer.clearance[:, 0])))
     full = planner.solve_batch(
         [problems[best]],
         KEY,
-        Settings(samples=4, target=0.3, budget_s=300, proof=False, polytopes=True),
+        Settings(samples=4, target=0.3, budget_s=300, proof=False),
         whole=[0],
     ).answers[0]
-    assert full.found and len(full.safe_sets())
+    assert full.status.found and len(full.corridors)
 
 
 def test_errors_say_what_to_do(toy):

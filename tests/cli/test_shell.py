@@ -41,9 +41,9 @@ def files(tmp_path):
 
 
 def test_solve_check_plot(shell, files):
-    asked = ("--target", 0.1, "--budget", 300, "--polytopes", "--no-cache")
+    asked = ("--target", 0.1, "--budget", 300, "--no-cache")
     code, said, complained = shell("solve", "model.npz", "scene.toml", *asked)
-    assert code == 0 and "safe polytopes" in said and "(C) For each" in said
+    assert code == 0 and "corridors  " in said and "(C) For each" in said
     lines = [line for line in complained.splitlines() if not line.endswith(" s")]
     assert lines == [
         "compiling ...",
@@ -70,8 +70,8 @@ def test_solve_check_plot(shell, files):
 def test_corridors_alone_are_found_checked_and_drawn(shell, files):
     code, said, _ = shell("solve", "model.npz", "scene.toml", "--json", "--no-cache")
     facts = json.loads(said)
-    assert code == 0 and facts["polytopes"] == 0 and facts["coverage"]["share"] == 0
-    assert facts["corridors"] > 0 and facts["corridor_coverage"]["at_least"] >= 0.99
+    assert code == 0 and facts["corridors"] > 0
+    assert facts["coverage"]["at_least"] >= 0.99
     code, said, _ = shell("check", "answer.json")
     assert code == 0 and f"{facts['corridors']} corridors" in said and "polytopes" not in said
     assert shell("plot", "answer.json", "--html", "page.html")[0] == 0

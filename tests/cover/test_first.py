@@ -154,7 +154,7 @@ def test_a_prepared_question_answers_as_the_planner_does():
         planner.solve(problem, KEYS[0], settings),
     )
     np.testing.assert_array_equal(ours.samples, theirs.samples)
-    assert ours.proved and len(ours.samples) == 3
+    assert ours.cover.proved and len(ours.samples) == 3
     plans = prepared.first(KEYS[0], 3)
     assert {tuple(x) for x in plans.plans} == {tuple(x) for x in ours.samples}
     e = verdicts(prepared.scene, plans.plans[:, :2], plans.plans[:, 2:])

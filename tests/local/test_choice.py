@@ -150,12 +150,12 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     assert near.model.claim.kind == "pac" and near.model.claim.eps <= Fraction(1, 10)
     assert near.model.claim.delta == Fraction(5, 100) / 4
     assert near.held == 1 and near.risk().bound == near.model.claim.eps
-    assert near.answer.proved and (near.answer.samples[:, 2:] >= domain.lo).all()
+    assert near.answer.cover.proved and (near.answer.samples[:, 2:] >= domain.lo).all()
     # the gust grows with k_0, and the box is at most a tenth of it wide
     most = toy.GUST * domain.hi[0]
     assert near.model.tube.final[:, :2].max() < 1.6 * most
     assert "all of N is proved safe" in near.statement()
-    said = near.answer.statement()
+    said = near.answer.details()
     assert "k uniform on N" in said and "of share s of N" in said and "on K" not in said
     assert "k uniform on K" in chosen.model.claim.statement()
 

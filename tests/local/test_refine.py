@@ -8,6 +8,7 @@ import toy_driven as toy
 from synthetic_plants import Plant, plant
 from toy_models import told
 
+from parc_jax.answer.answer import answer_data
 from parc_jax.checker import check_answer
 from parc_jax.common.errors import InputError
 from parc_jax.drive.local.localise import Local
@@ -153,8 +154,8 @@ def test_a_plan_where_the_model_of_all_of_k_has_none(refined, narrow):
     whole = rank_plans(scene_of(narrow, model), np.random.default_rng(0))
     assert whole.score < 0  # the global tube leaves none
     near = found.choice.near
-    assert near.answer.proved and found.looks.taken <= 2
-    assert check_answer(near.answer.to_json()).samples > 0
+    assert near.answer.cover.proved and found.looks.taken <= 2
+    assert check_answer(answer_data(near.answer)).samples > 0
     e = verdicts(near.answer.scene, found.choice.p0[None], found.choice.k[None])
     assert e.safe.all() and near.model.domain.contains(found.choice.k)
     # delta is split over the looks, and the claim is about runs of its own

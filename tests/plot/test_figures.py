@@ -7,7 +7,7 @@ import pytest
 from drawn_bodies import bare_answer, car, drone
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from toy_answer import K, toy_answer, toy_replay
+from toy_answer import K, ToyPolytopes, toy_answer, toy_replay
 
 from parc_jax.app.plot import shapes
 from parc_jax.app.plot.errors import Entry, claim, errors, quantile, when
@@ -132,15 +132,15 @@ def test_claims_show_failed_and_worst_runs(answer, rng):
 
 
 def test_projections_contain_the_samples(answer):
-    drawn = projections(answer)
+    drawn = projections(answer)  # its polytopes are cut for it
     assert len(drawn.axes) == len(default_pairs(2, 2)) == 6
     for ax, pair in zip(drawn.axes, default_pairs(2, 2), strict=True):
         x, y = answer.samples[:, pair[0]], answer.samples[:, pair[1]]
         assert ax.get_xlim()[0] <= x.min() <= x.max() <= ax.get_xlim()[1]
         assert ax.get_ylim()[0] <= y.min() <= y.max() <= ax.get_ylim()[1]
-    assert len(projections(answer, [(0, 1), (2, 3)]).axes) == 2
+    assert len(projections(answer, pairs=[(0, 1), (2, 3)]).axes) == 2
     with pytest.raises(InputError, match="fills rows"):
-        projections(answer, [(0, 1)] * 4)
+        projections(answer, pairs=[(0, 1)] * 4)
 
 
 def test_timeline_clearance_is_the_distance_to_the_grown_block(answer):
@@ -154,7 +154,7 @@ def test_timeline_clearance_is_the_distance_to_the_grown_block(answer):
 
 
 def test_direction_runs_are_unit_sums_of_rows(answer):
-    upper, lower = direction_runs(answer, answer.sample_parts[0]["sep"])
+    upper, lower = direction_runs(answer, answer.certificates[0]["sep"])
     assert [(first, end) for first, end, _ in upper] == [(0, 2), (2, 4)]
     assert upper[0][2] == pytest.approx([-np.sqrt(0.5), -np.sqrt(0.5)])
     assert lower[0][2] == pytest.approx([0.0, 1.0]) and upper[1][2] == pytest.approx([0.0, -1.0])
@@ -166,10 +166,9 @@ def test_many_polytopes_are_drawn_as_their_union(answer):
     def lines_inside(copies):
         crowd = toy_answer()
         square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
-        crowd.polytopes = crowd.polytopes * copies
         crowd.samples = crowd.samples[:0]
-        crowd.project = lambda dims: [square, square + np.array([0.5, 0])] * (2 * copies)
-        figure = projections(crowd, pairs=[(0, 1)])
+        cut = ToyPolytopes([square, square + np.array([0.5, 0])] * (2 * copies))
+        figure = projections(crowd, cut, pairs=[(0, 1)])
         figure.set_dpi(100)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()

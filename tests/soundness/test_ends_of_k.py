@@ -153,7 +153,7 @@ def test_no_polytope_of_the_engine_contains_a_border_between_bins():
     is decided with the widths of all its bins.
     """
     asked = model([-END, 0.0, END])
-    settings = Settings(polytopes=True, samples=20, target=0.5, budget_s=300)
+    settings = Settings(samples=20, target=0.5, budget_s=300)
     answer = Planner(asked).solve(PROBLEM, jax.random.key(0), settings)
     assert len(answer.polytopes) > 0
     k = np.array([0.0, -0.25])

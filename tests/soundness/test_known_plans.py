@@ -169,17 +169,18 @@ def test_volume_of_a_safe_set_known_on_paper():
     answer = Planner(model).solve(
         problem,
         jax.random.key(0),
-        Settings(target=0.05, samples=10, budget_s=300, polytopes=True),
+        Settings(target=0.05, samples=10, budget_s=300),
     )
     # height of end points above the body's lowest place: both z_1 and z_1 - k_1 must be in [0, ..)
     z = 1.5
     area = z * 2 - 0.5 * 1.0  # k_1 in [-1, 1] for each z_1, less the triangle z_1 < k_1
     volume = 2 * 2 * area
-    assert len(answer.polytopes) == 1 and answer.coverage.share == 1.0
-    assert answer.volumes()[0] == pytest.approx(volume, rel=1e-9)
-    _, low, high = answer.volume(0.9999)
+    cut = answer.polytopes(jax.random.key(1), 2000)
+    assert len(cut) == 1 and cut.coverage.share == answer.coverage.share == 1.0
+    assert cut.volumes[0] == pytest.approx(volume, rel=1e-9)
+    _, low, high = answer.cover.safe_volume(0.9999)
     assert low < volume < high
-    centre, radius = answer.safest()
+    centre, radius = cut.centre()
     assert 0 < radius <= 0.75 and answer.contains(centre[:2], centre[2:])[0]
 
 
@@ -217,9 +218,9 @@ def test_a_hidden_spike_of_relative_area_1e_8_is_in_no_polytope():
     answer = Planner(model).solve(
         problem,
         jax.random.key(0),
-        Settings(target=0.05, samples=20, budget_s=300, polytopes=True),
+        Settings(target=0.05, samples=20, budget_s=300),
     )
-    assert answer.coverage.at_least > 0.95 and answer.refused == 0
+    assert answer.coverage.at_least > 0.95 and answer.cover.refused == 0
     rng = np.random.default_rng(0)
     k = np.array([0.3, 0.2]) + 1e-4 * rng.uniform(-1, 1, (4000, 2))
     p0 = np.stack([rng.uniform(-0.5, 0.5, 4000), rng.uniform(-1, 1, 4000)], axis=1)
@@ -228,7 +229,10 @@ def test_a_hidden_spike_of_relative_area_1e_8_is_in_no_polytope():
     exact = checker.Context(
         problem_part(problem, model), network_part(model.net), tube_part(model.tube)
     )
-    rows = [exact.set_rows(polytope_part(polytope)) for polytope in answer.polytopes]
+    rows = [
+        exact.set_rows(polytope_part(polytope))
+        for polytope in answer.polytopes(jax.random.key(1), 4000)
+    ]
     for i in np.flatnonzero(e.clearance < -1e-6)[
         :200
     ]:  # no exact polytope holds a plan that runs into the wall

@@ -247,7 +247,7 @@ def test_polytopes_of_an_equal_problem_are_accepted_for_each_other():
     answer = Planner(model).solve(
         moved_problem,
         jax.random.key(0),
-        Settings(target=0.3, samples=50, budget_s=300, polytopes=True),
+        Settings(target=0.3, samples=50, budget_s=300),
     )
     x = np.concatenate([answer.samples, answer.sample(jax.random.key(1), 500)])
     here = verdicts(scene_of(problem, model), x[:, :2] - shift, x[:, 2:])

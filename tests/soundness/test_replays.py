@@ -13,6 +13,7 @@ from toy_models import model_of, told
 
 import parc_jax
 from parc_jax import checker
+from parc_jax.answer.answer import answer_data
 from parc_jax.app.study.replay import replay
 from parc_jax.common.errors import SoundnessError
 from parc_jax.common.sets.box import box
@@ -139,7 +140,7 @@ def parking():
     answer = Planner(model).solve(
         scenario.problem(),
         jax.random.key(0),
-        Settings(target=0.05, samples=100, budget_s=300, polytopes=True),
+        Settings(target=0.05, samples=100, budget_s=300),
     )
     return model, answer
 
@@ -149,7 +150,7 @@ def test_two_thousand_drifts_from_the_safe_set_touch_nothing(parking):
     import sims
 
     _, answer = parking
-    assert answer.status is Status.PROVED and answer.refused == 0
+    assert answer.status is Status.PROVED and answer.cover.refused == 0
     x = answer.sample(jax.random.key(1), 2000)
     system = sims.load("drift_parking", plant="ode")
     out = replay(system, answer.scene, x, jax.random.key(2))  # raises on a failure inside the tube
@@ -164,6 +165,6 @@ def test_parking_certificates_are_small_and_accepted(parking, tmp_path):
     _, answer = parking
     report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
     assert report.samples == len(answer.samples) and report.sets == len(answer.polytopes) > 10
-    data = answer.to_json()
+    data = answer_data(answer)
     assert max(len(json.dumps(part, separators=(",", ":"))) for part in data["samples"]) <= 1000
     assert max(len(json.dumps(part, separators=(",", ":"))) for part in data["sets"]) <= 2000

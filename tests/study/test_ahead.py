@@ -12,7 +12,7 @@ import parc_jax as pj
 from parc_jax.drive.local.localise import Local, compile_near, guessed_near
 from parc_jax.learning.runs.collect import collect
 
-SETTINGS = pj.Settings(samples=4, target=0.3, polytopes=True)
+SETTINGS = pj.Settings(samples=4, target=0.3)
 
 
 @pytest.mark.slow

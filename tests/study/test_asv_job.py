@@ -45,7 +45,7 @@ def test_settings_are_those_of_the_scenario():
 def test_few_rollouts_end_in_a_proved_answer(name, tmp_path):
     study, boat = replace(asv.STUDY, **FEW), sims.load(name, plant="ode")
     outcome = run_study(boat, asv.problem(), study, tmp_path, seed=0, quiet=True)
-    assert outcome.answer.found and outcome.answer.status is Status.PROVED
+    assert outcome.answer.status.found and outcome.answer.status is Status.PROVED
     assert checker.main([str(tmp_path / "answer.json")]) == 0
     seen = json.loads((tmp_path / "metrics.json").read_text())
     assert seen["replay"]["runs"] == 24 and seen["claim"]["bin_eps"] == ["1/5"] * 3

@@ -59,7 +59,7 @@ def test_the_first_claim_is_of_few_runs(eps, kept, monkeypatch, tmp_path):
 
 @pytest.mark.slow
 def test_the_query_of_the_model_compiles_nothing_anew(monkeypatch, tmp_path):
-    settings = pj.Settings(samples=4, target=0.3, polytopes=True)
+    settings = pj.Settings(samples=4, target=0.3)
     made, (first,), _ = learned(tmp_path, monkeypatch)
     assert made.model.tube.grid == first.tube.grid != (1, 1)
     pj.Planner(first).warm_up(toy.problem(), settings)

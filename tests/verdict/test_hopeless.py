@@ -98,17 +98,17 @@ def here(model, goal, obstacles, body, at, **settings):
 @pytest.mark.parametrize("samples_only", [False, True])
 def test_a_start_in_an_obstacle_is_told_at_once(samples_only):
     answer = here(line_model(), GOAL, [WALL], 0.3, (5.2, 0.5), samples_only=samples_only)
-    said = answer.statement().split("\n")[0]
+    said = answer.details().split("\n")[0]
     assert said.startswith("No plan is safe: where the plan starts, the body")
-    assert said.endswith("touches obstacle 0.") and not answer.found
-    assert answer.cover.drawn == 0 and answer.ended is None  # nothing is searched for
+    assert said.endswith("touches obstacle 0.") and not answer.status.found
+    assert answer.cover.drawn == 0 and answer.cover.ended is None  # nothing is searched for
 
 
 def test_a_start_from_where_nothing_gets_to_the_goal_is_told_at_once():
     """Ends lie within 1 m of the start: so by bounds, that is for every plan."""
     model = line_model(e=0.01)
     answer = here(model, GOAL, [WALL], 0.3, (0.5, 0.0))
-    said = answer.statement()
+    said = answer.details()
     assert answer.cover.drawn == 0 and "No plan is safe: no plan of the model ends" in said
     assert "between -0.5 and 1.5, the goal asks for 3 to 4" in said
     near = scene_of(reach_avoid(GOAL, [], 0.3, box([2.01, 0.0], [2.02, 0.1])), model)

@@ -40,8 +40,8 @@ def plot(
         html: Write one interactive page: scene, time slider, p0 and k by dragging or typing, with
             the verdict live; of an episode the manoeuvre at any time, and the reasons.
         out: Folder of the figures. Default: that of the answer.
-        figures: Which figures. Default: all that the answer supports, or none with --html or
-            --video.
+        figures: Which figures. Default: all that the answer supports but projections, which cut
+            polytopes, or none with --html or --video.
         video: Film one safe sample: .gif, .mp4 (needs the extra film), or a folder of .png files.
             Without a simulator the film shows the model's prediction.
         sample: Number of the sample that is filmed, from 0.
@@ -113,8 +113,8 @@ def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
     from parc_jax.app.plot.page import write_page
 
     possible = _possible(answer)
-    # polytopes that the answer has not would have to be cut: they are not drawn unasked
-    unasked = [name for name in possible if name != "projections" or answer.polytopes]
+    # polytopes have to be cut for this picture: it is drawn by name only
+    unasked = [name for name in possible if name != "projections"]
     chosen = unasked if wanted is None else wanted
     for name in chosen:
         if name not in possible:
@@ -169,7 +169,7 @@ def _possible(answer) -> list[str]:
     return [
         *(["samples"] if len(answer.samples) else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
-        *(["projections"] if several and (answer.polytopes or answer.corridors) else []),
+        *(["projections"] if several and answer.corridors else []),
         *(["timeline"] if len(answer.samples) and answer.problem.obstacles else []),
     ]
 
@@ -185,7 +185,7 @@ def _draw(name: Figure, answer, path: Path) -> Path:
     table = enumerate_regions(answer.model.net, answer.model.domain)
     safe_k = answer.samples[:, answer.model.n_p :]
     verdict = region_verdicts(answer, table)
-    draw(table, verdict, None, path, names=answer.model.labels.k, safe_k=safe_k)
+    draw(table, verdict, path, names=answer.model.labels.k, safe_k=safe_k)
     return path
 
 

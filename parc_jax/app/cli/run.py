@@ -83,7 +83,7 @@ def run(
     else:
         print(fitted(report(outcome)))
         print(f"Written to {out}. Verify with: parc-jax check {out / 'answer.json'}")
-    return 0 if outcome.answer.found else 1
+    return 0 if outcome.answer.status.found else 1
 
 
 def _folder_of(typed: str, name: str) -> str:

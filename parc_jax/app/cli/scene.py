@@ -14,6 +14,7 @@ from parc_jax.app.study.report import facts_of, table_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import vertices
+from parc_jax.common.status import Status
 from parc_jax.learning.labels import degrees_hint, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
@@ -175,15 +176,14 @@ def _name(model: TrajectoryModel, axis: int) -> str:
 
 def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
     """The facts of an answer for other programs; the answer itself is in its file."""
-    proved = answer.no_plan is not None and answer.no_plan.kind == "proved"
     facts = {
         "answer": str(path),
-        "found": answer.found,
-        "proved_no_plan": proved,
+        "found": answer.status.found,
+        "proved_no_plan": answer.status is Status.NO_PLAN,
         "samples": len(answer.samples),
         **facts_of(answer, cold_s),
         "first": answer.samples[0].tolist() if len(answer.samples) else None,
-        "statement": answer.statement(),
+        "statement": answer.details(),
     }
     return json.dumps(facts, indent=1)
 
@@ -191,7 +191,7 @@ def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
 def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = False) -> str:
     """For a terminal. cold_s: as of `facts_of`."""
     lines = []
-    if answer.found and not short:
+    if answer.status.found and not short:
         n_p, names = answer.model.n_p, answer.model.labels
         plan = _some_plan(answer)
         lines += [
@@ -200,7 +200,7 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
             f"                       with {_named(plan[n_p:], names.k)}",
             "",
         ]
-    lines.append(answer.statement())
+    lines.append(answer.details())
     if not short:
         lines += ["", f"Written to {path}. Verify with: parc-jax check {path}"]
     return "\n".join(lines)
@@ -210,7 +210,7 @@ def _some_plan(answer: Answer) -> np.ndarray:
     """A plan of the answer: the exact check may have refused every sample and accepted others."""
     if len(answer.samples):
         return answer.samples[0]
-    one = [*answer.polytopes, *answer.corridors][0]
+    one = answer.corridors[0]
     return np.concatenate([one.p0, one.k])
 
 

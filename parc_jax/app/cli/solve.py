@@ -114,7 +114,7 @@ def solve(
         else:
             # so that the times are those of the search and not of the compiler
             say(COMPILING)
-            cold_s = planner.warm_up(problem, settings, at=place).timings["first_sample_s"]
+            cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
             say(SEARCHING)
             answer = planner.solve(problem, key, settings, at=place)
     answer.save(out)
@@ -122,4 +122,4 @@ def solve(
         print(as_json(answer, out, cold_s))
     else:
         print(fitted(verdict(answer, out, cold_s, short=shell.quiet)))
-    return 0 if answer.found else 1
+    return 0 if answer.status.found else 1

@@ -4,14 +4,13 @@ import json
 
 import numpy as np
 
-from parc_jax.answer.answer import Answer
+from parc_jax.answer.answer import Answer, volume_of_plans
 from parc_jax.answer.looks import looks_of_json
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import hex_floats, nearest_floats
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.planner.planner import answer_to
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.question import Plain, Question
@@ -21,20 +20,19 @@ from parc_jax.proof.certificate.read import corridor_of, model_of_file, problem_
 from parc_jax.proof.certificate.write import FORMAT
 from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.place import Place
-from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.near import near_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import Scene
 
 
 def load_answer(path) -> Answer:
     """The answer of a file written by `Answer.save`, checked anew in exact arithmetic before
     anything is believed.
 
-    Samples, polytopes, statement and pictures are as they were; timings are not in the file. Raises
+    Samples, corridors, sentences and pictures are as they were; timings are not in the file.
+    Polytopes of the file are checked and not returned: `Answer.polytopes` cuts them again. Raises
     InputError when the file is no answer or its proof fails.
     """
     try:
@@ -65,34 +63,31 @@ def _answer(data: dict, report) -> Answer:
         [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
     )
     samples = samples.reshape(len(data["samples"]), model.n_p + model.n_k)
-    polytopes = [_safe_polytope(scene, part) for part in data["sets"]]
     p0, k = samples[:, : model.n_p], samples[:, model.n_p :]
     seen = points(p0, k, verdicts(scene, p0, k))
     counts = meta["counts"]
     coverage = _coverage(meta["coverage"])
-    kept = _coverage(meta["corridor_coverage"])
     corridors = [corridor_of(scene, part) for part in data["corridors"]]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
     within = Place(*sides) if sides else None
     ended = next((e for e in Ended if e.label == meta["ended"]), None)
-    cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within, ended=ended)
+    total = meta.get("volume_of_all")
+    cover = Cover(
+        *tally,
+        points=seen,
+        coverage=coverage,
+        corridors=corridors,
+        within=within,
+        ended=ended,
+        total_volume=volume_of_plans(scene) if total is None else float(total),
+        proved=True,
+    )
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
     if no_plan is not None:
         no_plan = no_plan._replace(reason=why_none(scene), doubt=asked.doubt)
     looks = looks_of_json(meta.get("looks"))
-    whole = float(meta["volume_of_all"]) if "volume_of_all" in meta else None
-    return Answer(
-        scene,
-        cover,
-        samples,
-        data["samples"],
-        proved=True,
-        no_plan=no_plan,
-        looks=looks,
-        told_whole=whole,
-        solve=answer_to,
-    )
+    return Answer(scene, cover, samples, data["samples"], no_plan, looks)
 
 
 def _asked(problem: ReachAvoid, model: TrajectoryModel, meta: dict) -> Plain:
@@ -110,15 +105,6 @@ def _pose(meta: dict) -> Pose | None:
         return None
     *place, heading = meta["pose"]
     return Pose(np.array(nearest_floats(place)), None if heading is None else float(heading))
-
-
-def _safe_polytope(scene: Scene, part: dict) -> SafePolytope:
-    """The polytope of its certificate."""
-    corridor = corridor_of(scene, part)
-    pattern = np.array([bit == "1" for bit in part["pattern"]], bool)
-    return SafePolytope(
-        scene, corridor.p0, corridor.k, pattern, part["bin"], corridor, float("nan")
-    )
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None) -> NoPlan | None:

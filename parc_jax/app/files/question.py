@@ -127,7 +127,7 @@ def _margins(answer: Answer, sample: int, bins: np.ndarray):
         offsets += list(problem.start.b)
     table = scene.directions
     assert table is not None  # the scene of an answer has them
-    sep = by_pair(answer.sample_parts[sample]["sep"])
+    sep = by_pair(answer.certificates[sample]["sep"])
     for o, runs in enumerate(sep):
         first = int(np.argmax(scene.obstacles.active[o]))
         for stop, terms in runs:

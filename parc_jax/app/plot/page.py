@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.answer.answer import Answer
+from parc_jax.answer.answer import Answer, answer_data
 from parc_jax.app.plot import shapes
 from parc_jax.app.plot.episode import Shown, Stage, Truth, polygons
 from parc_jax.app.plot.shapes import span, views_of
@@ -24,6 +24,7 @@ from parc_jax.problem.body import Disc, numbered
 from parc_jax.proof.certificate.read import corridor_of
 from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.safe_set.corridors.corridor import Corridor
+from parc_jax.safe_set.corridors.polytopes import Polytopes
 from parc_jax.safe_set.verdict.near import whole_scene
 
 FILES = Path(__file__).with_name("page")
@@ -45,26 +46,31 @@ DECIMALS = 4  # of a metre
 
 
 def write_page(
-    source: Answer | Episode | str | Path, html_path, truth: Truth | None = None
+    source: Answer | Episode | str | Path,
+    html_path,
+    polytopes: Polytopes | None = None,
+    truth: Truth | None = None,
 ) -> Path:
     """Write the page of an answer, or of an episode in the plane: one file without a server.
 
     Of an answer: scene, time slider, p0 and k by dragging or typing, live verdict, certificates.
     The page judges in double precision: pictures, not proofs. It calls a plan proved only inside
-    one of the answer's samples, corridors or polytopes, which `parc-jax check` verifies. Answers up
-    to 20 MB are stored in the page, and a button has the proved checker check them there.
+    one of the answer's samples, corridors or, where they are given, polytopes, which `parc-jax
+    check` verifies. Answers up to 20 MB are stored in the page, and a button has the proved checker
+    check them there.
 
     Of an episode, or of its file, which is checked anew first: at every moment the robot, its way,
     its reachable set until it rests, the obstacles of that proof, and, where the file's `meta` has
     `{"reasons": [[seconds, why], ...]}`, why the robot went on with the stop in hand.
 
-    truth: the true run of an episode. Returns the path. Raises InputError.
+    polytopes: of `answer.polytopes`, whose outlines are drawn too. truth: the true run of an
+    episode. Returns the path. Raises InputError.
     """
     if isinstance(source, Episode | str | Path):
         page = filled("episode.html", episode_data(Stage(source, truth)))
     else:
-        answer = json.dumps(source.to_json(), separators=(",", ":"))
-        page = page_of(page_data(source), answer)
+        answer = json.dumps(answer_data(source, polytopes), separators=(",", ":"))
+        page = page_of(page_data(source, polytopes), answer)
     return write_atomic(html_path, page.encode())
 
 
@@ -97,34 +103,35 @@ def _within(text: str) -> str:
     return text.replace("<", "\\u003c")
 
 
-def page_data(answer) -> dict:
-    """JSON-able numbers of an answer: scene, network, tube, certificates, outlines of the safe
-    polytopes.
+def page_data(answer, polytopes=None) -> dict:
+    """JSON-able numbers of an answer: scene, network, tube, certificates, and outlines of its
+    polytopes, where any are given.
     """
+    polytopes = () if polytopes is None else polytopes
     model, problem = answer.model, answer.problem
     sides = [view.axes for view in views_of(model.n_p)]
     goals = shapes.goals(problem.goal, model.n_p, model.n_points, sides)
     return {
         **model_data(model, problem),
-        **_plans(answer),
+        **_plans(answer, polytopes),
         "system": model.system,
         "labels": model.labels._asdict(),
         "level": answer.status.label,
-        "statement": answer.statement(),
+        "statement": answer.details(),
         "claim": in_short(model.claim),
         "hash": {
             name: part_hash(part)
             for name, part in zip(PARTS, question_parts(problem, model), strict=True)
         },
-        "share": answer.coverage.share,
-        "corridor_share": answer.corridor_coverage.share,
+        "share": polytopes.coverage.share if polytopes else 0.0,
+        "corridor_share": answer.coverage.share,
         "views": [view._asdict() for view in views_of(model.n_p)],
         "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
         "goals": [
             {"points": points, "outlines": [outline.tolist() for outline in outlines]}
             for points, outlines in goals
         ],
-        "outlines": outlines(answer),
+        "outlines": outlines(answer, polytopes),
     }
 
 
@@ -158,7 +165,7 @@ def model_data(model, problem) -> dict:
     }
 
 
-def _plans(answer) -> dict:
+def _plans(answer, polytopes) -> dict:
     """Samples, corridors and polytopes, with their directions by number."""
     n_p, problem = answer.model.n_p, answer.problem
     active = _active(problem, len(problem.parts), answer.model.time.n_steps)
@@ -177,7 +184,7 @@ def _plans(answer) -> dict:
                 "k": plan[n_p:].tolist(),
                 "sep": directions.number(corridor_of(scene, certificate)),
             }
-            for plan, certificate in zip(answer.samples, answer.sample_parts, strict=True)
+            for plan, certificate in zip(answer.samples, answer.certificates, strict=True)
         ],
         "corridors": [
             {"sep": directions.number(all_runs(corridor))} for corridor in answer.corridors
@@ -188,15 +195,15 @@ def _plans(answer) -> dict:
                 "bin": int(polytope.bin),
                 "pattern": "".join("1" if on else "0" for on in polytope.pattern),
             }
-            for polytope in answer.polytopes
+            for polytope in polytopes
         ],
         "directions": directions.all,
     }
 
 
-def outlines(answer) -> dict[str, list]:
+def outlines(answer, polytopes) -> dict[str, list]:
     """Per pair of coordinates of (p0, k), written "i,j", the outlines [[x, y], ...] of the safe
-    polytopes, if the answer has any: of every view of the workspace, and of all pairs of
+    polytopes, if there are any: of every view of the workspace, and of all pairs of
     parameters.
     """
     n_p, n_k = answer.model.n_p, answer.model.n_k
@@ -205,7 +212,7 @@ def outlines(answer) -> dict[str, list]:
     return {
         f"{i},{j}": [
             [[_short(x), _short(y)] for x, y in shapes.hull(points)]
-            for points in (answer.project((i, j)) if answer.polytopes else ())
+            for points in (polytopes.project((i, j)) if polytopes else ())
         ]
         for i, j in pairs
     }

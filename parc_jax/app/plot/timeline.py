@@ -51,7 +51,7 @@ def timeline(
                 above.stairs(gap, edges, baseline=None, **style.line(o), label=f"{names[o]}: tube")
             if replay is not None:
                 _true(above, answer, replay.path[i], names)
-            for row, runs in enumerate(direction_runs(answer, answer.sample_parts[i]["sep"])):
+            for row, runs in enumerate(direction_runs(answer, answer.certificates[i]["sep"])):
                 color = style.line(row // len(parts))["color"]
                 _runs(below, len(rows) - 1 - row, runs, model.time.dt, color)
             _dress(above, below, answer, i, rows, model.time.t_f)

@@ -98,14 +98,15 @@ def run_study(
     _replace_older(out, model, answer)
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
-    driven = study.driven and answer.found and answer.doubt is None
+    doubt = answer.scene.asked.doubt
+    driven = study.driven and answer.status.found and doubt is None
     ahead = None
     # compiles while the plan is chosen and run: the query near it would wait for that
     if driven and learned is not None and len(answer.samples):
         ahead = compile_near(problem, learned.train, answer.samples[0, model.n_p :])
     runs = None
     # under an uncertain execution a plan has several realisations, and no one run to replay
-    if len(answer.samples) and not (answer.doubt and answer.doubt.copies):
+    if len(answer.samples) and not (doubt and doubt.copies):
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)
@@ -117,7 +118,7 @@ def run_study(
         "device": jax.devices()[0].device_kind,
         "regions": table.count,
         "final_error": final_error(model).tolist(),
-        **facts_of(answer, cold.timings["first_sample_s"]),
+        **facts_of(answer, cold.cover.timings["first_sample_s"]),
         "share_of_k": answer.share_of_k(),
         "replay": None if runs is None else tally(runs, study.repeats, study.delta),
         "driven": None,

@@ -209,7 +209,7 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
     Raises InputError for an answer under doubt, or runs on another time grid or of other points;
     SoundnessError when a run that stays in the tube misses the goal or touches an obstacle.
     """
-    if answer.doubt is not None:
+    if answer.scene.asked.doubt is not None:
         raise InputError(
             "replay_recorded: expected an answer without doubt, since recorded runs were executed "
             "as they are; solve the same problem with doubt=None."

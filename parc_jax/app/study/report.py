@@ -15,9 +15,7 @@ from parc_jax.learning.learn import Learned
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions import RegionTable
-from parc_jax.safe_set.corridors.sampling import FEW
-
-IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
+from parc_jax.statement import about_coverage, about_share
 
 
 class Studied(NamedTuple):
@@ -52,7 +50,7 @@ def report(outcome: Studied) -> str:
     if m["replay"] is not None:
         lines += _replayed(m["replay"], eps_of(outcome.answer.model.claim))
     driven = [] if m.get("driven") is None else [m["driven"]["statement"]]
-    return "\n".join([*lines, "", outcome.answer.statement(), *driven, ""])
+    return "\n".join([*lines, "", outcome.answer.details(), *driven, ""])
 
 
 def _replayed(r: dict, eps: str | None) -> list[str]:
@@ -87,14 +85,14 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     """Draw everything that this outcome supports; returns the files."""
     from parc_jax.app.figures import region_verdicts
     from parc_jax.app.plot.errors import Entry, errors
-    from parc_jax.app.plot.regions import region_seconds, regions
+    from parc_jax.app.plot.regions import regions
     from parc_jax.app.plot.samples import samples
     from parc_jax.app.plot.spread import spread as spread_of_runs
     from parc_jax.learning.bound.declared import assumed_claim
 
     answer = outcome.answer
     drawn = []
-    if answer.found:
+    if answer.status.found:
         drawn.append(out / "samples.png")
         runs = outcome.runs
         first = None if runs is None else Replay(*(part[:: study.repeats] for part in runs))
@@ -102,11 +100,10 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
         if runs is not None and study.repeats > 1:
             drawn.append(out / "spread.png")
             spread_of_runs(answer, runs, study.repeats, drawn[-1])
-    if answer.doubt is None and 2 <= answer.model.n_k <= 3:
+    if answer.scene.asked.doubt is None and 2 <= answer.model.n_k <= 3:
         drawn.append(out / "regions.png")
         verdicts = region_verdicts(answer, outcome.table)
-        when = region_seconds(answer, outcome.table) if answer.polytopes else None
-        regions(outcome.table, verdicts, when, drawn[-1], names=answer.model.labels.k)
+        regions(outcome.table, verdicts, drawn[-1], names=answer.model.labels.k)
     if outcome.learned is not None:
         drawn.append(out / "errors.png")
         model, train = outcome.learned.model, outcome.learned.train
@@ -144,79 +141,46 @@ def seconds(value: float | None) -> str:
 
 
 def facts_of(answer: Answer, cold_s: float | None) -> dict:
-    """Counts, coverage, end and times of an answer, as plain data. cold_s: [s] to the first sample
-    of a first query, compiling included; None where that is this answer.
+    """Counts, shares, status and times of an answer as plain data.
+
+    cold_s: [s] to the first sample of a first query, compiling included; None where that is this
+    answer.
     """
+    cover, share = answer.cover, answer.share
     return {
-        "counts": answer.counts,
-        "safe_share": None if answer.safe_share is None else answer.safe_share._asdict(),
-        "volume": answer.volume(),
-        "polytopes": len(answer.polytopes),
-        "coverage": answer.coverage._asdict(),
+        "counts": {"drawn": cover.drawn, "reaching": cover.reaching, "safe": cover.safe},
+        "share": None if share is None else share._asdict(),
+        "volume": None if share is None else share.volume,
         "corridors": len(answer.corridors),
-        "corridor_coverage": answer.corridor_coverage._asdict(),
+        "coverage": answer.coverage._asdict(),
         "status": answer.status.label,
-        "ended": None if answer.ended is None else answer.ended.label,
-        "refused": answer.refused,
-        "first_sample_cold_s": answer.timings["first_sample_s"] if cold_s is None else cold_s,
-        "timings": answer.timings,
+        "ended": None if cover.ended is None else cover.ended.label,
+        "refused": cover.refused,
+        "first_sample_cold_s": cover.timings["first_sample_s"] if cold_s is None else cold_s,
+        "timings": cover.timings,
     }
 
 
 def table_of(answer: Answer, cold_s: float | None) -> list[str]:
-    """The result of a query, line by line. cold_s: as of `facts_of`."""
-    t = answer.timings
-    part = "the safe set" + ("" if answer.around is None else " around what a search found")
+    """The table of a query, line by line. cold_s: as of `facts_of`."""
+    cover, t = answer.cover, answer.cover.timings
+    around = cover.within is not None
     times = [f"{seconds(t['first_sample_s'])} {'cold' if cold_s is None else 'warm'}"]
     if cold_s is not None:
         times = [f"{seconds(cold_s)} cold", *times]
     lines = [f"first safe sample      {', '.join(times)}"]
-    if answer.corridors or answer.polytopes or not answer.found:
-        # a query for one plan draws too few to estimate the share of safe ones
-        lines = [f"safe                   {how_much_is_safe(answer)}", *lines]
+    if answer.corridors or not answer.status.found:
+        # where one plan was requested and found, too few were drawn to say how many are safe
+        here = answer.scene.at is not None
+        share = about_share(answer.share, cover.safe, from_here=here, around=around)
+        lines = [f"safe                   {share}", *lines]
     if answer.corridors:
-        covered = covering(answer.corridor_coverage._asdict(), part)
+        part = "the safe set" + (" around what a search found" if around else "")
+        covered = about_coverage(answer.coverage, part)
         lines.append(f"corridors              {len(answer.corridors)}, {covered}")
-    if answer.polytopes:
-        covered = covering(answer.coverage._asdict(), part)
-        lines.append(f"first safe polytope    {seconds(t['first_polytope_s'])} warm")
-        lines.append(f"safe polytopes         {len(answer.polytopes)}, {covered}")
-    if answer.corridors or answer.polytopes:
         lines.append(f"safe set               in {seconds(t['cover_s'])}")
-    proof = f"{answer.status}, {answer.refused} refused, in {seconds(t['proof_s'])}"
+    proof = f"{answer.status}, {cover.refused} refused, in {seconds(t['proof_s'])}"
     return [*lines, f"proof                  {proof}"]
-
-
-def covering(coverage: dict, part: str = "the safe set") -> str:
-    """For people: how much of the safe set, or of a part, the fields of a `Coverage` cover."""
-    if coverage["share"] == 0:
-        return f"how much of {part} they cover was not measured"
-    return (
-        f"covering {100 * coverage['share']:.2f} % of {part} (at least "
-        f"{rounded_down(100 * coverage['at_least'], 4)} % with "
-        f"confidence {rounded_down(str(coverage['confidence']), 10)})"
-    )
-
-
-def how_much_is_safe(answer: Answer) -> str:
-    """The number to tune by: the share of all plans that the tube leaves, and obstacles of that."""
-    share = answer.safe_share
-    if share is None:
-        return "what share of the plans was not measured"
-    of_all = "all k in K" if answer.scene.at is not None else IN_THE_BOX
-    low, high = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
-    sure = f"with confidence {rounded_down(str(share.confidence), 10)}"
-    if answer.counts["safe"] < FEW:  # of a query for a first plan
-        return f"{low} % to {high} % of {of_all}, {sure}"
-    text = f"{_percent(share.share)} of {of_all} ({low} % to {high} % {sure})"
-    if answer.around is not None:
-        return f"{text}, counting only those around what a search found"
-    free = share.share / share.reaching if share.reaching else 0.0
-    return f"{text}: the tube leaves {_percent(share.reaching)}, obstacles {_percent(free)} of that"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.3g} %"
 
 
 def spread(values: np.ndarray, model: TrajectoryModel, digits: str = ".2f") -> str:

@@ -12,7 +12,7 @@ from parc_jax.common.spelling import hex_text
 from parc_jax.proof.certificate.prove import proves_box
 from parc_jax.proof.certificate.write import corridor_part
 from parc_jax.safe_set.corridors.sampling import points
-from parc_jax.safe_set.corridors.search import cover_around
+from parc_jax.safe_set.corridors.search import corridors_around
 from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene
@@ -140,7 +140,7 @@ def _certificates(
     safe = points(starts, x, e).at(e.safe)
     if not len(safe.k):
         return
-    corridors, _ = cover_around(scene, rng, safe)
+    corridors = corridors_around(scene, rng, safe)
     margin = {"p0": hex_text(np.zeros(len(p0))), "k": hex_text(box[1])}
     for corridor in corridors[:4]:
         part = corridor_part(corridor, scene.problem)

@@ -75,7 +75,7 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
 
 def _lines(answer: Answer, table: Tables, name: str) -> Iterator[str]:
     guard = f"{name.upper()}_H"
-    yield from _comment(f"{answer.statement()}\n{WARNING}")
+    yield from _comment(f"{answer.details()}\n{WARNING}")
     yield f"#ifndef {guard}\n#define {guard}\n"
     yield GUARDS
     for what, number in _sizes(answer, table):

@@ -62,7 +62,7 @@ def tables(answer: Answer) -> Tables:
     """The tables of an answer with corridors. Raises InputError for one without, or
     about one pose."""
     model, scene = answer.model, answer.scene
-    if answer.pose is not None:
+    if scene.asked.pose is not None:
         raise InputError(
             "export: expected an answer about any start; this one is told from one pose, perhaps "
             "in the robot's own frame, which a header would not say. Solve without `at`."
@@ -98,10 +98,7 @@ def tables(answer: Answer) -> Tables:
         goal_A=goal_A,
         # a bin without claim leaves no goal: its rows hold for no number
         goal_b=np.where(np.isfinite(lost_at_end), goal_b - lost_at_end, -NO_CLAIM),
-        plans=np.unique(
-            np.concatenate([k, *([c.k] for c in corridors), *([p.k] for p in answer.polytopes)]),
-            axis=0,
-        ),
+        plans=np.unique(np.concatenate([k, *([c.k] for c in corridors)]), axis=0),
     )
 
 

@@ -89,11 +89,11 @@ def load_rollouts(
     if "meta" not in arrays:
         return _assemble(path, arrays, time, domain, k_law, groups, points, about)
     own = rollouts_from_npz(path, arrays)
-    for name, told in (("time", time), ("domain", domain)):
-        if told is not None and not _equal(told, getattr(own, name)):
+    for given, wanted in (("time", time), ("domain", domain)):
+        if wanted is not None and not _equal(wanted, getattr(own, given)):
             raise InputError(
-                f"{path}: expected no {name}, or that of the file, {getattr(own, name)}; got "
-                f"{told}. A file of save_rollouts has its own: leave {name} out, or collect anew."
+                f"{path}: expected no {given}, or that of the file, {getattr(own, given)}; got "
+                f"{wanted}. A file of save_rollouts has its own: leave {given} out, or collect anew."
             )
     return _own(path, own, k_law, groups, points, about)
 

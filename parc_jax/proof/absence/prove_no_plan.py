@@ -61,8 +61,8 @@ class NoPlan(NamedTuple):
     doubt: Withstood | None = None
     ended: Ended | None = Ended.TARGET
 
-    def statement(self) -> str:
-        """What is true of the model and its tube, and of which plans that is said."""
+    def details(self) -> str:
+        """The sentence about the model and its tube, and the plans that it is about."""
         told = self._told()
         return told if self.doubt is None else self.doubt.of_none(told)
 

@@ -236,17 +236,21 @@ def _read(what) -> Answer | Episode:
 
 def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
     model, n_p = answer.model, answer.model.n_p
-    lines: list[Line] = [(start, "/statement", TEXT, says.text(answer.statement()))]
+    lines: list[Line] = [(start, "/statement", TEXT, says.text(answer.details()))]
     places = [nominal_path(model, s[:n_p], s[n_p:]).places[:, 0] for s in answer.samples]
     if places:
-        way = in_world(np.stack(places), answer.pose)
+        way = in_world(np.stack(places), answer.scene.asked.pose)
         pieces = np.stack([way[:, :-1], way[:, 1:]], axis=2).reshape(-1, 3)
         lines.append(says.markers(start, "plans", LINES, pieces, BLUE, THIN))
     chosen = _plan(answer, plan)
     if chosen is None:
         near = np.concatenate([np.zeros((1, n_p)), *places])
-        return lines + _scene(says, answer.problem, model, answer.pose, near, start, None)
-    begun = Manoeuvre(Fraction(0), answer.pose, answer.problem, chosen[:n_p], chosen[n_p:])
+        return lines + _scene(
+            says, answer.problem, model, answer.scene.asked.pose, near, start, None
+        )
+    begun = Manoeuvre(
+        Fraction(0), answer.scene.asked.pose, answer.problem, chosen[:n_p], chosen[n_p:]
+    )
     return lines + _manoeuvre(says, model, begun, start, None)
 
 
