@@ -82,7 +82,9 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
         bins=context.n_bins,
         without_model=context.bins_without_model(),
         claim=episode["claim"],
-        arithmetic=checked_claim(episode["claim"], hashes, context.n_bins),
+        arithmetic=checked_claim(
+            episode["claim"], hashes, context.n_bins, (context.lo, context.hi)
+        ),
         hash=hashes,
     )
 

@@ -144,11 +144,10 @@ class ErrorClaim:
 
     def to_json(self) -> dict:
         """A JSON-able dictionary; the tube has a place of its own in files; numbers are strings."""
-        told = {"statement": self.statement(), "premises": self.premises.to_json()}
-        return self._facts() | told | {"hash": self.hash}
+        return self.facts() | {"statement": self.statement(), "hash": self.hash}
 
-    def _facts(self) -> dict:
-        """What its hash is of, but for the tube."""
+    def facts(self) -> dict:
+        """All that its hash covers, but for the tube; both checkers read premises from these."""
         return {
             "format": FORMAT,
             "kind": self.kind,
@@ -291,7 +290,7 @@ def _bound(claim: ErrorClaim) -> ErrorClaim:
 
 
 def _hash(claim: ErrorClaim) -> str:
-    facts = claim._facts() | {"subject": claim.subject.identity}  # labels are for people
+    facts = claim.facts() | {"subject": claim.subject.identity}  # labels are for people
     about = [plain(facts), claim.tube.hash]  # as answers spell them
     return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
 
