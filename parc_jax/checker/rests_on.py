@@ -99,8 +99,9 @@ def text_of(value: object) -> str:
 
 
 def printable(text: str) -> str:
-    """What of a text may be printed."""
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text[:LONGEST])
+    """What of a text may be printed; of a long one it is said how long it is."""
+    shown = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text[:LONGEST])
+    return shown if len(text) <= LONGEST else f"{shown}... ({len(text)} characters)"
 
 
 def doubt_of(episode: dict, n_p: int) -> list:

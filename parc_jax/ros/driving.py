@@ -30,7 +30,8 @@ class Driving(Options):
     """No obstacle is narrower than this [m]."""
     margin: float = 0.0
     """How far [m] around the robot a person has looked before its start, for scans: without it
-    nothing is known to be free where it stands, and it stays."""
+    nothing is known to be free where it stands, and it stays. What a pose may be off by is taken
+    from it."""
     mover_radius: float = 0.0
     """Radius [m] of a disc around each of those who move, with what their places are off by, and
     how far they go from when a pose was measured to when the manoeuvre begins. Above 0 m nothing is

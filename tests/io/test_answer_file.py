@@ -82,7 +82,7 @@ def test_bins_without_a_claim_stay_without(tmp_path):
 
 def edited(answer, path):
     """The file, its hashes those of what it says now."""
-    for name in ("problem", "network", "tube"):
+    for name in ("problem", "network", "tube", "claim"):
         answer["hash"][name] = part_hash(answer[name])
     return save(path, answer)
 
