@@ -109,7 +109,8 @@ def check_answer(answer, processes=1):
     need(len(texts.pop("claim")) <= MAX_REMARK, "the claim is too long")
     need(answer["hash"] == hashes, "a hash does not match its content")
     context = Context(answer["problem"], answer["network"], answer["tube"])
-    arithmetic = checked_claim(answer["claim"], hashes, context.n_bins, (context.lo, context.hi))
+    domain = context.lo, context.hi
+    arithmetic = checked_claim(answer["claim"], hashes, context.n_bins, domain, context.dt)
     context.work_left = allowance_of(texts.values())
     question = tuple(answer[part] for part in PARTS)
     found = check_entries(context, question, {part: answer[part] for part in LISTS}, processes)

@@ -23,10 +23,10 @@ MAX_PREMISES = 500  # assumptions of a claim
 LONGEST = 500  # characters of a name or value that are printed
 
 
-def checked_claim(claim, hashes, n_bins, domain=None):
+def checked_claim(claim, hashes, n_bins, domain=None, dt=None):
     """What is known of a claim: {"checked", "says", "premises"}; None where there is no claim.
-    Rejects one that is about other parts than those with these hashes, or another domain (lo, hi),
-    or whose numbers are wrong.
+    Rejects one that is about other parts than those with these hashes, another domain (lo, hi) or
+    time step [s], or whose numbers are wrong.
     """
     if claim is None:
         return None
@@ -36,6 +36,8 @@ def checked_claim(claim, hashes, n_bins, domain=None):
     found = arithmetic_of(claim, n_bins) if pac else {"checked": False, "says": "", "premises": []}
     K = corners_of(claim)
     need(None in (K, domain) or K == domain, "the claim is about another domain")
+    step = [number(x) for x in listed(at(claim, "subject"), "time")][:1]
+    need(dt is None or step in ([], [dt]), "the claim is about another time step")
     return found | {"premises": [*found["premises"], *stated_premises(claim)]}
 
 

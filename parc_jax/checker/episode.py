@@ -83,7 +83,7 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
         without_model=context.bins_without_model(),
         claim=episode["claim"],
         arithmetic=checked_claim(
-            episode["claim"], hashes, context.n_bins, (context.lo, context.hi)
+            episode["claim"], hashes, context.n_bins, (context.lo, context.hi), context.dt
         ),
         hash=hashes,
     )

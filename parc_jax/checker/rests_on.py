@@ -36,7 +36,7 @@ def known_premises(episode: dict) -> list:
     moving = sum(any("steps" in part for part in some) for some in obstacles)
     frame = ON_THE_ROBOT if turned else IN_THE_WORLD
     off = [f"within {', '.join(f'±{decimal(x)}' for x in start)} m of the truth"]
-    off += [f"within ±{decimal(heading)} rad"] if turned else []
+    off += [f"within ±{decimal(heading)} rad"] if turned or heading else []
     told = [
         ["manoeuvres", CHECKED, f"{n}, of {steps} steps of {decimal(dt)} s each"],
         ["begins", CHECKED, f"{seconds(begins[0])} to {seconds(begins[-1])}{spans}"],

@@ -64,7 +64,7 @@ def assumed():
 
 def odd():
     """Of every kind of character, too long to print, and K in numbers of every kind."""
-    answer = known.with_facts(known.line)
+    answer = known.with_facts(lambda: known.change(known.line(), {"problem__dt": "0.05"}))
     lo, hi = [["-1/3", "0x1p-50", "2/3"], ["1e3", "0.5", "7"]]
     answer["problem"] |= {"n_k": 3, "domain": {"lo": lo, "hi": hi}}
     answer["network"]["weights"] = [[["1", "0", "0"]]]

@@ -541,7 +541,7 @@ bad("a claim of a worse block", lambda: claim_of_bins(BLOCK, BLOCK | {"eps": "1/
 SHOWN = {"eps": "1/1000", "delta": "1/1000", "n": "6905 runs", "discards": "0", "looks": "1"}
 FACTS = {
     "quantifier": "a new rollout drawn from a toy",
-    "subject": {"system": "toy", "domain": {"lo": ["-0x1p+0"], "hi": ["1"]}},
+    "subject": {"system": "toy", "domain": {"lo": ["-0x1p+0"], "hi": ["1"]}, "time": ["1/20"]},
     "law": {"generator": "toy", "k_law": "uniform"},
     "assumptions": ["IID", "HIDDEN_START(given the load (of 3 kg))"],
 }
@@ -586,6 +586,8 @@ EDITS = {
 }
 bad("a claim about another domain", with_facts, claim__subject__domain__hi=["2"])
 bad("a claim about a domain of two axes", with_facts, claim__subject__domain=2 * [["-1"]])
+bad("a claim about another time step", with_facts, claim__subject__time=["0.051", "0.1"])
+bad("a claim about a time step of words", with_facts, claim__subject__time=["soon"])
 bad("a claim about half a domain", with_facts, claim__subject__domain={"lo": ["-1"]})
 bad("a claim about no domain", with_facts, claim__subject__domain={"lo": [], "hi": []})
 bad("a claim of less than no failed run", with_facts, claim__evidence__failed=-1)

@@ -52,7 +52,7 @@ def stated(rng, claim):
     domain = {"lo": [rng.choice(["-1", "-0x1p+0", "-2/2"])], "hi": [rng.choice(["1", "1e0", "2"])]}
     claim |= {
         "quantifier": rng.choice(TEXTS),
-        "subject": {"domain": domain},
+        "subject": {"domain": domain, "time": rng.choice([["0.05"], ["1/20", "1"], ["0.5"], []])},
         "law": {"k_law": rng.choice(["uniform", "logged", "given", *TEXTS])},
         "assumptions": rng.choices([*TEXTS, "A(b)", "A(", "(a))", ")"], k=rng.randrange(4)),
     }

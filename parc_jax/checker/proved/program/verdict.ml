@@ -106,6 +106,10 @@ let read source =
       let both (a, b) (c, d) = same a c && same b d in
       let about k = List.length k = List.length asked.scene.domain && List.for_all2 both k asked.scene.domain in
       if not (Option.fold ~none:true ~some:about (Reader.domain_of o)) then bad "the claim is about another domain";
+      let dt = Option.map Reader.number (Reader.at [ "dt" ] (get "problem")) in
+      (match (List.map Reader.number (Reader.listed [ "subject"; "time" ] o), dt) with
+       | step :: _, Some dt when not (same step dt) -> bad "the claim is about another time step"
+       | _ -> ());
       let known = Reader.claim (List.length asked.around.finals) o in
       (known, Some (Reader.premises known o)) in
   (asked, known, quoted)
