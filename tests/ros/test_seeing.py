@@ -153,7 +153,7 @@ def test_an_older_scan_does_not_take_away_who_came_since():
     one.hear_scan(scan([person], lambda _: np.zeros(2), 10**9 + CYCLE))
     one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9 + 2 * CYCLE))
     for late in (empty, scan([], lambda _: np.zeros(2), 10**9 + CYCLE)):
-        with pytest.raises(InputError, match="scan: expected stamps that increase; .* who came"):
+        with pytest.raises(InputError, match="scan: expected stamps that increase"):
             one.hear_scan(late)
     one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9 + 3 * CYCLE))
     assert not one.seen.region.intersects(person)
@@ -170,7 +170,7 @@ def test_what_a_person_looked_at_is_around_the_robot_and_not_around_its_measured
 
 @pytest.mark.soundness
 def test_what_was_seen_is_remembered_less_where_the_frame_drifts():
-    """Truly free places are those of the first scan, 0.1 m aside of where the frame now has them."""
+    """Truly free places are those of the first scan, 0.1 m aside of where they are told now."""
     one, walls = pilot(drift=0.1), [shapely.box(1.5, -3.0, 1.6, 3.0)]
     one.hear_goal(sliding.posed(3.0, 0.0))
     one.hear_scan(scan(walls, lambda _: np.zeros(2), 10**9))
