@@ -35,11 +35,25 @@ CHECKER = (
         ),
     ),
     Fault(
-        "checker_premises_checked_by_their_own_word",
-        "claim.check_premises",
-        "need(checked == known",
-        "need(checked is not None",
+        "checker_claim_about_another_domain_or_time_step",
+        "checked_claim",
+        'None in (K, domain) or K == domain, "the claim is about another domain"',
+        'True, ""',
         "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
+    ),
+    Fault(
+        "checker_claim_of_runs_that_failed",
+        "arithmetic_of",
+        "if failed and failed >",
+        "if None and failed >",
+        "tests/checker/test_checker_premises.py::test_what_no_field_states_is_assumed_and_said_to_be_missing",
+    ),
+    Fault(
+        "checker_premise_that_no_field_states_is_not_told",
+        "stated_premises",
+        "found.append([name, ASSUMED, NOT_STATED])",
+        "pass",
+        "tests/checker/test_checker_premises.py::test_what_no_field_states_is_assumed_and_said_to_be_missing",
     ),
     Fault(
         "checker_touching_is_safe",
@@ -290,6 +304,13 @@ EPISODES = (
         "need(same,",
         "need(True,",
         "tests/checker/test_episode.py::test_each_premise_told_otherwise_is_refused",
+    ),
+    Fault(
+        "checker_episode_leaves_out_a_doubt_that_gives_room",
+        "known_premises",
+        'rad"] if turned or heading else []',
+        'rad"] if turned else []',
+        "tests/checker/test_episode.py::test_a_doubt_of_a_heading_that_poses_do_not_have_is_said",
     ),
     Fault(
         "checker_episode_calls_anything_checked",

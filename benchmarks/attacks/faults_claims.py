@@ -373,13 +373,6 @@ CARRIED = (
         "tests/claim/test_carried.py::test_ungrouped_windows_of_one_file_are_assumed_to_be_of_two_recordings",
     ),
     Fault(
-        "premises_of_a_file_are_not_compared",
-        "claim_from_json",
-        'data["premises"] != claim.premises.to_json()',
-        "False",
-        "tests/claim/test_carried.py::test_premises_of_a_file_are_those_of_its_claim",
-    ),
-    Fault(
         "any_number_of_failed_runs_is_loaded",
         "claim._check_counts",
         "not 0 <= failed <= most",

@@ -120,6 +120,30 @@ ROBOT = (
         "tests/prior/test_correct.py::test_errors_are_those_of_runs_that_had_not_been_seen",
     ),
     Fault(
+        "pilot_that_takes_an_older_scan_for_news",
+        "Pilot.hear_scan",
+        "at <= self._scanned",
+        "False",
+        "tests/ros/test_seeing.py::test_an_older_scan_does_not_take_away_who_came_since",
+    ),
+    Fault(
+        "pilot_whose_start_is_free_without_the_doubt_of_its_pose",
+        "Pilot._look",
+        "d.margin - self._off()",
+        "d.margin",
+        (
+            "tests/ros/test_seeing.py"
+            "::test_what_a_person_looked_at_is_around_the_robot_and_not_around_its_measured_pose"
+        ),
+    ),
+    Fault(
+        "pilot_that_remembers_in_a_frame_that_drifts",
+        "Pilot._remembered",
+        "self.driving.drift, 0.0",
+        "0.0, 0.0",
+        "tests/ros/test_seeing.py::test_what_was_seen_is_remembered_less_where_the_frame_drifts",
+    ),
+    Fault(
         "pilot_that_stands_in_what_is_not_free",
         "Pilot._ways",
         "if not near.holds(",

@@ -27,7 +27,7 @@ except ModuleNotFoundError as missing:
     hint = "pip install -e '.[dev]' in the clone"
     sys.exit(f"episodes: expected parc_jax and its simulators; {missing}; {hint}.")
 
-SIZE = (0.42, 0.33)  # [m] length and width
+SIZE = (0.458, 0.416)  # [m] length and width, over chassis and wheels
 PERIOD, TICK = 0.1, 0.02  # [s] between commands, of the plant
 FASTEST, TURNING = 2.0, 2.0  # [m/s], [rad/s]
 LAG = 0.1  # [s] from a command to what it does

@@ -18,8 +18,9 @@ from .no_plan import check_no_plan
 from .plans import Context
 from .question import about_the_model
 
-FORMAT = "parc_jax.answer/2"
-PARTS = ("problem", "network", "tube")  # of the question; each has a hash
+FORMAT = "parc_jax.answer/3"
+PARTS = ("problem", "network", "tube")  # of the question
+HASHED = (*PARTS, "claim")  # each has a hash
 MAX_BYTES = 1 << 26  # of a file
 MAX_VALUES = 1 << 22  # commas and opening brackets in a file: what its numbers and lists weigh
 MAX_DEPTH = 500  # of values inside of each other
@@ -103,12 +104,13 @@ def check_answer(answer, processes=1):
     need(shallow(answer), "too deep a nesting")
     answer = {"corridors": [], "doubt": [], "meta": None, **answer}
     need(len(canonical(answer["meta"])) <= MAX_REMARK, "the part meta is too long")
-    need(len(canonical(answer["claim"])) <= MAX_REMARK, "the claim is too long")
-    texts = {part: canonical(answer[part]) for part in (*PARTS, *LISTS, "no_plan")}
-    hashes = {part: hashlib.sha256(texts[part].encode()).hexdigest() for part in PARTS}
+    texts = {part: canonical(answer[part]) for part in (*HASHED, *LISTS, "no_plan")}
+    hashes = {part: hashlib.sha256(texts[part].encode()).hexdigest() for part in HASHED}
+    need(len(texts.pop("claim")) <= MAX_REMARK, "the claim is too long")
     need(answer["hash"] == hashes, "a hash does not match its content")
     context = Context(answer["problem"], answer["network"], answer["tube"])
-    arithmetic = checked_claim(answer["claim"], hashes, context.n_bins)
+    domain = context.lo, context.hi
+    arithmetic = checked_claim(answer["claim"], hashes, context.n_bins, domain, context.dt)
     context.work_left = allowance_of(texts.values())
     question = tuple(answer[part] for part in PARTS)
     found = check_entries(context, question, {part: answer[part] for part in LISTS}, processes)

@@ -1,40 +1,44 @@
 """What a claim rests on: whether so many runs show what it says of the tube [T1, T2, T4], and its
-premises.
+premises, all of them from the claim's own fields.
 
 That the runs were made, are independent, and that discards and looks were fixed before any of them
 was seen, is the file's word. That the numbers follow from each other is checked here, with integers
-that are rounded against the claim; no other premise may be marked checked.
+that are rounded against the claim; no other premise is marked checked.
 """
 
-from .exact import array, fields, integers, need, number, whole
+from .exact import array, decimal, fields, integers, need, number, whole
 
 SHOWN = "pac"  # the one kind of claim with evidence
+COUNTS = ("failed", "all", "rows", "left out")
 NUMBERS = ("n", "discard", "looks", "eps", "delta", "bin_eps", "evidence")  # without: not checked
 MAX_RUNS = 10**9 - 1  # in a block
 MAX_DISCARDS = 1 << 20  # in all blocks together, and looks
 BITS = 128  # of a rounded number, at least
 ONE = 1 << BITS
 MAX_SHIFT = 1 << 13  # beyond 2^-8192 a probability counts as that
-CHECKED = "checked"
-STANDINGS = (CHECKED, "measured", "assumed")  # of a premise
-MAX_PREMISES = 500
-MAX_LISTS = 3  # inside of each other, in the value of a premise
+CHECKED, MEASURED, ASSUMED = "checked", "measured", "assumed"  # the standings of a premise
+K_LAW = {"uniform": "uniform on K", "logged": "as in the log", "given": "as it was given"}
+NOT_STATED = "not stated"
+MAX_PREMISES = 500  # assumptions of a claim
 LONGEST = 500  # characters of a name or value that are printed
 
 
-def checked_claim(claim, hashes, n_bins):
-    """What is known of a claim: {"checked", "says", "premises"}, these as they must be marked
-    checked, or None where it has no evidence. Rejects one that is about other parts than those with
-    these hashes, whose numbers are wrong, or whose premises say more than is known.
+def checked_claim(claim, hashes, n_bins, domain=None, dt=None):
+    """What is known of a claim: {"checked", "says", "premises"}; None where there is no claim.
+    Rejects one that is about other parts than those with these hashes, another domain (lo, hi) or
+    time step [s], or whose numbers are wrong.
     """
     if claim is None:
         return None
     need(claim["network_hash"] == hashes["network"], "the claim is about another network")
     need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
-    found = arithmetic_of(claim, n_bins) if claim.get("kind") == SHOWN else None
-    if "premises" in claim:
-        check_premises(claim["premises"], found["premises"] if found else [])
-    return found
+    pac = claim.get("kind") == SHOWN
+    found = arithmetic_of(claim, n_bins) if pac else {"checked": False, "says": "", "premises": []}
+    K = corners_of(claim)
+    need(None in (K, domain) or K == domain, "the claim is about another domain")
+    step = [number(x) for x in listed(at(claim, "subject"), "time")][:1]
+    need(dt is None or step in ([], [dt]), "the claim is about another time step")
+    return found | {"premises": [*found["premises"], *stated_premises(claim)]}
 
 
 def arithmetic_of(claim: dict, n_bins: int):
@@ -48,6 +52,11 @@ def arithmetic_of(claim: dict, n_bins: int):
         blocks = [claim]
     elif blocks is None:
         why = "it is about bins, and lacks the runs of each block"
+        return {"checked": False, "says": why, "premises": []}
+    n, failed = whole(claim["n"], 1, MAX_RUNS), at(evidence, "failed")
+    failed = 0 if failed is None or by_bin is not None else whole(failed, 0, n)
+    if failed and failed > whole(claim["discard"], 0, n):
+        why = "more runs failed than are left outside"
         return {"checked": False, "says": why, "premises": []}
     looks = whole(claim["looks"], 1, MAX_DISCARDS)
     eps, delta = probability(claim["eps"]), probability(claim["delta"])
@@ -69,30 +78,89 @@ def arithmetic_of(claim: dict, n_bins: int):
     says = f"{counted}, {discards} left outside, {looks} looks, show eps = {eps} with delta = "
     numbers = [("eps", str(eps)), ("delta", str(delta)), ("n", f"{least} {many}{each}")]
     numbers += [("discards", most), ("looks", looks), *bins]
-    premises = [[name, CHECKED, value] for name, value in numbers]
+    premises = [[name, CHECKED, str(value)] for name, value in numbers]
     return {"checked": True, "says": f"{says}{delta}", "premises": premises}
 
 
-def check_premises(told: list, known: list):
-    """Rejects premises that mark as checked what is not `known`, or leave any of that out, and
-    those that nobody could print.
+def stated_premises(claim: dict) -> list:
+    """Entries [name, standing, value] of the fields of a claim beside its numbers: the file's word.
+    What a sentence about runs needs and no field states is assumed, and said to be not stated.
     """
-    need(len(array(told)) <= MAX_PREMISES, "the claim has too many premises")
-    for name, standing, value in told:
-        need(type(name) is str, "the name of a premise is not a text")
-        need(standing in STANDINGS, "a premise has an unknown standing")
-        spelled(value)
-    need(len({name for name, _, _ in told}) == len(told), "a premise is named twice")
-    checked = [entry for entry in told if entry[1] == CHECKED]
-    need(checked == known, "what the claim marks as checked is not what its numbers show")
+    pac, evidence = claim.get("kind") == SHOWN, claim.get("evidence")
+    K, k_law = corners_of(claim), at(claim, "law", "k_law")
+    box = [f"[{decimal(a)}, {decimal(b)}]" for a, b in zip(*K, strict=True)] if K else []
+    needed = {
+        "law": at(claim, "quantifier"),
+        "K": " x ".join(box) or None,
+        "k": None if k_law is None else how_drawn(text(k_law)),
+        "failed": at(evidence, "failed"),
+    }
+    more = {
+        "all": None if claim.get("bin_eps") is None else at(claim, "n"),
+        "rows": at(evidence, "rows"),
+        "recordings": at(evidence, "recordings"),
+        "left out": at(evidence, "left_out"),
+        "eps asked": at(evidence, "eps_asked"),
+        "not drawn": ", ".join(map(text, listed(evidence, "not_drawn"))) or None,
+    }
+    found = []
+    for name, value in (needed | more).items():
+        if value is not None:
+            value = whole(value, 0, MAX_RUNS) if name in COUNTS else text(value)
+            found.append([name, MEASURED if pac or name != "law" else ASSUMED, value])
+        elif name in needed and (pac or name != "failed"):
+            found.append([name, ASSUMED, NOT_STATED])
+    assumptions = listed(claim, "assumptions")
+    need(len(assumptions) <= MAX_PREMISES, "the claim has too many assumptions")
+    for entry in assumptions or [f"assumptions({NOT_STATED})"]:
+        name, bracket, rest = text(entry).partition("(")
+        found.append([name, ASSUMED, rest.removesuffix(")") if bracket else ""])
+    return found
 
 
-def spelled(value: list | str | int, lists: int = 0):
-    """The value of a premise, escaped."""
-    if type(value) is list and lists < MAX_LISTS:
-        return ", ".join(spelled(part, lists + 1) for part in value)
-    need(type(value) in (str, int), "the value of a premise is no text, whole number or list of it")
-    return str(value).encode("unicode_escape").decode()
+def how_drawn(k_law):
+    """The law of k, in words that follow "k"."""
+    word = "as" if k_law.startswith("given ") else "by"
+    return K_LAW.get(k_law, f"{word} {k_law}")
+
+
+def corners_of(claim):
+    """(lo, hi) of the K of a claim, or None where it states none."""
+    K = at(claim, "subject", "domain")
+    if K is None:
+        return None
+    fields(K, ("lo", "hi"))
+    lo, hi = ([number(x) for x in array(K[side])] for side in ("lo", "hi"))
+    need(len(lo) == len(hi) > 0, "the claim's domain is no box")
+    return lo, hi
+
+
+def at(part, *names):
+    """A field inside of fields, or None where there is none."""
+    for name in names:
+        if part is None:
+            return None
+        need(type(part) is dict, "a part of the claim is not an object")
+        part = part.get(name)
+    return part
+
+
+def listed(part, name):
+    """A field that is a list, an empty one where there is none."""
+    value = at(part, name)
+    return [] if value is None else array(value)
+
+
+def text(value):
+    """The value, if it is a text."""
+    need(type(value) is str, "a premise of the claim is not a text")
+    return value
+
+
+def escaped(value):
+    """The value of a premise, fit for a terminal."""
+    value = str(value).encode("unicode_escape").decode()
+    return value if len(value) <= LONGEST else f"{value[:LONGEST]}... ({len(value)} characters)"
 
 
 def block_of(block, own):
@@ -141,30 +209,21 @@ def share(n, discard, eps, delta):
     return -(-above // below)
 
 
-def told(claim, arithmetic, hashes):
+def told(claim, known, hashes):
     """What the proof rests on, as lines: a claim, what `checked_claim` knows of it, and hashes."""
-    premises = [] if arithmetic is None else arithmetic["premises"]
     if claim is None:
         yield "The proof rests on the tube, which is ASSUMED (no claim)."
-    elif arithmetic is None:
+    elif claim.get("kind") != SHOWN:
         kind = claim.get("kind")
-        kind = shortened(spelled(kind)) if type(kind) is str else "unknown"
+        kind = escaped(kind) if type(kind) is str else "unknown"
         yield f"The proof rests on the tube, which is ASSUMED (kind {kind}):"
-    elif not arithmetic["checked"]:
+    elif not known["checked"]:
         yield "The proof rests on the tube, ASSUMED: the claim's arithmetic was not checked, since"
-        yield f"  {arithmetic['says']}:"
+        yield f"  {known['says']}:"
     else:
         yield "The proof rests on the tube. That so many runs show this eps with this delta was"
         yield "  checked; what is not marked so is the file's word:"
-    for name, standing, value in claim.get("premises", premises) if claim else ():
-        named, value = shortened(spelled(name)), shortened(spelled(value))
-        yield f"  {standing:8} {named}{': ' if value else ''}{value}"
-    if claim is not None and "premises" not in claim:
-        yield "  assumed  all else: the file states no premises of its claim"
+    for name, standing, value in known["premises"] if known else ():
+        yield f"  {standing:8} {escaped(name)}{': ' if value != '' else ''}{escaped(value)}"
     for part, value in hashes.items():
         yield f"  sha256 {part} {value}"
-
-
-def shortened(text: str):
-    """As much of a text as is printed."""
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}... ({len(text)} characters)"

@@ -82,7 +82,9 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
         bins=context.n_bins,
         without_model=context.bins_without_model(),
         claim=episode["claim"],
-        arithmetic=checked_claim(episode["claim"], hashes, context.n_bins),
+        arithmetic=checked_claim(
+            episode["claim"], hashes, context.n_bins, (context.lo, context.hi), context.dt
+        ),
         hash=hashes,
     )
 
@@ -265,9 +267,10 @@ def summary_of_episode(report: Report) -> Iterator[str]:
     yield "    where the one before may have been left"
     span = f"{seconds(report.begin)} to {seconds(report.end)}"
     predicted, most = map(metres, report.moves)
-    yield f"  so from {span} nothing is touched. In the last interval of those"
-    yield f"    that came to their end, the last one and {report.rests} before, no point moves"
-    yield f"    along an axis by more than {most}, as predicted by no more than {predicted}"
+    yield f"  so from {span} nothing is touched that was there for the manoeuvre"
+    yield "    under way. In the last interval of those that came to their end, the last one and"
+    yield f"    {report.rests} before, no point moves along an axis by more than {most}, as"
+    yield f"    predicted by no more than {predicted}"
     if report.moving:
         yield f"NOT PROVED: in {report.moving} manoeuvres obstacles are told of by intervals, as"
         yield "  those that move are, until its last knot. They may run into a robot that rests"

@@ -75,6 +75,16 @@ def number(text):
     return Fraction(text)
 
 
+def decimal(x):
+    """A number for people, to twelve decimals; a fraction where these are all zeros."""
+    units = (abs(x.numerator) * 2 * 10**12 + x.denominator) // (2 * x.denominator)
+    if x and not units:
+        return f"{x.numerator}/{x.denominator}"
+    whole_part, rest = divmod(units, 10**12)
+    sign, digits = "-" if x < 0 else "", f"{rest:012d}".rstrip("0")
+    return f"{sign}{whole_part}{'.' if digits else ''}{digits}"
+
+
 def array(x, n=None):
     """x itself, if it is a list (of n entries)."""
     need(type(x) is list, "a list was expected")

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from .entries import canonical
-from .exact import array, need, number, whole
+from .exact import array, decimal, need, number, whole
 
 CHECKED, ASSUMED = "checked", "assumed"
 ADDED = ("measured", ASSUMED)  # the standings of what a file may add
@@ -35,10 +35,10 @@ def known_premises(episode: dict) -> list:
     obstacles = [problem["obstacles"] for problem in problems]
     moving = sum(any("steps" in part for part in some) for some in obstacles)
     frame = ON_THE_ROBOT if turned else IN_THE_WORLD
-    off = [f"within {', '.join(f'±{plain(x)}' for x in start)} m of the truth"]
-    off += [f"within ±{plain(heading)} rad"] if turned else []
+    off = [f"within {', '.join(f'±{decimal(x)}' for x in start)} m of the truth"]
+    off += [f"within ±{decimal(heading)} rad"] if turned or heading else []
     told = [
-        ["manoeuvres", CHECKED, f"{n}, of {steps} steps of {plain(dt)} s each"],
+        ["manoeuvres", CHECKED, f"{n}, of {steps} steps of {decimal(dt)} s each"],
         ["begins", CHECKED, f"{seconds(begins[0])} to {seconds(begins[-1])}{spans}"],
         ["end", CHECKED, seconds(begins[-1] + steps * dt)],
         ["body", CHECKED, [part_of(part, copies) for part in first["body"]["parts"]]],
@@ -57,7 +57,7 @@ def known_premises(episode: dict) -> list:
         told.append(["heading", *(by_points if points > 1 else by_word)])
     return [
         *told,
-        ["poses", ASSUMED, [*off, f"{plain(drift)} m of drift from one to the next"]],
+        ["poses", ASSUMED, [*off, f"{decimal(drift)} m of drift from one to the next"]],
         ["room", ASSUMED, "each manoeuvre was asked with room for what its pose may be off"],
         ["places", ASSUMED, f"obstacles are where each problem has them, {frame}"],
         ["hand-over", ASSUMED, "each is followed from its begin until that of the next"],
@@ -99,8 +99,9 @@ def text_of(value: object) -> str:
 
 
 def printable(text: str) -> str:
-    """What of a text may be printed."""
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text[:LONGEST])
+    """What of a text may be printed; of a long one it is said how long it is."""
+    shown = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text[:LONGEST])
+    return shown if len(text) <= LONGEST else f"{shown}... ({len(text)} characters)"
 
 
 def doubt_of(episode: dict, n_p: int) -> list:
@@ -118,19 +119,9 @@ def part_of(part: dict, copies: int) -> str:
     points = ", ".join(map(str, sorted({i // copies for i in part["points"]})))
     hull = f"hull of points {points}" if "," in points else f"point {points}"
     if "radius" in part:
-        return f"{hull} grown by {plain(number(part['radius']))} m"
-    corners = [f"({', '.join(plain(number(x)) for x in at)})" for at in part["vertices"]]
+        return f"{hull} grown by {decimal(number(part['radius']))} m"
+    corners = [f"({', '.join(decimal(number(x)) for x in at)})" for at in part["vertices"]]
     return f"{hull} grown by the polygon {', '.join(corners)} m"
-
-
-def plain(x: Fraction) -> str:
-    """A number for people, to twelve decimals; a fraction where these are all zeros."""
-    units = round(abs(x) * 10**12)
-    if x and not units:
-        return f"{x.numerator}/{x.denominator}"
-    whole_part, rest = divmod(units, 10**12)
-    sign, digits = "-" if x < 0 else "", f"{rest:012d}".rstrip("0")
-    return f"{sign}{whole_part}{'.' if digits else ''}{digits}"
 
 
 def seconds(time: Fraction) -> str:

@@ -12,8 +12,7 @@ from parc_jax.answer.path import nominal_path
 from parc_jax.app.plot.shapes import headings, in_world
 from parc_jax.common.errors import InputError, ParcError
 from parc_jax.common.status import Status
-from parc_jax.drive.loop.candidates import moved_last
-from parc_jax.drive.loop.commitment import Commitment, Step
+from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.drive.loop.episode_file import save_episode
 from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.problem.robust.pose import Pose
@@ -80,7 +79,9 @@ class PilotNode(Node):
     def finish(self) -> None:
         """Write the episode, if there was one."""
         if self.episode and self.pilot.driven:
-            save_episode(self.episode, self.pilot.driven, drift=self.pilot.driving.drift)
+            pilot = self.pilot
+            drift, assumed = pilot.driving.drift, pilot.premises
+            save_episode(self.episode, pilot.driven, drift=drift, assumed=assumed)
 
     def _heard(self, listen):
         """A callback that reports a refused message and goes on."""
@@ -110,7 +111,7 @@ class PilotNode(Node):
             self.manoeuvre.publish(_parameters(self.pilot.model, one))
             way = _way(one.asked.model, one.asked.pose, one.asked.at, one.k)
             self.path.publish(_path(way, self.pilot.driving.frame, stamp_of(message)))
-        self.statement.publish(String(data=_said(step)))
+        self.statement.publish(String(data=self.pilot.statement(step)))
         if not self.episode:
             self.pilot.driven.clear()  # without a file they would only fill memory
 
@@ -182,26 +183,6 @@ def _parameters(model: TrajectoryModel, one: Commitment) -> Float64MultiArray:
     for label in model.labels.k:
         out.layout.dim.append(MultiArrayDimension(label=label, size=1, stride=1))
     return out
-
-
-def _said(step: Step) -> str:
-    """The statement of a step: proof and assumptions."""
-    now = step.committed
-    if now is None:
-        return f"Nothing is committed to: {step.reason}."
-    begun = f"{now!r}".strip("<>")
-    if not step.new:
-        return f"Going on with {begun}, to its stop: {step.reason}."
-    moves = any(span is not None for span in now.asked.problem.all_spans)
-    after = "; who moves, no faster than told, may run into it there" if moves else ""
-    model = now.asked.question.model
-    last = moved_last(model, now.k[None])[0][0]
-    return (
-        f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside the "
-        "tube and every pose inside the doubt nothing is touched. Assumed: that it rests at its "
-        f"end, where its prediction moves by {last:.2g} m in the last {model.time.dt:g} s{after}. "
-        f"(E) {now.asked.model.claim.statement()}"
-    )
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -14,7 +14,8 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.drive.loop.candidates import Outlook
+from parc_jax.common.spelling import rounded_up
+from parc_jax.drive.loop.candidates import Outlook, moved_last
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
 from parc_jax.learning.model import TrajectoryModel
@@ -87,7 +88,7 @@ class Pilot:
         self._guide: Guide | None = None
         self.said = ""  # the free space that the last scan refutes
         self._scanner: Premises | None = None
-        self.pose = self.given = self._scan = None
+        self.pose = self.given = self._scan = self._scanned = None
         self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
         # [ns] of the last pose, of the first one, and of where the manoeuvre under way began
         self._stamp = self._first = self._begun = None
@@ -110,11 +111,17 @@ class Pilot:
         if self.driving.sensor is None:
             raise InputError("scan: expected a pilot that knows where its sensor is; set sensor.")
         swept_in(message)
+        at = stamp_of(message)
+        if at is None or (self._scanned is not None and at <= self._scanned):
+            raise InputError(
+                f"scan: expected stamps that increase; got {at!r} ns after {self._scanned!r} ns. "
+                "An older scan says nothing of who came since."
+            )
         names = {"frame of the scan": str(frames_of(message)[0])}
         names |= {name: float(getattr(message, name)).hex() for name in OF_SCANNER}
         scanner = premises((name, MEASURED, value) for name, value in names.items())
         agree("scan: all are of the sensor whose place was told", self._scanner or scanner, scanner)
-        self._scanner, self._scan = scanner, message
+        self._scanner, self._scan, self._scanned = scanner, message, at
 
     def hear_movers(self, message: Any) -> None:
         """A geometry_msgs/PoseArray: places of all moving obstacles; all others stand still."""
@@ -175,6 +182,51 @@ class Pilot:
             problem, jax.random.key(0), Settings(samples=8, target=0.2), at=self._at(here)
         )
 
+    @property
+    def premises(self) -> dict[str, str]:
+        """By name, in words with their numbers: what manoeuvres rest on beside model and tube."""
+        d = self.driving
+        standing = "a map: its free cells are free, and stay so"
+        if d.sensor is not None:
+            x, y, turned = d.sensor
+            standing = (
+                f"a lidar at ({x!r}, {y!r}) m, {turned!r} rad on the robot: ranges within "
+                f"±{d.noise!r} m, nothing narrower than {d.width!r} m; what it sees no more stays, "
+                f"and before the start {d.margin!r} m around the robot were looked at"
+            )
+        moving = "nobody"
+        if d.mover_radius:
+            size, speed = d.mover_radius, d.mover_speed
+            moving = f"all are told, within {size!r} m, no faster than {speed!r} m/s"
+        return {
+            "measured poses": (
+                f"in the frame {d.frame!r}, within ±{d.doubt_start!r} m along each axis and "
+                f"±{d.doubt_heading!r} rad of the truth, from the stamp to where the manoeuvre "
+                f"begins; the frame drifts {d.drift!r} m at most from one manoeuvre to the next"
+            ),
+            "what stands": standing,
+            "who moves": moving,
+        }
+
+    def statement(self, step: Step) -> str:
+        """What is proved of a step, and what is assumed."""
+        now = step.committed
+        if now is None:
+            return f"Nothing is committed to: {step.reason}."
+        begun = f"{now!r}".strip("<>")
+        if not step.new:
+            return f"Going on with {begun}, to its stop: {step.reason}."
+        moves = any(span is not None for span in now.asked.problem.all_spans)
+        after = "; who moves may run into it there" if moves else ""
+        last = moved_last(self.model, now.k[None])[0][0]
+        assumed = "; ".join(f"{name}: {value}" for name, value in self.premises.items())
+        return (
+            f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside "
+            "the tube and every pose inside the doubt nothing is touched. Assumed: that it rests "
+            f"at its end, where its prediction moves by {rounded_up(last, 2)} m in the last "
+            f"{self.model.time.dt:g} s{after}; {assumed}. (E) {now.asked.model.claim.statement()}"
+        )
+
     def _look(self) -> None:
         """Add the free space of the last scan, once there are poses before its first beam and after
         its last. The sensor is placed where it was in the middle of the sweep; its motion from
@@ -184,7 +236,8 @@ class Pilot:
         if d.sensor is None:
             return
         if self.seen is None:
-            self.seen = free_place(self._corners(self.pose), d.margin)
+            # looked at around the robot, which may be anywhere within the doubt of its pose
+            self.seen = free_place(self._corners(self.pose), d.margin - self._off())
         at = None if scan is None else stamp_of(scan)
         if at is None or at + swept_in(scan) > self._stamp:
             return
@@ -231,7 +284,7 @@ class Pilot:
         if self._begun is not None and self._stamp < self._begun + round(self.driving.leave * 1e9):
             return None
         ways = self._ways(self.pose)
-        gone = None if self.seen is None else self.seen.gone
+        gone = None if self.seen is None else self._remembered().gone
         if isinstance(ways, str):
             return self.loop.go_on(ways, gone)
         found = self._with_movers(ways)
@@ -245,7 +298,14 @@ class Pilot:
         if step.new:
             self._begun = self._stamp
             self.driven.append(step.committed)
+            self.seen = self._remembered()
         return step
+
+    def _remembered(self) -> FreeSpace | None:
+        """What is free for sure wherever the frame has drifted since the last manoeuvre began."""
+        if self.seen is None or not self.driving.drift:
+            return self.seen
+        return self.seen.drifted(self.pose[:2], self.driving.drift, 0.0)
 
     def _with_movers(self, ways: Sequence[HPolytope]):
         """Obstacles and their spans, or a sentence why there are none."""
@@ -265,17 +325,20 @@ class Pilot:
             if d.sensor is None:
                 free = self.map.free_space(pose[:2], d.reach)
             else:
-                free = self.seen
+                free = self._remembered()
                 if free is None:
                     return "nothing was seen yet"
             near = free.near(pose[:2], d.reach)
-            corners = self._corners(pose)
-            far = np.linalg.norm(corners - pose[:2], axis=1).max()
-            if not near.holds(corners, np.sqrt(2) * d.doubt_start + d.doubt_heading * far):
+            if not near.holds(self._corners(pose), self._off()):
                 return "the body, in its doubt, does not lie in what is known to be free"
             return near.obstacles()
         except InputError as error:
             return str(error).rstrip(".")
+
+    def _off(self) -> float:
+        """[m] by which a corner of the body may be off where its pose is measured."""
+        far = np.linalg.norm(self.outline, axis=1).max()
+        return float(np.sqrt(2) * self.driving.doubt_start + self.driving.doubt_heading * far)
 
     def _corners(self, pose: np.ndarray) -> np.ndarray:
         c, s = np.cos(pose[2]), np.sin(pose[2])

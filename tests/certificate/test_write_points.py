@@ -82,7 +82,7 @@ def test_safe_plans_are_accepted_and_their_parts_are_not_exchanged(proved):
 def test_the_whole_file_is_accepted(proved):
     model, problem, parts = proved
     answer = answer_part(problem, model, parts, [], [], no_plan=None, meta={})
-    assert answer["format"] == "parc_jax.answer/2"
+    assert answer["format"] == "parc_jax.answer/3"
     assert checker.check_answer(json.loads(json.dumps(answer))).samples == len(parts)
 
 

@@ -262,7 +262,7 @@ def test_what_is_no_answer_file_ends_with_what_was_expected(folder, name, capsys
         (folder / name).write_bytes(content)
     assert checker.main([str(folder / name)]) == 2
     out, err = capsys.readouterr()
-    assert out == "" and "expected an answer file (JSON of format parc_jax.answer/2," in err
+    assert out == "" and "expected an answer file (JSON of format parc_jax.answer/3," in err
     assert words in err and len(err.splitlines()) == 1
 
 

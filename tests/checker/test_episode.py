@@ -252,6 +252,14 @@ def test_each_premise_told_otherwise_is_refused(number):
             check(sealed(other, told=False))
 
 
+def test_a_doubt_of_a_heading_that_poses_do_not_have_is_said():
+    """It gives each place room too."""
+    robot = Robot(5)
+    file = robot.episode(robot.driven())
+    before, file["doubt"][-2] = said(file), "1000"
+    assert "within ±1000 rad" not in before and "within ±1000 rad" in said(sealed(file))
+
+
 def test_a_file_may_add_what_it_assumes_and_no_more():
     robot = Robot(5)
     file = robot.episode(robot.driven())
@@ -261,10 +269,12 @@ def test_a_file_may_add_what_it_assumes_and_no_more():
         (["sweep", "checked", "0.1 s"], "called checked"),
         (["rest", "assumed", "0.1 s"], "twice"),
         (["sweep", "assumed", {}], "no name with text"),
+        (["sweep", "assumed", "0.1 s" + " " * 2000 + "on Mondays"], None),
     ):
         file["premises"][n:] = [add]
         if words is None:
-            assert r"  assumed sweep: 0.1 s\x1b[2J" in said(sealed(file))
+            told = said(sealed(file))
+            assert r"  assumed sweep: 0.1 s\x1b[2J" in told or "... (2015 characters)" in told
         else:
             with pytest.raises(checker.Rejected, match=words):
                 check(sealed(file))

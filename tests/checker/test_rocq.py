@@ -327,7 +327,7 @@ READER_FAULTS = {
     ),
     "boxes of doubt from their middle on": ("(qadd k { r with qnum = Big.neg r.qnum }", "(k"),
     "keys twice": ('if Hashtbl.mem seen key then fail "a key that appears twice";', ""),
-    "premises marked checked": ("<> numbers then", "= [] && numbers <> [] then"),
+    "what is not drawn left out": ('match String.concat ", " names with', 'match "" with'),
 }
 
 

@@ -173,24 +173,6 @@ def rewritten(claim, path, change):
     return path
 
 
-def test_premises_of_a_file_are_those_of_its_claim(claim, tmp_path):
-    def milder(data):
-        for entry in data["premises"]:
-            entry[2] = "0 of 9" if entry[0] == "open bins" else entry[2]
-
-    def without(data):
-        data["premises"] = [e for e in data["premises"] if e[0] != "IID"]
-
-    def measured(data):
-        data["premises"] = [[n, "measured" if n == "IID" else s, v] for n, s, v in data["premises"]]
-
-    for change, words in ((milder, "open bins is 0 of 1, beside 0 of 9"), (without, "IID is"),
-                          (measured, "each with its standing")):  # fmt: skip
-        with pytest.raises(pj.InputError, match=words):
-            load_claim(rewritten(claim, tmp_path / "claim.json", change))
-    assert load_claim(claim.save(tmp_path / "claim.json")).premises == claim.premises
-
-
 @pytest.mark.parametrize("failed", [-1, 101, 40])
 def test_numbers_of_failed_runs_that_cannot_be_are_refused(failed, claim, tmp_path):
     forged = derived(claim, evidence={"failed": failed})

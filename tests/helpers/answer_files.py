@@ -15,7 +15,7 @@ import math
 import random
 from fractions import Fraction as F
 
-FORMAT = "parc_jax.answer/2"
+FORMAT = "parc_jax.answer/3"
 KINDS = ("samples", "sets", "corridors")
 
 
@@ -52,15 +52,19 @@ def dot(a, b):
 
 def rehash(answer):
     """Makes all hashes agree with the content; returns the answer."""
-    answer["hash"] = {
-        part: hashlib.sha256(
-            json.dumps(answer[part], sort_keys=True, separators=(",", ":")).encode()
-        ).hexdigest()
-        for part in ("problem", "network", "tube")
-    }
+    parts = ("problem", "network", "tube")
+    answer["hash"] = {part: sha256(answer[part]) for part in parts}
     if answer["claim"] is not None:
-        answer["claim"] |= {f"{part}_hash": answer["hash"][part] for part in ("network", "tube")}
+        answer["claim"] |= {f"{part}_hash": answer["hash"][part] for part in parts[1:]}
+    answer["hash"]["claim"] = sha256(answer["claim"])
     return answer
+
+
+def sha256(part):
+    """Of the canonical text of a part."""
+    return hashlib.sha256(
+        json.dumps(part, sort_keys=True, separators=(",", ":")).encode()
+    ).hexdigest()
 
 
 def answer(problem, network, tube, samples=(), sets=(), no_plan=None, kind="pac", corridors=()):

@@ -8,7 +8,6 @@ leave it 1/4 of room, at knot 0.
 import copy
 import json
 import math
-from functools import partial
 
 import answer_files as build
 
@@ -538,61 +537,73 @@ bad("a claim of a block with a note", lambda: claim_of_bins(BLOCK | {"note": ""}
 bad("a claim about no block", lambda: claim_of_bins(BLOCK), claim__bin_eps__0="1/2")
 bad("a claim about another number of bins", lambda: claim_of_bins(BLOCK), claim__bin_eps=[])
 bad("a claim of a worse block", lambda: claim_of_bins(BLOCK, BLOCK | {"eps": "1/100"}))
-# Of its premises: what is marked checked and is not what its numbers show, and what nobody reads.
-SHOWN = {"eps": "1/1000", "delta": "1/1000", "n": "6905 runs", "discards": 0, "looks": 1}
-OTHERS = ["failed", "measured", 0], ["K", "measured", ["-1", "1"]], ["IID", "assumed", ""]
+# Of its premises, which are its fields: what nobody could print, or does not fit the file.
+SHOWN = {"eps": "1/1000", "delta": "1/1000", "n": "6905 runs", "discards": "0", "looks": "1"}
+FACTS = {
+    "quantifier": "a new rollout drawn from a toy",
+    "subject": {"system": "toy", "domain": {"lo": ["-0x1p+0"], "hi": ["1"]}, "time": ["1/20"]},
+    "law": {"generator": "toy", "k_law": "uniform"},
+    "assumptions": ["IID", "HIDDEN_START(given the load (of 3 kg))"],
+}
 
 
-def with_premises(*others, make=plain, **shown):
-    """An answer whose claim states these premises, after the numbers that its runs show where no
-    others are given for them.
-    """
+def with_facts(make=plain):
+    """An answer whose claim states all that it rests on."""
     answer = make()
-    checked = [[name, "checked", value] for name, value in (SHOWN | shown).items()]
-    answer["claim"]["premises"] = copy.deepcopy([*checked, *(others or OTHERS)])
+    answer["claim"] |= copy.deepcopy(FACTS)
+    answer["claim"]["evidence"] |= {"failed": 0, "not_drawn": ["wind", "load"]}
     return build.rehash(answer)
 
 
-def with_premises_of_bins():
+def with_facts_of_bins():
     """Of a claim about bins, one of them without a claim, by recordings."""
     answer = claim_of_bins(BLOCK | {"n": 7100}, BLOCK | {"n": 9300, "discard": 1})
-    answer["claim"]["evidence"]["rows"] = 20_000
+    answer["claim"]["evidence"] |= {"rows": 20_000, "recordings": "0a1b", "eps_asked": "eps = 1/2"}
     answer["claim"]["bin_eps"][0] = None
-    shown = {"delta": "1/100", "n": "7100 recordings or more in each", "discards": 1}
-    return with_premises(make=lambda: answer, **shown, bins="1 of 2 with a claim")
+    return with_facts(lambda: answer)
 
 
-VALID |= {make.__name__: make for make in (with_premises, with_premises_of_bins)}
-WRONG = {"eps": "1/1001", "delta": "1/1001", "n": "6906 runs", "discards": 1, "looks": 2}
-WRONG |= {"bins": "2 of 2 with a claim", "IID": "drawn by the engine"}
-for name, value in WRONG.items():
-    bad(f"premises with another {name} checked", partial(with_premises, **{name: value}))
-CHECKED = with_premises()["claim"]["premises"]
-for i, (name, *_) in enumerate(CHECKED[: len(SHOWN)]):
-    bad(f"premises without a checked {name}", claim__premises=CHECKED[:i] + CHECKED[i + 1 :])
-bad("premises in another order", claim__premises=[CHECKED[1], CHECKED[0], *CHECKED[2:]])
-bad("a premise named twice", partial(with_premises, *OTHERS, OTHERS[0]))
-bad("a premise of no standing", partial(with_premises, ["IID", "proved", ""]))
-bad("a premise whose name is a number", partial(with_premises, [5, "assumed", ""]))
-bad("a premise whose value is nothing", partial(with_premises, ["IID", "assumed", None]))
-bad("a premise of lists in lists", partial(with_premises, ["K", "assumed", [[[["0"]]]]]))
-bad("a premise with a note", partial(with_premises, ["IID", "assumed", "", "proved"]))
-bad("a premise without a value", partial(with_premises, ["IID", "assumed"]))
-bad("premises that are nothing", claim__premises=None)
-bad("premises as an object", claim__premises={}, claim__kind="assumed")
-bad("a premise as an object", partial(with_premises, {"IID": 0, "assumed": 0, "": 0}))
-bad("too many premises", with_premises, limits={"MAX_PREMISES": 7})
-
-
-def unshown():
-    """Premises marked checked of a claim that lacks a number."""
-    answer = with_premises()
-    del answer["claim"]["looks"]
-    return answer
-
-
-bad("premises marked checked without the sum", unshown)
-bad("premises marked checked of an assumed claim", with_premises, claim__kind="assumed")
+VALID |= {make.__name__: make for make in (with_facts, with_facts_of_bins)}
+# Each of them changes what is printed, and none of the proof.
+EDITS = {
+    "claim__kind": "declared",
+    "claim__n": 6906,
+    "claim__eps": "1/999",
+    "claim__delta": "1/999",
+    "claim__evidence__rows": 7000,
+    "claim__evidence__failed": 1,
+    "claim__evidence__recordings": "ff",
+    "claim__evidence__eps_asked": "eps = 1/10000",
+    "claim__evidence__not_drawn": ["wind"],
+    "claim__quantifier": "any run of any robot",
+    "claim__law__k_law": "logged",
+    "claim__law": {},
+    "claim__subject": {},
+    "claim__assumptions": [],
+    "claim__assumptions__0": "IID of each day",
+    "claim__assumptions__1": "HIDDEN_START(given nothing)",
+    "claim__assumptions__append": "CALM(wind below 3 m/s)",
+}
+bad("a claim about another domain", with_facts, claim__subject__domain__hi=["2"])
+bad("a claim about a domain of two axes", with_facts, claim__subject__domain=2 * [["-1"]])
+bad("a claim about another time step", with_facts, claim__subject__time=["0.051", "0.1"])
+bad("a claim about a time step of words", with_facts, claim__subject__time=["soon"])
+bad("a claim about half a domain", with_facts, claim__subject__domain={"lo": ["-1"]})
+bad("a claim about no domain", with_facts, claim__subject__domain={"lo": [], "hi": []})
+bad("a claim of less than no failed run", with_facts, claim__evidence__failed=-1)
+bad("a claim of more failed runs than there are", with_facts, claim__evidence__failed=6906)
+bad("a claim of true failed runs", with_facts, claim__evidence__failed=True)
+bad("a claim of rows as a text", with_facts, claim__evidence__rows="7000")
+bad("a claim whose law is a number", with_facts, claim__quantifier=5)
+bad("a claim whose law is a list", with_facts, claim__law=["uniform"])
+bad("a claim whose k is a list", with_facts, claim__law__k_law=["uniform"])
+bad("a claim whose recordings are a number", with_facts, claim__evidence__recordings=5)
+bad("a claim whose eps asked is a number", with_facts, claim__evidence__eps_asked=5)
+bad("a claim of what is not drawn as a text", with_facts, claim__evidence__not_drawn="wind")
+bad("a claim of what is not drawn in lists", with_facts, claim__evidence__not_drawn=[["wind"]])
+bad("a claim that assumes a number", with_facts, claim__assumptions__append=5)
+bad("a claim that assumes an object", with_facts, claim__assumptions={"IID": ""})
+bad("a claim that assumes too much", with_facts, limits={"MAX_PREMISES": 1})
 bad("a time step of zero", line, problem__dt="0")
 bad_text("a key twice", '{"format": 0, ')
 bad_text("values nested too deep", '{"meta": ' + "[" * 501 + "]" * 501 + ", ")

@@ -53,11 +53,12 @@ def answer_file(model, problem, samples=(), sets=(), corridors=()) -> dict:
         "ended": None,
         "coverage": nothing,
     }
+    parts["claim"] = model.claim.to_json() | {
+        f"{name}_hash": part_hash(parts[name]) for name in ("network", "tube")
+    }
     return {
         "format": FORMAT,
         **parts,
-        "claim": model.claim.to_json()
-        | {f"{name}_hash": part_hash(parts[name]) for name in ("network", "tube")},
         "no_plan": None,
         "meta": meta,
         "hash": {name: part_hash(part) for name, part in parts.items()},

@@ -78,18 +78,18 @@ def test_bins_without_a_claim_stay_without(tmp_path):
 
 def edited(answer, path):
     """The file, its hashes those of what it says now."""
-    for name in ("problem", "network", "tube"):
+    for name in ("problem", "network", "tube", "claim"):
         answer["hash"][name] = part_hash(answer[name])
     return save(path, answer)
 
 
 def test_an_answer_is_about_what_its_claim_is_about(tmp_path):
-    """The checker proves a file of any time grid: whether it is the claim's is asked here."""
+    """Time steps are compared by the checker; all else that its hash covers is asked here."""
     path = tmp_path / "answer.json"
     assert load_answer(edited(toy_file(), path)).model.time.dt == 0.25
     slower = toy_file()
     slower["problem"]["dt"] = "0.5"
-    with pytest.raises(InputError, match="the K and on the time grid of its claim; got others"):
+    with pytest.raises(InputError, match="the claim is about another time step"):
         load_answer(edited(slower, path))
     for part, other in (("rotation", ["turns"]), ("points", ["nose"]), ("system", "another")):
         answer = toy_file()

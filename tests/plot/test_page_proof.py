@@ -133,6 +133,7 @@ def test_the_button_in_a_browser(page, tmp_path):
         for widths in answer["tube"]["final"]:
             widths[:] = ["0"] * len(widths)
         answer["hash"]["tube"] = answer["claim"]["tube_hash"] = part_hash(answer["tube"])
+        answer["hash"]["claim"] = part_hash(answer["claim"])
         other = json.dumps(json.dumps(answer))
         browser.run(f"document.getElementById('answer').textContent = {other}; {PRESS}")
         browser.wait(f"{SAID}.dataset.code")

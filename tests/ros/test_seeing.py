@@ -11,6 +11,7 @@ from needs import need
 from toy_models import told
 
 from parc_jax.common.errors import InputError
+from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot
 
@@ -140,3 +141,70 @@ def test_a_pose_that_jumps_begins_nothing_and_drift_is_a_parameter():
         step = one.hear_pose(sliding.odometry(place + np.array([0.0, 0.2]), speed, 10**9 + CYCLE))
         assert step.new == believed
         assert believed or "0.18 m beyond what tube, doubt and drift allow" in step.reason
+
+
+@pytest.mark.soundness
+def test_an_older_scan_does_not_take_away_who_came_since():
+    one, person = pilot(), shapely.Point(1.0, 0.0).buffer(0.2)
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+    empty = scan([], lambda _: np.zeros(2), 10**9)
+    one.hear_scan(empty)
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9 + CYCLE))
+    one.hear_scan(scan([person], lambda _: np.zeros(2), 10**9 + CYCLE))
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9 + 2 * CYCLE))
+    for late in (empty, scan([], lambda _: np.zeros(2), 10**9 + CYCLE)):
+        with pytest.raises(InputError, match="scan: expected stamps that increase"):
+            one.hear_scan(late)
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9 + 3 * CYCLE))
+    assert not one.seen.region.intersects(person)
+
+
+@pytest.mark.soundness
+def test_what_a_person_looked_at_is_around_the_robot_and_not_around_its_measured_pose():
+    """The robot truly stands 0.1 m to the right, and 0.15 m around it were looked at."""
+    one = pilot(margin=0.15, doubt_start=0.1)
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+    looked = shapely.Point(0.1, 0.0).buffer(RADIUS + 0.15, quad_segs=64)
+    assert not one.seen.region.is_empty and looked.contains(one.seen.region)
+
+
+@pytest.mark.soundness
+def test_what_was_seen_is_remembered_less_where_the_frame_drifts():
+    """Truly free places are those of the first scan, 0.1 m aside of where they are told now."""
+    one, walls = pilot(drift=0.1), [shapely.box(1.5, -3.0, 1.6, 3.0)]
+    one.hear_goal(sliding.posed(3.0, 0.0))
+    one.hear_scan(scan(walls, lambda _: np.zeros(2), 10**9))
+    assert one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9)).new
+    assert one.seen.region.area > 4.0
+    assert not one.seen.region.intersects(shapely.box(1.41, -3.0, 1.6, 3.0))
+
+
+CHANGED = {
+    "frame": "odom",
+    "noise": 0.011,
+    "width": 0.16,
+    "margin": 0.31,
+    "sensor": (0.0, 0.0, 0.01),
+    "doubt_start": 0.001,
+    "doubt_heading": 0.002,
+    "drift": 0.003,
+    "mover_radius": 0.4,
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
+    one, other = pilot(), pilot(**{name: CHANGED[name]})
+    one.hear_goal(sliding.posed(2.5, 0.0))
+    one.hear_scan(scan([], lambda _: np.zeros(2), 10**9))
+    step = one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+    said = one.statement(step)
+    assert other.statement(step) != said and other.premises != one.premises
+    assert all(f"{name}: {value}" in said for name, value in one.premises.items())
+    told = episode_part(one.driven, assumed=one.premises)["premises"]
+    assert [[name, "assumed", value] for name, value in one.premises.items()] == told[-3:]
+
+
+def test_those_who_move_are_told_with_their_speed():
+    slow, fast = (pilot(mover_radius=0.3, mover_speed=speed) for speed in (0.5, 0.6))
+    assert slow.premises["who moves"] != fast.premises["who moves"]

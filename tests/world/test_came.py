@@ -118,3 +118,12 @@ def test_whichever_is_added_to_the_other_the_scan_rules(order):
     assert not both.region.intersects(shapely.box(2.05, -0.15, 3.5, 0.15))
     kept = first.within((0, 0), 3.0).add(second.within((0, 0), 3.0))  # a scan that was cut is one
     assert not kept.region.intersects(shapely.box(2.05, -0.15, 2.9, 0.15))
+
+
+def test_who_came_is_remembered_where_nothing_is_known_to_be_free_any_more():
+    """Drift takes all that was free, and what is not free any more grows on."""
+    came = FreeSpace(shapely.box(-0.2, -0.2, 0.2, 0.2), gone=shapely.box(1, 0, 2, 1))
+    once = came.drifted((0, 0), 0.5, 0.0)
+    twice = once.drifted((0, 0), 0.5, 0.0)
+    assert once.region.is_empty and twice.region.is_empty
+    assert twice.gone.contains(shapely.box(0.05, 0.05, 2.95, 0.95))

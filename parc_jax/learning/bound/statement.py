@@ -5,9 +5,9 @@ claim's premises.
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from parc_jax.checker.claim import stated_premises
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premise, Premises, premises
 from parc_jax.common.spelling import rounded_down, rounded_up
-from parc_jax.learning.bound.counts import RECORDED_ROWS
 
 if TYPE_CHECKING:
     from parc_jax.learning.bound.claim import ErrorClaim
@@ -19,23 +19,11 @@ DIGITS = 10  # of the numbers of a claim, at most
 def premises_of(c: "ErrorClaim") -> Premises:
     """All that the sentences of a claim rest on. Both checkers compute the checked ones anew."""
     shown = _SHOWN[c.kind](c)
-    k_law = {"uniform": "uniform on K", "logged": "as in the log"}
-    measured = {
-        "law": c.quantifier,
-        "box": c.law.box,
-        "K": " x ".join(f"[{a:.10g}, {b:.10g}]" for a, b in zip(*_corners(c), strict=True)),
-        "k": k_law.get(c.law.k_law, c.law.how_drawn),
-        "all": None if c.bin_eps is None else c.n,
-        "failed": c.evidence.get("failed", 0),
-        "open bins": f"{int((~c.tube.claimed).sum())} of {c.tube.n_bins}",
-        "rows": c.evidence.get(RECORDED_ROWS),
-        "recordings": c.evidence.get("recordings"),
-        "left out": c.evidence.get("left_out"),
-        "eps asked": c.evidence.get("eps_asked"),
-        "not drawn": c.evidence.get("not_drawn") or None,
-    }
-    known = [(name, MEASURED, value) for name, value in measured.items() if value is not None]
-    return premises([*shown, *known, *map(_assumption, c.assumptions)])
+    more = [
+        ("box", MEASURED, c.law.box),
+        ("open bins", MEASURED, f"{int((~c.tube.claimed).sum())} of {c.tube.n_bins}"),
+    ]
+    return premises([*shown, *more, *stated_premises(c.facts())])
 
 
 def statement(p: Premises) -> str:
@@ -44,15 +32,15 @@ def statement(p: Premises) -> str:
     if without == of:
         n, many = _number(p)
         return (
-            f"No claim: {p['failed']:,} of {n:,} {many} failed, with {p['discards']} discards "
+            f"No claim: {_failed(p)} of {n:,} {many} failed, with {p['discards']} discards "
             "fixed beforehand, so no finite tube holds. Repair the system, shrink K, or calibrate "
             f"on new {many} with more discards."
         )
     sentences = [_pac(p) if "eps" in p else str(p["tube"])]
     if without != "0":
         sentences.append(f"{without} of {of} bins of {p['box']} have no claim.")
-    assumed = [entry for entry in p if entry.standing == ASSUMED and entry.name != "tube"]
-    sentences.append(f"Assumes: {', '.join(map(_ledger, assumed))}.")
+    ledger = (e for e in p if e.standing == ASSUMED and e.name not in ("tube", "law"))
+    sentences.append(f"Assumes: {', '.join(map(_ledger, ledger))}.")
     return " ".join(sentences)
 
 
@@ -125,7 +113,7 @@ def _counts(p: Premises) -> str:
     if "left out" in p:
         gaps = f" Before that {p['left out']:,} rows between theirs were left out of the runs."
     return (
-        f"{p['box']} = {p['K']}. Of these {many} {p['failed']:,} failed; discards, fixed "
+        f"{p['box']} = {p['K']}. Of these {many} {_failed(p)} failed; discards, fixed "
         f"beforehand: {p['discards']:,}{looks}.{gaps}"
     )
 
@@ -133,7 +121,7 @@ def _counts(p: Premises) -> str:
 def _chosen(p: Premises) -> str:
     """What it promises of k from a certified set; shares are probabilities for uniform k. [T5]"""
     if "not drawn" in p:
-        return f"Of runs with chosen values of {', '.join(p['not drawn'])}: nothing more."
+        return f"Of runs with chosen values of {p['not drawn']}: nothing more."
     if p["k"] == "uniform on K":
         return (
             f"For k drawn uniformly at random from a certified set of share s of {p['box']}: at "
@@ -146,19 +134,13 @@ def _chosen(p: Premises) -> str:
     )
 
 
-def _assumption(entry: str) -> tuple[str, str, str]:
-    """An identifier of the ledger, and what stands in its parentheses."""
-    name, bracket, rest = entry.partition("(")
-    return name, ASSUMED, rest.removesuffix(")") if bracket else ""
+def _failed(p: Premises) -> str:
+    return f"{p['failed']:,}" if isinstance(p["failed"], int) else "an unstated number"
 
 
 def _ledger(entry: Premise) -> str:
     """The same as the ledger has it."""
     return f"{entry.name}({entry.value})" if entry.value else entry.name
-
-
-def _corners(c: "ErrorClaim") -> tuple:
-    return c.domain.lo, c.domain.hi
 
 
 def _number(p: Premises) -> tuple[int, str]:

@@ -104,7 +104,7 @@ class FreeSpace:
         middle = package("shapely", CALL).Point(_place(place))
         along, across = (_length("moved", most) for most in np.broadcast_to(moved, 2).tolist())
         turned = _length("turned", turned)
-        if self.region.is_empty:
+        if self.region.is_empty and self.gone.is_empty:
             return self
         if along == across:
             place = [middle.x, middle.y, 0.0]

@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
+from parc_jax.checker import FORMAT
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.learning.bound.bins import each_bin
@@ -28,8 +29,6 @@ from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.separation.directions import Multiplier, Run, longest_lasting, merged_runs
 from parc_jax.safe_set.separation.inequality import at_both_knots, height, separates
 from parc_jax.safe_set.verdict.scene import Scene
-
-FORMAT = "parc_jax.answer/2"
 
 
 def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
@@ -114,12 +113,13 @@ def answer_part(
     asked, network, tube = question_parts(problem, model)
     hashes = {"problem": part_hash(asked), "network": part_hash(network), "tube": part_hash(tube)}
     claim = model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
+    hashes["claim"] = part_hash(claim := plain(claim))
     return {
         "format": FORMAT,
         "problem": asked,
         "network": network,
         "tube": tube,
-        "claim": plain(claim),
+        "claim": claim,
         "hash": hashes,
         "samples": samples,
         "corridors": [corridor_part(c, problem) for c in corridors],

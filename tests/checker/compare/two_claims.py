@@ -1,5 +1,5 @@
-"""Claims next to what their runs show, with premises next to those: both checkers must refuse, or
-accept, the same, and print the same of them.
+"""Claims next to what their runs show, with fields that state what they rest on: both checkers must
+refuse, or accept, the same, and print the same of them.
 """
 
 import json
@@ -14,7 +14,6 @@ from parc_jax import checker
 from parc_jax.learning.bound.counts import required_runs
 
 EPS, DELTA = ("1/1000", "1/20", "0.3", "0.0123"), ("1/1000", "1/20", "1e-9")
-STANDINGS = ("checked", "measured", "assumed", "proved")
 TEXTS = ("", "x" * 499, "\u00e9" * 126, "\n\x1b\\", "\U0001f600 \ud800", "1/1000", "IID")
 
 
@@ -37,8 +36,8 @@ def claimed(rng):
         claim["bin_eps"] = [rng.choice([str(eps), None]) for _ in claim["bin_eps"]]
     part = rng.choice([claim, claim, claim["evidence"], blocks[0]])
     if rng.random() < 0.7:
-        claim["premises"] = premises(rng, claim, blocks)
-        part = rng.choice([part, part, {}])
+        facts = stated(rng, claim)
+        part = rng.choice([part, part, {}, facts, claim["evidence"], claim["subject"]])
     if part and rng.random() < 0.4:
         name = rng.choice(sorted(part))
         if rng.random() < 0.3:
@@ -48,29 +47,24 @@ def claimed(rng):
     return json.dumps(build.rehash(answer))
 
 
-def premises(rng, claim, blocks):
-    """What follows from the numbers of a claim of these blocks, and more; perhaps changed."""
-    each, bins = "", []
-    if claim["bin_eps"] is not None:
-        claimed = sum(eps is not None for eps in claim["bin_eps"])
-        each, bins = " or more in each", [("bins", f"{claimed} of 2 with a claim")]
-    numbers = [(name, str(Fraction(claim[name]))) for name in ("eps", "delta")]
-    numbers += [("n", f"{min(block['n'] for block in blocks)} runs{each}")]
-    numbers += [("discards", max(block["discard"] for block in blocks))]
-    stated = [[name, "checked", x] for name, x in [*numbers, ("looks", claim["looks"]), *bins]]
-    more = [rng.choice(TEXTS), rng.choice(STANDINGS[1:3]), rng.choice([*TEXTS, 7, ["a", [1, "b"]]])]
-    stated += [more, ["IID()", "assumed", ""]]
-    for _ in range(rng.choice([0, 0, 0, 1, 2])):
-        entry = rng.choice(stated)
-        place = rng.randrange(5)
-        if place == 4:
-            stated.insert(rng.randrange(len(stated)), rng.choice(stated))
-        elif place == 3:
-            stated.remove(entry)
-        else:
-            choices = (TEXTS, STANDINGS, (*ODD, *TEXTS))[place]
-            entry[place] = rng.choice(choices)
-    return stated
+def stated(rng, claim):
+    """Gives a claim all that it may state, of every kind of text; returns the claim."""
+    domain = {"lo": [rng.choice(["-1", "-0x1p+0", "-2/2"])], "hi": [rng.choice(["1", "1e0", "2"])]}
+    claim |= {
+        "quantifier": rng.choice(TEXTS),
+        "subject": {"domain": domain, "time": rng.choice([["0.05"], ["1/20", "1"], ["0.5"], []])},
+        "law": {"k_law": rng.choice(["uniform", "logged", "given", *TEXTS])},
+        "assumptions": rng.choices([*TEXTS, "A(b)", "A(", "(a))", ")"], k=rng.randrange(4)),
+    }
+    claim["evidence"] |= {
+        "failed": rng.choice([0, 0, 1, 9]),
+        "recordings": rng.choice(TEXTS),
+        "eps_asked": rng.choice(TEXTS),
+        "not_drawn": rng.choices(TEXTS, k=rng.randrange(3)),
+    }
+    if rng.random() < 0.5:
+        claim["evidence"]["rows"] = rng.choice([7, 10**9 - 1])
+    return claim
 
 
 def batch(rng, left, valid=None):

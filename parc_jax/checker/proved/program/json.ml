@@ -139,12 +139,36 @@ let parse (s : string) : t =
   if !i <> n then fail "something follows the value";
   v
 
-(* The text whose hash an answer quotes: sorted keys, no blanks.  Texts inside must be plain. *)
+(* The number of each letter of a text. *)
+let each_letter f s =
+  let i = ref 0 in
+  let more j = Char.code s.[!i + j] land 63 in
+  while !i < String.length s do
+    let c = Char.code s.[!i] in
+    let length, code =
+      if c >= 0xF0 then (4, ((c land 7) lsl 18) lor (more 1 lsl 12) lor (more 2 lsl 6) lor more 3)
+      else if c >= 0xE0 then (3, ((c land 15) lsl 12) lor (more 1 lsl 6) lor more 2)
+      else if c >= 0xC0 then (2, ((c land 31) lsl 6) lor more 1)
+      else (1, c) in
+    i := !i + length;
+    f code
+  done
+
+(* The text whose hash an answer quotes: sorted keys, no blanks, letters beyond ASCII as \uxxxx. *)
 let canonical v =
   let b = Buffer.create 65536 in
-  let quote s =
-    String.iter (fun c -> if c < ' ' || c > '~' || c = '"' || c = '\\' then bad "an unusual character in a hashed part") s;
-    Buffer.add_char b '"'; Buffer.add_string b s; Buffer.add_char b '"' in
+  let unit16 x = Buffer.add_string b (Printf.sprintf "\\u%04x" x) in
+  let letter x = match Char.unsafe_chr (x land 255) with
+    | ('"' | '\\') as c when x < 128 -> Buffer.add_char b '\\'; Buffer.add_char b c
+    | ' ' .. '~' as c when x < 128 -> Buffer.add_char b c
+    | '\n' when x < 128 -> Buffer.add_string b "\\n"
+    | '\r' when x < 128 -> Buffer.add_string b "\\r"
+    | '\t' when x < 128 -> Buffer.add_string b "\\t"
+    | '\b' when x < 128 -> Buffer.add_string b "\\b"
+    | '\012' when x < 128 -> Buffer.add_string b "\\f"
+    | _ when x < 0x10000 -> unit16 x
+    | _ -> let x = x - 0x10000 in unit16 (0xD800 lor (x lsr 10)); unit16 (0xDC00 lor (x land 0x3FF)) in
+  let quote s = Buffer.add_char b '"'; each_letter letter s; Buffer.add_char b '"' in
   let separated put = List.iteri (fun i x -> if i > 0 then Buffer.add_char b ','; put x) in
   let rec go = function
     | Null -> Buffer.add_string b "null"

@@ -301,24 +301,16 @@ let answer get listed =
 
 (* As Python's unicode_escape spells a text: printable, and on one line. *)
 let escaped s =
-  let b = Buffer.create (String.length s) and i = ref 0 in
-  let more j = Char.code s.[!i + j] land 63 in
-  let put length code =
-    i := !i + length;
+  let b = Buffer.create (String.length s) in
+  let letter x =
     Buffer.add_string b
-      (if code < 0x100 then Printf.sprintf "\\x%02x" code
-       else if code < 0x10000 then Printf.sprintf "\\u%04x" code
-       else Printf.sprintf "\\U%08x" code) in
-  let plain text = incr i; Buffer.add_string b text in
-  while !i < String.length s do
-    match s.[!i] with
-    | '\\' -> plain "\\\\" | '\n' -> plain "\\n" | '\r' -> plain "\\r" | '\t' -> plain "\\t"
-    | ' ' .. '~' as c -> plain (String.make 1 c)
-    | '\xF0' .. '\xFF' as c -> put 4 (((Char.code c land 7) lsl 18) lor (more 1 lsl 12) lor (more 2 lsl 6) lor more 3)
-    | '\xE0' .. '\xEF' as c -> put 3 (((Char.code c land 15) lsl 12) lor (more 1 lsl 6) lor more 2)
-    | '\xC0' .. '\xDF' as c -> put 2 (((Char.code c land 31) lsl 6) lor more 1)
-    | c -> put 1 (Char.code c)
-  done;
+      (match x with
+       | 92 -> "\\\\" | 10 -> "\\n" | 13 -> "\\r" | 9 -> "\\t"
+       | x when x >= 32 && x < 127 -> String.make 1 (Char.chr x)
+       | x when x < 0x100 -> Printf.sprintf "\\x%02x" x
+       | x when x < 0x10000 -> Printf.sprintf "\\u%04x" x
+       | x -> Printf.sprintf "\\U%08x" x) in
+  each_letter letter s;
   Buffer.contents b
 
 (* As much of a text as is printed. *)
@@ -348,12 +340,17 @@ let claim n_bins o =
     | _ :: _ as missing -> Unchecked ("it lacks " ^ String.concat ", " missing)
     | [] ->
       let evidence = match get "evidence" with Obj e -> e | _ -> bad "the evidence is not an object" in
+      let n = whole 1 most_runs (get "n") in
       let numbers blocks in_bins =
         if List.fold_left (fun sum b -> sum + b.discards) 0 blocks > most_discards then
           bad "the claim leaves out more runs than are counted";
         Numbers { blocks; looks = Big.of_int (whole 1 most_discards (get "looks"));
                   eps = number (get "eps"); delta = number (get "delta"); in_bins } in
       match (get "bin_eps", List.assoc_opt "blocks" evidence) with
+      | Null, _ when (match List.assoc_opt "failed" evidence with
+          | None | Some Null -> false
+          | Some failed -> whole 0 n failed > whole 0 n (get "discard")) ->
+        Unchecked "more runs failed than are left outside"
       | Null, _ -> numbers [ block o ] []
       | _, (None | Some Null) -> Unchecked "it is about bins, and lacks the runs of each block"
       | by_bin, Some blocks ->
@@ -362,52 +359,93 @@ let claim n_bins o =
   | Some (Str kind) -> Assumed ("kind " ^ quoted (escaped kind))
   | _ -> Assumed "kind unknown"
 
-(* ---- Its premises: name, standing, value; those marked checked are what the numbers are, and no others. ---- *)
-let standings = [ "checked"; "measured"; "assumed" ]
+(* ---- Its premises, all from its own fields: those marked checked are what its numbers are ---- *)
 let most_premises = 500
-let most_lists = 3 (* inside of each other *)
 
-let rec spelled lists = function
-  | Arr l when lists < most_lists -> String.concat ", " (List.rev (List.rev_map (spelled (lists + 1)) l))
-  | Str s -> escaped s
-  | Int s -> s
-  | _ -> bad "the value of a premise is no text, whole number or list of it"
+(* A field inside of fields, where there is one. *)
+let at names o =
+  let one part name = match part with
+    | None | Some Null -> None
+    | Some (Obj l) -> List.assoc_opt name l
+    | Some _ -> bad "a part of the claim is not an object" in
+  match List.fold_left one (Some o) names with Some Null -> None | found -> found
+let listed names o = match at names o with None -> [] | Some l -> list (fun x -> x) l
+let text_in = function Str s -> s | _ -> bad "a premise of the claim is not a text"
+
+let fraction_text x = Big.to_string x.qnum ^ if Big.equal x.qden Big.one then "" else "/" ^ Big.to_string x.qden
+
+(* To twelve decimals; a fraction where these are all zeros. *)
+let decimal x =
+  let places = Big.pow (Big.of_int 10) 12 and twice = Big.mul (Big.of_int 2) x.qden in
+  let units = Big.fdiv (Big.add (Big.mul (Big.abs x.qnum) (Big.mul (Big.of_int 2) places)) x.qden) twice in
+  if Big.sign units = 0 && Big.sign x.qnum <> 0 then fraction_text x
+  else begin
+    let rest = Big.to_string (Big.rem units places) in
+    let digits = String.make (12 - String.length rest) '0' ^ rest in
+    let n = ref 12 in
+    while !n > 0 && digits.[!n - 1] = '0' do decr n done;
+    (if Big.sign x.qnum < 0 then "-" else "") ^ Big.to_string (Big.fdiv units places)
+    ^ (if !n > 0 then "." else "") ^ String.sub digits 0 !n
+  end
+
+(* The box of k that the claim is about: lower and upper end of each axis. *)
+let domain_of o = match at [ "subject"; "domain" ] o with
+  | None -> None
+  | Some d ->
+    let get = fields [ "lo"; "hi" ] d in
+    let lo = vec (get "lo") and hi = vec (get "hi") in
+    if lo = [] || List.length lo <> List.length hi then bad "the claim's domain is no box";
+    Some (List.combine lo hi)
 
 let shown recorded (c : Check.claim) =
-  let text x = Big.to_string x.qnum ^ if Big.equal x.qden Big.one then "" else "/" ^ Big.to_string x.qden in
   let least = List.fold_left (fun n b -> if Big.leq n b.runs then n else b.runs) (Big.of_int most_runs) c.blocks in
   let most = List.fold_left (fun m b -> max m b.discards) 0 c.blocks in
   let runs = Big.to_string least ^ (if recorded then " recordings" else " runs") in
   let numbers each more =
-    List.map (fun (name, value) -> Arr [ Str name; Str "checked"; value ])
-      ([ ("eps", Str (text c.eps)); ("delta", Str (text c.delta)); ("n", Str (runs ^ each));
-         ("discards", Int (string_of_int most)); ("looks", Int (Big.to_string c.looks)) ] @ more) in
+    [ ("eps", fraction_text c.eps); ("delta", fraction_text c.delta); ("n", runs ^ each);
+      ("discards", string_of_int most); ("looks", Big.to_string c.looks) ] @ more in
   match (c.in_bins, List.length c.in_bins) with
   | [], _ -> numbers "" []
   | bins, n ->
     let claimed = List.length (List.filter (fun x -> x <> None) bins) in
-    numbers " or more in each" [ ("bins", Str (Printf.sprintf "%d of %d with a claim" claimed n)) ]
+    numbers " or more in each" [ ("bins", Printf.sprintf "%d of %d with a claim" claimed n) ]
 
 (* As lines, of a claim of which so much is known. *)
 let premises known o =
-  let numbers = match (known, field "evidence" o) with
-    | Numbers c, Some evidence -> shown (has "rows" evidence) c
-    | _ -> [] in
-  let line = function
-    | Arr [ Str name; Str standing; value ] when List.mem standing standings ->
-      let value = quoted (spelled 0 value) in
-      Printf.sprintf "  %-8s %s%s%s" standing (quoted (escaped name)) (if value = "" then "" else ": ") value
-    | _ -> bad "a premise is [name, standing, value]" in
-  match field "premises" o with
-  | None -> List.map line numbers @ [ "  assumed  all else: the file states no premises of its claim" ]
-  | Some stated ->
-    let stated = list (fun x -> x) stated in
-    if List.length stated > most_premises then bad "the claim has too many premises";
-    let lines = List.map line stated in
-    let name = function Arr (Str name :: _) -> name | _ -> "" in
-    let named = Hashtbl.create 64 in
-    List.iter (fun x -> Hashtbl.replace named (name x) ()) stated;
-    if Hashtbl.length named < List.length stated then bad "a premise is named twice";
-    let checked = function Arr [ _; Str "checked"; _ ] -> true | _ -> false in
-    if List.filter checked stated <> numbers then bad "what the claim marks as checked is not what its numbers show";
-    lines
+  let line standing (name, value) =
+    let value = quoted (escaped value) in
+    Printf.sprintf "  %-8s %s%s%s" standing (quoted (escaped name)) (if value = "" then "" else ": ") value in
+  let checked = match known with Numbers c -> shown (has "rows" (Option.get (field "evidence" o))) c | _ -> [] in
+  let pac = field "kind" o = Some (Str "pac") in
+  let evidence names = at ("evidence" :: names) o in
+  let count = Option.map (fun x -> string_of_int (whole 0 most_runs x)) and words = Option.map text_in in
+  let side (a, b) = Printf.sprintf "[%s, %s]" (decimal a) (decimal b) in
+  let law = function "uniform" -> "uniform on K" | "logged" -> "as in the log" | "given" -> "as it was given" 
+    | x -> (if String.length x > 5 && String.sub x 0 6 = "given " then "as " else "by ") ^ x in
+  let needed =
+    [ ("law", words (at [ "quantifier" ] o));
+      ("K", Option.map (fun k -> String.concat " x " (List.map side k)) (domain_of o));
+      ("k", Option.map law (words (at [ "law"; "k_law" ] o)));
+      ("failed", count (evidence [ "failed" ])) ] in
+  let more =
+    [ ("all", match at [ "bin_eps" ] o with None -> None | Some _ -> count (at [ "n" ] o));
+      ("rows", count (evidence [ "rows" ])); ("recordings", words (evidence [ "recordings" ]));
+      ("left out", count (evidence [ "left_out" ]));
+      ("eps asked", words (evidence [ "eps_asked" ]));
+      ("not drawn", match List.map text_in (listed [ "evidence"; "not_drawn" ] o) with
+         | [] -> None | names -> match String.concat ", " names with "" -> None | all -> Some all) ] in
+  let stated needed (name, value) = match value with
+    | Some value -> [ line (if pac || name <> "law" then "measured" else "assumed") (name, value) ]
+    | None -> if needed && (pac || name <> "failed") then [ line "assumed" (name, "not stated") ] else [] in
+  let assumptions = listed [ "assumptions" ] o in
+  if List.length assumptions > most_premises then bad "the claim has too many assumptions";
+  let assumed entry =
+    let entry = text_in entry in
+    match cut '(' entry with
+    | None -> line "assumed" (entry, "")
+    | Some (name, rest) ->
+      let n = String.length rest in
+      line "assumed" (name, if n > 0 && rest.[n - 1] = ')' then String.sub rest 0 (n - 1) else rest) in
+  List.map (line "checked") checked
+  @ List.concat_map (stated true) needed @ List.concat_map (stated false) more
+  @ List.map assumed (if assumptions = [] then [ Str "assumptions(not stated)" ] else assumptions)

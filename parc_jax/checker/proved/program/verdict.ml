@@ -8,7 +8,7 @@ type t = { code : int; lines : string list; entries : (string * bool list) list 
 
 let kinds = [ "samples"; "sets"; "corridors"; "doubt" ]
 let optional = [ "corridors"; "doubt" ]
-let hashed = [ "problem"; "network"; "tube" ]
+let hashed = [ "problem"; "network"; "tube"; "claim" ]
 
 let text what = function Str s -> s | _ -> bad "%s is not a text" what
 
@@ -77,7 +77,7 @@ let read source =
   let get k = match answer with
     | Obj l -> (match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)
     | _ -> bad "the file is not an object" in
-  if get "format" <> Str "parc_jax.answer/2" then bad "the format is unknown";
+  if get "format" <> Str "parc_jax.answer/3" then bad "the format is unknown";
   let quoted = Reader.fields hashed (get "hash") in
   List.iter (fun part ->
       if text "a hash" (quoted part) <> Sha256.hex (canonical (get part)) then bad "the hash of the %s does not match" part)
@@ -92,7 +92,7 @@ let read source =
         [ "network"; "tube" ];
       Some claim
     | _ -> bad "the claim is not an object" in
-  ignore (Reader.fields ("format" :: "claim" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
+  ignore (Reader.fields ("format" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
             ~optional:("meta" :: optional) answer);
   let listed kind = match get kind with
     | Arr l -> l
@@ -102,6 +102,14 @@ let read source =
   let known = match claim with
     | None -> (Reader.Assumed "no claim", None)
     | Some o ->
+      let same x y = Reader.Big.equal x.qnum y.qnum && Reader.Big.equal x.qden y.qden in
+      let both (a, b) (c, d) = same a c && same b d in
+      let about k = List.length k = List.length asked.scene.domain && List.for_all2 both k asked.scene.domain in
+      if not (Option.fold ~none:true ~some:about (Reader.domain_of o)) then bad "the claim is about another domain";
+      let dt = Option.map Reader.number (Reader.at [ "dt" ] (get "problem")) in
+      (match (List.map Reader.number (Reader.listed [ "subject"; "time" ] o), dt) with
+       | step :: _, Some dt when not (same step dt) -> bad "the claim is about another time step"
+       | _ -> ());
       let known = Reader.claim (List.length asked.around.finals) o in
       (known, Some (Reader.premises known o)) in
   (asked, known, quoted)
