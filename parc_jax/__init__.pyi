@@ -40,13 +40,13 @@ from parc_jax.learning.systems.fmu import fmu_system as fmu_system
 from parc_jax.learning.systems.invariance import translation_gap as translation_gap
 from parc_jax.learning.systems.python_system import python_system as python_system
 from parc_jax.method import Exact as Exact
-from parc_jax.planner.planner import Planner as Planner
+from parc_jax.planner import Planner as Planner
 from parc_jax.problem import world as world
 from parc_jax.problem.body import body_of as body_of
 from parc_jax.problem.body import hull as hull
-from parc_jax.problem.doubt import Doubt as Doubt
 from parc_jax.problem.problem import goal_of_points as goal_of_points
 from parc_jax.problem.problem import reach_avoid as reach_avoid
+from parc_jax.problem.uncertainty import Uncertainty as Uncertainty
 from parc_jax.problem.world.moving import moving as moving
 from parc_jax.proof.regions import enumerate_regions as enumerate_regions
 from parc_jax.proof.regions import march as march

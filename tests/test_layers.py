@@ -183,7 +183,7 @@ def test_robots_are_never_named_by_the_engine():
 LIGHT = [
     ("parc_jax", "jax"),
     ("parc_jax.checker", "numpy"),
-    ("parc_jax.planner.planner", "flax"),
+    ("parc_jax.planner", "flax"),
 ]
 
 

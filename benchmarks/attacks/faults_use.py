@@ -127,7 +127,7 @@ ROBOT = (
         "tests/ros/test_seeing.py::test_an_older_scan_does_not_take_away_who_came_since",
     ),
     Fault(
-        "pilot_whose_start_is_free_without_the_doubt_of_its_pose",
+        "pilot_whose_start_is_free_without_the_uncertainty_of_its_pose",
         "Pilot._look",
         "d.margin - self._off()",
         "d.margin",

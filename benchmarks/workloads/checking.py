@@ -20,7 +20,7 @@ from benchmarks.result import Result
 from benchmarks.timing import seconds_of
 from parc_jax import checker
 from parc_jax.answer.answer import answer_data
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 
 

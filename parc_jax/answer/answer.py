@@ -20,7 +20,7 @@ from parc_jax.common.status import Status
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem, goal_box
 from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part
@@ -31,19 +31,18 @@ from parc_jax.safe_set.corridors.found import Cover, Share
 from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_polytopes
 from parc_jax.safe_set.corridors.safe_plans import SafePlans, as_plans
 from parc_jax.safe_set.corridors.stopping import Coverage
-from parc_jax.safe_set.verdict.fits import goal_box
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import Scene, volume_of_all
 from parc_jax.statement import (
     about_assumptions,
     about_coverage,
-    about_doubt,
     about_place,
     about_plans,
     about_pose,
     about_risk,
     about_sensing,
     about_share,
+    about_uncertainty,
     nothing_found,
 )
 
@@ -83,16 +82,16 @@ class Answer:
         return f"<b>{html.escape(self._headline())}</b><ul>{lines}</ul>"
 
     @property
-    def problem(self) -> ReachAvoid:
-        """The nominal problem, which allows for all uncertainty; `scene.asked.question` has the
+    def problem(self) -> Problem:
+        """The nominal problem, which allows for all uncertainty; `scene.nominal.question` has the
         problem as it was posed.
         """
-        return self.scene.asked.problem
+        return self.scene.nominal.problem
 
     @property
     def model(self) -> TrajectoryModel:
         """The model of the nominal problem."""
-        return self.scene.asked.model
+        return self.scene.nominal.model
 
     @property
     def corridors(self) -> Sequence[Corridor]:
@@ -192,10 +191,11 @@ class Answer:
         there may be; 1e-3 and one unless the first choice declares others. Later choices and the
         answer's file keep them. Raises InputError.
         """
-        if self.scene.asked.doubt is not None:
+        if self.scene.nominal.uncertainty is not None:
             raise InputError(
-                "choose: expected an answer without doubt, for its sentences are about one plan "
-                "driven exactly; solve the same problem with doubt=None and choose from that."
+                "choose: expected an answer without uncertainty, for its sentences are about one "
+                "plan driven exactly; solve the same problem with uncertainty=None and choose "
+                "from that."
             )
         account = self.looks.declare(delta, looks)
         plan, value = self.best(objective, key)
@@ -235,8 +235,8 @@ class Answer:
 
     @cached_property
     def _share_of_k(self) -> float:
-        share, doubt = self._plans.share_of_k(), self.scene.asked.doubt
-        return share if doubt is None else share * doubt.share_of_k(self.model.domain)
+        share, uncertainty = self._plans.share_of_k(), self.scene.nominal.uncertainty
+        return share if uncertainty is None else share * uncertainty.share_of_k(self.model.domain)
 
     def risk(self) -> Risk | NoStatement:
         """The claim's bound for a plan drawn by `sample`. [T5, T18, T34]
@@ -274,7 +274,7 @@ class Answer:
         """The answer in a few lines: status, share of plans that are safe, coverage, risk, and the
         assumptions that it rests on. `details` has all sentences.
         """
-        cover, asked = self.cover, self.scene.asked
+        cover, asked = self.cover, self.scene.nominal
         lines = [f"{self._headline()}.", f"Status: {self.status.text}."]
         if self.status.found:
             share = about_share(
@@ -295,8 +295,8 @@ class Answer:
             lines.append(cover.ended.sentence)
         if asked.pose is not None:
             lines.append(about_pose(asked.pose.place, asked.pose.heading))
-        if asked.doubt is not None:
-            lines.append(f"Robust to: {asked.doubt.words}.")
+        if asked.uncertainty is not None:
+            lines.append(f"Robust to: {asked.uncertainty.words}.")
         return "\n".join([*lines, about_assumptions(self.model.claim.premises)])
 
     def details(self, polytopes: Polytopes | None = None) -> str:
@@ -305,9 +305,9 @@ class Answer:
 
         polytopes: of this answer, to be included in (C).
         """
-        ended, doubt, absence = self.cover.ended, self.scene.asked.doubt, self.absence
+        ended, uncertainty, absence = self.cover.ended, self.scene.nominal.uncertainty, self.absence
         if self.status.found:
-            robust = [] if doubt is None else [about_doubt(doubt.words)]
+            robust = [] if uncertainty is None else [about_uncertainty(uncertainty.words)]
             lines = [f"(C) {self._about_plans(polytopes)}", *self._about_tube(robust)]
             lines.append(self._about_draw())
         elif absence is not None:
@@ -316,7 +316,7 @@ class Answer:
                 return "\n".join(lines)
         else:
             none = nothing_found(why_none(self.scene))
-            lines = [none if doubt is None else doubt.of_none(none)]
+            lines = [none if uncertainty is None else uncertainty.of_none(none)]
         return "\n".join(lines if ended is None else [*lines, ended.sentence])
 
     def _about_plans(self, polytopes: Polytopes | None) -> str:
@@ -329,17 +329,17 @@ class Answer:
         return f"{text}\n{about_place(k_lo, k_hi)}"
 
     def _about_tube(self, robust: Sequence[str]) -> list[str]:
-        pose = self.scene.asked.pose
+        pose = self.scene.nominal.pose
         here = [] if pose is None else [about_pose(pose.place, pose.heading)]
         return [*here, *robust, f"(E) {self.model.claim.statement()}"]
 
     def _about_draw(self) -> str:
-        risk, doubt = self.risk(), self.scene.asked.doubt
+        risk, uncertainty = self.risk(), self.scene.nominal.uncertainty
         density = None if isinstance(risk, NoStatement) else density_of_k(self)
         measured, delta = self.coverage.confidence, self.model.claim.delta
         text = about_risk(risk, "all that the corridors hold", density, measured, delta)
-        if doubt is not None and doubt.sensing_eps:
-            text = f"{text} {about_sensing(risk, doubt.sensing_eps)}"
+        if uncertainty is not None and uncertainty.sensing_eps:
+            text = f"{text} {about_sensing(risk, uncertainty.sensing_eps)}"
         return text
 
     def save(self, path, polytopes: Polytopes | None = None) -> Path:
@@ -366,14 +366,14 @@ def density_of_k(answer: Answer) -> float:
     held = volume[1] * answer.coverage.at_least
     if not held > 0:
         return np.inf
-    scene, doubt = answer.scene, answer.scene.asked.doubt
+    scene, uncertainty = answer.scene, answer.scene.nominal.uncertainty
     ends = 1.0
     if scene.at is None:  # else k alone is drawn
         least, most = answer.model.tube.end_extent
         with np.errstate(invalid="ignore"):  # bins without claim are NaN
             sides = (scene.z_hi - most) - (scene.z_lo - least)
             ends = np.nanmax(np.prod(np.maximum(sides, 0), axis=1))
-    k_volume = answer.model.domain.volume if doubt is None else doubt.k_volume
+    k_volume = answer.model.domain.volume if uncertainty is None else uncertainty.k_volume
     return float(k_volume * ends / held)
 
 
@@ -381,10 +381,10 @@ def volume_of_plans(scene: Scene) -> float:
     """Volume of all plans that a query is about, before tube or uncertainty take anything off: of K
     times the goal's box, or of K alone where there is one start. [T15]
     """
-    asked = scene.asked
-    if asked.doubt is None or asked.question is None:
+    asked = scene.nominal
+    if asked.uncertainty is None or asked.question is None:
         return volume_of_all(scene)
-    volume = asked.doubt.volume_of_k(asked.model.domain)
+    volume = asked.uncertainty.volume_of_k(asked.model.domain)
     if scene.at is not None:
         return volume
     lo, hi = goal_box(asked.question.problem.goal, asked.question.model.layout)
@@ -400,7 +400,7 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
             "save: expected polytopes of this answer; got those of another. Cut them with "
             "`answer.polytopes(key)`."
         )
-    cover, asked = answer.cover, answer.scene.asked
+    cover, asked = answer.cover, answer.scene.nominal
     meta: dict = {
         "status": answer.status.label,
         "ended": None if cover.ended is None else cover.ended.label,
@@ -414,8 +414,8 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
         meta["polytope_coverage"] = polytopes.coverage._asdict()
     if cover.within is not None:
         meta["within"] = [hex_text(side) for side in cover.within]
-    if asked.doubt is not None:
-        meta["doubt"] = asked.doubt.to_json()
+    if asked.uncertainty is not None:
+        meta["doubt"] = asked.uncertainty.to_json()
     if answer.scene.at is not None:
         meta["at"] = hex_text(answer.scene.at)
     if answer.looks.delta is not None:

@@ -13,20 +13,19 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.status import Status
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
-from parc_jax.problem.robust.executions import require_given
-from parc_jax.problem.robust.question import Plain
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.robust.nominal import NominalProblem
+from parc_jax.problem.robust.realisations import require_given
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
 from parc_jax.safe_set.batch.proposals import PROPOSED, Best, along_fan
 from parc_jax.safe_set.batch.run import make_pool, rewarm_many, run, search_many
-from parc_jax.safe_set.batch.stack import SizeClass, check_stack, stack_problems
-from parc_jax.safe_set.verdict.near import near_scene
+from parc_jax.safe_set.batch.search import SizeClass, check_stack, stack_problems
 from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import SceneArrays
+from parc_jax.safe_set.verdict.scene import SceneArrays, pruned_scene
 
-Problems = Sequence[ReachAvoid] | BoxScenes | SceneArrays
+Problems = Sequence[Problem] | BoxScenes | SceneArrays
 
 
 class BatchAnswer(NamedTuple):
@@ -127,7 +126,7 @@ def solve_batch(
     return BatchAnswer(found, plans, clearance, drawn, proved, seconds, {})
 
 
-def problem_of(problems: Problems, row: int) -> ReachAvoid:
+def problem_of(problems: Problems, row: int) -> Problem:
     """One problem of a batch, for `Planner.solve`. Raises InputError for stacked arrays."""
     if isinstance(problems, SceneArrays):
         raise InputError(
@@ -237,7 +236,7 @@ def _proved(
     paths = paths_of(model, p0, k)
     for i, row in enumerate(rows):
         problem = problem_of(problems, row)
-        scene = near_scene(Plain(problem, model))
+        scene = pruned_scene(Plain(problem, model))
         part = sample_part(scene, model.tube, p0[i], k[i], paths[i])
         out[row] = prove(problem, model, [part])[0][0]
     return out

@@ -13,16 +13,15 @@ from parc_jax.common.keys import Stage, as_key
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.system import System, check_system
-from parc_jax.planner.batch import BatchAnswer, Problems, problem_of, solve_batch
-from parc_jax.planner.prepared import Prepared
-from parc_jax.problem.problem import ReachAvoid
-from parc_jax.problem.robust.question import Question, plain_problems, question
+from parc_jax.planner import Prepared
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.robust.nominal import Question, plain_problems, query
 from parc_jax.proof.regions import RegionTable, regions_of
 from parc_jax.safe_set.batch.box_scenes import BoxScenes
+from parc_jax.safe_set.batch.search import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.near import near_scene
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import SceneArrays
+from parc_jax.safe_set.verdict.scene import SceneArrays, pruned_scene
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.localise import Local
@@ -43,7 +42,7 @@ class Planner:
             raise InputError(expected("Planner", "a TrajectoryModel", model, "pj.load(path)"))
         check_model(model)
         self.model = model
-        self._under_doubt: dict[tuple, TrajectoryModel] = {}
+        self._robust_models: dict[tuple, TrajectoryModel] = {}
 
     def __repr__(self) -> str:
         return f"Planner({self.model!r})"
@@ -54,12 +53,12 @@ class Planner:
         return regions_of(self.model)
 
     def solve(
-        self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None, *, at=None
+        self, problem: Problem, key: jax.Array, settings: Settings | None = None, *, at=None
     ) -> Answer:
         """The safe set of one problem: samples and corridors, with certificates.
 
         problem: from `reach_avoid` or `load_problem`; every plan of the answer withstands its
-        doubt. key: from `jax.random`; its SEARCH stream is used. settings: sizes, work and
+        uncertainty. key: from `jax.random`; its SEARCH stream is used. settings: sizes, work and
         method; by default `Settings.whole()`. at: where the robot is, x, y or x, y, heading: the
         answer is about plans from there, sets in k alone; with a heading told in the robot's frame,
         for a system that declares `rotation`.
@@ -72,7 +71,7 @@ class Planner:
         begin = time.perf_counter()
         return self.prepare(problem, at=at)._solve(key, settings, begin)
 
-    def prepare(self, problem: ReachAvoid, *, at=None) -> Prepared:
+    def prepare(self, problem: Problem, *, at=None) -> Prepared:
         """The problem laid out for this model, for many queries: safe plans from one compiled call
         each, or whole answers.
 
@@ -83,11 +82,11 @@ class Planner:
         return self._prepare(question(problem, self.model, at))
 
     def _prepare(self, asked: Question) -> Prepared:
-        return Prepared(near_scene(asked.plain(self._under_doubt)))
+        return Prepared(pruned_scene(asked.plain(self._robust_models)))
 
     def warm_up(
         self,
-        problem: ReachAvoid,
+        problem: Problem,
         settings: Settings | None = None,
         *,
         at=None,
@@ -104,7 +103,7 @@ class Planner:
 
     def refine(
         self,
-        problem: ReachAvoid,
+        problem: Problem,
         system: System,
         key: jax.Array,
         local: "Local | None" = None,
@@ -135,8 +134,10 @@ class Planner:
         from parc_jax.drive.local.refine import refine
 
         settings = _checked("refine", problem, settings, Settings.whole())
-        if problem.doubt is not None:
-            raise InputError("refine: expected a problem without doubt; set doubt=None.")
+        if problem.uncertainty is not None:
+            raise InputError(
+                "refine: expected a problem without uncertainty; set uncertainty=None."
+            )
         check_system(system)
         require_same(system, self.model)
         local = Local() if local is None else local
@@ -173,7 +174,7 @@ class Planner:
         """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
 
         problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. Those
-        of a list may be under doubt, all under the same one but for goal and obstacles.
+        of a list may be under uncertainty, all under the same one but for goal and obstacles.
         settings: by default `Settings.fast()`; of its fields samples (safe plans per problem) and
         proof (exact check of every best plan, some ten milliseconds each) count here.
         draws: most plans to propose per problem; solved ones stop early. pool: values of k shared
@@ -187,13 +188,13 @@ class Planner:
         settings = Settings.fast() if settings is None else settings
         if not isinstance(settings, Settings):
             raise InputError(expected("solve_batch", "Settings", settings, "pj.Settings.fast()"))
-        if isinstance(problems, ReachAvoid):
+        if isinstance(problems, Problem):
             raise InputError("solve_batch: expected several problems; got one. Use `solve`.")
         require_sound_arithmetic()
         chosen = {int(i): problem_of(problems, i) for i in whole}
         model = self.model
         if not isinstance(problems, BoxScenes | SceneArrays):
-            problems, model = plain_problems(problems, model, self._under_doubt)
+            problems, model = plain_problems(problems, model, self._robust_models)
         answer = solve_batch(
             model,
             problems,
@@ -224,7 +225,7 @@ def answer_to(
 
 def _checked(call: str, problem, settings, default: Settings) -> Settings:
     """The settings, after a look at the types that users mix up."""
-    if not isinstance(problem, ReachAvoid):
+    if not isinstance(problem, Problem):
         hint = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
         raise InputError(expected(call, "a problem", problem, hint))
     if settings is None:

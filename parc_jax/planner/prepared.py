@@ -119,7 +119,7 @@ class Prepared:
             timings=timings,
         )
         if no_plan is not None:
-            no_plan = no_plan._replace(doubt=scene.asked.doubt)
+            no_plan = no_plan._replace(uncertainty=scene.nominal.uncertainty)
         return Answer(scene, cover, samples, written, no_plan, Looks() if looks is None else looks)
 
 

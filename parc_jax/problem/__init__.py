@@ -1,1 +1,1 @@
-"""What is asked: goal, obstacles, body, what of them is in doubt, and the names of coordinates."""
+"""What is asked: goal, obstacles, body, what of them is uncertain, and the names of coordinates."""

@@ -1,65 +1,67 @@
-"""The table [doubt] of a scene file, and what each of the obstacles says of its own."""
+"""The table [uncertainty] of a scene file, and what each of the obstacles says of its own."""
 
 import dataclasses
 
 import numpy as np
 
 from parc_jax.common.errors import InputError
-from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.scene_values import grown_set_of, numbers_of, spelled_set, table_of
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 
-ENTRIES = tuple(field.name for field in dataclasses.fields(Doubt))
+ENTRIES = tuple(field.name for field in dataclasses.fields(Uncertainty))
 
 
-def doubt_of(data: dict, obstacles: list) -> Doubt | None:
-    """The doubt that a scene file spells, None where it has none. Raises InputError.
+def uncertainty_of(data: dict, obstacles: list) -> Uncertainty | None:
+    """The uncertainty that a scene file spells, None where it has none. Raises InputError.
 
-    [doubt]      the fields of `Doubt`: numbers and lists, parameters by name in tables, obstacles a
+    [uncertainty]      the fields of `Uncertainty`: numbers and lists, parameters by name in tables,
+    obstacles a
         set: lo and hi, A and b, or vertices.
-    [[obstacles]] doubt = {lo = ..., hi = ...}: of this one alone.
+    [[obstacles]] uncertainty = {lo = ..., hi = ...}: of this one alone.
     """
-    own = [part.get("doubt") for part in obstacles]
-    if data.get("doubt") is None and not any(own):
+    own = [part.get("uncertainty") for part in obstacles]
+    if data.get("uncertainty") is None and not any(own):
         return None
-    entries = table_of("doubt", data.get("doubt") or {}, ENTRIES)
+    entries = table_of("uncertainty", data.get("uncertainty") or {}, ENTRIES)
     seen = None
     if "obstacles" in entries:
-        seen = grown_set_of("doubt obstacles", entries["obstacles"])
+        seen = grown_set_of("uncertainty obstacles", entries["obstacles"])
     sets = [
-        seen if o is None else grown_set_of(f"doubt of obstacle {i}", o) for i, o in enumerate(own)
+        seen if o is None else grown_set_of(f"uncertainty of obstacle {i}", o)
+        for i, o in enumerate(own)
     ]
     words = {
-        name: _numbers(f"doubt {name}", entries[name])
+        name: _numbers(f"uncertainty {name}", entries[name])
         for name in ("start", "goal", "k", "given", "unknown")
         if name in entries
     }
     eps = entries.get("sensing_eps", 0)
-    return Doubt(
+    return Uncertainty(
         **words,
-        heading=float(numbers_of("doubt heading", entries.get("heading", 0), 0)),
+        heading=float(numbers_of("uncertainty heading", entries.get("heading", 0), 0)),
         obstacles=sets if any(s is not None for s in sets) else (),
         sensing_eps=str(eps) if not isinstance(eps, list | dict) else eps,
     )
 
 
-def spelled_doubt(doubt: Doubt) -> tuple[dict, list]:
-    """The table of a doubt, and what each obstacle says, None for nothing; one entry stands for
-    all.
+def spelled_uncertainty(uncertainty: Uncertainty) -> tuple[dict, list]:
+    """The table of an uncertainty, and what each obstacle says, None for nothing; one entry stands
+    for all.
     """
     spelled: dict = {}
-    if any(doubt.start):
-        spelled["start"] = list(doubt.start)
-    if doubt.heading:
-        spelled["heading"] = doubt.heading
-    if any(doubt.goal):
-        spelled["goal"] = list(doubt.goal)
+    if any(uncertainty.start):
+        spelled["start"] = list(uncertainty.start)
+    if uncertainty.heading:
+        spelled["heading"] = uncertainty.heading
+    if any(uncertainty.goal):
+        spelled["goal"] = list(uncertainty.goal)
     for name in ("k", "given", "unknown"):
-        pairs = getattr(doubt, name)
+        pairs = getattr(uncertainty, name)
         if pairs:
             spelled[name] = {str(p): _listed(value) for p, value in pairs}
-    if doubt.sensing_eps:
-        spelled["sensing_eps"] = float(doubt.sensing_eps)
-    return spelled, [None if s is None else spelled_set(s) for s in doubt.obstacles]
+    if uncertainty.sensing_eps:
+        spelled["sensing_eps"] = float(uncertainty.sensing_eps)
+    return spelled, [None if s is None else spelled_set(s) for s in uncertainty.obstacles]
 
 
 def _numbers(name: str, value):
@@ -79,8 +81,8 @@ def _listed(value):
     return value
 
 
-def own_doubt(sets: list, n: int) -> list:
+def own_uncertainty(sets: list, n: int) -> list:
     """What is spelled of each of n obstacles."""
     if sets and len(sets) not in (1, n):
-        raise InputError(f"doubt: expected a set for each of {n} obstacles; got {len(sets)}.")
+        raise InputError(f"uncertainty: expected a set for each of {n} obstacles; got {len(sets)}.")
     return sets * n if len(sets) == 1 else sets or [None] * n

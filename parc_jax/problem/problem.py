@@ -11,7 +11,7 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.spelling import counted
 from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
-from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.uncertainty import Uncertainty
 
 
 @struct.dataclass
@@ -24,7 +24,7 @@ class GoalOfPoints(HPolytope):
 
 
 @struct.dataclass
-class ReachAvoid:
+class Problem:
     """Reach the goal at t_f, never touch an obstacle. Build with `reach_avoid`, which validates.
 
     goal: polytope over (p_f, q_f), closed; of a robot with several reference points over the ends
@@ -32,7 +32,8 @@ class ReachAvoid:
     spans: per obstacle (first, last) interval in which it exists, or None for always.
     body: Disc or Polygon about the first reference point, or a Body of several parts. start:
         polytope over p0, or None for anywhere.
-    doubt: what is not known exactly; `robust` turns it into a plain problem that allows for it.
+    uncertainty: what is not known exactly; `robust` turns it into a plain problem that allows for
+    it.
     points: names of the reference points whose ends the goal is over, in its order, from
         `goal_of_points`; a model with others, or in another order, is refused. () = not said.
     """
@@ -42,7 +43,7 @@ class ReachAvoid:
     body: Disc | Polygon | Body
     start: HPolytope | None = None
     spans: tuple[tuple[int, int] | None, ...] = struct.field(pytree_node=False, default=())
-    doubt: Doubt | None = struct.field(pytree_node=False, default=None)
+    uncertainty: Uncertainty | None = struct.field(pytree_node=False, default=None)
     points: tuple[str, ...] = struct.field(pytree_node=False, default=())
 
     @property
@@ -55,7 +56,7 @@ class ReachAvoid:
         """The parts of the body, of whatever kind it is."""
         return parts_of(self.body)
 
-    def replace(self, **changes) -> "ReachAvoid":
+    def replace(self, **changes) -> "Problem":
         """The problem with some entries changed, given as `reach_avoid` takes them. Raises
         InputError.
         """
@@ -77,7 +78,7 @@ class ReachAvoid:
             "anywhere" if self.start is None else f"in {counted(len(self.start.b), 'half-space')}"
         )
         return (
-            f"<ReachAvoid: goal of {counted(len(self.goal.b), 'row')} over "
+            f"<Problem: goal of {counted(len(self.goal.b), 'row')} over "
             f"{counted(self.goal.n, 'coordinate')}, "
             f"{counted(len(self.obstacles), 'obstacle')}, {self.body!r}, start {start}>"
         )
@@ -89,8 +90,8 @@ def reach_avoid(
     body,
     start=None,
     spans: Sequence | None = None,
-    doubt: Doubt | None = None,
-) -> ReachAvoid:
+    uncertainty: Uncertainty | None = None,
+) -> Problem:
     """Validated problem. Boxes become polytopes; a number is taken as a disc radius. Raises
     InputError.
     """
@@ -127,12 +128,12 @@ def reach_avoid(
             raise InputError(
                 f"span of obstacle {j}: expected whole numbers 0 <= first <= last; got {span}."
             )
-    if doubt is not None:
-        _check_doubt(doubt, n_p, obstacles)
-    return ReachAvoid(goal, obstacles, body, start, spans, doubt, points)
+    if uncertainty is not None:
+        _check_uncertainty(uncertainty, n_p, obstacles)
+    return Problem(goal, obstacles, body, start, spans, uncertainty, points)
 
 
-def require_points(problem: ReachAvoid, points: Sequence[str]) -> None:
+def require_points(problem: Problem, points: Sequence[str]) -> None:
     """Raises InputError where the goal was made for reference points other than these."""
     if problem.points and problem.points != tuple(points):
         raise InputError(
@@ -176,16 +177,17 @@ def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
     return GoalOfPoints(rows.A, rows.b, tuple(points))
 
 
-def _check_doubt(doubt: Doubt, n_p: int, obstacles) -> None:
-    """Raises InputError for doubt about other dimensions or other obstacles than there are."""
-    if not isinstance(doubt, Doubt):
-        raise InputError(f"doubt: expected a Doubt; got {type(doubt).__name__}.")
-    doubt.shifts(n_p)
-    for j, seen in enumerate(doubt.of_obstacles(len(obstacles))):
+def _check_uncertainty(uncertainty: Uncertainty, n_p: int, obstacles) -> None:
+    """Raises InputError for uncertainty about other dimensions or other obstacles than there
+    are."""
+    if not isinstance(uncertainty, Uncertainty):
+        raise InputError(f"uncertainty: expected an Uncertainty; got {type(uncertainty).__name__}.")
+    uncertainty.shifts(n_p)
+    for j, seen in enumerate(uncertainty.of_obstacles(len(obstacles))):
         if seen is not None and seen.n != n_p:
             raise InputError(
-                f"doubt of obstacle {j}: expected a set in the {n_p}-D workspace; got {seen.n} "
-                "dimensions."
+                f"uncertainty of obstacle {j}: expected a set in the {n_p}-D workspace; got "
+                f"{seen.n} dimensions."
             )
 
 

@@ -38,15 +38,15 @@ class Driving(Options):
     before a message has the places of all of them; 0: no obstacle moves."""
     mover_speed: float = 0.0
     """Largest speed [m/s] of a moving obstacle."""
-    doubt_start: float = 0.0
+    uncertainty_start: float = 0.0
     """Metres by which a pose may be wrong, along each axis: localisation, and the motion between
     its measurement and the beginning of the manoeuvre."""
-    doubt_heading: float = 0.0
+    uncertainty_heading: float = 0.0
     """Radians by which a heading may be wrong, for the same reasons."""
     drift: float = 0.0
     """Metres by which a pose may be off against the one at which the manoeuvre under way began,
-    beside doubt_start of both: what odometry may drift meanwhile. A pose that is farther outside of
-    the manoeuvre's tube begins nothing."""
+    beside uncertainty_start of both: what odometry may drift meanwhile. A pose that is farther
+    outside of the manoeuvre's tube begins nothing."""
     given: tuple[str, ...] = ()
     """Paths of the model's given parameters in the messages of poses, such as
     twist.twist.linear.x."""
@@ -66,8 +66,8 @@ class Driving(Options):
             "noise",
             "width",
             "margin",
-            "doubt_start",
-            "doubt_heading",
+            "uncertainty_start",
+            "uncertainty_heading",
             "drift",
         )
         movers = ("mover_radius", "mover_speed")

@@ -49,14 +49,14 @@ def seen_in(
     *,
     noise: float,
     width: float,
-    doubt: tuple[float, float],
+    uncertainty: tuple[float, float],
     between: tuple[float, float] = (0.0, 0.0),
 ) -> FreeSpace:
     """Free space of a sensor_msgs/LaserScan, from the pose (x, y, heading) of its sensor, by
     `seen_from`.
 
-    doubt: ([m], [rad]) by which the pose may be off for any of the beams. between: ([m], [rad]) by
-    which the sensor moves from one beam to the next. Raises InputError.
+    uncertainty: ([m], [rad]) by which the pose may be off for any of the beams. between: ([m],
+    [rad]) by which the sensor moves from one beam to the next. Raises InputError.
     """
     ranges = np.asarray(message.ranges, np.float64)
     angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
@@ -69,7 +69,9 @@ def seen_in(
         keep = abs(angles - angles[0]) <= full
         angles, ranges = angles[keep], ranges[keep]
     limits = {"max_range": message.range_max, "noise": noise + between[0], "width": width}
-    return seen_from(pose, angles, ranges, doubt=doubt, angle_error=between[1], **limits)
+    return seen_from(
+        pose, angles, ranges, uncertainty=uncertainty, angle_error=between[1], **limits
+    )
 
 
 def require_frame(message: Any, frame: str, what: str) -> None:

@@ -16,7 +16,7 @@ from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.drive.loop.episode_file import save_episode
 from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.world.footprint import read_footprint
+from parc_jax.problem.world.outlines import read_footprint
 from parc_jax.ros.bags.fields import stamp_of
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot
@@ -126,7 +126,7 @@ class PilotNode(Node):
         self.statement.publish(String(data=answer.details()))
         if answer.status is Status.PROVED and len(answer.samples):
             plan, n_p = answer.samples[0], answer.model.n_p
-            way = _way(answer.model, answer.scene.asked.pose, plan[:n_p], plan[n_p:])
+            way = _way(answer.model, answer.scene.nominal.pose, plan[:n_p], plan[n_p:])
             response.plan = _path(way, self.pilot.driving.frame, stamp_of(request.start))
         return response
 

@@ -19,12 +19,12 @@ from parc_jax.drive.loop.candidates import Outlook, moved_last
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.planner.planner import Planner
-from parc_jax.problem.doubt import Doubt
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
-from parc_jax.problem.world.footprint import Footprint
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.free_space import FreeSpace, free_place
 from parc_jax.problem.world.grid_map import GridMap
+from parc_jax.problem.world.outlines import Footprint
 from parc_jax.ros.bags.fields import frames_of, pose_in, stamp_of, value_at
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide
@@ -67,11 +67,13 @@ class Pilot:
         self.model, self.prefer = model, self._nearest if prefer is None else prefer
         self.outline, self.body = _outline(model, robot)
         turns = model.rotation is not None
-        doubt = Doubt(start=d.doubt_start, heading=d.doubt_heading if turns else 0.0)
+        uncertainty = Uncertainty(
+            start=d.uncertainty_start, heading=d.uncertainty_heading if turns else 0.0
+        )
         effort = Effort(
             judged=Effort.candidates, looks=d.effort_looks, deadline=d.deadline, room=d.room
         )
-        self.loop = Loop(model, self.body, leave=d.leave, doubt=doubt, effort=effort)
+        self.loop = Loop(model, self.body, leave=d.leave, uncertainty=uncertainty, effort=effort)
         if len(d.given) != len(self.loop.given):
             hint = " Learn one of a system that names in `given` what it measures at the start."
             raise InputError(
@@ -173,10 +175,13 @@ class Pilot:
         if isinstance(ways, str):
             raise InputError(f"plan: expected a start with a way; {ways}.")
         at_rest = {axis: 0.0 for axis in self.loop.given}
-        doubt = replace(self.loop.doubt, given=at_rest)
+        uncertainty = replace(self.loop.uncertainty, given=at_rest)
         where = box(there[:2] - tolerance, there[:2] + tolerance)
         problem = reach_avoid(
-            _goal(self.model, where), ways, self.body, doubt=None if doubt.is_nothing else doubt
+            _goal(self.model, where),
+            ways,
+            self.body,
+            uncertainty=None if uncertainty.is_nothing else uncertainty,
         )
         return self.planner.solve(
             problem, jax.random.key(0), Settings(samples=8, target=0.2), at=self._at(here)
@@ -200,9 +205,10 @@ class Pilot:
             moving = f"all are told, within {size!r} m, no faster than {speed!r} m/s"
         return {
             "measured poses": (
-                f"in the frame {d.frame!r}, within ±{d.doubt_start!r} m along each axis and "
-                f"±{d.doubt_heading!r} rad of the truth, from the stamp to where the manoeuvre "
-                f"begins; the frame drifts {d.drift!r} m at most from one manoeuvre to the next"
+                f"in the frame {d.frame!r}, within ±{d.uncertainty_start!r} m along each axis and "
+                f"±{d.uncertainty_heading!r} rad of the truth, from the stamp to where the "
+                f"manoeuvre begins; the frame drifts {d.drift!r} m at most from one manoeuvre to "
+                "the next"
             ),
             "what stands": standing,
             "who moves": moving,
@@ -222,21 +228,21 @@ class Pilot:
         assumed = "; ".join(f"{name}: {value}" for name, value in self.premises.items())
         return (
             f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside "
-            "the tube and every pose inside the doubt nothing is touched. Assumed: that it rests "
-            f"at its end, where its prediction moves by {rounded_up(last, 2)} m in the last "
+            "the tube and every pose inside the uncertainty nothing is touched. Assumed: that it "
+            f"rests at its end, where its prediction moves by {rounded_up(last, 2)} m in the last "
             f"{self.model.time.dt:g} s{after}; {assumed}. (E) {now.asked.model.claim.statement()}"
         )
 
     def _look(self) -> None:
         """Add the free space of the last scan, once there are poses before its first beam and after
         its last. The sensor is placed where it was in the middle of the sweep; its motion from
-        there is doubt.
+        there is uncertainty.
         """
         d, scan, self.said = self.driving, self._scan, ""
         if d.sensor is None:
             return
         if self.seen is None:
-            # looked at around the robot, which may be anywhere within the doubt of its pose
+            # looked at around the robot, which may be anywhere within the uncertainty of its pose
             self.seen = free_place(self._corners(self.pose), d.margin - self._off())
         at = None if scan is None else stamp_of(scan)
         if at is None or at + swept_in(scan) > self._stamp:
@@ -267,10 +273,12 @@ class Pilot:
         moved, turned = motion(way, there[None]).max(axis=0)
         c, s = np.cos(there[2]), np.sin(there[2])
         eye = there + np.array([c * x - s * y, s * x + c * y, yaw])
-        # doubt is along each axis, so a place may be off by its diagonal
-        off = np.sqrt(2) * d.doubt_start + d.doubt_heading * arm + moved
-        doubt = (off, d.doubt_heading + turned)
-        seen = seen_in(scan, eye, noise=d.noise, width=d.width, doubt=doubt, between=tuple(between))
+        # uncertainty is along each axis, so a place may be off by its diagonal
+        off = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm + moved
+        uncertainty = (off, d.uncertainty_heading + turned)
+        seen = seen_in(
+            scan, eye, noise=d.noise, width=d.width, uncertainty=uncertainty, between=tuple(between)
+        )
         self.seen = self.seen.add(seen)
         self.said = self.seen.said
         self.seen = self.seen.within(self.pose, 2 * d.reach)
@@ -330,7 +338,7 @@ class Pilot:
                     return "nothing was seen yet"
             near = free.near(pose[:2], d.reach)
             if not near.holds(self._corners(pose), self._off()):
-                return "the body, in its doubt, does not lie in what is known to be free"
+                return "the body, in its uncertainty, does not lie in what is known to be free"
             return near.obstacles()
         except InputError as error:
             return str(error).rstrip(".")
@@ -338,7 +346,9 @@ class Pilot:
     def _off(self) -> float:
         """[m] by which a corner of the body may be off where its pose is measured."""
         far = np.linalg.norm(self.outline, axis=1).max()
-        return float(np.sqrt(2) * self.driving.doubt_start + self.driving.doubt_heading * far)
+        return float(
+            np.sqrt(2) * self.driving.uncertainty_start + self.driving.uncertainty_heading * far
+        )
 
     def _corners(self, pose: np.ndarray) -> np.ndarray:
         c, s = np.cos(pose[2]), np.sin(pose[2])

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import jax
 import numpy as np
+from parc_jax.problem.robust.nominal import plain
 
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import Stage, generator, stream
@@ -20,11 +21,10 @@ from parc_jax.learning.learn import fit_network
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.collect import collect
-from parc_jax.problem.problem import ReachAvoid
-from parc_jax.problem.robust.question import plain
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.corridors.sampling import draw
-from parc_jax.safe_set.verdict.scene import laid_out, volume_of_all
+from parc_jax.safe_set.verdict.scene import lowered, volume_of_all
 from sims.asv.scenario import problem, system
 from sims.asv.study import BOXES, STUDY
 
@@ -83,9 +83,9 @@ def helps(only: list[int] | None = None) -> None:
         print(f"{name:52} {regions:7}  {safe['bins']:>14}  {safe['one']:>6}", flush=True)
 
 
-def safe_volume(model: TrajectoryModel, problem: ReachAvoid, key: jax.Array) -> dict[str, float]:
+def safe_volume(model: TrajectoryModel, problem: Problem, key: jax.Array) -> dict[str, float]:
     """Shares of all (p0, k) over K and the goal's box: `reaching` the goal in the model, `safe`."""
-    scene = laid_out(plain(problem, model))
+    scene = lowered(plain(problem, model))
     drawn = draw(scene, generator(stream(key, Stage.SEARCH)), COMPARED)
     share = drawn.volume / volume_of_all(scene) / drawn.drawn
     return {"reaching": drawn.reaching * share, "safe": len(drawn.safe.k) * share}

@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.common.keys import generator
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.sampling import Points, draw, joined, near
 from parc_jax.safe_set.corridors.search import corridors_around
@@ -32,7 +32,7 @@ class ClosingIn:
     so its coverage is unknown.
     """
 
-    wider: tuple[ReachAvoid, ...]
+    wider: tuple[Problem, ...]
 
     def search(self, scene: Scene, key, settings: Settings) -> tuple[Cover, None]:
         """A cover around the plans of the last step. Consumes `key`."""
@@ -74,7 +74,7 @@ def looked_around(scene: Scene, rng: np.random.Generator, seen: Points) -> Point
 
 def narrowest(
     model: TrajectoryModel,
-    problem_at: Callable[[float], ReachAvoid],
+    problem_at: Callable[[float], Problem],
     wide: float,
     step: float,
     rng: np.random.Generator,

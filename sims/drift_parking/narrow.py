@@ -22,7 +22,7 @@ import tyro
 from parc_jax.app.study.cache import keep_compiled
 from parc_jax.learning.learn import Learning, learn
 from parc_jax.learning.model import TrajectoryModel, load
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem_file import save_problem
 from parc_jax.safe_set.settings import Settings
 from sims import rectangle

@@ -12,7 +12,7 @@ from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot.film import require_kind
 from parc_jax.app.plot.shapes import shadow
 from parc_jax.common.sets.bounding_box import bounding_box
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from sims import film as films
 from sims.f110 import params as c
 from sims.f110.car import XML
@@ -79,7 +79,7 @@ def film_of(
 
 def _film(
     out: Path,
-    scene: ReachAvoid,
+    scene: Problem,
     start,
     k,
     seed: int,
@@ -99,7 +99,7 @@ def _film(
     return films.film_of_poses(out, model, poses, VIEW, size, rate, seconds, caption, legend, quiet)
 
 
-def stage(scene: ReachAvoid, tube: tuple[np.ndarray, np.ndarray] | None = None):
+def stage(scene: Problem, tube: tuple[np.ndarray, np.ndarray] | None = None):
     """The car's model with the parked cars of a scene, and its goal painted on the floor, with the
     tube: predicted path (T + 1, n_c) and half widths (T, n_c) [m].
     """

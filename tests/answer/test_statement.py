@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from parc_jax.problem.robust.nominal import plain
 from toy_models import told, toy_case
 from toy_query import answer
 
@@ -10,9 +11,8 @@ from parc_jax.common.premises import ASSUMED
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import tube
-from parc_jax.problem.doubt import Doubt
-from parc_jax.problem.robust.question import plain
-from parc_jax.safe_set.verdict.scene import laid_out
+from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.safe_set.verdict.scene import lowered
 from parc_jax.statement import nothing_found
 
 
@@ -63,10 +63,10 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
     half, final = (np.array([x[0], np.full_like(x[1], np.inf)]) for x in _widths_of(model))
     claim = weaker(model.claim, tube(model.tube.edges, half, final))
     for value, known_why in ((0.0, True), (np.nextafter(0, -1), False)):
-        asked = problem.replace(doubt=Doubt(given={"k1": value}))
+        asked = problem.replace(uncertainty=Uncertainty(given={"k1": value}))
         known = plain(asked, model.replace(claim=claim))
         empty = nothing()
-        empty = replace(empty, scene=laid_out(known))
+        empty = replace(empty, scene=lowered(known))
         said = empty.details()
         assert (
             "that have a claim; a value on an edge is in the bins on both sides" in said

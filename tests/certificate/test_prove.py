@@ -10,7 +10,7 @@ import pytest
 from toy_models import toy_case
 
 from parc_jax import checker
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.proof.certificate.write import network_part, problem_part, tube_part
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of, verdicts

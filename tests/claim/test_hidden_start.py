@@ -7,6 +7,7 @@ import json
 import jax
 import numpy as np
 import pytest
+from parc_jax.problem.robust.nominal import plain
 from toy_models import assumed, told
 from toy_running import Cart, H, cart_model, settled_network
 
@@ -24,17 +25,16 @@ from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.runs.law import given_of
 from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.system import time_grid
-from parc_jax.problem.robust.question import plain
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
-from parc_jax.safe_set.verdict.scene import laid_out
+from parc_jax.safe_set.verdict.scene import lowered
 from sims.asv.what_helps import safe_volume
 
 ENTRY = "HIDDEN_START(given v0)"
 KEY = jax.random.key(0)
 GOAL = pj.box([0.2, -0.3], [0.9, 0.3])
 SCENE = pj.reach_avoid(GOAL, [pj.box([-0.2, 0.4], [1.2, 0.6])], 0.1)
-MEASURED = SCENE.replace(doubt=pj.Doubt(given={"v0": 0.5}))
-ROUGHLY = SCENE.replace(doubt=pj.Doubt(given={"v0": (0.49, 0.51)}))
+MEASURED = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": 0.5}))
+ROUGHLY = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": (0.49, 0.51)}))
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,7 @@ def test_plans_are_replayed_from_what_was_measured(claim):
     shares = safe_volume(model, MEASURED, KEY)
     assert 0 < shares["safe"] <= shares["reaching"]
     with pytest.raises(InputError, match="which differs in points, K"):
-        pj.replay(Cart(), laid_out(plain(ROUGHLY, model)), answer.samples, KEY)
+        pj.replay(Cart(), lowered(plain(ROUGHLY, model)), answer.samples, KEY)
 
 
 @pytest.mark.night
@@ -111,9 +111,9 @@ def test_runs_keep_it_in_files_and_only_those_that_have_it_name_it(tmp_path):
 def test_a_question_says_what_is_measured_or_is_refused():
     model = cart_model()
     sentence = "expected v0, which cart measures at the start; got no value"
-    for doubt in (None, pj.Doubt(start=0.01), pj.Doubt(given={"v": 0.5})):
+    for uncertainty in (None, pj.Uncertainty(start=0.01), pj.Uncertainty(given={"v": 0.5})):
         with pytest.raises(InputError, match=sentence):
-            plain(SCENE.replace(doubt=doubt), model)
+            plain(SCENE.replace(uncertainty=uncertainty), model)
     with pytest.raises(InputError, match=sentence):
         pj.Planner(model).solve_batch([MEASURED, SCENE], KEY)
     with pytest.raises(InputError, match=sentence):
@@ -122,19 +122,22 @@ def test_a_question_says_what_is_measured_or_is_refused():
     with pytest.raises(InputError, match=sentence):
         pj.Planner(model).solve_batch(pj.box_scenes(model, *corners, *corners + 2, 0.1), KEY)
     require_fit(MEASURED, outline_of(Cart()))
-    for doubt in (pj.Doubt(given={0: (0.4, 0.6)}), pj.Doubt(unknown={"v0": (0.4, 0.6)})):
-        assert plain(SCENE.replace(doubt=doubt), model).model.n_k == 1
+    for uncertainty in (
+        pj.Uncertainty(given={0: (0.4, 0.6)}),
+        pj.Uncertainty(unknown={"v0": (0.4, 0.6)}),
+    ):
+        assert plain(SCENE.replace(uncertainty=uncertainty), model).model.n_k == 1
 
 
 @pytest.mark.slow
 def test_what_is_free_is_chosen_with_the_rest():
     model = cart_model()
-    free = SCENE.replace(doubt=pj.Doubt(given={"v0": "free"}))
-    assert free.doubt.is_nothing and plain(free, model).model is model
-    rough = SCENE.replace(doubt=pj.Doubt(given={"v0": "free"}, k={"v0": 0.01}))
+    free = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}))
+    assert free.uncertainty.is_nothing and plain(free, model).model is model
+    rough = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}, k={"v0": 0.01}))
     under = plain(rough, model)
     assert under.model.n_k == 2 and under.model.given == ()
-    assert under.doubt.words == "every execution with v0 off by up to 0.01"
+    assert under.uncertainty.words == "every execution with v0 off by up to 0.01"
 
 
 EDGES = [
@@ -150,7 +153,7 @@ EDGES = [
 
 @pytest.mark.parametrize(("value", "width"), EDGES)
 def test_a_value_on_an_edge_and_a_box_across_one_have_the_wider_tube(value, width):
-    asked = SCENE.replace(doubt=pj.Doubt(given={"v0 [m/s]": value}))
+    asked = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0 [m/s]": value}))
     found = plain(asked, cart_model(widths=(0.02, 0.05))).model.tube
     np.testing.assert_allclose(found.interval, width, rtol=1e-8)
 
@@ -167,13 +170,13 @@ def test_two_values_on_edges_have_the_widest_of_four_bins():
         ((0.0, 0.5), 0.02),
         ((1, 1), 0.03),
     ):
-        asked = SCENE.replace(doubt=pj.Doubt(given=dict(enumerate(given))))
+        asked = SCENE.replace(uncertainty=pj.Uncertainty(given=dict(enumerate(given))))
         np.testing.assert_allclose(plain(asked, model).model.tube.interval, width, rtol=1e-8)
 
 
 @pytest.mark.slow
 def test_plans_from_an_edge_are_proved():
-    asked = SCENE.replace(doubt=pj.Doubt(given={"v0": 0.5}))
+    asked = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": 0.5}))
     settings = pj.Settings(samples=20, samples_only=True, proof=True)
     answer = pj.Planner(cart_model()).solve(asked, KEY, settings)
     assert answer.cover.proved and answer.cover.refused == 0 and len(answer.samples) == 20

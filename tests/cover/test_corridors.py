@@ -10,7 +10,7 @@ from toy_models import toy_case
 
 from parc_jax import checker
 from parc_jax.answer.answer import answer_data
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.proof.certificate.write import network_part, problem_part, tube_part
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.settings import Settings

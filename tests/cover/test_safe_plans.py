@@ -13,7 +13,7 @@ from parc_jax.answer.answer import answer_data, density_of_k
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors.safe_plans import SafePlans
 from parc_jax.safe_set.corridors.sampling import draw

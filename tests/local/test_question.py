@@ -6,6 +6,7 @@ import jax
 import numpy as np
 import pytest
 import toy_driven as toy
+from parc_jax.problem.robust.nominal import query
 from synthetic_plants import Plant, plant
 from toy_models import told
 
@@ -16,8 +17,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.drive.local.choice import Choice
 from parc_jax.learning.system import STAYS
-from parc_jax.problem.robust.question import question
-from parc_jax.safe_set.verdict.near import near_scene
+from parc_jax.safe_set.verdict.scene import pruned_scene
 
 pytestmark = pytest.mark.soundness
 
@@ -32,7 +32,7 @@ def chosen(at=None):
     p0 = np.array([0.05, 0.0]) if asked.at is None else asked.at
     plan = np.concatenate([p0, [0.45, 0.5]])
     looks = Looks().declare(0.05, 2)
-    return Choice(plan, 0.0, near_scene(asked), looks)
+    return Choice(plan, 0.0, pruned_scene(asked), looks)
 
 
 def near(choice):
@@ -89,34 +89,37 @@ def test_a_claim_near_a_pose_is_told_from_it():
         choice.localise(plant(toy.gusty, toy.T), KEY, small)
     assert choice.looks.taken == 0
     found = choice.localise(turning(), KEY, small, settings=toy.SETTINGS).near
-    assert found.answer.scene.asked.pose.heading == 0.1 and found.model.rotation == (STAYS,)
+    assert found.answer.scene.nominal.pose.heading == 0.1 and found.model.rotation == (STAYS,)
     assert (found.answer.samples[:, :2] == 0).all() and found.held > 0.9
 
 
 def test_a_file_in_the_frame_of_the_robot_is_not_asked_again(tmp_path):
     there = near(chosen((0.05, 0.0, 0.1))).answer
     loaded = pj.load_answer(there.save(tmp_path / "answer.json"))
-    assert loaded.scene.asked.question is None and loaded.scene.asked.pose.heading == 0.1
+    assert loaded.scene.nominal.question is None and loaded.scene.nominal.pose.heading == 0.1
     again = loaded.choose(delta=0.05, looks=2)
     with pytest.raises(InputError, match="an answer that knows its question"):
         again.localise(turning(), KEY)
     assert again.looks.taken == 1
 
 
-def test_doubt_goes_along_and_nothing_is_chosen_under_it(tmp_path):
-    problem = toy.problem().replace(doubt=pj.Doubt(start=0.01))
+def test_uncertainty_goes_along_and_nothing_is_chosen_under_it(tmp_path):
+    problem = toy.problem().replace(uncertainty=pj.Uncertainty(start=0.01))
     asked = question(problem, toy.model())
     again = asked.of(told(toy.model(), rotation=(STAYS,)))
-    assert again.problem is problem and again.plain().doubt == asked.plain().doubt is not None
+    assert (
+        again.problem is problem
+        and again.plain().uncertainty == asked.plain().uncertainty is not None
+    )
     answer = toy.planner().solve(problem, KEY, toy.SETTINGS)
     for one in (answer, pj.load_answer(answer.save(tmp_path / "answer.json"))):
-        with pytest.raises(InputError, match="choose: expected an answer without doubt"):
+        with pytest.raises(InputError, match="choose: expected an answer without uncertainty"):
             one.choose()
 
 
 def test_a_model_without_rotation_is_not_asked_from_a_heading():
     with pytest.raises(InputError, match="a planar system that declares rotation"):
-        chosen((0.05, 0.0, 0.1)).scene.asked.question.of(toy.model())
+        chosen((0.05, 0.0, 0.1)).scene.nominal.question.of(toy.model())
 
 
 def test_what_is_derived_from_an_answer_shares_its_looks():
@@ -140,6 +143,6 @@ def test_a_loaded_answer_goes_on_with_its_looks(tmp_path):
     with pytest.raises(InputError, match="all 2 that were declared are spent"):
         loaded.choose(delta=0.05, looks=2).looks.take()
     fresh = pj.load_answer(toy.answer().save(tmp_path / "other.json"))
-    assert fresh.looks.delta is None and fresh.scene.asked.question is not None
+    assert fresh.looks.delta is None and fresh.scene.nominal.question is not None
     assert near(fresh.choose()).answer.cover.proved
     assert fresh.looks.taken == fresh.looks.planned == 1

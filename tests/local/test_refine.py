@@ -24,7 +24,7 @@ from parc_jax.drive.local.search import (
 )
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import Trajectory
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.verdict.outcomes import outcomes
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

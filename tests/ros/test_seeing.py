@@ -140,7 +140,7 @@ def test_a_pose_that_jumps_begins_nothing_and_drift_is_a_parameter():
         place, speed = sliding.after(np.zeros(2), first.k, 4)
         step = one.hear_pose(sliding.odometry(place + np.array([0.0, 0.2]), speed, 10**9 + CYCLE))
         assert step.new == believed
-        assert believed or "0.18 m beyond what tube, doubt and drift allow" in step.reason
+        assert believed or "0.18 m beyond what tube, uncertainty and drift allow" in step.reason
 
 
 @pytest.mark.soundness
@@ -162,7 +162,7 @@ def test_an_older_scan_does_not_take_away_who_came_since():
 @pytest.mark.soundness
 def test_what_a_person_looked_at_is_around_the_robot_and_not_around_its_measured_pose():
     """The robot truly stands 0.1 m to the right, and 0.15 m around it were looked at."""
-    one = pilot(margin=0.15, doubt_start=0.1)
+    one = pilot(margin=0.15, uncertainty_start=0.1)
     one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
     looked = shapely.Point(0.1, 0.0).buffer(RADIUS + 0.15, quad_segs=64)
     assert not one.seen.region.is_empty and looked.contains(one.seen.region)
@@ -185,8 +185,8 @@ CHANGED = {
     "width": 0.16,
     "margin": 0.31,
     "sensor": (0.0, 0.0, 0.01),
-    "doubt_start": 0.001,
-    "doubt_heading": 0.002,
+    "uncertainty_start": 0.001,
+    "uncertainty_heading": 0.002,
     "drift": 0.003,
     "mover_radius": 0.4,
 }

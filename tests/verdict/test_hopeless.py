@@ -4,6 +4,7 @@ import jax
 import numpy as np
 import pytest
 import toy_models
+from parc_jax.problem.robust.nominal import query
 from toy_bodies import points_model
 from toy_models import fold_model, line_model, random_network
 
@@ -12,16 +13,15 @@ from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.rounding import outputs_within
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.body import hull
-from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.robust.question import question
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.infeasible import why_none
-from parc_jax.safe_set.verdict.scene import laid_out, scene_of
+from parc_jax.safe_set.verdict.scene import lowered, scene_of
 
 GOAL = box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0])  # corners at (3, +-0.5) are farthest from WALL
 WALL = box([5.0, -1.0], [6.0, 1.0])
@@ -144,10 +144,10 @@ def test_points_that_the_model_places_at_the_start_are_looked_at(rng):
     assert why(model, goal, beside, body, start=start, spans=[(0, 1)]) is None
 
 
-def test_an_obstacle_that_doubt_made_larger_makes_nothing_sure():
+def test_an_obstacle_that_uncertainty_made_larger_makes_nothing_sure():
     model = line_model(half=8.0)
-    problem = reach_avoid(GOAL, [WALL], 2.01, doubt=Doubt(start=(0.1, 0.1)))
-    found = why_none(laid_out(question(problem, model).plain({})))
+    problem = reach_avoid(GOAL, [WALL], 2.01, uncertainty=Uncertainty(start=(0.1, 0.1)))
+    found = why_none(lowered(question(problem, model).plain({})))
     assert found.of_scene and not found.sure
 
 

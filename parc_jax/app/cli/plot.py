@@ -229,7 +229,7 @@ def export(
     written = []
     if mcap is not None:
         from parc_jax.app.exchange import write_mcap
-        from parc_jax.problem.world.map_file import load_map
+        from parc_jax.problem.world.grid_map import load_map
 
         grid = None if map is None else load_map(map)
         written.append(write_mcap(mcap, answer, plan=sample, grid=grid, frame=frame_id))

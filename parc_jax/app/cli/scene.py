@@ -18,27 +18,28 @@ from parc_jax.common.status import Status
 from parc_jax.learning.labels import degrees_hint, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
-from parc_jax.planner.planner import Planner
-from parc_jax.problem.doubt import FREE, Doubt
-from parc_jax.problem.problem import ReachAvoid
-from parc_jax.safe_set.verdict.fits import box_of_rows, finite_box, goal_box
+from parc_jax.planner import Planner
+from parc_jax.problem.problem import Problem, box_of_rows, finite_box, goal_box
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 
 ODD = 1000  # a body smaller than all else by this factor gets a warning
 MOST_CORNERS = 729  # of K, at which the longest way of a model is measured
 MOST_PARAMETERS = 6  # of the exact enumeration of regions
 
 
-def under_doubt(problem: ReachAvoid, entries: dict) -> ReachAvoid:
+def under_uncertainty(problem: Problem, entries: dict) -> Problem:
     """The problem with these entries of its uncertainty in place of the scene's. Those of
     parameters are words of the shell. Raises InputError.
     """
     entries = dict(entries)
-    for name, option in (("k", "doubt-k"), ("given", "given"), ("unknown", "unknown")):
+    for name, option in (("k", "uncertainty-k"), ("given", "given"), ("unknown", "unknown")):
         if name in entries:
             entries[name] = _by_name(option, entries[name])
     if not entries:
         return problem
-    return problem.replace(doubt=dataclasses.replace(problem.doubt or Doubt(), **entries))
+    return problem.replace(
+        uncertainty=dataclasses.replace(problem.uncertainty or Uncertainty(), **entries)
+    )
 
 
 def numbers_of_option(option: str, text: str) -> list[float]:
@@ -74,7 +75,7 @@ def _values(text: str) -> list[float]:
         return []
 
 
-def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
+def require_goal_in_reach(problem: Problem, planner: Planner) -> None:
     """Refuse a goal inside one obstacle, or one that no plan of the model ends in.
 
     For messages only: a scene that passes may still have no safe plan, which is then proved or left
@@ -114,7 +115,7 @@ def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
         )
 
 
-def odd_size(problem: ReachAvoid, model: TrajectoryModel) -> str | None:
+def odd_size(problem: Problem, model: TrajectoryModel) -> str | None:
     """A warning about a body larger than all else, or ODD times smaller, as if its size were given
     in another unit than metres; None for other bodies.
     """
@@ -136,7 +137,7 @@ def odd_size(problem: ReachAvoid, model: TrajectoryModel) -> str | None:
     return None
 
 
-def _ends(problem: ReachAvoid, planner: Planner) -> tuple[np.ndarray, np.ndarray]:
+def _ends(problem: Problem, planner: Planner) -> tuple[np.ndarray, np.ndarray]:
     """Box of predicted final (p, q): a piecewise affine map takes its extremes at vertices of its
     regions.
     """

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.safe_set.settings import Settings
 
-DOUBT = Offer(
-    "problem.doubt.Doubt",
+UNCERTAINTY = Offer(
+    "problem.uncertainty.Uncertainty",
     left_out="the scene's, or ",
-    named={name: f"doubt_{name}" for name in ("start", "heading", "k", "goal")},
+    named={name: f"uncertainty_{name}" for name in ("start", "heading", "k", "goal")},
     kinds={
         "start": tuple[float, ...],
         "heading": float,
@@ -33,7 +33,7 @@ def solve(
     method: Literal["exact", "paper", "paper-lp"] = "exact",
     at: str | None = None,
     first: bool = False,
-    doubt: Annotated[dict, DOUBT],
+    uncertainty: Annotated[dict, UNCERTAINTY],
     shell: Annotated[Shell, Offer("app.cli.options.Shell")],
 ) -> int:
     """Find and prove the safe starts and parameters of a scene. Example: parc-jax solve
@@ -42,8 +42,8 @@ def solve(
     With your files: parc-jax solve model.npz scene.toml
 
     A scene file names a goal, obstacles, a body and optionally a start set; `parc-jax systems NAME`
-    prints one. --doubt-..., --given, --unknown and --sensing-eps replace entries of its table
-    [doubt].
+    prints one. --uncertainty-..., --given, --unknown and --sensing-eps replace entries of its table
+    [uncertainty].
 
     Args:
         model: A model of `parc-jax learn` or `parc-jax run`, or a system of `parc-jax systems`
@@ -67,7 +67,7 @@ def solve(
         numbers_of_option,
         odd_size,
         require_goal_in_reach,
-        under_doubt,
+        under_uncertainty,
         verdict,
     )
     from parc_jax.app.cli.systems import model_of, scene_of
@@ -76,7 +76,7 @@ def solve(
     from parc_jax.common.keys import key_of
     from parc_jax.method import Exact
     from parc_jax.neuralparc import Published
-    from parc_jax.planner.planner import Planner
+    from parc_jax.planner import Planner
     from parc_jax.problem.problem_file import labelled, load_problem
 
     if shell.cache:
@@ -92,7 +92,7 @@ def solve(
         given = scene_of(learned)
     else:
         given, learned = load_problem(scene, learned.points), labelled(learned, scene)
-    problem = under_doubt(given, doubt)
+    problem = under_uncertainty(given, uncertainty)
     planner = Planner(learned)
     if not first:
         require_goal_in_reach(problem, planner)

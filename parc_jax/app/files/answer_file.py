@@ -11,10 +11,10 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import hex_floats, nearest_floats
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.robust.nominal import NominalProblem, Question
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.robust.question import Plain, Question
-from parc_jax.problem.robust.withstood import withstood_of_json
+from parc_jax.problem.robust.realisations import robustness_of_json
 from parc_jax.proof.absence.prove_no_plan import PROVED, UNDECIDED, NoPlan
 from parc_jax.proof.certificate.read import corridor_of, model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import FORMAT
@@ -23,8 +23,8 @@ from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
-from parc_jax.safe_set.verdict.near import near_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import pruned_scene
 
 
 def load_answer(path) -> Answer:
@@ -58,7 +58,7 @@ def load_answer(path) -> Answer:
 def _answer(data: dict, report) -> Answer:
     model, problem, meta = model_of_file(data), problem_of_file(data["problem"]), data["meta"]
     asked = _asked(problem, model, meta)
-    scene = near_scene(asked)
+    scene = pruned_scene(asked)
     samples = np.array(
         [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
     )
@@ -85,19 +85,19 @@ def _answer(data: dict, report) -> Answer:
     )
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
     if no_plan is not None:
-        no_plan = no_plan._replace(reason=why_none(scene), doubt=asked.doubt)
+        no_plan = no_plan._replace(reason=why_none(scene), uncertainty=asked.uncertainty)
     looks = looks_of_json(meta.get("looks"))
     return Answer(scene, cover, samples, data["samples"], no_plan, looks)
 
 
-def _asked(problem: ReachAvoid, model: TrajectoryModel, meta: dict) -> Plain:
+def _asked(problem: Problem, model: TrajectoryModel, meta: dict) -> Plain:
     """The nominal problem of a file, with the query where that differs in its place alone."""
-    doubt = withstood_of_json(meta.get("doubt"))
+    uncertainty = robustness_of_json(meta.get("doubt"))
     at = np.array(nearest_floats(meta["at"])) if "at" in meta else None
     pose = _pose(meta)
     here = at is None if pose is None else pose.heading is None
-    asked = Question(problem, model, pose) if here and doubt is None else None
-    return Plain(problem, model, doubt, at, pose, asked)
+    asked = Question(problem, model, pose) if here and uncertainty is None else None
+    return Plain(problem, model, uncertainty, at, pose, asked)
 
 
 def _pose(meta: dict) -> Pose | None:

@@ -25,7 +25,7 @@ from parc_jax.proof.certificate.read import corridor_of
 from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.polytopes import Polytopes
-from parc_jax.safe_set.verdict.near import whole_scene
+from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 FILES = Path(__file__).with_name("page")
 MARKS = {
@@ -170,7 +170,7 @@ def _plans(answer, polytopes) -> dict:
     n_p, problem = answer.model.n_p, answer.problem
     active = _active(problem, len(problem.parts), answer.model.time.n_steps)
     directions = _DirectionTable(active)
-    scene = whole_scene(answer.scene)
+    scene = unpruned_scene(answer.scene)
 
     def all_runs(corridor: Corridor) -> Corridor:
         if corridor.apart is None:

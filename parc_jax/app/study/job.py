@@ -26,8 +26,8 @@ from parc_jax.drive.local.localise import Local, compile_near
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.planner.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.planner import Planner
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.settings import Search, Settings
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
@@ -39,7 +39,7 @@ UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
 
 def run_study(
     system,
-    problem: ReachAvoid,
+    problem: Problem,
     study: Study,
     out: Path,
     seed: int,
@@ -98,15 +98,15 @@ def run_study(
     _replace_older(out, model, answer)
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
-    doubt = answer.scene.asked.doubt
-    driven = study.driven and answer.status.found and doubt is None
+    uncertainty = answer.scene.nominal.uncertainty
+    driven = study.driven and answer.status.found and uncertainty is None
     ahead = None
     # compiles while the plan is chosen and run: the query near it would wait for that
     if driven and learned is not None and len(answer.samples):
         ahead = compile_near(problem, learned.train, answer.samples[0, model.n_p :])
     runs = None
     # under an uncertain execution a plan has several realisations, and no one run to replay
-    if len(answer.samples) and not (doubt and doubt.copies):
+    if len(answer.samples) and not (uncertainty and uncertainty.copies):
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)

@@ -19,11 +19,10 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
-from parc_jax.problem.robust.executions import executions_of
-from parc_jax.safe_set.verdict.near import whole_scene
+from parc_jax.problem.robust.realisations import executions_of
 from parc_jax.safe_set.verdict.outcomes import outcomes, reached_and_touched
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
 CHUNK = 256
@@ -63,7 +62,7 @@ def replay(
     recorded runs of other k, on another time grid or of other points.
     """
     runs, inside = _driven(system, scene, plans, key, quiet)
-    path, reached, distance = outcomes(whole_scene(scene), runs, plans[:, : scene.model.n_p])
+    path, reached, distance = outcomes(unpruned_scene(scene), runs, plans[:, : scene.model.n_p])
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
     # the proof covers runs inside the tube, so one that fails there refutes it
     _refuse_contradictions(plans, out.inside & out.failed)
@@ -75,7 +74,7 @@ def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[s
     does.
     """
     runs, inside = _driven(system, scene, plans, key, quiet=True)
-    scene = whole_scene(scene)
+    scene = unpruned_scene(scene)
     reached, touched = reached_and_touched(scene, runs, plans[:, : scene.model.n_p])
     _refuse_contradictions(plans, inside & (touched | ~reached))
     return {
@@ -139,10 +138,10 @@ def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]
     """The model of the query and all parameters (n, n_k) of its plans, where k (n, chosen) are the
     free ones and the rest is given exactly; else the model of the scene and k.
     """
-    query = scene.asked.question
-    if query is None or query.problem.doubt is None or query.model.n_k == scene.model.n_k:
+    query = scene.nominal.question
+    if query is None or query.problem.uncertainty is None or query.model.n_k == scene.model.n_k:
         return scene.model, k
-    executions = executions_of(query.problem.doubt, query.model)
+    executions = executions_of(query.problem.uncertainty, query.model)
     return (query.model, executions.whole(k)) if executions.exact else (scene.model, k)
 
 
@@ -206,13 +205,13 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
     """Move every recorded run to starts from which the answer proves its k safe, at most STARTS
     each; None where no run has one.
 
-    Raises InputError for an answer under doubt, or runs on another time grid or of other points;
-    SoundnessError when a run that stays in the tube misses the goal or touches an obstacle.
+    Raises InputError for an answer under uncertainty, or runs on another time grid or of other
+    points; SoundnessError when a run that stays in the tube misses the goal or touches an obstacle.
     """
-    if answer.scene.asked.doubt is not None:
+    if answer.scene.nominal.uncertainty is not None:
         raise InputError(
-            "replay_recorded: expected an answer without doubt, since recorded runs were executed "
-            "as they are; solve the same problem with doubt=None."
+            "replay_recorded: expected an answer without uncertainty, since recorded runs were "
+            "executed as they are; solve the same problem with uncertainty=None."
         )
     plans, row = starts_of(answer, runs)
     if not len(plans):

@@ -100,7 +100,7 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
         if runs is not None and study.repeats > 1:
             drawn.append(out / "spread.png")
             spread_of_runs(answer, runs, study.repeats, drawn[-1])
-    if answer.scene.asked.doubt is None and 2 <= answer.model.n_k <= 3:
+    if answer.scene.nominal.uncertainty is None and 2 <= answer.model.n_k <= 3:
         drawn.append(out / "regions.png")
         verdicts = region_verdicts(answer, outcome.table)
         regions(outcome.table, verdicts, drawn[-1], names=answer.model.labels.k)

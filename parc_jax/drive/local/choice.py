@@ -28,10 +28,9 @@ from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.system import System, check_system
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.outcomes import outcomes
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 from parc_jax.statement import about_pose
 
 CHUNK = 256  # runs per compiled call, as in large collections: nothing is compiled for one plan
@@ -227,7 +226,7 @@ class Choice:
             raise InputError(f"test: expected at least one run; got {n}.")
         look = self.looks.take()
         # all obstacles: a run outside of the tube may touch those that the query pruned
-        scene = whole_scene(self.scene)
+        scene = unpruned_scene(self.scene)
         tested = run_plan(system, scene, self.p0, self.k, key, look, eps, n, quiet)
         return replace(self, tested=tested)
 
@@ -253,7 +252,7 @@ class Choice:
         local = Local() if local is None else local
         if not isinstance(local, Local):
             raise InputError(expected("localise", "a Local", local, "pj.Local(share=1e-3)"))
-        question = self.scene.asked.question
+        question = self.scene.nominal.question
         if question is None:
             raise InputError(
                 "localise: expected an answer that knows its question; a file that was told in "
@@ -282,8 +281,8 @@ class Choice:
         start = ", ".join(f"{x:.4f}" for x in self.p0)
         k = ", ".join(f"{x:.6g}" for x in self.k)
         lines = [f"The plan chosen: p0 = ({start}), k = ({k})."]
-        if self.scene.asked.pose is not None:
-            lines.append(about_pose(*self.scene.asked.pose))
+        if self.scene.nominal.pose is not None:
+            lines.append(about_pose(*self.scene.nominal.pose))
         if self.tested is None:
             lines.append("This very plan: not run since it was chosen, so no statement.")
         else:

@@ -35,9 +35,9 @@ from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec
 from parc_jax.learning.system import System
 from parc_jax.method import Exact
-from parc_jax.planner.planner import Planner, answer_to
-from parc_jax.problem.problem import ReachAvoid
-from parc_jax.problem.robust.question import Question
+from parc_jax.planner import Planner, answer_to
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.robust.nominal import Question
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -135,7 +135,7 @@ def local_model(
     key: jax.Array,
     delta: Fraction,
     local: Local,
-    problem: ReachAvoid | None = None,
+    problem: Problem | None = None,
     quiet: bool = True,
 ) -> TrajectoryModel:
     """Learn the system on a box and bound its error there with confidence 1 - delta. [T1, T23]
@@ -153,7 +153,7 @@ def local_model(
 
 
 def _select(
-    runs: "LocalRuns", train: RolloutBatch, net: ReLUNetwork, local: Local, problem: ReachAvoid
+    runs: "LocalRuns", train: RolloutBatch, net: ReLUNetwork, local: Local, problem: Problem
 ) -> tuple[ReLUNetwork, Tube]:
     """The network and the error shape with the largest margin in a problem.
 
@@ -245,7 +245,7 @@ def on_box(runs: RolloutBatch, whole: LawSpec, box: Box) -> RolloutBatch:
     return replace(runs, domain=box, law=law)
 
 
-def compile_near(problem: ReachAvoid, train: RolloutBatch, k: np.ndarray) -> Thread:
+def compile_near(problem: Problem, train: RolloutBatch, k: np.ndarray) -> Thread:
     """Begin to compile the query of `Choice.localise` near k (n_k,); join the thread before it.
 
     Programs depend on shapes alone: a model guessed from the training runs nearest to k has those

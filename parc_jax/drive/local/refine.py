@@ -32,10 +32,10 @@ from parc_jax.drive.local.search import (
     spaced,
 )
 from parc_jax.learning.system import System
-from parc_jax.problem.robust.question import Question
+from parc_jax.problem.robust.nominal import Question
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import laid_out, scene_of
+from parc_jax.safe_set.verdict.scene import lowered, scene_of
 
 _log = logging.getLogger(__name__)
 
@@ -124,7 +124,7 @@ def refine(
         note(_bought(found, model.domain, local))
         answer = found.answer
         if answer is not None and answer.corridors:
-            choice = Choice(*answer.best("room"), laid_out(question.plain()), looks)
+            choice = Choice(*answer.best("room"), lowered(question.plain()), looks)
             return Refined(choice.under(found), tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
 

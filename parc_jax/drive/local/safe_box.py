@@ -13,9 +13,8 @@ from parc_jax.proof.certificate.prove import proves_box
 from parc_jax.proof.certificate.write import corridor_part
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.search import corridors_around
-from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 HALVINGS = 24  # of the box of all K, until a box of safe plans is found
 SAMPLED = 256  # plans of a box with a verdict, before a corridor is tried on all of it
@@ -59,7 +58,7 @@ def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None
     """
     model = scene.model
     rng = np.random.default_rng(0)
-    scene = whole_scene(scene)  # the checker tests all obstacles, pruned ones too
+    scene = unpruned_scene(scene)  # the checker tests all obstacles, pruned ones too
     if not verdicts(scene, p0[None], k[None]).safe.all():
         return None
     scale = _scale(scene, p0, k, within, rng)

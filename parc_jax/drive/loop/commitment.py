@@ -17,12 +17,12 @@ from parc_jax.learning.bound.measure import allowance, score_arrays
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import Disc, parts_of
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.robust.question import Plain
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part, sample_part
-from parc_jax.safe_set.verdict.near import scene_near_path
 from parc_jax.safe_set.verdict.pointwise import paths_of
+from parc_jax.safe_set.verdict.scene import scene_along
 
 if TYPE_CHECKING:
     import shapely
@@ -78,7 +78,7 @@ class Commitment:
     def part(self) -> dict:
         """Its certificate, a sample of the checker."""
         path = paths_of(self.asked.model, self.asked.at[None], self.k[None])[0]
-        scene = scene_near_path(self.asked, self.k, path)
+        scene = scene_along(self.asked, self.k, path)
         return sample_part(scene, scene.model.tube, self.asked.at, self.k, path)
 
 
@@ -136,11 +136,11 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     the clock, of the farthest reference point; 0 inside. [T38]
 
     k (n_k,): with the parameters measured at the pose; its start places the other points.
-    The places are a box around the tube, grown by the doubt of both poses and ROUNDED. A heading
-    shows in the other points alone, so it is ignored for a robot of one point.
+    The places are a box around the tube, grown by the uncertainty of both poses and ROUNDED. A
+    heading shows in the other points alone, so it is ignored for a robot of one point.
     """
     asked, begun = last.asked.question, last.asked.pose
-    model, doubt = asked.model, asked.problem.doubt
+    model, uncertainty = asked.model, asked.problem.uncertainty
     tube, n_p, steps = model.tube, model.n_p, model.time.n_steps
     (knots, starts), _ = trajectories(model.net, model.layout, np.stack([last.k, k]))
     passed = min(float((at - last.begin) / Fraction(model.time.dt)), float(steps))
@@ -153,24 +153,24 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     at_start[:n_p] = 0.0  # of the first point, which is where the pose is
     allowed = tube.interval[tube.bins_of(last.k[None])[0], before].max(axis=0) + at_start
     allowed = allowed.reshape(-1, n_p) + ROUNDED
-    if doubt is not None:
+    if uncertainty is not None:
         far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
-        turned = float(doubt.heading or 0.0) * far[:, None]
-        allowed = allowed + 2 * doubt.shifts(n_p).sum() + turned
+        turned = float(uncertainty.heading or 0.0) * far[:, None]
+        allowed = allowed + 2 * uncertainty.shifts(n_p).sum() + turned
     beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)
     return float(np.linalg.norm(beyond, axis=1).max())
 
 
 def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
     """Test whether any of the body may enter a region of the plane during a manoeuvre: the hull of
-    all its points in each interval, grown by tube, doubt and body. Overestimates.
+    all its points in each interval, grown by tube, uncertainty and body. Overestimates.
     """
     if region.is_empty:
         return False
     from shapely import MultiPoint
 
     asked, begun = last.asked.question, last.asked.pose
-    model, doubt = asked.model, asked.problem.doubt
+    model, uncertainty = asked.model, asked.problem.uncertainty
     knots, _ = trajectories(model.net, model.layout, last.k[None])
     away = knots[0].reshape(-1, model.n_points, model.n_p)
     places = begun.place + _turned(away, -(begun.heading or 0.0))
@@ -179,9 +179,9 @@ def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
         one.radius if isinstance(one, Disc) else np.linalg.norm(one.vertices, axis=1).max()
         for one in shapes
     )
-    if doubt is not None:
+    if uncertainty is not None:
         far = np.linalg.norm(away, axis=-1).max()
-        grown += doubt.shifts(model.n_p).sum() + float(doubt.heading or 0.0) * far
+        grown += uncertainty.shifts(model.n_p).sum() + float(uncertainty.heading or 0.0) * far
     widths = model.tube.interval[model.tube.bins_of(last.k[None])[0]].max(axis=0)
     for both, width in zip(pairwise(places), widths, strict=True):
         off = np.linalg.norm(width.reshape(model.n_points, -1), axis=1).max()

@@ -19,9 +19,9 @@ from parc_jax.common.spelling import hex_text, nearest_floats, plain
 from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.robust.question import Plain
 from parc_jax.proof.certificate.read import model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import part_hash, problem_part, question_parts
 
@@ -57,16 +57,16 @@ def episode_part(
 def _common(asked: Plain, entry: dict) -> Premises:
     """Premises that all manoeuvres (entries of the file) have in common."""
     model = asked.model
-    start, heading = _doubt(asked)
+    start, heading = _uncertainty(asked)
     parts = entry["problem"]["body"]["parts"]
     frame = IN_THE_WORLD if asked.pose.heading is None else ON_THE_ROBOT
-    doubt = [f"±{x} m" for x in start.tolist()] + [f"±{heading} rad"]
+    uncertainty = [f"±{x} m" for x in start.tolist()] + [f"±{heading} rad"]
     return premises(
         [
             ("model", CHECKED, [model.net.hash, model.tube.hash, model.claim.hash]),
             ("body", CHECKED, [part_of(part, _copies(asked)) for part in parts]),
             ("frame", CHECKED, frame),
-            ("doubt", ASSUMED, doubt),
+            ("doubt", ASSUMED, uncertainty),
         ]
     )
 
@@ -76,12 +76,12 @@ def _copies(asked: Plain) -> int:
     return asked.model.n_points // asked.question.model.n_points
 
 
-def _doubt(asked: Plain) -> tuple[np.ndarray, float]:
+def _uncertainty(asked: Plain) -> tuple[np.ndarray, float]:
     """Half widths (n_p,) [m] of the start, and [rad] of the heading."""
-    doubt = asked.question.problem.doubt
-    if doubt is None:
+    uncertainty = asked.question.problem.uncertainty
+    if uncertainty is None:
         return np.zeros(asked.model.n_p), 0.0
-    return doubt.shifts(asked.model.n_p), float(doubt.heading or 0.0)
+    return uncertainty.shifts(asked.model.n_p), float(uncertainty.heading or 0.0)
 
 
 def head_part(first: Plain, drift: float = 0.0) -> dict:
@@ -91,7 +91,7 @@ def head_part(first: Plain, drift: float = 0.0) -> dict:
     model = first.model
     _, network, tube = question_parts(first.problem, model)
     hashes = {"network_hash": part_hash(network), "tube_hash": part_hash(tube)}
-    start, heading = _doubt(first)
+    start, heading = _uncertainty(first)
     return {
         "network": network,
         "tube": tube,
@@ -135,7 +135,7 @@ class Manoeuvre(NamedTuple):
 
     begin: Fraction
     pose: Pose
-    problem: ReachAvoid
+    problem: Problem
     p0: np.ndarray
     k: np.ndarray
 

@@ -34,9 +34,9 @@ from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.systems.chained import hand_over_of
 from parc_jax.problem.body import Body, Disc, Polygon
-from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose, pose_of
-from parc_jax.problem.robust.question import Plain
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.corridors.first import preferred
 
 if TYPE_CHECKING:
@@ -81,16 +81,18 @@ class Loop:
     body: as of `reach_avoid`. leave: [s] from the start of a manoeuvre to the first moment at which
     the next one may begin. given: parameters of k measured at the start, names or indices; by
     default those that the system declares, the only choice where the claim rests on runs.
-    doubt: of start and heading, equal at every step. end: set of admissible ends, over all points
-    and q seen from the start with the measured heading, for every heading in its doubt; None for
-    all. candidates (b, chosen parameters): to judge at every step; by default `effort.candidates`,
-    even over K. prover: proves every commitment exactly in a second process; nothing is committed
-    to while it is far behind, nor after it rejected one. thinking: every run of the model waits for
-    the next command; None where that begins at the very moment of measuring, as in a simulation.
+    uncertainty: of start and heading, equal at every step. end: set of admissible ends, over all
+    points and q seen from the start with the measured heading, for every heading in its
+    uncertainty; None for all. candidates (b, chosen parameters): to judge at every step; by default
+    `effort.candidates`, even over K. prover: proves every commitment exactly in a second process;
+    nothing is committed to while it is far behind, nor after it rejected one. thinking: every run
+    of the model waits for the next command; None where that begins at the very moment of measuring,
+    as in a simulation.
     Raises InputError for arguments that do not fit the model, for one that does not rest at its end
     (`require_rest`), and for a time to leave at which no run of its claim was left.
 
-    A pose outside of the tube of the manoeuvre under way, by more than its doubt and drift, begins
+    A pose outside of the tube of the manoeuvre under way, by more than its uncertainty and drift,
+    begins
     nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre continues to
     its stop, with a sentence by how far, until `restart` begins another episode.
     """
@@ -102,7 +104,7 @@ class Loop:
         *,
         leave: float,
         given: Sequence[str | int] | None = None,
-        doubt: Doubt | None = None,
+        uncertainty: Uncertainty | None = None,
         end: HPolytope | None = None,
         candidates: np.ndarray | None = None,
         effort: Effort | None = None,
@@ -112,10 +114,10 @@ class Loop:
         check_model(model)
         require_sound_arithmetic()
         self.model, self.prover = model, prover
-        self.doubt = Doubt() if doubt is None else doubt
+        self.uncertainty = Uncertainty() if uncertainty is None else uncertainty
         self.effort = Effort() if effort is None else effort
         self.given = given_axes(model, given)
-        self._scenes = Scenes(model, body, end, self.doubt)
+        self._scenes = Scenes(model, body, end, self.uncertainty)
         dt = Fraction(model.time.dt)
         self.leave = round(leave / model.time.dt)
         if not 0 < self.leave <= model.time.n_steps:
@@ -164,9 +166,9 @@ class Loop:
         now. spans: intervals, counted from the pose, in which each obstacle exists, as of
         `reach_avoid`; those of `moving` move. After the manoeuvre's rest nothing is claimed of
         them: they may run into a robot that rests [T38]. drift: [m] by which the pose may be off
-        against that at which the manoeuvre under way began, beside the doubt of both, as odometry
-        may. gone: as of `FreeSpace.gone`, for the sentence. Wrong measurements end in the manoeuvre
-        under way, with a sentence.
+        against that at which the manoeuvre under way began, beside the uncertainty of both, as
+        odometry may. gone: as of `FreeSpace.gone`, for the sentence. Wrong measurements end in the
+        manoeuvre under way, with a sentence.
         """
         begin = time.perf_counter()
         trouble = "" if self.prover is None else self.prover.trouble()
@@ -208,7 +210,7 @@ class Loop:
             if len(safe.rows):
                 i = int(np.argmax(np.minimum(safe.clearance, self.effort.room)))
                 chosen = k[rows[safe.rows[i]]]
-                return self._commit(scene.asked, chosen, safe.clearance[i], judged, at)
+                return self._commit(scene.nominal, chosen, safe.clearance[i], judged, at)
         more = ""
         if judged < len(order):
             which = "looks" if judged < most else "judged"
@@ -243,7 +245,7 @@ class Loop:
         preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
         if self.prover is not None:
             zero = Fraction(0)
-            self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.asked))
+            self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.nominal))
 
     def _commit(
         self, asked: Plain, k: np.ndarray, clearance: float, judged: int, at: Fraction
@@ -324,8 +326,8 @@ class Loop:
             late = ", and where it would be without the last command, which came late: see thinking"
         raise InputError(
             f"at: expected a pose to which the manoeuvre under way may have led by {float(at):g} "
-            f"s; this one is {outside:.3g} m beyond what tube, doubt and drift allow{late}. At "
-            "rest, begin again with `restart`."
+            f"s; this one is {outside:.3g} m beyond what tube, uncertainty and drift allow{late}. "
+            "At rest, begin again with `restart`."
         )
 
     def _all_of_k(self, given: ArrayLike) -> np.ndarray:

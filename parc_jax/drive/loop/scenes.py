@@ -14,21 +14,20 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.rounding import rounding_bound
 from parc_jax.problem.body import Body, Disc, Polygon
-from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.robust.copies import copied_problem
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.robust.pose import ROUNDING, Pose
-from parc_jax.problem.robust.question import question
+from parc_jax.problem.robust.vertex_model import copied_problem
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 from parc_jax.safe_set.verdict.infeasible import why_none
-from parc_jax.safe_set.verdict.scene import Scene, laid_out
-from parc_jax.safe_set.verdict.sized import ROOM, roomy
+from parc_jax.safe_set.verdict.scene import ROOM, Scene, lowered, padded
 
 CORNERS = 8  # of an obstacle in the plane: scenes are padded to as many, so none compiles anew
 
 
 class Scenes:
-    """Makes scenes of one model and body. end, doubt: as in `Loop`. Raises InputError where they do
-    not fit the model.
+    """Makes scenes of one model and body. end, uncertainty: as in `Loop`. Raises InputError where
+    they do not fit the model.
     """
 
     def __init__(
@@ -36,33 +35,33 @@ class Scenes:
         model: TrajectoryModel,
         body: Body | Disc | Polygon | float,
         end: HPolytope | None,
-        doubt: Doubt,
+        uncertainty: Uncertainty,
     ):
-        self.model, self.body, self.end, self.doubt = model, body, end, doubt
-        if doubt.k or doubt.given or doubt.unknown or doubt.goal:
+        self.model, self.body, self.end, self.uncertainty = model, body, end, uncertainty
+        if uncertainty.k or uncertainty.given or uncertainty.unknown or uncertainty.goal:
             raise InputError(
-                "Loop: expected doubt of start and heading alone; what is measured of k is given "
-                "at every step."
+                "Loop: expected uncertainty of start and heading alone; what is measured of k is "
+                "given at every step."
             )
         if end is not None and end.n != model.n_c + model.n_q:
             raise InputError(
                 f"end: expected a set over {model.n_c + model.n_q} coordinates, of all points and "
                 f"then q, as the model has them; got {end.n}."
             )
-        self._models: dict = {}  # under doubt, made once
+        self._models: dict = {}  # under uncertainty, made once
 
     def scene(self, pose: Pose, obstacles: Sequence, spans: Sequence | None = None) -> Scene:
         """The scene at a measured pose. Raises InputError."""
         # given parameters are exact at every step: they come with the candidates
-        doubt = replace(self.doubt, given={axis: FREE for axis in self.model.given})
+        uncertainty = replace(self.uncertainty, given={axis: FREE for axis in self.model.given})
         goal = any_goal(self.model)
-        problem = reach_avoid(goal, obstacles, self.body, spans=spans, doubt=doubt)
+        problem = reach_avoid(goal, obstacles, self.body, spans=spans, uncertainty=uncertainty)
         asked = question(problem, self.model)
-        # the goal is set only now: in the robot's frame, for the model under doubt
+        # the goal is set only now: in the robot's frame, for the model under uncertainty
         asked = replace(asked, pose=pose).plain(self._models)
         goal = moved_goal(self._end(asked.model), asked.model, asked.at)
         asked = replace(asked, problem=asked.problem.replace(goal=goal))
-        return roomy(laid_out(asked), ROOM, CORNERS)
+        return padded(lowered(asked), ROOM, CORNERS)
 
     def why_none(self, scene: Scene, k: np.ndarray) -> str:
         """A reason why none of k (b, n_k) is safe, as the end of a sentence; empty without one."""
@@ -79,7 +78,8 @@ class Scenes:
         return "" if met else ": none ends where a manoeuvre may end"
 
     def _end(self, model: TrajectoryModel) -> HPolytope:
-        """The goal of a manoeuvre for the model under doubt: for all its vertex realisations."""
+        """The goal of a manoeuvre for the model under uncertainty: for all its vertex
+        realisations."""
         if self.end is None:
             return everywhere(model)
         copies = model.n_points // self.model.n_points

@@ -62,7 +62,7 @@ def tables(answer: Answer) -> Tables:
     """The tables of an answer with corridors. Raises InputError for one without, or
     about one pose."""
     model, scene = answer.model, answer.scene
-    if scene.asked.pose is not None:
+    if scene.nominal.pose is not None:
         raise InputError(
             "export: expected an answer about any start; this one is told from one pose, perhaps "
             "in the robot's own frame, which a header would not say. Solve without `at`."

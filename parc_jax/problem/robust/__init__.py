@@ -1,3 +1,3 @@
-"""A question under doubt as a plain question: poses measured, commands executed roughly, obstacles
-and goals seen with error. [T21, T22]
+"""A question under uncertainty as a plain question: poses measured, commands executed roughly,
+obstacles and goals seen with error. [T21, T22]
 """

@@ -53,7 +53,7 @@ def _parts(lo: np.ndarray, hi: np.ndarray, width: np.ndarray, most: int) -> np.n
     """(n_k,) into how many parts each axis of the boxes is cut, `most` in all."""
     free = np.maximum((hi - lo).max(axis=0) - width, 0)
     wanted = np.ceil(free / np.where(width > 0, width, free + 1)).clip(1, most)
-    # an axis on which nothing is in doubt is cut as finely as the others are
+    # an axis on which nothing is uncertain is cut as finely as the others are
     wanted = np.where((width > 0) | (free == 0), wanted, wanted.max())
     counts = np.ones(len(width), int)
     while True:

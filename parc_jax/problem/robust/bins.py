@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.common.lp.exact import round_down, round_up
-from parc_jax.problem.robust.executions import Executions
+from parc_jax.problem.robust.realisations import Executions
 
 MOST = 256  # bins, unless the old ones ask for more
 COARSEST = 1e6

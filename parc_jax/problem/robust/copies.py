@@ -22,12 +22,10 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.runs.law import Subject
 from parc_jax.problem.body import Body, Part, numbered
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.bend import bend_by_bin
-from parc_jax.problem.robust.bins import Axis, axes_of, boxes, widest
-from parc_jax.problem.robust.executions import Executions, require_few
-from parc_jax.problem.robust.network import Copied, copied
-from parc_jax.problem.robust.turn import Turn
+from parc_jax.problem.robust.realisations import Executions, Turn, require_few
+from parc_jax.problem.robust.vertex_model import Axis, Copied, axes_of, boxes, copied, widest
 
 UP = 1 + 2.0**-30  # pays for the sums that make a width
 
@@ -68,7 +66,7 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     return model.replace(net=one.net, claim=claim)
 
 
-def copied_problem(problem: ReachAvoid, model: TrajectoryModel, n_v: int, n_r: int) -> ReachAvoid:
+def copied_problem(problem: Problem, model: TrajectoryModel, n_v: int, n_r: int) -> Problem:
     """The problem about these points: hulls over all of them, and a goal that each execution under
     each map meets. model: of the robot's own points.
     """

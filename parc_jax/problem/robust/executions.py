@@ -18,7 +18,7 @@ from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.spelling import listed
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.doubt import FREE, Doubt, Interval, require_once
+from parc_jax.problem.uncertainty import FREE, Interval, Uncertainty, require_once
 
 MOST = 64  # reference points that the checker takes, each execution with its own
 
@@ -116,18 +116,18 @@ class Executions:
         return [f"every execution with {off}"] if off else [], known
 
 
-def executions_of(doubt: Doubt, model: TrajectoryModel) -> Executions:
-    """Of a doubt about plans of this model. Raises InputError for parameters that there are not or
-    that are named twice, or boxes outside of K.
+def executions_of(uncertainty: Uncertainty, model: TrajectoryModel) -> Executions:
+    """Of an uncertainty about plans of this model. Raises InputError for parameters that there are
+    not or that are named twice, or boxes outside of K.
     """
     names = [name_of(label) for label in model.labels.k]
-    off = _by_axis("doubt k", doubt.k, names)
-    given = _by_axis("doubt given", doubt.given, names)
+    off = _by_axis("uncertainty k", uncertainty.k, names)
+    given = _by_axis("uncertainty given", uncertainty.given, names)
     given = {axis: value for axis, value in given.items() if value != FREE}
-    unknown = _by_axis("doubt unknown", doubt.unknown, names)
+    unknown = _by_axis("uncertainty unknown", uncertainty.unknown, names)
     for axis in given.keys() & unknown.keys():
         raise InputError(
-            f"doubt: expected a parameter to be given or unknown; {names[axis]} is both."
+            f"uncertainty: expected a parameter to be given or unknown; {names[axis]} is both."
         )
     parameters = []
     for axis, name in enumerate(names):
@@ -136,24 +136,25 @@ def executions_of(doubt: Doubt, model: TrajectoryModel) -> Executions:
         parameters.append(Parameter(name, known, value, off.get(axis, 0.0)))
         _require_inside(parameters[-1], model.domain.lo[axis], model.domain.hi[axis])
     if all(p.known for p in parameters):
-        raise InputError("doubt: expected at least one parameter to choose; all are given.")
+        raise InputError("uncertainty: expected at least one parameter to choose; all are given.")
     return Executions(tuple(parameters))
 
 
-def require_given(doubt: Doubt | None, model: TrajectoryModel) -> None:
+def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> None:
     """Refuse a question that leaves open what the model's system measures at the start: no plan
     chooses it, unless it is said to be free. [T37] Raises InputError.
     """
     names = [name_of(label) for label in model.labels.k]
     said: set[int] = set()
-    if doubt is not None:
+    if uncertainty is not None:
         for word in ("given", "unknown"):
-            said |= _by_axis(f"doubt {word}", getattr(doubt, word), names).keys()
+            said |= _by_axis(f"uncertainty {word}", getattr(uncertainty, word), names).keys()
     missing = [names[axis] for axis in model.given if axis not in said]
     if missing:
         raise InputError(
-            f"doubt given: expected {listed(missing)}, which {model.system or 'this robot'} "
-            f"measures at the start; got no value. Say Doubt(given={{{missing[0]!r}: 0.5}}), or "
+            f"uncertainty given: expected {listed(missing)}, which {model.system or 'this robot'} "
+            f"measures at the start; got no value. Say "
+            f"Uncertainty(given={{{missing[0]!r}: 0.5}}), or "
             f'"{FREE}" in place of a value to look for starts too.'
         )
 
@@ -167,8 +168,9 @@ def require_few(points: int, executions: int) -> None:
     """Raises InputError for more points than a certificate may have."""
     if points * executions > MOST:
         raise InputError(
-            f"doubt: expected at most {MOST} reference points, each with all its executions; got "
-            f"{points} with {executions}. Bound the doubt of fewer parameters, or use fewer points."
+            f"uncertainty: expected at most {MOST} reference points, each with all its "
+            f"executions; got {points} with {executions}. Bound the uncertainty of fewer "
+            "parameters, or use fewer points."
         )
 
 
@@ -192,13 +194,13 @@ def _require_inside(p: Parameter, lo: float, hi: float) -> None:
     low, high = p.box
     if p.known is None and 2 * p.off >= hi - lo:
         raise InputError(
-            f"doubt k of {p.name}: expected less than half of the range of K, {(hi - lo) / 2:g}; "
-            f"got {p.off:g}."
+            f"uncertainty k of {p.name}: expected less than half of the range of K, "
+            f"{(hi - lo) / 2:g}; got {p.off:g}."
         )
     if p.known is not None and not (lo <= low and high <= hi):
         rough = f", executed within ±{told(p.off)}" if p.off else ""
         value = ", ".join(told(x) for x in p.value)
         raise InputError(
-            f"doubt of {p.name}: expected a box within K, [{lo:g}, {hi:g}]; got [{value}] "
+            f"uncertainty of {p.name}: expected a box within K, [{lo:g}, {hi:g}]; got [{value}] "
             f"({p.known}{rough}). Narrow it, or learn a model of more."
         )

@@ -14,7 +14,7 @@ from parc_jax.common.sets.box import Box
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.network.rounding import TINY, UNIT
-from parc_jax.problem.robust.executions import Executions
+from parc_jax.problem.robust.realisations import Executions
 
 UP = 1 + 2.0**-10  # pays for evaluating a bound in float64
 

@@ -1,4 +1,4 @@
-"""The scene under doubt: obstacles grow, the goal and the set of starts shrink. [T21]
+"""The scene under uncertainty: obstacles grow, the goal and the set of starts shrink. [T21]
 
 Everything is computed in exact rationals and rounded once, to the safe side; for many polygons at
 once in floats, whose rounding is paid for.
@@ -15,24 +15,24 @@ from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.polygons import OFF, alike, corners_of_many
 from parc_jax.common.sets.rational import exact_support, rational_vertices
 from parc_jax.learning.network.predict import Layout
-from parc_jax.problem.doubt import Doubt
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.uncertainty import Uncertainty
 
 UP = 1 + 2.0**-50  # pays for a sum of two products
 
 
-def doubted_scene(
-    problem: ReachAvoid, doubt: Doubt, layout: Layout, whole: bool = False
-) -> ReachAvoid:
-    """The plain problem that allows for doubt of start, goal and obstacles, but for the motion of
-    the points before the end, for which the tube has to be wider. Raises InputError.
+def robust_scene(
+    problem: Problem, uncertainty: Uncertainty, layout: Layout, whole: bool = False
+) -> Problem:
+    """The plain problem that allows for uncertainty of start, goal and obstacles, but for the
+    motion of the points before the end, for which the tube has to be wider. Raises InputError.
 
     whole: for that too; obstacles grow by the box of the start.
     """
     n_p, n_q = layout.n_p, problem.goal.n - layout.n_c
-    start = doubt.shifts(n_p)
-    seen_goal = doubt.of_goal(n_p, n_q)
-    seen = doubt.of_obstacles(len(problem.obstacles))
+    start = uncertainty.shifts(n_p)
+    seen_goal = uncertainty.of_goal(n_p, n_q)
+    seen = uncertainty.of_obstacles(len(problem.obstacles))
     goal = _shrunken_goal(problem.goal, layout, start, seen_goal)
     starts = None if problem.start is None else _shrunken_start(problem.start, start)
     obstacles = list(problem.obstacles)
@@ -41,7 +41,7 @@ def doubted_scene(
     for j, by in enumerate(seen):
         if by is not None:
             obstacles[j] = _sum(obstacles[j], by, f"obstacle {j}")
-    return problem.replace(goal=goal, obstacles=tuple(obstacles), start=starts, doubt=None)
+    return problem.replace(goal=goal, obstacles=tuple(obstacles), start=starts, uncertainty=None)
 
 
 def _shrunken_goal(
@@ -72,8 +72,9 @@ def _require_room(shrunken: HPolytope, goal: HPolytope) -> None:
         if j is not None and shrunken.b[i] + shrunken.b[j] < 0:
             wide, taken = goal.b[i] + goal.b[j], (goal.b - shrunken.b)[[i, j]].sum()
             raise InputError(
-                f"doubt: expected less doubt of start and goal than the goal is wide; row {i} of "
-                f"the goal leaves {wide:.3g}, and the doubt takes {taken:.3g} of it."
+                f"uncertainty: expected less uncertainty of start and goal than the goal is wide; "
+                f"row {i} of the goal leaves {wide:.3g}, and the uncertainty takes {taken:.3g} of "
+                "it."
             )
 
 
@@ -127,7 +128,9 @@ def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
     """
     corners = [rational_vertices(s, name) for s in (obstacle, by)]
     if not all(corners):
-        raise InputError(f"{name}: expected sets with points in them, also of doubt; one is empty.")
+        raise InputError(
+            f"{name}: expected sets with points in them, also of uncertainty; one is empty."
+        )
     A = np.concatenate([obstacle.A, by.A])
     _, first = np.unique(A, axis=0, return_index=True)
     A = A[np.sort(first)]  # without normals that have come before

@@ -1,4 +1,4 @@
-"""What an answer under doubt withstands, in words, and what its sensing may miss. [T21]"""
+"""What an answer under uncertainty withstands, in words, and what its sensing may miss. [T21]"""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -8,16 +8,16 @@ import numpy as np
 
 from parc_jax.common.sets.box import Box
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.doubt import Doubt
-from parc_jax.problem.robust.executions import Executions, told
+from parc_jax.problem.robust.realisations import Executions, told
+from parc_jax.problem.uncertainty import Uncertainty
 
 OF_COPIES = (
-    "Under this doubt of execution or heading a few executions stand for all, and more than all: "
-    "what is not safe is a plan that this method cannot show to withstand it."
+    "Under this uncertainty of execution or heading a few executions stand for all, and more than "
+    "all: what is not safe is a plan that this method cannot show to withstand it."
 )
 
 
-class Withstood(NamedTuple):
+class Robustness(NamedTuple):
     """words: "every start within ..."; for sentences. sensing_eps: probability with which the truth
     may lie outside of what was asked. parameters: (all of k, those chosen); where some are not
     chosen nothing is promised of a drawn plan. k_volume: of K as the claim has it, in units of k
@@ -54,26 +54,28 @@ class Withstood(NamedTuple):
 
 
 def withstood(
-    doubt: Doubt, executions: Executions, model: TrajectoryModel, copies: bool
-) -> Withstood:
-    """Of a doubt about plans of this model, executed so."""
+    uncertainty: Uncertainty, executions: Executions, model: TrajectoryModel, copies: bool
+) -> Robustness:
+    """Of an uncertainty about plans of this model, executed so."""
     volume = float(np.prod(model.domain.hi - model.domain.lo))
     parameters = (model.n_k, len(executions.chosen))
-    return Withstood(words(doubt, executions), doubt.sensing_eps, parameters, volume, copies)
+    return Robustness(
+        words(uncertainty, executions), uncertainty.sensing_eps, parameters, volume, copies
+    )
 
 
-def words(doubt: Doubt, executions: Executions) -> str:
+def words(uncertainty: Uncertainty, executions: Executions) -> str:
     """What a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
     rough, known = executions.words
     parts = []
-    if any(doubt.start):
-        parts.append(f"every start within {_spread(doubt.start)} m of the one asked about")
-    if doubt.heading:
-        parts.append(f"every heading within ±{told(doubt.heading)} rad")
+    if any(uncertainty.start):
+        parts.append(f"every start within {_spread(uncertainty.start)} m of the one asked about")
+    if uncertainty.heading:
+        parts.append(f"every heading within ±{told(uncertainty.heading)} rad")
     parts += rough
-    if any(doubt.goal):
-        parts.append(f"every goal moved by up to {_spread(doubt.goal)}")
-    if any(s is not None for s in doubt.obstacles):
+    if any(uncertainty.goal):
+        parts.append(f"every goal moved by up to {_spread(uncertainty.goal)}")
+    if any(s is not None for s in uncertainty.obstacles):
         parts.append("every place of the obstacles that fits what was seen of them")
     return "; ".join([*parts, *known])
 
@@ -82,11 +84,11 @@ def _spread(widths: Sequence[float]) -> str:
     return ", ".join(f"±{told(w)}" for w in widths)
 
 
-def withstood_of_json(data: dict | None) -> Withstood | None:
+def robustness_of_json(data: dict | None) -> Robustness | None:
     """That of `to_json`."""
     if data is None:
         return None
     n_k, chosen = data["parameters"]
     eps = Fraction(data["sensing_eps"])
     copies = data.get("copies", False)
-    return Withstood(data["words"], eps, (n_k, chosen), float(data["k_volume"]), copies)
+    return Robustness(data["words"], eps, (n_k, chosen), float(data["k_volume"]), copies)

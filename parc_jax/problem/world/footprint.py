@@ -12,7 +12,7 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.problem.body import Body, Disc, Part, body_of
 from parc_jax.problem.world.outlines import outlines
-from parc_jax.problem.world.pieces import convex_parts
+from parc_jax.problem.world.outlines import convex_parts
 
 BASE = "base"
 

@@ -11,9 +11,8 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import counted
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.problem.world.beams import ROUND, STANDS, Beams
-from parc_jax.problem.world.outlines import package, require_near
-from parc_jax.problem.world.pieces import THIN, thin_pieces
+from parc_jax.problem.world.free_space import ROUND, STANDS, Beams
+from parc_jax.problem.world.outlines import THIN, package, require_near, thin_pieces
 
 if TYPE_CHECKING:
     import shapely
@@ -71,8 +70,8 @@ class FreeSpace:
             return ""
         return (
             f"{counted(self.refuting, 'beam')} ended within what was known to be free: something "
-            f"came, or the pose is off by more than its doubt; {self.gone.area:.2g} m² are not "
-            "known to be free any more, until they are seen again"
+            f"came, or the pose is off by more than its uncertainty; {self.gone.area:.2g} m² are "
+            "not known to be free any more, until they are seen again"
         )
 
     def _refuted(self, region: "shapely.Geometry"):
@@ -148,13 +147,13 @@ class FreeSpace:
             )
         return min(found, key=lambda one: len(one._edges()))
 
-    def holds(self, corners: npt.ArrayLike, doubt: float = 0.0) -> bool:
+    def holds(self, corners: npt.ArrayLike, uncertainty: float = 0.0) -> bool:
         """Does a body, the hull of its corners (n, 2) [m], lie in it, in one part, wherever within
-        a doubt [m] it is? It must at the start. [T41] Raises InputError.
+        an uncertainty [m] it is? It must at the start. [T41] Raises InputError.
         """
         shapely = package("shapely", CALL)
         body = shapely.MultiPoint(_corners(corners)).convex_hull
-        gap = _length("doubt", doubt) + TOLERANCES.outline
+        gap = _length("uncertainty", uncertainty) + TOLERANCES.outline
         border = self.region.boundary
         return bool(self.region.contains(body) and not shapely.dwithin(border, body, gap))
 
@@ -183,7 +182,7 @@ def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
     """The hull of corners (n, 2) [m] that is known to be free: where the body stood, or stands.
 
     margin: [m] grown by this, as a person declares who has looked around a robot before its start;
-    or negative, shrunk by it: what is left for sure of a body whose pose is in doubt by so much.
+    or negative, shrunk by it: what is left for sure of a body whose pose is uncertain by so much.
     Raises InputError.
     """
     hull = package("shapely", "free_place").MultiPoint(_corners(corners)).convex_hull

@@ -9,8 +9,7 @@ from jaxtyping import Float
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.problem.world.beams import Beams
-from parc_jax.problem.world.free_space import FreeSpace, shrunk
+from parc_jax.problem.world.free_space import Beams, FreeSpace, shrunk
 from parc_jax.problem.world.outlines import package, require_near
 
 CALL = "seen_from"
@@ -26,7 +25,7 @@ def seen_from(
     noise: float,
     width: float,
     angle_error: float = 0.0,
-    doubt: tuple[float, float] = (0.0, 0.0),
+    uncertainty: tuple[float, float] = (0.0, 0.0),
     tolerance: float = 0.005,
 ) -> FreeSpace:
     """The region that one scan shows to be free, for sure; what it refutes of a region that was
@@ -36,27 +35,27 @@ def seen_from(
     against its heading [rad], increasing, over a full turn at most. ranges: (n,) [m] finite; a beam
     that came back from nowhere reads max_range, or more, and is free up to there; one that says
     nothing, or is blocked nearer than the sensor can tell, reads 0. noise: [m] bound of
-    |range - truth|. angle_error: [rad] bound for each beam. doubt: ([m], [rad]) how far the pose
-    may be from the truth; it shrinks what was seen by as much. tolerance: [m] what may be given up
-    to save corners.
+    |range - truth|. angle_error: [rad] bound for each beam. uncertainty: ([m], [rad]) how far the
+    pose may be from the truth; it shrinks what was seen by as much. tolerance: [m] what may be
+    given up to save corners.
 
-    Assumed: the world stands still, and so does the sensor while its beams sweep, but for `doubt`;
-    errors keep to their bounds; all that a body may touch stands in the lidar's plane; and no
-    object is narrower than `width` [m]: each is a union of discs of this diameter and squares of
-    this side, however turned, so corners are not sharper than a square's. Between two beams with
-    the gap g the nearer range R then holds, less how far a corner can reach out between them:
-    R (cos g/2 - sin g/2), as far as they are closer to each other than width / √2. [T41b] A closed
-    circle of beams is closed.
+    Assumed: the world stands still, and so does the sensor while its beams sweep, but for
+    `uncertainty`; errors keep to their bounds; all that a body may touch stands in the lidar's
+    plane; and no object is narrower than `width` [m]: each is a union of discs of this diameter and
+    squares of this side, however turned, so corners are not sharper than a square's. Between two
+    beams with the gap g the nearer range R then holds, less how far a corner can reach out between
+    them: R (cos g/2 - sin g/2), as far as they are closer to each other than width / √2. [T41b] A
+    closed circle of beams is closed.
 
-    Algorithm: a polygon with a corner a beam; the doubt of heading and beams by the least of all
-    gaps that a direction may lie in, the doubt of place by `shrunk`. [T41c]
+    Algorithm: a polygon with a corner a beam; the uncertainty of heading and beams by the least of
+    all gaps that a direction may lie in, the uncertainty of place by `shrunk`. [T41c]
     """
     shapely = package("shapely", CALL)
     pose = as_float64(f"{CALL} pose (x, y, heading)", pose, (3,))
     require_near(f"{CALL} pose", pose[:2])
     angles = as_float64(f"{CALL} angles", angles, (None,))
     ranges = _finite(ranges, angles.shape)
-    moved, turned = as_float64(f"{CALL} doubt ([m], [rad])", doubt, (2,))
+    moved, turned = as_float64(f"{CALL} uncertainty ([m], [rad])", uncertainty, (2,))
     _check(angles, ranges, moved, turned)
     limits = {"noise": noise, "angle_error": angle_error, "tolerance": tolerance}
     for name, value in limits.items():
@@ -153,4 +152,6 @@ def _check(angles: np.ndarray, ranges: np.ndarray, moved: float, turned: float) 
     if (ranges < 0).any():
         raise InputError(f"{CALL}: expected ranges >= 0 m; got {ranges.min():g}.")
     if moved < 0 or turned < 0:
-        raise InputError(f"{CALL}: expected a doubt of lengths >= 0; got ({moved:g}, {turned:g}).")
+        raise InputError(
+            f"{CALL}: expected an uncertainty of lengths >= 0; got ({moved:g}, {turned:g})."
+        )

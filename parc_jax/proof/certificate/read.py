@@ -13,7 +13,7 @@ from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 from parc_jax.proof.certificate.write import by_pair
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.separation.directions import Multiplier
@@ -98,7 +98,7 @@ def _each(pairs, i: int):
     return pairs[i] if isinstance(pairs, tuple) else [_each(part, i) for part in pairs]
 
 
-def problem_of_file(asked: dict) -> ReachAvoid:
+def problem_of_file(asked: dict) -> Problem:
     """The problem in the parsed part `problem` of an answer file, in float64."""
     body = asked["body"]
     return reach_avoid(

@@ -33,7 +33,7 @@ from parc_jax.drive.loop.episode_file import (
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.body import numbered
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.ros.bags.recording import package
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -239,17 +239,17 @@ def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
     lines: list[Line] = [(start, "/statement", TEXT, says.text(answer.details()))]
     places = [nominal_path(model, s[:n_p], s[n_p:]).places[:, 0] for s in answer.samples]
     if places:
-        way = in_world(np.stack(places), answer.scene.asked.pose)
+        way = in_world(np.stack(places), answer.scene.nominal.pose)
         pieces = np.stack([way[:, :-1], way[:, 1:]], axis=2).reshape(-1, 3)
         lines.append(says.markers(start, "plans", LINES, pieces, BLUE, THIN))
     chosen = _plan(answer, plan)
     if chosen is None:
         near = np.concatenate([np.zeros((1, n_p)), *places])
         return lines + _scene(
-            says, answer.problem, model, answer.scene.asked.pose, near, start, None
+            says, answer.problem, model, answer.scene.nominal.pose, near, start, None
         )
     begun = Manoeuvre(
-        Fraction(0), answer.scene.asked.pose, answer.problem, chosen[:n_p], chosen[n_p:]
+        Fraction(0), answer.scene.nominal.pose, answer.problem, chosen[:n_p], chosen[n_p:]
     )
     return lines + _manoeuvre(says, model, begun, start, None)
 
@@ -320,7 +320,7 @@ def _manoeuvre(
 
 def _scene(
     says: Messages,
-    problem: ReachAvoid,
+    problem: Problem,
     model: TrajectoryModel,
     pose,
     near: np.ndarray,

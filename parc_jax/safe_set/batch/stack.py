@@ -8,10 +8,15 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
-from parc_jax.safe_set.verdict.near import apart_from_plans
-from parc_jax.safe_set.verdict.scene import OneScene, SceneArrays, scene_arrays
-from parc_jax.safe_set.verdict.sized import size_class, sized
+from parc_jax.problem.problem import Problem
+from parc_jax.safe_set.verdict.scene import (
+    OneScene,
+    SceneArrays,
+    padded_to_class,
+    prune,
+    scene_arrays,
+    size_class,
+)
 
 FEW = 4  # obstacles that cost less than telling which of them are far
 
@@ -26,7 +31,7 @@ class SizeClass(NamedTuple):
     scenes: SceneArrays
 
 
-def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> list[SizeClass]:
+def stack_problems(problems: Sequence[Problem], model: TrajectoryModel) -> list[SizeClass]:
     """Lay out a list of problems, grouped by padded size, without the obstacles that no plan comes
     near. Raises InputError that names the first bad one.
 
@@ -45,7 +50,7 @@ def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> li
         # all as large as the largest: to leave obstacles out is not to make more programs
         most = size_class(max(len(one.obstacles.active) for _, one in some))
         for row, one in some:
-            padded = sized(one, most)
+            padded = padded_to_class(one, most)
             groups.setdefault(shape_of(padded), []).append((row, padded))
     return [
         SizeClass(
@@ -56,9 +61,9 @@ def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> li
     ]
 
 
-def _laid_out(problem: ReachAvoid, model: TrajectoryModel) -> SceneArrays:
+def _laid_out(problem: Problem, model: TrajectoryModel) -> SceneArrays:
     few = len(problem.obstacles) <= FEW
-    return scene_arrays(problem, model, None if few else apart_from_plans(problem, model))
+    return scene_arrays(problem, model, None if few else prune(problem, model))
 
 
 def shape_of(scenes: SceneArrays) -> tuple:

@@ -13,8 +13,8 @@ from parc_jax.common.arrays import as_float64, x64
 from parc_jax.common.climb import Ranked, climb, ranked
 from parc_jax.common.errors import InputError
 from parc_jax.safe_set.corridors.safe_plans import SafePlans
-from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 DRAWS = 2048  # first look over the whole set
 KEPT = 4  # plans around which the closer search draws: of these, then the best so far
@@ -73,7 +73,7 @@ def _value(plans: SafePlans, objective: Objective):
     n_p = plans.model.n_p
     if isinstance(objective, str):
         # of all obstacles, those too that no plan comes near
-        scene = whole_scene(plans.scene)
+        scene = unpruned_scene(plans.scene)
 
         def named(x: Float[ArrayLike, "b n"]):
             return getattr(verdicts(scene, x[:, :n_p], x[:, n_p:]), objective)

@@ -9,17 +9,18 @@ from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import counted
 from parc_jax.learning.network.predict import Layout
-from parc_jax.problem.problem import ReachAvoid, require_points
+from parc_jax.problem.problem import Problem, require_points
 
 
-def check_fits(problem: ReachAvoid, n_p: int, n_q: int, points: tuple[str, ...]) -> None:
-    """Raises InputError where the problem has other dimensions than a robot's model, or a doubt.
+def check_fits(problem: Problem, n_p: int, n_q: int, points: tuple[str, ...]) -> None:
+    """Raises InputError where the problem has other dimensions than a robot's model, or an
+    uncertainty.
     points: names of its reference points.
     """
-    if problem.doubt is not None:
+    if problem.uncertainty is not None:
         raise InputError(
-            "scene: expected a plain problem; this one is under doubt. Ask a planner, or turn it "
-            "into a plain one by `robust.question.plain`."
+            "scene: expected a plain problem; this one is under uncertainty. Ask a planner, or "
+            "turn it into a plain one by `robust.question.plain`."
         )
     n_y = len(points) * n_p + n_q
     require_points(problem, points)

@@ -15,7 +15,7 @@ from parc_jax.learning.labels import degrees_hint, name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.rounding import outputs_within
 from parc_jax.problem.body import Disc, Polygon, numbered
-from parc_jax.safe_set.verdict.fits import box_of_rows, goal_box
+from parc_jax.problem.problem import box_of_rows, goal_box
 from parc_jax.safe_set.verdict.scene import Scene
 
 NEAR = 1e-9  # [share of the sizes] by which a body must reach deeper, so that rounding is no word
@@ -39,7 +39,7 @@ def why_none(scene: Scene) -> Why | None:
     start set, no plan of the model gets from there to the goal, or the tube is wider than the goal.
     None where nothing of this is so, which says nothing.
     """
-    sure = scene.asked.doubt is None
+    sure = scene.nominal.uncertainty is None
     words = _touching(scene, of_model=False)
     if words is not None:
         return Why(words, True, sure)

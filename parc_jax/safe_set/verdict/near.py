@@ -9,24 +9,22 @@ from parc_jax.common.sets.polygons import corners_of_many
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.body import numbered
-from parc_jax.problem.problem import ReachAvoid
-from parc_jax.problem.robust.question import Plain
+from parc_jax.problem.problem import Problem, box_of_rows, check_fits, goal_box
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.separation.pairs import corners, exists
 from parc_jax.safe_set.separation.pruning import Apart, Extent, apart, extent_of, spans_of, ways_of
-from parc_jax.safe_set.verdict.fits import box_of_rows, check_fits, goal_box
-from parc_jax.safe_set.verdict.scene import Scene, float_slack, laid_out
-from parc_jax.safe_set.verdict.sized import roomy
+from parc_jax.safe_set.verdict.scene import Scene, float_slack, lowered, padded
 
 
-def near_scene(asked: Plain) -> Scene:
+def pruned_scene(asked: Plain) -> Scene:
     """The scene of a plain question, without the obstacles that are proved apart from every plan
     that ends in the goal. Raises InputError where it does not fit the model.
     """
-    found = apart_from_plans(asked.problem, asked.model)
-    return roomy(laid_out(asked, found if np.isfinite(found.beyond) else None))
+    found = prune(asked.problem, asked.model)
+    return padded(lowered(asked, found if np.isfinite(found.beyond) else None))
 
 
-def scene_near_path(asked: Plain, k: np.ndarray, path: np.ndarray) -> Scene:
+def scene_along(asked: Plain, k: np.ndarray, path: np.ndarray) -> Scene:
     """The scene of one plan k (n_k,) with the path (T + 1, n_c), without the obstacles of which one
     row keeps it apart. Raises InputError.
     """
@@ -39,12 +37,12 @@ def scene_near_path(asked: Plain, k: np.ndarray, path: np.ndarray) -> Scene:
     hi = np.maximum(places[:-1], places[1:]) + 2 * slack
     parts = numbered(problem.body, asked.model.points)
     found = apart(problem, parts, Extent(lo, hi, error), slack)
-    return roomy(laid_out(asked, found if np.isfinite(found.beyond) else None))
+    return padded(lowered(asked, found if np.isfinite(found.beyond) else None))
 
 
-def apart_from_plans(problem: ReachAvoid, model: TrajectoryModel) -> Apart:
+def prune(problem: Problem, model: TrajectoryModel) -> Apart:
     """Which obstacles any plan that ends in the goal may come near. Raises InputError as
-    `near_scene` does.
+    `pruned_scene` does.
     """
     check_fits(problem, model.n_p, model.n_q, model.points)
     _check_obstacles(problem, model.time.n_steps)
@@ -53,16 +51,16 @@ def apart_from_plans(problem: ReachAvoid, model: TrajectoryModel) -> Apart:
     return apart(problem, parts, extent, slack)
 
 
-def whole_scene(scene: Scene) -> Scene:
+def unpruned_scene(scene: Scene) -> Scene:
     """The scene with all of its obstacles, for what asks of each, or of plans that miss."""
     return scene if scene.apart is None else once(scene, _with_all)
 
 
 def _with_all(scene: Scene) -> Scene:
-    return roomy(laid_out(scene.asked))
+    return padded(lowered(scene.nominal))
 
 
-def extent_in(problem: ReachAvoid, model: TrajectoryModel) -> tuple[Extent, float]:
+def extent_in(problem: Problem, model: TrajectoryModel) -> tuple[Extent, float]:
     """Where the points of plans that reach can be, and the slack [m] of inequalities about it.
 
     Such a plan ends in the goal with any error that its bin allows, so it is predicted to end in
@@ -86,7 +84,7 @@ def extent_in(problem: ReachAvoid, model: TrajectoryModel) -> tuple[Extent, floa
     return extent_of(ways, ends, starts, widest, 2 * slack, n_p), slack
 
 
-def _check_obstacles(problem: ReachAvoid, n_steps: int) -> None:
+def _check_obstacles(problem: Problem, n_steps: int) -> None:
     """Raises InputError for one that exists too late, is empty or unbounded. Boxes as `from_box`
     spells them show at once that they are neither.
     """

@@ -14,8 +14,8 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.rounding import UNIT, rounding_bound
 from parc_jax.problem.body import Body
-from parc_jax.problem.problem import ReachAvoid
-from parc_jax.problem.robust.question import Plain
+from parc_jax.problem.problem import Problem, check_fits, goal_box
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.separation.directions import DirectionTable, direction_table
 from parc_jax.safe_set.separation.pairs import (
     Alike,
@@ -26,7 +26,6 @@ from parc_jax.safe_set.separation.pairs import (
     obstacles_of,
 )
 from parc_jax.safe_set.separation.pruning import Apart
-from parc_jax.safe_set.verdict.fits import check_fits, goal_box
 
 # [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`
 CORNERS = 17
@@ -95,7 +94,7 @@ class Scene(OneScene):
         return self.asked.model
 
     @property
-    def problem(self) -> ReachAvoid:
+    def problem(self) -> Problem:
         """That is asked of it, for certificates and proofs."""
         return self.asked.problem
 
@@ -127,14 +126,14 @@ class Scene(OneScene):
         return once(self, _table)
 
 
-def scene_of(problem: ReachAvoid, model: TrajectoryModel) -> Scene:
+def scene_of(problem: Problem, model: TrajectoryModel) -> Scene:
     """Check the problem against the model and lay it out with all of its obstacles. Raises
     InputError when they do not fit.
     """
-    return laid_out(Plain(problem, model))
+    return lowered(Plain(problem, model))
 
 
-def laid_out(asked: Plain, apart: Apart | None = None) -> Scene:
+def lowered(asked: Plain, apart: Apart | None = None) -> Scene:
     """The scene of a plain question, without the obstacles that are apart. Raises InputError."""
     problem, model = asked.problem, asked.model
     kept = None if apart is None else apart.kept
@@ -155,7 +154,7 @@ def _alike(scene: Scene) -> Alike:
 
 
 def scene_arrays(
-    problem: ReachAvoid, model: TrajectoryModel, apart: Apart | None = None
+    problem: Problem, model: TrajectoryModel, apart: Apart | None = None
 ) -> SceneArrays:
     """The same for a batch. Raises InputError."""
     check_fits(problem, model.n_p, model.n_q, model.points)
@@ -189,7 +188,7 @@ def _padded(poly: HPolytope):
     return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
 
 
-def in_closed_form(problem: ReachAvoid, model: TrajectoryModel) -> bool:
+def in_closed_form(problem: Problem, model: TrajectoryModel) -> bool:
     """Is the distance of obstacles known in closed form? So it is for one point in the plane whose
     errors are boxes.
     """

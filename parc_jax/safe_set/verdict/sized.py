@@ -23,7 +23,7 @@ def size_class(n: int, least: int = 1) -> int:
     return max(least, 1 << max(n - 1, 0).bit_length())
 
 
-def sized(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
+def padded_to_class(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
     """One scene of a batch padded to its size class. least_obstacles: to which at least."""
     obstacles = scene.obstacles
     n_o, n_m, n_p = obstacles.vertices.shape
@@ -32,7 +32,7 @@ def sized(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
     )
 
 
-def roomy(scene: Scene, pairs: int = LEAST_OBSTACLES, corners: int = 0) -> Scene:
+def padded(scene: Scene, pairs: int = LEAST_OBSTACLES, corners: int = 0) -> Scene:
     """One scene with room for more obstacles and rows: another one that has a few more, or fewer,
     compiles nothing. pairs, corners: of an obstacle, for which there is room at least.
     """

@@ -20,9 +20,9 @@ FREE = "free"  # said of a given parameter that a plan may choose all the same
 
 
 @dataclass(frozen=True)
-class Doubt:
-    """Doubt that a safe plan withstands: `reach_avoid(..., doubt=Doubt(...))`. Nothing is in doubt
-    where nothing is given. Raises InputError.
+class Uncertainty:
+    """Uncertainty that a safe plan withstands: `reach_avoid(..., uncertainty=Uncertainty(...))`.
+    Nothing is uncertain where nothing is given. Raises InputError.
     """
 
     # more is taken than is kept: tuples of floats, of pairs (name, value), of sets
@@ -52,12 +52,12 @@ class Doubt:
     """Probability with which what was measured lies outside of these boxes."""
 
     def __post_init__(self) -> None:
-        self._set("start", _widths("doubt start", self.start))
-        self._set("goal", _widths("doubt goal", self.goal))
-        self._set("k", _by_name("doubt k", self.k, lambda n, v: _widths(n, v, 1)[0], True))
+        self._set("start", _widths("uncertainty start", self.start))
+        self._set("goal", _widths("uncertainty goal", self.goal))
+        self._set("k", _by_name("uncertainty k", self.k, lambda n, v: _widths(n, v, 1)[0], True))
         self._set("heading", _heading(self.heading))
-        self._set("given", _by_name("doubt given", self.given, _value_or_box))
-        self._set("unknown", _by_name("doubt unknown", self.unknown, _box))
+        self._set("given", _by_name("uncertainty given", self.given, _value_or_box))
+        self._set("unknown", _by_name("uncertainty unknown", self.unknown, _box))
         self._set("obstacles", _seen(self.obstacles))
         self._set("sensing_eps", _probability(self.sensing_eps))
 
@@ -66,7 +66,7 @@ class Doubt:
 
     @property
     def is_nothing(self) -> bool:
-        """Nothing at all is in doubt: the question is the plain one."""
+        """Nothing at all is in uncertainty: the question is the plain one."""
         wide = [*self.start, *self.goal, *(width for _, width in self.k), self.heading]
         exact = all(s is None for s in self.obstacles)
         known = [value for _, value in self.given if value != FREE]
@@ -74,19 +74,20 @@ class Doubt:
 
     @property
     def of_model(self) -> tuple:
-        """What of it changes the model, and not only the scene; equal for doubts that share one."""
+        """What of it changes the model, and not only the scene; equal for uncertainties that share
+        one."""
         return self.start, self.heading, self.k, self.given, self.unknown
 
     def shifts(self, n: int) -> np.ndarray:
         """(n,) half widths of the start. Raises InputError."""
-        return _fitted("doubt start", self.start, n, "one per axis of the workspace")
+        return _fitted("uncertainty start", self.start, n, "one per axis of the workspace")
 
     def of_goal(self, n_p: int, n_q: int) -> np.ndarray:
         """(n_p + n_q,) half widths of the goal. Raises InputError."""
         if n_q and len(self.goal) == n_p + n_q:
             return np.array(self.goal)
         return np.concatenate(
-            [_fitted("doubt goal", self.goal, n_p, "one per axis, or with q"), np.zeros(n_q)]
+            [_fitted("uncertainty goal", self.goal, n_p, "one per axis, or with q"), np.zeros(n_q)]
         )
 
     def of_obstacles(self, n: int) -> tuple[HPolytope | None, ...]:
@@ -97,7 +98,7 @@ class Doubt:
             return self.obstacles * n
         if len(self.obstacles) != n:
             raise InputError(
-                f"doubt obstacles: expected one set for all or one for each of {n}; got "
+                f"uncertainty obstacles: expected one set for all or one for each of {n}; got "
                 f"{len(self.obstacles)}."
             )
         return self.obstacles
@@ -181,9 +182,9 @@ def _box(name: str, value) -> Interval:
 
 
 def _heading(value) -> float:
-    angle = _widths("doubt heading", value, 1)[0]
+    angle = _widths("uncertainty heading", value, 1)[0]
     if angle >= 1:
-        raise InputError(f"doubt heading: expected a half angle below 1 rad; got {angle:g}.")
+        raise InputError(f"uncertainty heading: expected a half angle below 1 rad; got {angle:g}.")
     return angle
 
 
@@ -193,7 +194,7 @@ def _seen(value) -> tuple[HPolytope | None, ...]:
     for i, one in enumerate(sets):
         if not (one is None or isinstance(one, Box | HPolytope)):
             raise InputError(
-                f"doubt of obstacle {i}: expected a Box or HPolytope, or None; got "
+                f"uncertainty of obstacle {i}: expected a Box or HPolytope, or None; got "
                 f"{type(one).__name__}."
             )
         out.append(from_box(one) if isinstance(one, Box) else one)
@@ -206,5 +207,7 @@ def _probability(value) -> Fraction:
     except (ValueError, ZeroDivisionError):
         exact = Fraction(-1)
     if not 0 <= exact < 1:
-        raise InputError(f"doubt sensing_eps: expected a probability in [0, 1); got {value!r:.60}.")
+        raise InputError(
+            f"uncertainty sensing_eps: expected a probability in [0, 1); got {value!r:.60}."
+        )
     return exact
