@@ -20,7 +20,7 @@ from parc_jax.app.cli.systems import build, find, study_of
 from parc_jax.app.plot.cover import cover, of_history
 from parc_jax.app.study.cache import keep_compiled
 from parc_jax.learning.model import load
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem_file import load_problem
 from parc_jax.safe_set.settings import Settings
 

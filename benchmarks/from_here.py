@@ -13,7 +13,7 @@ import numpy as np
 import tyro
 
 from parc_jax.learning.model import load
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.safe_set.settings import Settings
 from sims.drift_parking.scenario import problem

@@ -23,7 +23,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, stream
 from parc_jax.learning.model import load
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 
 STEP = 2048  # plans at a time: a few hundred MiB of trajectories
 COUNTED = ("plans", "reached", "touched", "left the tube")

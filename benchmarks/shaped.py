@@ -18,11 +18,11 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.problem.robust.question import Plain
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.search import cover, draw_safe_plans
 from parc_jax.safe_set.settings import work_of
-from parc_jax.safe_set.verdict.near import near_scene
+from parc_jax.safe_set.verdict.scene import near_scene
 
 CORNERS = ("front_left", "front_right", "rear_right", "rear_left")
 DIAGONALS = np.array([[1.0, 1.0], [1.0, -1.0]])  # with the axes: four pairs of faces, six bases
@@ -125,13 +125,15 @@ def processor_times(scenes: dict, n_first: int, n_corridors: int) -> dict:
 def _first(model: TrajectoryModel, problem: ReachAvoid, seed: int):
     begin = time.process_time()
     key, rng = jax.random.PRNGKey(seed), np.random.default_rng(seed)
-    found = draw_safe_plans(near_scene(Plain(problem, model)), key, rng, 1, 0.99, Limit(600.0))
+    found = draw_safe_plans(
+        near_scene(NominalProblem(problem, model)), key, rng, 1, 0.99, Limit(600.0)
+    )
     return time.process_time() - begin, found
 
 
 def _corridors(model: TrajectoryModel, problem: ReachAvoid, seed: int):
     begin = time.process_time()
-    scene, rng = near_scene(Plain(problem, model)), np.random.default_rng(seed)
+    scene, rng = near_scene(NominalProblem(problem, model)), np.random.default_rng(seed)
     asked = {"target": 0.01, "confidence": 0.99, "work": work_of(1.0), "limit": Limit(600.0)}
     found = cover(scene, rng, **asked, polytopes=False)
     return time.process_time() - begin, found

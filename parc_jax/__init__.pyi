@@ -42,7 +42,7 @@ from parc_jax.learning.systems.fmu import fmu_system as fmu_system
 from parc_jax.learning.systems.invariance import translation_gap as translation_gap
 from parc_jax.learning.systems.python_system import python_system as python_system
 from parc_jax.method import Exact as Exact
-from parc_jax.planner.planner import Planner as Planner
+from parc_jax.planner import Planner as Planner
 from parc_jax.problem import world as world
 from parc_jax.problem.body import body_of as body_of
 from parc_jax.problem.body import hull as hull

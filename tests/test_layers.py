@@ -33,7 +33,7 @@ ORDER = (
 # who may import from below all the same, and what: inside of a function, or for types alone
 DOORS = {
     "answer/answer.py": "parc_jax.drive.local.choice",
-    "planner/planner.py": "parc_jax.drive.local.refine",
+    "planner.py": "parc_jax.drive.local.refine",
     "app/cli/bagged.py": "parc_jax.ros.bags",
     "app/cli/export.py": "parc_jax.ros.bags",
     "app/cli/plot.py": "parc_jax.neuralparc",
@@ -203,7 +203,7 @@ def test_robots_are_never_named_by_the_engine():
 LIGHT = [
     ("parc_jax", "jax"),
     ("parc_jax.checker", "numpy"),
-    ("parc_jax.planner.planner", "flax"),
+    ("parc_jax.planner", "flax"),
 ]
 
 

@@ -15,7 +15,7 @@ from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, part_of, told
 from parc_jax.learning.bound.asked import BoundSettings
-from parc_jax.problem import doubt_file, problem_file
+from parc_jax.problem import problem_file
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.settings import Search, Settings
@@ -90,7 +90,7 @@ def test_every_option_of_the_shell_is_of_a_record_or_of_its_command():
 
 
 def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
-    assert doubt_file.ENTRIES == tuple(told(Doubt))
+    assert problem_file.DOUBT_ENTRIES == tuple(told(Doubt))
     of_problem = {field.name for field in dataclasses.fields(ReachAvoid)}
     assert set(problem_file.ENTRIES) - of_problem == {"labels"}
     assert of_problem - set(problem_file.ENTRIES) == {"spans"}  # `steps` of each obstacle

@@ -13,7 +13,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.system import time_grid
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.settings import Settings

@@ -11,7 +11,7 @@ from toy_models import toy_case
 from parc_jax.common import probes
 from parc_jax.common.errors import SoundnessError
 from parc_jax.common.probes import probe_all, require_sound_arithmetic
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 
 
 @pytest.fixture

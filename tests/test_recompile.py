@@ -9,7 +9,7 @@ from compilations import compiled_by
 from toy_models import random_model, rectangle_problem, toy_case
 
 from parc_jax.common.sets.hpolytope import hpolytope
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict import scene as scenes
 

@@ -14,7 +14,7 @@ from benchmarks.metrics import exact, metric, rate
 from benchmarks.result import Result
 from benchmarks.timing import timed
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, box_scenes
 from parc_jax.safe_set.settings import Settings

@@ -17,7 +17,7 @@ from benchmarks.metrics import metric
 from benchmarks.result import Result, Table
 from benchmarks.shaped import as_rectangle, fitted, processor_times
 from benchmarks.workloads import batch_query
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 
 LABELS = ("first_sample", "corridors", "batch_scene", "proof")

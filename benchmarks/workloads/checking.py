@@ -19,7 +19,7 @@ from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result
 from benchmarks.timing import seconds_of
 from parc_jax import checker
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 
 

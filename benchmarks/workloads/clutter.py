@@ -28,7 +28,7 @@ from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.train import train
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import TimeGrid
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.safe_set.separation.moving import moving

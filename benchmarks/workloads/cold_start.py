@@ -30,7 +30,7 @@ keep_compiled()
 import jax
 from benchmarks.cases import case
 from parc_jax.learning.model import load
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 planner, problem = Planner(load(sys.argv[1])), case("drift").problem()
 key = jax.random.PRNGKey(int(sys.argv[2]))

@@ -24,7 +24,7 @@ from parc_jax.neuralparc.cells import cells_outward
 from parc_jax.neuralparc.lp_batch import solve_batch
 from parc_jax.neuralparc.scene import paper_scene
 from parc_jax.neuralparc.search import paper_search
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts

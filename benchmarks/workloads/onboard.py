@@ -16,7 +16,7 @@ from benchmarks.compiled_header import COMPILER, FLAGS, Header
 from benchmarks.metrics import exact, metric
 from benchmarks.result import Result, Skip, Table
 from parc_jax.drive.onboard.header import write_c
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 
 SPREAD = 0.05  # [1] of a plan around a safe one, in shares of the sides of K and of the starts

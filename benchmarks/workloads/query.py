@@ -20,7 +20,7 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result
 from benchmarks.timing import timed
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import scene_of

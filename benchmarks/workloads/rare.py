@@ -19,7 +19,7 @@ from parc_jax.learning.bound.tube import zero_tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.system import time_grid
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.safe_set.settings import Settings
 

@@ -19,7 +19,7 @@ from benchmarks.result import Result, Table
 from benchmarks.workloads.rare import lines, slit, whole
 from parc_jax import checker
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.safe_set.settings import Settings

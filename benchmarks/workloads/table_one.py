@@ -31,7 +31,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.neuralparc.cells import Cell, cells_outward
 from parc_jax.neuralparc.scene import paper_scene
 from parc_jax.neuralparc.search import paper_search
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.proof.regions import RegionTable, enumerate_regions
 from parc_jax.safe_set.corridors.sampling import draw

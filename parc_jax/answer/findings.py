@@ -11,9 +11,9 @@ from parc_jax.answer.looks import Looks
 from parc_jax.common.status import Ended, Status
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.robust.question import Plain, Question
-from parc_jax.problem.robust.withstood import Withstood
+from parc_jax.problem.robust.realisations import Withstood
 from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
@@ -70,7 +70,7 @@ class Findings:
         return self.spelled() if callable(self.spelled) else self.spelled
 
     @property
-    def asked(self) -> Plain:
+    def asked(self) -> NominalProblem:
         """The plain question."""
         return self.scene.asked
 
@@ -81,13 +81,13 @@ class Findings:
 
     @property
     def problem(self) -> ReachAvoid:
-        """The plain problem; `question` has it as it was asked."""
+        """The plain problem; `query` has it as it was asked."""
         return self.asked.problem
 
     @property
-    def question(self) -> Question | None:
-        """The question as it was asked; None where a file tells the plain one alone."""
-        return self.asked.question
+    def query(self) -> Query | None:
+        """The query as it was asked; None where a file tells the plain one alone."""
+        return self.asked.query
 
     @property
     def doubt(self) -> Withstood | None:
@@ -101,12 +101,12 @@ class Findings:
         """
         if self.told_whole is not None:
             return self.told_whole
-        if self.doubt is None or self.question is None:
+        if self.doubt is None or self.query is None:
             return volume_of_all(self.scene)
         volume = self.doubt.volume_of_k(self.model.domain)
         if self.scene.at is not None:
             return volume
-        lo, hi = goal_box(self.question.problem.goal, self.question.model.layout)
+        lo, hi = goal_box(self.query.problem.goal, self.query.model.layout)
         return volume * float(np.prod((hi - lo)[: self.model.n_p]))
 
     @property

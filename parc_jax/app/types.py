@@ -18,7 +18,7 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.system import BlackBoxSystem, TimeGrid
 from parc_jax.learning.systems.invariance import StartGap
-from parc_jax.planner.prepared import Prepared
+from parc_jax.planner import Prepared
 from parc_jax.problem.body import Body, Disc, Part, Polygon
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.proof.regions import RegionTable

@@ -142,6 +142,33 @@ def require_points(problem: ReachAvoid, points: Sequence[str]) -> None:
         )
 
 
+def require_fits(problem: ReachAvoid, n_p: int, n_q: int, points: Sequence[str]) -> None:
+    """Raises InputError where the problem has other dimensions or points than a robot's model.
+
+    n_p, n_q: dimensions of the workspace and of the further goal states.
+    points: names of the robot's reference points.
+    """
+    require_points(problem, points)
+    n_y = len(points) * n_p + n_q
+    if problem.goal.n != n_y:
+        of_all, hint = "", "Give bounds for every one of them."
+        if len(points) > 1:
+            of_all = f" of each of its {len(points)} points"
+            q = f", q=...), q over {counted(n_q, 'coordinate')}." if n_q else ")."
+            hint = f"Make it with goal_of_points(model.points, where{q}"
+        raise InputError(
+            f"goal: expected a set over the {n_p} workspace coordinates{of_all} and "
+            f"{n_q} further goal coordinates of this model ({n_y}); got {problem.goal.n} "
+            f"dimensions. {hint}"
+        )
+    named = [(f"obstacle {j}", o) for j, o in enumerate(problem.obstacles)]
+    for name, part in [*named, *([("start", problem.start)] if problem.start else [])]:
+        if part.n != n_p:
+            raise InputError(
+                f"{name}: expected a set in the {n_p}-D workspace; got {part.n} dimensions."
+            )
+
+
 def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
     """A goal over the ends of several reference points, for `reach_avoid`. Raises InputError.
 

@@ -16,7 +16,7 @@ from parc_jax.drive.loop.log import save_episode
 from parc_jax.drive.loop.rest import moved_last
 from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.world.footprint import read_footprint
+from parc_jax.problem.world.outlines import read_footprint
 from parc_jax.ros.bags.fields import stamp_of
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot
@@ -193,7 +193,7 @@ def _said(step: Step) -> str:
         return f"Going on with {begun}, to its stop: {step.reason}."
     moves = any(span is not None for span in now.asked.problem.all_spans)
     after = "; who moves, no faster than told, may run into it there" if moves else ""
-    model = now.asked.question.model
+    model = now.asked.query.model
     last = moved_last(model, now.k[None])[0][0]
     return (
         f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside the "

@@ -18,12 +18,12 @@ from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
 from parc_jax.drive.loop.outlook import Outlook
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
-from parc_jax.problem.world.footprint import Footprint
 from parc_jax.problem.world.free_space import FreeSpace, free_place
 from parc_jax.problem.world.grid_map import GridMap
+from parc_jax.problem.world.outlines import Footprint
 from parc_jax.ros.bags.fields import frames_of, pose_in, stamp_of, value_at
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide

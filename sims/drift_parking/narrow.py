@@ -25,7 +25,7 @@ from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.drive.local.refine import Refine
 from parc_jax.learning.learn import learn
 from parc_jax.learning.model import TrajectoryModel, load
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem_file import save_problem
 from parc_jax.safe_set.settings import Settings
 from sims import rectangle

@@ -12,7 +12,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.replay import Replay, replay
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.settings import Settings
 from sims.f110.lesson import Model

@@ -12,7 +12,7 @@ from parc_jax.common.status import Ended
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import tube
 from parc_jax.problem.doubt import Doubt
-from parc_jax.problem.robust.question import plain
+from parc_jax.problem.robust.nominal import query
 from parc_jax.safe_set.verdict.scene import laid_out
 from parc_jax.statement import nothing_found
 
@@ -64,7 +64,7 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
     claim = weaker(model.claim, tube(model.tube.edges, half, final))
     for value, known_why in ((0.0, True), (np.nextafter(0, -1), False)):
         asked = problem.replace(doubt=Doubt(given={"k1": value}))
-        known = plain(asked, model.replace(claim=claim))
+        known = query(asked, model.replace(claim=claim)).nominal()
         empty = nothing()
         empty = replace(empty, scene=laid_out(known))
         said = statement(empty)

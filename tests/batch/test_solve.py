@@ -15,24 +15,23 @@ from parc_jax.common.backend import ACCELERATOR, CPU
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
-from parc_jax.planner.batch import passes
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.robust.question import plain_problems
+from parc_jax.problem.robust.nominal import nominal_problems
 from parc_jax.safe_set.batch import proposals
 from parc_jax.safe_set.batch import run as batch_run
 from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
 from parc_jax.safe_set.batch.estimate import along_fan
 from parc_jax.safe_set.batch.proposals import Best
 from parc_jax.safe_set.batch.run import Calls, run, search_many
+from parc_jax.safe_set.batch.search import passes
 from parc_jax.safe_set.batch.stack import stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import scene_of
-from parc_jax.safe_set.verdict.sized import sized
+from parc_jax.safe_set.verdict.scene import scene_of, sized
 
 KEY = jax.random.PRNGKey(5)
 S = 20
@@ -204,7 +203,7 @@ def test_arrays_of_boxes_take_no_doubt_but_their_problems_do():
         box_scenes(*arrays, doubt=Doubt(start=0.25))
     boxes = box_scenes(*arrays)
     doubted = [boxes.problem(i).replace(doubt=Doubt(start=0.25)) for i in range(len(boxes))]
-    asked, wider = plain_problems(doubted, model, {})
+    asked, wider = nominal_problems(doubted, model, {})
     assert [one.goal.b.tolist() for one in asked] == [[0.75, 0.75, 1.0, -0.25, -0.25, 0.0]] * 2
     assert wider is not model
 

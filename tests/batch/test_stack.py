@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from toy_models import random_model, random_polygon, random_problem
 
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.batch.stack import FEW, stack_problems
 from parc_jax.safe_set.settings import Settings

@@ -12,7 +12,7 @@ from toy_models import toy_case
 from parc_jax import checker
 from parc_jax.common.sets.box import box
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.certificate import prove as module
 from parc_jax.proof.certificate.prove import prove

@@ -23,7 +23,7 @@ from toy_models import (
 from parc_jax import checker
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import fraction_text
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import (

@@ -28,7 +28,7 @@ from toy_bodies import points_model, points_problem
 from parc_jax import checker
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.common.sets.hpolytope import hpolytope
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.settings import Settings
 

@@ -25,7 +25,7 @@ from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.runs.subject import given_of
 from parc_jax.learning.system import time_grid
-from parc_jax.problem.robust.question import plain
+from parc_jax.problem.robust.nominal import query
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 from parc_jax.safe_set.verdict.scene import laid_out
 
@@ -77,7 +77,7 @@ def test_plans_are_replayed_from_what_was_measured(claim):
     shares = safe_volume(model, MEASURED, KEY)
     assert 0 < shares["safe"] <= shares["reaching"]
     with pytest.raises(InputError, match="which differs in points, K"):
-        pj.replay(Cart(), laid_out(plain(ROUGHLY, model)), answer.samples, KEY)
+        pj.replay(Cart(), laid_out(query(ROUGHLY, model).nominal()), answer.samples, KEY)
 
 
 @pytest.mark.night
@@ -111,7 +111,7 @@ def test_a_question_says_what_is_measured_or_is_refused():
     sentence = "expected v0, which cart measures at the start; got no value"
     for doubt in (None, pj.Doubt(start=0.01), pj.Doubt(given={"v": 0.5})):
         with pytest.raises(InputError, match=sentence):
-            plain(SCENE.replace(doubt=doubt), model)
+            query(SCENE.replace(doubt=doubt), model).nominal()
     with pytest.raises(InputError, match=sentence):
         pj.Planner(model).solve_batch([MEASURED, SCENE], KEY)
     with pytest.raises(InputError, match=sentence):
@@ -121,16 +121,16 @@ def test_a_question_says_what_is_measured_or_is_refused():
         pj.Planner(model).solve_batch(pj.box_scenes(model, *corners, *corners + 2, 0.1), KEY)
     require_fit(MEASURED, outline_of(Cart()))
     for doubt in (pj.Doubt(given={0: (0.4, 0.6)}), pj.Doubt(unknown={"v0": (0.4, 0.6)})):
-        assert plain(SCENE.replace(doubt=doubt), model).model.n_k == 1
+        assert query(SCENE.replace(doubt=doubt), model).nominal().model.n_k == 1
 
 
 @pytest.mark.slow
 def test_what_is_free_is_chosen_with_the_rest():
     model = cart_model()
     free = SCENE.replace(doubt=pj.Doubt(given={"v0": "free"}))
-    assert free.doubt.is_nothing and plain(free, model).model is model
+    assert free.doubt.is_nothing and query(free, model).nominal().model is model
     rough = SCENE.replace(doubt=pj.Doubt(given={"v0": "free"}, k={"v0": 0.01}))
-    under = plain(rough, model)
+    under = query(rough, model).nominal()
     assert under.model.n_k == 2 and under.model.given == ()
     assert under.doubt.words == "every execution with v0 off by up to 0.01"
 
@@ -149,7 +149,7 @@ EDGES = [
 @pytest.mark.parametrize(("value", "width"), EDGES)
 def test_a_value_on_an_edge_and_a_box_across_one_have_the_wider_tube(value, width):
     asked = SCENE.replace(doubt=pj.Doubt(given={"v0 [m/s]": value}))
-    found = plain(asked, cart_model(widths=(0.02, 0.05))).model.tube
+    found = query(asked, cart_model(widths=(0.02, 0.05))).nominal().model.tube
     np.testing.assert_allclose(found.interval, width, rtol=1e-8)
 
 
@@ -166,7 +166,9 @@ def test_two_values_on_edges_have_the_widest_of_four_bins():
         ((1, 1), 0.03),
     ):
         asked = SCENE.replace(doubt=pj.Doubt(given=dict(enumerate(given))))
-        np.testing.assert_allclose(plain(asked, model).model.tube.interval, width, rtol=1e-8)
+        np.testing.assert_allclose(
+            query(asked, model).nominal().model.tube.interval, width, rtol=1e-8
+        )
 
 
 @pytest.mark.slow

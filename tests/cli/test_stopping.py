@@ -78,7 +78,7 @@ def test_what_a_library_makes_of_it_is_no_fault(shell, monkeypatch):
     assert shell("systems") == (130, "", "parc-jax: stopped.\n")
 
 
-@pytest.mark.parametrize("module", ["tyro", "jax", "parc_jax.planner.planner"])
+@pytest.mark.parametrize("module", ["tyro", "jax", "parc_jax.planner"])
 def test_the_first_second_is_stopped_quietly(module, tmp_path):
     command = [sys.executable, "-c", WHILE_LOADING, module, "solve", "m.npz", "s.toml"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)

@@ -9,7 +9,7 @@ from dense_oracle import DEPTH, knots_of, smallest_distance
 from toy_models import toy_case
 
 from parc_jax import checker
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.proof.certificate.write import network_part, problem_part, tube_part
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.settings import Settings

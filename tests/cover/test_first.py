@@ -15,17 +15,16 @@ from toy_models import line_model, random_polygon, rectangle, toy_case
 from parc_jax.common.arrays import x64
 from parc_jax.common.backend import ACCELERATOR, CPU
 from parc_jax.common.sets.box import box
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.robust.question import Plain
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.corridors import first as first_module
 from parc_jax.safe_set.corridors.first import MOST, first_draw, first_safe
 from parc_jax.safe_set.corridors.placed import placed
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.near import near_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.scene import near_scene, scene_of
 
 KEYS = [jax.random.PRNGKey(seed) for seed in range(40)]
 
@@ -72,7 +71,7 @@ def test_every_plan_is_judged_as_all_plans_are(question):
 def test_in_turn_and_side_by_side_find_the_same_plans(question):
     ways = [replace(how, round=64, rounds=1) for how in (CPU, ACCELERATOR)]
     model, problem = question()
-    asked = placed(near_scene(Plain(problem, model)))
+    asked = placed(near_scene(NominalProblem(problem, model)))
     (device,) = asked.scene.count.devices()
     found = []
     for key in KEYS[:8]:

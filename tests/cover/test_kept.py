@@ -13,7 +13,7 @@ from toy_models import line_model, toy_case
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors.kept import KeptPlans
 from parc_jax.safe_set.corridors.later import cut_later

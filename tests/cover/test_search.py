@@ -13,7 +13,7 @@ from toy_models import line_model, toy_case
 
 from parc_jax.common.sets.box import box
 from parc_jax.common.status import Status
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors.sampling import HOPELESS, draw
 from parc_jax.safe_set.settings import Settings
@@ -68,7 +68,7 @@ def test_a_query_of_a_saved_model_loads_no_simulator_and_no_solver():
         "matplotlib",
     }
     code = (
-        "import sys, parc_jax.learning.model, parc_jax.planner.planner; "
+        "import sys, parc_jax.learning.model, parc_jax.planner; "
         f"print(sorted({heavy!r} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -22,7 +22,7 @@ from parc_jax.common import distributed  # noqa: E402
 from parc_jax.common.keys import Stage  # noqa: E402
 from parc_jax.learning.bound.tube import tube  # noqa: E402
 from parc_jax.learning.runs import collect  # noqa: E402
-from parc_jax.planner.planner import Planner  # noqa: E402
+from parc_jax.planner import Planner  # noqa: E402
 
 key, system = jax.random.PRNGKey(3), plant(noisy)
 runs = collect.collect(system, key, 150, chunk=16, path=f"{OUT}.runs.npz", quiet=True)

@@ -15,7 +15,7 @@ from parc_jax.app.files.network_file import load_network
 from parc_jax.app.files.onnx_write import write_onnx
 from parc_jax.app.files.question import safety_question, vnnlib, write_question
 from parc_jax.common.errors import InputError
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts

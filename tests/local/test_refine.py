@@ -18,7 +18,7 @@ from parc_jax.drive.local.probe import Aim, inside, probes, rooms_of
 from parc_jax.drive.local.refine import Refine
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import Trajectory
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.verdict.outcomes import outcomes
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

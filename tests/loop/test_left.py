@@ -114,7 +114,7 @@ def test_a_heading_that_jumps_is_outside_by_what_the_other_points_are():
     turned = outside_tube(last, Pose(place, 0.7 + np.pi), now, k)
     assert 0.8 - 3 * wide < turned < 0.8
     assert outside_tube(last, Pose(place, 0.7 + 2 * np.pi), now, k) == 0.0
-    last.asked.question.problem.doubt = pj.Doubt(start=0.01, heading=0.1)
+    last.asked.query.problem.doubt = pj.Doubt(start=0.01, heading=0.1)
     less = outside_tube(last, Pose(place, 0.7 + np.pi), now, k)
     assert turned - 0.04 - 2 * 0.25 < less < turned - 0.04
 
@@ -123,7 +123,7 @@ def test_where_a_manoeuvre_may_lead_is_all_of_the_body_its_tube_and_its_doubt():
     shapely = pytest.importorskip("shapely")
     last, model, _ = a_bar(0.5 * np.pi)
     for doubt in (None, pj.Doubt(start=0.01)):
-        last.asked.question.problem.doubt = doubt
+        last.asked.query.problem.doubt = doubt
         off = 0.0 if doubt is None else 0.02
         for away, meets in (
             (0.5 + off - 1e-6, True),

@@ -19,7 +19,7 @@ from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.robust.pose import pose_of
-from parc_jax.safe_set.verdict.near import scene_near_path
+from parc_jax.safe_set.verdict.scene import scene_near_path
 
 PATIENT = pj.loop.Effort(candidates=256, deadline=300.0)
 WALL = pj.box([0.45, -2.0], [0.5, 2.0])

@@ -19,7 +19,7 @@ from parc_jax.common.status import Status
 from parc_jax.learning.bound.faces import faces
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.network.predict import trajectories
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.absence.contact_errors import WithinWidths

@@ -20,7 +20,7 @@ from parc_jax.learning.bound.tube import fitted_tube, refined, zero_tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.predict import by_point, moved_to, trajectories
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.body import Disc, Part, Polygon, body_of, hull, numbered
 from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.proof.absence.bin_errors import end_rows

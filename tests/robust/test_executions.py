@@ -19,13 +19,12 @@ from parc_jax import checker
 from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import labels
 from parc_jax.learning.network.predict import outputs
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.robust.bend import bend, bend_by_bin
-from parc_jax.problem.robust.bins import axis_of
-from parc_jax.problem.robust.executions import executions_of
-from parc_jax.problem.robust.question import plain
-from parc_jax.problem.robust.withstood import words
+from parc_jax.problem.robust.nominal import query
+from parc_jax.problem.robust.realisations import executions_of, words
+from parc_jax.problem.robust.vertex_model import axis_of
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -37,7 +36,7 @@ ROUGH = Doubt(start=0.01, k=[0.05, 0.02])
 
 
 def verdicts_under(problem, model, p0, k):
-    asked = plain(problem, model)
+    asked = query(problem, model).nominal()
     return verdicts(scene_of(asked.problem, asked.model), p0, k)
 
 
@@ -64,7 +63,9 @@ def test_no_plan_under_copies_says_what_it_means():
     assert answer.status is pj.types.Status.NO_PLAN
     doubts = (Doubt(k=[0.05, 0.02]), True), (Doubt(start=0.01), False), (Doubt(given={0: 0}), False)
     for doubt, said in doubts:
-        known = plain(toy_query.gap().replace(doubt=doubt), toy_query.planner().model).doubt
+        known = (
+            query(toy_query.gap().replace(doubt=doubt), toy_query.planner().model).nominal().doubt
+        )
         answer = replace(answer, no_plan=answer.no_plan._replace(doubt=known))
         assert ("a plan that this method cannot show to withstand" in answer.statement()) == said
         assert f"Safe means here: safe for {known.words}." in answer.statement()
@@ -207,7 +208,7 @@ def test_values_between_bins_meet_both():
 def test_a_given_parameter_is_a_model_of_the_others(rng):
     model, problem = toy_case(0)
     asked = problem.replace(doubt=Doubt(given={"k1": 0.3}))
-    found = plain(asked, model)
+    found = query(asked, model).nominal()
     assert found.model.n_k == 1 and found.model.net.hidden == model.net.hidden
     assert found.model.points == model.points and found.problem.body == problem.body
     p0, k = anchored_plans(rng, model, 300)
@@ -255,7 +256,7 @@ def test_a_measured_parameter_may_be_executed_roughly_too(rng):
     """
     model, problem = toy_case(0)
     both = Doubt(k={"k0": 0.02, 1: 0.3}, given={"k1": (0.15, 0.25)})
-    asked = plain(problem.replace(doubt=both), model)
+    asked = query(problem.replace(doubt=both), model).nominal()
     answer = Planner(model).solve(problem.replace(doubt=both), KEY, SMALL)
     assert answer.proved and len(answer.samples)
     for plan in answer.samples:
@@ -268,7 +269,7 @@ def test_a_measured_parameter_may_be_executed_roughly_too(rng):
     low, high = (Fraction(x) for x in known.box)
     assert low <= Fraction(0.15) - Fraction(0.3) and high >= Fraction(0.25) + Fraction(0.3)
     given = problem.replace(doubt=Doubt(k={"k0": 0.02}, given={"k1": (low, high)}))
-    assert plain(given, model).model.net.hash == asked.model.net.hash
+    assert query(given, model).nominal().model.net.hash == asked.model.net.hash
 
 
 def test_the_words_name_all_of_it():
@@ -306,7 +307,7 @@ def test_a_value_on_an_edge_has_plans_that_hold_for_all_bins_of_it(value, rng):
     asked = problem.replace(doubt=Doubt(given={"k1": value}))
     p0, k = anchored_plans(rng, model, 300)
     k[:, 1] = value
-    found = plain(asked, model)
+    found = query(asked, model).nominal()
     safe = verdicts_under(asked, model, p0, k[:, :1]).safe
     assert safe.sum() > 10
     for i in np.flatnonzero(safe)[:5]:
@@ -336,4 +337,4 @@ REFUSED = {
 def test_what_does_not_fit_the_model_is_refused(sentence):
     model, problem = toy_case(0)
     with pytest.raises(InputError, match=sentence):
-        plain(problem.replace(doubt=REFUSED[sentence]), model)
+        query(problem.replace(doubt=REFUSED[sentence]), model).nominal()

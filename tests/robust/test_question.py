@@ -20,11 +20,10 @@ from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.common.sets.rational import exact_support, rational_vertices
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.network.predict import Layout
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.robust.question import moved_tube, plain
-from parc_jax.problem.robust.scene import doubted_scene
+from parc_jax.problem.robust.nominal import doubted_scene, moved_tube, query
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -69,7 +68,7 @@ def withstands(rng, problem, model, p0, k, draws: int) -> bool:
 @pytest.mark.parametrize("number", [0, 4])
 def test_plans_withstand_the_doubt_and_no_more_is_given_up_than_has_to_be(number, rng):
     model, problem = toy_case(number, start=True)
-    asked = plain(problem.replace(doubt=DOUBT), model)
+    asked = query(problem.replace(doubt=DOUBT), model).nominal()
     p0, k = anchored_plans(rng, model, 300)
     safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
     before = verdicts(scene_of(problem, model), p0, k).safe
@@ -130,7 +129,7 @@ def test_more_doubt_never_adds_plans(rng):
     for size in (0.0, 0.5, 1.0, 2.0):
         square = box([-0.02 * size] * 2, [0.02 * size] * 2)
         doubt = Doubt(start=0.02 * size, goal=0.01 * size, obstacles=square)
-        asked = plain(problem.replace(doubt=doubt), model)
+        asked = query(problem.replace(doubt=doubt), model).nominal()
         safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
         assert (before | ~safe).all()
         before = safe
@@ -160,7 +159,7 @@ def test_what_cannot_be_asked_is_refused():
         Planner(model).solve(problem.replace(doubt=Doubt(start=0.3, goal=0.3)), KEY, SMALL)
     with pytest.raises(InputError, match="one half width, or 2, one per axis, or with q; got 4"):
         Planner(model).solve(problem.replace(doubt=Doubt(goal=[0.1] * 4)), KEY, SMALL)
-    with pytest.raises(InputError, match="scene: expected a plain problem"):
+    with pytest.raises(InputError, match="scene: expected a nominal problem"):
         scene_of(problem.replace(doubt=DOUBT), model)
 
 

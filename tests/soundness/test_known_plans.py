@@ -11,7 +11,7 @@ from parc_jax.checker.exact import dot
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.certificate.write import (

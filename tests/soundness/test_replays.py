@@ -17,7 +17,7 @@ from parc_jax.app.study.replay import replay
 from parc_jax.common.errors import SoundnessError
 from parc_jax.common.sets.box import box
 from parc_jax.common.status import Status
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict import outcomes as judging

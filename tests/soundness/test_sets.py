@@ -16,7 +16,7 @@ from parc_jax import checker
 from parc_jax.checker.exact import dot
 from parc_jax.common.status import Status
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import (
     network_part,

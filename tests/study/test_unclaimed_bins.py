@@ -18,7 +18,7 @@ from parc_jax.learning.learn import final_error
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.neuralparc import Published
 from parc_jax.neuralparc.verdicts import region_verdicts
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.certificate.write import tube_part
 from parc_jax.safe_set.settings import Settings

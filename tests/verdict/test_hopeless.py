@@ -12,11 +12,11 @@ from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.network.predict import outputs
 from parc_jax.learning.network.within import outputs_within
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.body import hull
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.robust.question import question
+from parc_jax.problem.robust.nominal import query
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.settings import Settings
@@ -147,7 +147,7 @@ def test_points_that_the_model_places_at_the_start_are_looked_at(rng):
 def test_an_obstacle_that_doubt_made_larger_makes_nothing_sure():
     model = line_model(half=8.0)
     problem = reach_avoid(GOAL, [WALL], 2.01, doubt=Doubt(start=(0.1, 0.1)))
-    found = why_none(laid_out(question(problem, model).plain({})))
+    found = why_none(laid_out(query(problem, model).nominal({})))
     assert found.of_scene and not found.sure
 
 

@@ -7,7 +7,7 @@ import pytest
 from needs import need
 
 from parc_jax.common.errors import InputError
-from parc_jax.problem.world.footprint import read_footprint
+from parc_jax.problem.world.outlines import read_footprint
 
 need("shapely")
 import shapely  # noqa: E402

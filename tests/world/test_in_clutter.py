@@ -10,8 +10,8 @@ need("shapely")
 import shapely  # noqa: E402
 
 import sims.barn  # noqa: E402
-from parc_jax.problem.world.footprint import read_footprint  # noqa: E402
 from parc_jax.problem.world.free_space import free_place  # noqa: E402
+from parc_jax.problem.world.outlines import read_footprint  # noqa: E402
 from parc_jax.problem.world.seen import seen_from  # noqa: E402
 from sims.lidar import lidar, shapes  # noqa: E402
 

@@ -5,7 +5,7 @@ import pytest
 from needs import need
 
 from parc_jax.common.errors import InputError
-from parc_jax.problem.world.map_file import load_map
+from parc_jax.problem.world.grid_map import load_map
 
 need("shapely")
 from PIL import Image  # noqa: E402

@@ -53,7 +53,7 @@ def from_bags(
     path: Path, time: TimeGrid | None, domain: Box | None, k_law: str, asked: Bagged
 ) -> RolloutBatch:
     """Runs from bags. Raises InputError."""
-    from parc_jax.problem.world.footprint import read_footprint
+    from parc_jax.problem.world.outlines import read_footprint
     from parc_jax.ros.bags.load import load_bags
 
     needed = {"dt and --t-f": time, "pose": asked.pose, "command": asked.command, "k": asked.k}

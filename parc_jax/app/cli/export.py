@@ -46,7 +46,7 @@ def export(
         require_place(place)
     written = []
     if mcap is not None:
-        from parc_jax.problem.world.map_file import load_map
+        from parc_jax.problem.world.grid_map import load_map
         from parc_jax.ros.bags.write import write_mcap
 
         grid = None if map is None else load_map(map)

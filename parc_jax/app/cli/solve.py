@@ -72,7 +72,7 @@ def solve(
     from parc_jax.common.keys import key_of
     from parc_jax.method import Exact
     from parc_jax.neuralparc import Published
-    from parc_jax.planner.planner import Planner
+    from parc_jax.planner import Planner
     from parc_jax.problem.problem_file import labelled, load_problem
 
     if shell.cache:

@@ -18,12 +18,12 @@ from parc_jax.learning.bound.faces import Faces, faces
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.planner.planner import answer_to
+from parc_jax.planner import answer_to
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.robust.question import Plain, Question
-from parc_jax.problem.robust.withstood import withstood_of_json
+from parc_jax.problem.robust.realisations import withstood_of_json
 from parc_jax.proof.absence.prove_no_plan import PROVED, UNDECIDED, NoPlan
 from parc_jax.proof.certificate.read import corridor_of
 from parc_jax.proof.certificate.write import FORMAT
@@ -33,9 +33,8 @@ from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.hopeless import why_none
-from parc_jax.safe_set.verdict.near import near_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.safe_set.verdict.scene import Scene, near_scene
 
 
 def load_answer(path) -> Answer:
@@ -103,14 +102,14 @@ def _answer(data: dict, report) -> Answer:
     )
 
 
-def _asked(problem: ReachAvoid, model: TrajectoryModel, meta: dict) -> Plain:
+def _asked(problem: ReachAvoid, model: TrajectoryModel, meta: dict) -> NominalProblem:
     """The plain question of a file; as it was asked where that is the same but for a place."""
     doubt = withstood_of_json(meta.get("doubt"))
     at = np.array(nearest_floats(meta["at"])) if "at" in meta else None
     pose = _pose(meta)
     here = at is None if pose is None else pose.heading is None
-    asked = Question(problem, model, pose) if here and doubt is None else None
-    return Plain(problem, model, doubt, at, pose, asked)
+    asked = Query(problem, model, pose) if here and doubt is None else None
+    return NominalProblem(problem, model, doubt, at, pose, asked)
 
 
 def _pose(meta: dict) -> Pose | None:

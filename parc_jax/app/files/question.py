@@ -24,7 +24,7 @@ from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.proof.certificate.write import by_pair
 from parc_jax.safe_set.separation.directions import Multiplier
-from parc_jax.safe_set.verdict.near import whole_scene
+from parc_jax.safe_set.verdict.scene import whole_scene
 
 
 class NetworkQuestion(NamedTuple):

@@ -14,7 +14,7 @@ from parc_jax.problem.body import Disc, numbered
 from parc_jax.proof.certificate.read import corridor_of
 from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.safe_set.corridors.corridor import Corridor
-from parc_jax.safe_set.verdict.near import whole_scene
+from parc_jax.safe_set.verdict.scene import whole_scene
 
 DIGITS = 6  # significant digits of an outline: enough for a screen
 

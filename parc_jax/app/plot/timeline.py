@@ -11,7 +11,7 @@ from parc_jax.checker import number
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.error_set import ErrorBox
-from parc_jax.safe_set.verdict.near import whole_scene
+from parc_jax.safe_set.verdict.scene import whole_scene
 
 SHORT = 0.035  # runs shorter than this share of the horizon have no room for an arrow
 

@@ -7,7 +7,7 @@ from parc_jax.common.keys import Stage, generator, stream
 from parc_jax.learning.learn import NetworkModels, final_error
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.problem.robust.question import plain
+from parc_jax.problem.robust.nominal import query
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.verdict.scene import laid_out, volume_of_all
@@ -35,7 +35,7 @@ def compare(learned: NetworkModels, problem: ReachAvoid, key: jax.Array) -> list
 
 def safe_volume(model: TrajectoryModel, problem: ReachAvoid, key: jax.Array) -> dict[str, float]:
     """Shares of all (p0, k) over K and the goal's box: `reaching` the goal in the model, `safe`."""
-    scene = laid_out(plain(problem, model))
+    scene = laid_out(query(problem, model).nominal())
     seen = draw(scene, generator(stream(key, Stage.SEARCH)), COMPARED)
     share = seen.volume / volume_of_all(scene) / seen.drawn
     return {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share}

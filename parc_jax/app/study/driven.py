@@ -17,7 +17,7 @@ from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import fit
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 
 NEAREST = 60  # training runs around a plan: enough for an affine map, and for a narrow tube

@@ -24,7 +24,7 @@ from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.learn import Learned, final_error, learn
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.proof.regions import RegionTable, enumerate_regions
 from parc_jax.safe_set.settings import Search, Settings

@@ -16,11 +16,10 @@ from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
-from parc_jax.problem.robust.executions import executions_of
-from parc_jax.safe_set.verdict.near import whole_scene
+from parc_jax.problem.robust.realisations import executions_of
 from parc_jax.safe_set.verdict.outcomes import outcomes, reached_and_touched
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.safe_set.verdict.scene import Scene, whole_scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
 CHUNK = 256
@@ -133,7 +132,7 @@ def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]
     """The model that was asked and all parameters (n, n_k) of its plans, where k (n, chosen) are
     what is left to choose of them, and the rest is given exactly; else what the scene says.
     """
-    asked = scene.asked.question
+    asked = scene.asked.query
     if asked is None or asked.problem.doubt is None or asked.model.n_k == scene.model.n_k:
         return scene.model, k
     executions = executions_of(asked.problem.doubt, asked.model)

@@ -20,11 +20,10 @@ from parc_jax.learning.bound.counts import as_probability
 from parc_jax.learning.bound.risk import NoStatement, Risk
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import System, check_system
-from parc_jax.problem.robust.question import Question
+from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.safe_set.verdict.scene import Scene, whole_scene
 from parc_jax.statement import about_pose
 
 # how a question is answered: (question, key, settings, looks) -> Answer
@@ -129,7 +128,7 @@ class Choice:
         asked = Local() if asked is None else asked
         if not isinstance(asked, Local):
             raise InputError(expected("claim_near", "a Local", asked, "pj.Local(share=1e-3)"))
-        question = self.scene.asked.question
+        question = self.scene.asked.query
         if question is None or self.solve is None:
             raise InputError(
                 "claim_near: expected an answer that knows its question; a file that was told in "
@@ -185,7 +184,7 @@ class Choice:
 
 
 def near_of(
-    choice: Choice, question: Question, look: Look, key: jax.Array, settings: Settings | None = None
+    choice: Choice, question: Query, look: Look, key: jax.Array, settings: Settings | None = None
 ) -> Near:
     """What the choice's question, asked of the local model of this look, proves around the plan."""
     model, answer = question.model, None

@@ -27,7 +27,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import System
 from parc_jax.method import Exact
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.problem.robust.question import Question
+from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import laid_out, scene_of
@@ -116,7 +116,7 @@ class Refined:
 
 
 def refine(
-    question: Question,
+    question: Query,
     system: System,
     key: jax.Array,
     solve: Callable[..., Any],
@@ -141,7 +141,7 @@ def refine(
         stages.append(bought)
         say(_line(bought))
         if answer is not None and answer.corridors:
-            choice = Choice(*answer.best("room"), laid_out(question.plain()), looks, solve)
+            choice = Choice(*answer.best("room"), laid_out(question.nominal()), looks, solve)
             choice = replace(choice, near=near_by(choice, local, answer, look))
             return Refined(choice, tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
@@ -218,7 +218,7 @@ def _zoom(
 
 
 def _proved(
-    query: Question,
+    query: Query,
     model: TrajectoryModel,
     key: jax.Array,
     solve: Callable[..., Any],

@@ -13,9 +13,8 @@ from parc_jax.proof.certificate.prove import proves_box
 from parc_jax.proof.certificate.write import corridor_part
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.search import cover_around
-from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.safe_set.verdict.scene import Scene, whole_scene
 
 HALVINGS = 24  # of the box of all K, until a box of safe plans is found
 LOOKED_AT = 256  # plans of a box that are judged before a corridor is asked to hold all of it

@@ -5,11 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from parc_jax.problem.robust.question import Plain
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part, sample_part
-from parc_jax.safe_set.verdict.near import scene_near_path
 from parc_jax.safe_set.verdict.pointwise import paths_of
+from parc_jax.safe_set.verdict.scene import scene_near_path
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class Commitment:
     k: np.ndarray
     clearance: float
     judged: int
-    asked: Plain
+    asked: NominalProblem
 
     def __repr__(self) -> str:
         values = ", ".join(f"{x:.3g}" for x in self.k)

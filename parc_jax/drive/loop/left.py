@@ -45,8 +45,8 @@ def left_tube(
     """
     if not commitments:
         return False
-    model = commitments[0].asked.question.model
-    if any(one.asked.question.model is not model for one in commitments):
+    model = commitments[0].asked.query.model
+    if any(one.asked.query.model is not model for one in commitments):
         raise InputError("left_tube: expected commitments of one loop; got some of another model.")
     turns = commitments[0].asked.pose.heading is not None
     path = _path(model, path)
@@ -75,7 +75,7 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     What may be is a box around the tube, grown by the doubt of both poses and ROUNDED. A heading
     shows in the other points alone: of a robot of one point it is not looked at.
     """
-    asked, begun = last.asked.question, last.asked.pose
+    asked, begun = last.asked.query, last.asked.pose
     model, doubt = asked.model, asked.problem.doubt
     tube, n_p, steps = model.tube, model.n_p, model.time.n_steps
     (knots, starts), _ = trajectories(model.net, model.layout, np.stack([last.k, k]))
@@ -105,7 +105,7 @@ def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
         return False
     from shapely import MultiPoint
 
-    asked, begun = last.asked.question, last.asked.pose
+    asked, begun = last.asked.query, last.asked.pose
     model, doubt = asked.model, asked.problem.doubt
     knots, _ = trajectories(model.net, model.layout, last.k[None])
     away = knots[0].reshape(-1, model.n_points, model.n_p)

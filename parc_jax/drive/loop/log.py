@@ -15,7 +15,7 @@ from parc_jax.common.premises import ASSUMED, CHECKED, Premises, agree, premises
 from parc_jax.common.spelling import hex_text, plain
 from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.problem.robust.question import Plain
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.certificate.write import part_hash, problem_part, question_parts
 
 
@@ -47,7 +47,7 @@ def episode_part(
     return {"format": EPISODE, "hash": hashes, **part, "meta": plain(meta)}
 
 
-def met_with(asked: Plain, entry: dict) -> Premises:
+def met_with(asked: NominalProblem, entry: dict) -> Premises:
     """What a manoeuvre, an entry of the file, and the next one have in common."""
     model = asked.model
     start, heading = doubt_of(asked)
@@ -64,20 +64,20 @@ def met_with(asked: Plain, entry: dict) -> Premises:
     )
 
 
-def copies_of(asked: Plain) -> int:
+def copies_of(asked: NominalProblem) -> int:
     """Points of the plain question for each point of the robot."""
-    return asked.model.n_points // asked.question.model.n_points
+    return asked.model.n_points // asked.query.model.n_points
 
 
-def doubt_of(asked: Plain) -> tuple[np.ndarray, float]:
+def doubt_of(asked: NominalProblem) -> tuple[np.ndarray, float]:
     """Half widths (n_p,) [m] of the start, and [rad] of the heading."""
-    doubt = asked.question.problem.doubt
+    doubt = asked.query.problem.doubt
     if doubt is None:
         return np.zeros(asked.model.n_p), 0.0
     return doubt.shifts(asked.model.n_p), float(doubt.heading or 0.0)
 
 
-def head_part(first: Plain, drift: float = 0.0) -> dict:
+def head_part(first: NominalProblem, drift: float = 0.0) -> dict:
     """What an episode that begins with this question says of all its manoeuvres; drift [m] as of
     `episode_part`.
     """

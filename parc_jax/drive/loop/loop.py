@@ -29,8 +29,8 @@ from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.systems.chained import hand_over_of
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose, pose_of
-from parc_jax.problem.robust.question import Plain
 from parc_jax.safe_set.corridors.preferred import preferred
 
 if TYPE_CHECKING:
@@ -240,7 +240,7 @@ class Loop:
             self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.asked))
 
     def _commit(
-        self, asked: Plain, k: np.ndarray, clearance: float, judged: int, at: Fraction
+        self, asked: NominalProblem, k: np.ndarray, clearance: float, judged: int, at: Fraction
     ) -> Step:
         one = Commitment(self._n, at, at + self.lasts, k, float(clearance), judged, asked)
         if self.prover is not None:

@@ -17,12 +17,11 @@ from parc_jax.learning.network.predict import outputs
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.robust.copies import copied_problem
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.robust.question import question
+from parc_jax.problem.robust.vertex_model import copied_problem
 from parc_jax.safe_set.verdict.hopeless import why_none
-from parc_jax.safe_set.verdict.scene import Scene, laid_out
-from parc_jax.safe_set.verdict.sized import ROOM, roomy
+from parc_jax.safe_set.verdict.scene import ROOM, Scene, laid_out, roomy
 
 CORNERS = 8  # of an obstacle in the plane, that scenes have room for without compiling anew
 
@@ -57,8 +56,8 @@ class Scenes:
         doubt = replace(self.doubt, given={axis: FREE for axis in self.model.given})
         goal = any_goal(self.model)
         problem = reach_avoid(goal, obstacles, self.body, spans=spans, doubt=doubt)
-        asked = question(problem, self.model)
-        asked = replace(asked, pose=pose).plain(self._known)
+        asked = query(problem, self.model)
+        asked = replace(asked, pose=pose).nominal(self._known)
         goal = moved_goal(self._end(asked.model), asked.model, asked.at)
         asked = replace(asked, problem=asked.problem.replace(goal=goal))
         return roomy(laid_out(asked), ROOM, CORNERS)

@@ -2,11 +2,9 @@
 that cover it. Shapely and the like (the extra `maps`) are loaded when something is asked of it.
 """
 
-from parc_jax.problem.world.footprint import Footprint, read_footprint
 from parc_jax.problem.world.free_space import FreeSpace, free_place
-from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
-from parc_jax.problem.world.map_file import load_map
-from parc_jax.problem.world.pieces import convex_pieces
+from parc_jax.problem.world.grid_map import GridMap, load_map, occupancy_grid
+from parc_jax.problem.world.outlines import Footprint, convex_pieces, read_footprint
 from parc_jax.problem.world.seen import seen_from
 
 __all__ = [

@@ -9,8 +9,7 @@ from jaxtyping import Float
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.problem.world.beams import Beams
-from parc_jax.problem.world.free_space import FreeSpace, shrunk
+from parc_jax.problem.world.free_space import Beams, FreeSpace, shrunk
 from parc_jax.problem.world.outlines import package, require_near
 
 CALL = "seen_from"

@@ -16,7 +16,7 @@ from parc_jax import checker
 from parc_jax.common.spelling import decimal_text, rounded_up
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.robust.withstood import Withstood
+from parc_jax.problem.robust.realisations import Withstood
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound, Found
 from parc_jax.proof.absence.faces import goal_faces
 from parc_jax.proof.absence.tree import Node

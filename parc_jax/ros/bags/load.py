@@ -14,7 +14,7 @@ from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.loaders import check_k_law, recorded
 from parc_jax.learning.runs.subject import words_of
 from parc_jax.learning.system import ONE_POINT, TURNS, TimeGrid
-from parc_jax.problem.world.footprint import Footprint
+from parc_jax.problem.world.outlines import Footprint
 from parc_jax.ros.bags.fields import value_at
 from parc_jax.ros.bags.recording import Heard, heard, recordings_in
 from parc_jax.ros.bags.track import times_of, track

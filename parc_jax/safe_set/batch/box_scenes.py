@@ -16,8 +16,14 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.body import Body, Disc, Polygon, numbered
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.safe_set.separation.pairs import Obstacles, obstacles_of
-from parc_jax.safe_set.verdict.scene import CORNERS, SceneArrays, float_slack, in_closed_form
-from parc_jax.safe_set.verdict.sized import more_rows, size_class
+from parc_jax.safe_set.verdict.scene import (
+    CORNERS,
+    SceneArrays,
+    float_slack,
+    in_closed_form,
+    more_rows,
+    size_class,
+)
 
 
 @struct.dataclass
@@ -165,6 +171,7 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> SceneArrays:
         obstacles=obstacles,
         slack=float_slack(model, size),
         beyond=np.full(s, np.inf),
+        count=None,
     )
 
 

@@ -9,9 +9,13 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.safe_set.verdict.near import apart_from_plans
-from parc_jax.safe_set.verdict.scene import OneScene, SceneArrays, scene_arrays
-from parc_jax.safe_set.verdict.sized import size_class, sized
+from parc_jax.safe_set.verdict.scene import (
+    SceneArrays,
+    apart_from_plans,
+    scene_arrays,
+    size_class,
+    sized,
+)
 
 FEW = 4  # obstacles that cost less than telling which of them are far
 
@@ -72,7 +76,7 @@ def check_stack(scenes: SceneArrays, model: TrajectoryModel) -> int:
     """
     leaves = jax.tree.leaves(scenes)
     counts = {np.shape(x)[0] if np.ndim(x) else None for x in leaves}
-    if isinstance(scenes, OneScene) or len(counts) != 1 or None in counts:
+    if scenes.count is not None or len(counts) != 1 or None in counts:
         raise InputError(
             "solve_batch: expected stacked scenes, every array with the same leading axis; "
             f"got {sorted(map(str, counts))}. Build them with box_scenes or stack_problems."

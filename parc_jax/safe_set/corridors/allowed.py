@@ -8,8 +8,7 @@ import numpy as np
 from parc_jax.common.shapes import Index
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.bound.reach import errors_of, numbered, reach
-from parc_jax.safe_set.verdict.scene import Scene
-from parc_jax.safe_set.verdict.sized import size_class
+from parc_jax.safe_set.verdict.scene import Scene, size_class
 
 MOST_BYTES = 2**29  # along a scene's table: what is more is worked out wherever it is asked
 LEAST_KNOWN = 256  # directions that are told, if that is not much more

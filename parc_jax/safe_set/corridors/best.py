@@ -14,8 +14,8 @@ from parc_jax.common.climb import Ranked, climb, ranked
 from parc_jax.common.errors import InputError
 from parc_jax.safe_set.corridors.plan_set import PlanSet
 from parc_jax.safe_set.corridors.union import SafeUnion
-from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import whole_scene
 
 DRAWS = 2048  # first look over the whole set
 KEPT = 4  # plans around which the closer search draws: of these, then the best so far

@@ -16,7 +16,7 @@ from jaxtyping import ArrayLike, Float, Int
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.safe_set.separation.apart import Apart
 from parc_jax.safe_set.separation.runs import Run, merged_runs
-from parc_jax.safe_set.verdict.sized import LEAST_OBSTACLES, size_class
+from parc_jax.safe_set.verdict.scene import LEAST_OBSTACLES, size_class
 
 
 def lost(w: Float[ArrayLike, "o t n_p"], errors: ErrorSet, points: Int[ArrayLike, "o i"]):

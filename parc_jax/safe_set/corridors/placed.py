@@ -8,9 +8,8 @@ from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.corridors.ends import BinEnds, ends_of
-from parc_jax.safe_set.verdict.scene import OneScene, Scene
+from parc_jax.safe_set.verdict.scene import ROOM, Scene, SceneArrays, roomy
 from parc_jax.safe_set.verdict.screen import few_outputs
-from parc_jax.safe_set.verdict.sized import ROOM, roomy
 
 
 @struct.dataclass
@@ -25,7 +24,7 @@ class Placed:
     net: ReLUNetwork
     end: ReLUNetwork
     tube: Tube
-    scene: OneScene
+    scene: SceneArrays
     ends: BinEnds
     at: jax.Array | None
 

@@ -1,48 +1,11 @@
-"""Does a problem fit a robot? It has as many dimensions, and its goal is bounded: boxes around
-where plans end and start.
-"""
+"""Boxes around goals and start sets: where plans end and start."""
 
 import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.spelling import counted
 from parc_jax.learning.network.predict import Layout
-from parc_jax.problem.problem import ReachAvoid, require_points
-
-
-def check_fits(problem: ReachAvoid, n_p: int, n_q: int, points: tuple[str, ...]) -> None:
-    """Raises InputError where the problem has other dimensions than a robot's model, or a doubt.
-    points: names of its reference points.
-    """
-    if problem.doubt is not None:
-        raise InputError(
-            "scene: expected a plain problem; this one is under doubt. Ask a planner, or turn it "
-            "into a plain one by `robust.question.plain`."
-        )
-    n_y = len(points) * n_p + n_q
-    require_points(problem, points)
-    if problem.goal.n != n_y:
-        of_all, hint = "", "Give bounds for every one of them."
-        if len(points) > 1:
-            of_all = f" of each of its {len(points)} points"
-            q = f", q=...), q over {counted(n_q, 'coordinate')}." if n_q else ")."
-            hint = f"Make it with goal_of_points(model.points, where{q}"
-        raise InputError(
-            f"goal: expected a set over the {n_p} workspace coordinates{of_all} and "
-            f"{n_q} further goal coordinates of this model ({n_y}); got {problem.goal.n} "
-            f"dimensions. {hint}"
-        )
-    for j, o in enumerate(problem.obstacles):
-        if o.n != n_p:
-            raise InputError(
-                f"obstacle {j}: expected a set in the {n_p}-D workspace; got {o.n} dimensions."
-            )
-    if problem.start is not None and problem.start.n != n_p:
-        raise InputError(
-            f"start: expected a set in the {n_p}-D workspace; got {problem.start.n} dimensions."
-        )
 
 
 def finite_box(

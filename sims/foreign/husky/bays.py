@@ -10,7 +10,7 @@ import jax
 
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.model import load
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 from sims.foreign.husky.scenario import problem
 

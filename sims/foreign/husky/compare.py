@@ -7,7 +7,7 @@ import jax
 
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.network.train import train
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 from sims.foreign.husky.job import EPS
 from sims.foreign.husky.learn import Halves, claimed, halves, network

@@ -11,7 +11,7 @@ from parc_jax.app.study.job import finish
 from parc_jax.app.study.recorded import Recorded, replay_recorded
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 from sims.foreign.husky.learn import claimed, first_look, halves, network, profile, worst
 from sims.foreign.husky.log import read_log

@@ -9,7 +9,7 @@ from pathlib import Path
 import jax
 
 from parc_jax.learning.model import load
-from parc_jax.planner.planner import Planner
+from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 from sims.foreign.slot.scenario import problem
 

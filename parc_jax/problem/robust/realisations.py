@@ -1,10 +1,12 @@
-"""The executions that stand for all of them: corners of the box in which k is executed. [T21]
+"""The vertex realisations that stand for all: corners of the box in which k is executed, maps whose
+mixtures are all turns, and the words for what a plan withstands. [T21, T22]
 
-In between, the network is the same mixture of what it says at the corners, but for its kinks
+In between, the network is the same mixture of its values at the corners, but for its kinks
 (`bend`).
 """
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -15,9 +17,11 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
+from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import listed
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.system import TURNS
 from parc_jax.problem.doubt import FREE, Doubt, Interval, require_once
 
 MOST = 64  # reference points that the checker takes, each execution with its own
@@ -202,3 +206,136 @@ def _require_inside(p: Parameter, lo: float, hi: float) -> None:
             f"doubt of {p.name}: expected a box within K, [{lo:g}, {hi:g}]; got [{value}] "
             f"({p.known}{rough}). Narrow it, or learn a model of more."
         )
+
+
+BITS = 48  # of the entries of the maps
+LEAST = 1e-4  # [rad] a smaller angle is taken for this one
+
+
+class Turn(NamedTuple):
+    """maps (R, n_p, n_p): every turn by at most the angle is a mixture of them, for all vectors
+    alike. sine: at least that of the angle. of_q (n_q,): what the other goal states turn by.
+    """
+
+    maps: np.ndarray
+    sine: float
+    of_q: np.ndarray
+
+    def widened(self, widths: np.ndarray) -> np.ndarray:
+        """Half widths (..., n_p) of errors that turn too."""
+        if not self.sine:
+            return widths
+        return widths + self.sine * widths[..., ::-1]
+
+
+def no_turn(n_p: int, n_q: int) -> Turn:
+    """The heading is known."""
+    return Turn(np.eye(n_p)[None], 0.0, np.zeros(n_q))
+
+
+def turn_by(angle: float, rotation: tuple[str, ...]) -> Turn:
+    """All turns of the plane by at most an angle [rad] below 1. rotation: which of the other goal
+    states turn.
+
+    As complex numbers, turns are an arc of the unit circle, in the triangle of a + ib, a - ib and
+    g: a is no larger than its cosine, and the lines from a ± ib to g miss the circle.
+    """
+    if not 0 < angle < 1:
+        raise InputError(f"heading: expected a half angle between 0 and 1 rad; got {angle:g}.")
+    unit = Fraction(1, 2**BITS)
+    # less than the cosine, however that was rounded
+    a = math.floor((math.cos(max(angle, LEAST)) - 2.0**-46) / unit) * unit
+    b = unit * (math.isqrt(math.floor((1 - a * a) / unit**2)) + 2)
+    g = math.ceil(a / (1 - b * b) / unit) * unit
+    if not (a * a + b * b >= 1 and misses_circle(a, b, g)):
+        raise InputError(f"heading: expected an angle that a triangle holds; got {angle:g}.")
+    a, b, g = float(a), float(b), float(g)
+    maps = np.array([[[a, -b], [b, a]], [[a, b], [-b, a]], [[g, 0.0], [0.0, g]]])
+    turns = np.array([word == TURNS for word in rotation], float)
+    return Turn(maps, b, turns * math.nextafter(angle, math.inf))
+
+
+def misses_circle(a: Fraction, b: Fraction, g: Fraction) -> bool:
+    """The line through a + ib and g is at least 1 away from the origin, which lies before it."""
+    return 0 < a < g and b > 0 and g * g * b * b >= b * b + (g - a) ** 2
+
+
+OF_COPIES = (
+    "Under this doubt of execution or heading a few executions stand for all, and more than all: "
+    "what is not safe is a plan that this method cannot show to withstand it."
+)
+
+
+class Withstood(NamedTuple):
+    """words: "every start within ..."; for sentences. sensing_eps: probability with which the truth
+    may lie outside of what was asked. parameters: (all of k, those chosen); where some are not
+    chosen nothing is promised of a drawn plan. k_volume: of K as the claim has it, in units of k
+    multiplied, where all of k is chosen. copies: several executions or headings stand for all, by a
+    hull that holds more than them; then "no plan" is none that could be shown to withstand it.
+    """
+
+    words: str
+    sensing_eps: Fraction
+    parameters: tuple[int, int]
+    k_volume: float
+    copies: bool = False
+
+    def volume_of_k(self, domain: Box) -> float:
+        """Of K as the claim has it; of the domain of those parameters that are chosen, where not
+        all are.
+        """
+        return self.k_volume if len(set(self.parameters)) == 1 else domain.volume
+
+    def share_of_k(self, domain: Box) -> float:
+        """Share of K, as the claim has it, in which plans may be chosen; 1 where some parameters
+        are not chosen at all.
+        """
+        return domain.volume / self.volume_of_k(domain)
+
+    def of_none(self, told: str) -> str:
+        """A sentence that no safe plan is there, or how many are, with what safe means in it."""
+        about = f"{told} Safe means here: safe for {self.words}."
+        return f"{about} {OF_COPIES}" if self.copies else about
+
+    def to_json(self) -> dict:
+        """As plain data, for the answer file."""
+        return self._asdict() | {"sensing_eps": str(self.sensing_eps)}
+
+
+def withstood(
+    doubt: Doubt, executions: Executions, model: TrajectoryModel, copies: bool
+) -> Withstood:
+    """Of a doubt about plans of this model, executed so."""
+    volume = float(np.prod(model.domain.hi - model.domain.lo))
+    parameters = (model.n_k, len(executions.chosen))
+    return Withstood(words(doubt, executions), doubt.sensing_eps, parameters, volume, copies)
+
+
+def words(doubt: Doubt, executions: Executions) -> str:
+    """What a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
+    rough, known = executions.words
+    parts = []
+    if any(doubt.start):
+        parts.append(f"every start within {_spread(doubt.start)} m of the one asked about")
+    if doubt.heading:
+        parts.append(f"every heading within ±{told(doubt.heading)} rad")
+    parts += rough
+    if any(doubt.goal):
+        parts.append(f"every goal moved by up to {_spread(doubt.goal)}")
+    if any(s is not None for s in doubt.obstacles):
+        parts.append("every place of the obstacles that fits what was seen of them")
+    return "; ".join([*parts, *known])
+
+
+def _spread(widths: Sequence[float]) -> str:
+    return ", ".join(f"±{told(w)}" for w in widths)
+
+
+def withstood_of_json(data: dict | None) -> Withstood | None:
+    """That of `to_json`."""
+    if data is None:
+        return None
+    n_k, chosen = data["parameters"]
+    eps = Fraction(data["sensing_eps"])
+    copies = data.get("copies", False)
+    return Withstood(data["words"], eps, (n_k, chosen), float(data["k_volume"]), copies)

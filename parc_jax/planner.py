@@ -1,0 +1,418 @@
+"""The planner: one model, any number of queries: one alone, many at once, or one prepared."""
+
+import logging
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.answer.answer import Answer
+from parc_jax.answer.looks import Looks
+from parc_jax.common.errors import InputError, expected
+from parc_jax.common.keys import Stage, as_key, generator, stream
+from parc_jax.common.probes import require_sound_arithmetic
+from parc_jax.common.status import Status
+from parc_jax.learning.model import TrajectoryModel, check_model
+from parc_jax.learning.system import check_system
+from parc_jax.method import Exact
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.robust.nominal import NominalProblem, Query, nominal_problems, query
+from parc_jax.problem.robust.realisations import require_given
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import sample_part
+from parc_jax.proof.regions import RegionTable, regions_of
+from parc_jax.safe_set.batch.box_scenes import BoxScenes
+from parc_jax.safe_set.batch.search import Problems, problem_of, search_batch
+from parc_jax.safe_set.corridors.first import MOST, in_one_array
+from parc_jax.safe_set.corridors.found import Cover
+from parc_jax.safe_set.corridors.placed import placed
+from parc_jax.safe_set.corridors.sampling import Points
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.outline import require_same
+from parc_jax.safe_set.verdict.pointwise import paths_of
+from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, near_scene
+
+if TYPE_CHECKING:
+    from parc_jax.drive.local.refine import Refine, Refined
+
+COLD_WORK = 0.03  # two looks, with corridors between: `warm_up` wants the compiled programs alone
+
+_log = logging.getLogger(__name__)
+
+
+class BatchAnswer(NamedTuple):
+    """The answer to s problems. Row i belongs to problem i.
+
+    found: (s,) bool: a safe plan is in hand. Not found means not found within the draws, never that
+        none exists.
+    plans: (s, samples, n_p + n_k), largest clearance first, NaN where fewer were found.
+    clearance: (s, samples) [m] kept by each plan for every trajectory inside the tube, rounding
+        paid; NaN likewise.
+    draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None
+        when not asked.
+    seconds: of layout, search and proof, apart.
+    answers: full answers, with safe polytopes, of the problems that were asked for, by row.
+    """
+
+    found: np.ndarray
+    plans: np.ndarray
+    clearance: np.ndarray
+    draws: np.ndarray
+    proved: np.ndarray | None
+    seconds: dict[str, float]
+    answers: dict
+
+    @property
+    def status(self) -> np.ndarray:
+        """(s,) Status: PROVED where the exact checker accepted the best plan, else BOUNDED [T11],
+        or NOT_FOUND.
+        """
+        out = np.where(self.found, Status.BOUNDED, Status.NOT_FOUND)
+        if self.proved is not None:
+            out[self.proved] = Status.PROVED
+        return out
+
+    def __repr__(self) -> str:
+        proved = "" if self.proved is None else f", {int(self.proved.sum())} proved"
+        return f"<BatchAnswer: {int(self.found.sum())} of {len(self.found)} found{proved}>"
+
+    @property
+    def best(self) -> np.ndarray:
+        """(s, n_p + n_k): the plan of the largest clearance of every problem, NaN where none was
+        found.
+        """
+        return self.plans[:, 0]
+
+
+class FirstPlans(NamedTuple):
+    """Safe plans in the order in which they were drawn: uniform over the safe set, each proved in
+    float64 with the margin that covers rounding. None at all says nothing of whether there are any.
+
+    plans (n, n_p + n_k). clearance (n,) [m]: kept from every obstacle by every run inside the tube.
+    drawn: plans that were looked at.
+    """
+
+    plans: np.ndarray
+    clearance: np.ndarray
+    drawn: int
+
+
+class Prepared:
+    """A problem laid out for one model. Made by `Planner.prepare`."""
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+
+    def __repr__(self) -> str:
+        return f"Prepared({self.scene.problem!r})"
+
+    def first(self, key: jax.Array, n: int = 1) -> FirstPlans:
+        """The first n safe plans of a few draws, in one compiled call: fewer, or none, where safe
+        plans are rarer than about one in a hundred; `solve` looks on.
+
+        key: its SEARCH stream is used. n: at most 16. Raises InputError.
+        """
+        if not 1 <= n <= MOST:
+            raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
+        asked = placed(self.scene)
+        rows, drawn = in_one_array(asked, stream(key, Stage.SEARCH), n)
+        return FirstPlans(rows[:, :-1], rows[:, -1], drawn)
+
+    def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
+        """The answer that `Planner.solve` gives. Raises InputError."""
+        settings = Settings.whole() if settings is None else settings
+        if not isinstance(settings, Settings):
+            raise InputError(expected("solve", "Settings", settings, "pj.Settings.fast()"))
+        return self._solve(key, settings, time.perf_counter())
+
+    def _solve(
+        self, key: jax.Array, settings: Settings, begin: float, looks: Looks | None = None
+    ) -> Answer:
+        """begin: [s] of the clock, from which the times of the answer count. looks: an account that
+        it shares, None for one of its own.
+        """
+        scene = self.scene
+        search = stream(key, Stage.SEARCH)
+        rng = generator(search)
+        method = settings.method or Exact()
+        found, no_plan = method.search(scene, search, rng, settings)
+        covered = time.perf_counter()
+        _log.info(
+            "searched for %.1f s: %d safe points, %d corridors, %d polytopes",
+            covered - begin,
+            len(found.points.k),
+            len(found.corridors),
+            len(found.polytopes),
+        )
+        pick = rng.permutation(len(found.points.k))[: settings.samples]
+        chosen = found.points.at(pick)
+        samples = np.concatenate([chosen.p0, chosen.k], axis=1)
+
+        def parts() -> list[dict]:
+            return _certificates(scene, chosen)
+
+        refused = 0
+        if settings.proof:
+            written = parts()
+            accepted = prove(scene.problem, scene.model, written, found.corridors, found.polytopes)
+            refused = sum(int((~kept).sum()) for kept in accepted)
+            samples = samples[accepted[0]]
+            written = _those(written, accepted[0])
+            found = _without_refused(found, *accepted[1:])
+            took = time.perf_counter() - covered
+            _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
+        timings = {
+            "first_sample_s": found.first_sample_s,
+            "first_polytope_s": found.first_polytope_s,
+            "corridors_s": found.corridors_s,
+            "cover_s": covered - begin,
+            "proof_s": time.perf_counter() - covered,
+        }
+        return Answer(
+            scene,
+            found,
+            samples,
+            written if settings.proof else parts,
+            settings.proof,
+            refused,
+            timings,
+            None if no_plan is None else no_plan._replace(doubt=scene.asked.doubt),
+            Looks() if looks is None else looks,
+            solve=answer_to,
+        )
+
+
+class Planner:
+    """Answers reach-avoid queries about one model.
+
+    model: network and claim. Raises InputError for anything else, and for a claim that was not made
+    about this network, or has a part from elsewhere.
+    """
+
+    def __init__(self, model: TrajectoryModel):
+        if not isinstance(model, TrajectoryModel):
+            raise InputError(expected("Planner", "a TrajectoryModel", model, "pj.load(path)"))
+        check_model(model)
+        self.model = model
+        self._under_doubt: dict[tuple, TrajectoryModel] = {}
+
+    def __repr__(self) -> str:
+        return f"Planner({self.model!r})"
+
+    @property
+    def regions(self) -> RegionTable:
+        """All regions of the network over K, enumerated once."""
+        return regions_of(self.model)
+
+    def solve(
+        self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None, *, at=None
+    ) -> Answer:
+        """The safe set of one problem: samples, corridors and polytopes, with certificates.
+
+        problem: from `reach_avoid` or `load_problem`; every plan of the answer withstands its
+        doubt. key: from `jax.random`; its SEARCH stream is used. settings: sizes, work and
+        method; by default `Settings.whole()`. at: where the robot is, x, y or x, y, heading: the
+        answer is about plans from there, sets in k alone; with a heading told in the robot's frame,
+        for a system that declares `rotation`.
+        Raises InputError when the problem does not fit the model, SoundnessError when this
+        installation computes wrong numbers.
+        """
+        settings = _checked("solve", problem, settings, Settings.whole())
+        as_key(key)
+        require_sound_arithmetic()
+        begin = time.perf_counter()
+        return self.prepare(problem, at=at)._solve(key, settings, begin)
+
+    def prepare(self, problem: ReachAvoid, *, at=None) -> Prepared:
+        """The problem laid out for this model, for many queries: safe plans from one compiled call
+        each, or whole answers.
+
+        problem, at: as of `solve`. Raises as `solve` does.
+        """
+        _checked("prepare", problem, None, Settings.whole())
+        require_sound_arithmetic()
+        return self._prepare(query(problem, self.model, at))
+
+    def _prepare(self, asked: Query) -> Prepared:
+        return Prepared(near_scene(asked.nominal(self._under_doubt)))
+
+    def warm_up(
+        self,
+        problem: ReachAvoid,
+        settings: Settings | None = None,
+        *,
+        at=None,
+        proof: bool = False,
+    ) -> Answer:
+        """Compile what a query of this size needs: a query with next to no work, from a stream of
+        its own, so that the times of the next `solve` are those of a search. Its timings are those
+        of a cold start; what it found is safe, and proved with `proof`, but covers little.
+        """
+        settings = _checked("warm_up", problem, settings, Settings.whole())
+        cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
+        apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
+        return self.solve(problem, apart, cold, at=at)
+
+    def refine(
+        self,
+        problem: ReachAvoid,
+        system,
+        key: jax.Array,
+        asked: "Refine | None" = None,
+        settings: Settings | None = None,
+        *,
+        say: Callable[[str], None] | None = None,
+    ) -> "Refined":
+        """Look where the plans of a problem are, or nearly are, with new runs there: a plan, a
+        claim about a small box around it, and everything proved again under it. [T23, T24]
+
+        For scenes that are too narrow for a model of the whole of K, and for plans that are to be
+        driven close to something. Probes by a few runs zoom in on boxes of K until nothing
+        improves; then a local claim is made, one look of the few declared.
+        system: the black box of this model, for new runs. key: its DRIVEN stream is used, which no
+        other call uses. asked: sizes, looks and delta. settings: of the query under the local
+        claim. say: called with a line of progress. Raises InputError.
+        """
+        # who only asks needs no trainer
+        from parc_jax.drive.local.refine import Refine, refine
+
+        settings = _checked("refine", problem, settings, Settings.whole())
+        if problem.doubt is not None:
+            raise InputError("refine: expected a problem without doubt; set doubt=None.")
+        check_system(system)
+        require_same(system, self.model)
+        asked = Refine() if asked is None else asked
+        if not isinstance(asked, Refine):
+            raise InputError(expected("refine", "a Refine", asked, "pj.Refine(looks=2)"))
+        require_sound_arithmetic()
+        return refine(query(problem, self.model), system, key, answer_to, asked, settings, say)
+
+    def solve_batch(
+        self,
+        problems: Problems,
+        key: jax.Array,
+        settings: Settings | None = None,
+        *,
+        draws: int = 4096,
+        pool: int = 1024,
+        numbers=None,
+        warm=None,
+        whole: Sequence[int] = (),
+        mesh=None,
+    ) -> BatchAnswer:
+        """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
+
+        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. Those
+        of a list may be under doubt, all under the same one but for goal and obstacles.
+        settings: by default `Settings.fast()`; of its fields samples (safe plans per problem) and
+        proof (exact check of every best plan, some ten milliseconds each) count here.
+        draws: most plans to propose per problem; solved ones stop early. pool: values of k shared
+        by all. numbers: (s,) the problems' own numbers, by default 0, 1, ...: with the key they
+        decide an answer, so it does not depend on what else is in the batch. warm: an earlier
+        BatchAnswer of the same problems, or plans. whole: rows that `solve` answers as well, with
+        these settings, or with `Settings.whole()` where these are for samples only. mesh: devices
+        to spread over (`distributed.mesh`).
+        Raises as `solve` does.
+        """
+        settings = Settings.fast() if settings is None else settings
+        if not isinstance(settings, Settings):
+            raise InputError(expected("solve_batch", "Settings", settings, "pj.Settings.fast()"))
+        if isinstance(problems, ReachAvoid):
+            raise InputError("solve_batch: expected several problems; got one. Use `solve`.")
+        require_sound_arithmetic()
+        chosen = {int(i): problem_of(problems, i) for i in whole}
+        model = self.model
+        if isinstance(problems, BoxScenes | SceneArrays):
+            require_given(None, model)
+        else:
+            problems, model = nominal_problems(problems, model, self._under_doubt)
+        if settings.proof and isinstance(problems, SceneArrays):
+            problem_of(problems, 0)
+        begin = time.perf_counter()
+        best, draws, seconds = search_batch(
+            model, problems, key, settings.samples, draws, pool, numbers, warm, mesh
+        )
+        found = best.clearance[:, 0] > 0
+        searched = time.perf_counter()
+        proved = _proved(model, problems, best.plans[:, 0], found) if settings.proof else None
+        seconds = {
+            "layout": seconds,
+            "search": searched - begin - seconds,
+            "proof": time.perf_counter() - searched,
+        }
+        each = Settings.whole() if settings.samples_only else settings
+        answers = {i: self.solve(p, key, each) for i, p in chosen.items()}
+        return BatchAnswer(found, best.plans, best.clearance, draws, proved, seconds, answers)
+
+
+def answer_to(
+    asked: Query, key: jax.Array, settings: Settings | None = None, looks: Looks | None = None
+) -> Answer:
+    """The answer to a question, all of it. settings: as of `Planner.solve`. looks: the account of
+    an answer that it comes of; None for one of its own. Raises as `Planner.solve` does.
+    """
+    settings = _checked("solve", asked.problem, settings, Settings.whole())
+    require_sound_arithmetic()
+    begin = time.perf_counter()
+    return Planner(asked.model)._prepare(asked)._solve(key, settings, begin, looks)
+
+
+def _checked(call: str, problem, settings, default: Settings) -> Settings:
+    """The settings, after a look at the types that users mix up."""
+    if not isinstance(problem, ReachAvoid):
+        hint = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
+        raise InputError(expected(call, "a problem", problem, hint))
+    if settings is None:
+        return default
+    if not isinstance(settings, Settings):
+        hint = "pj.Settings(samples=10) or pj.Settings.fast()"
+        raise InputError(expected(call, "Settings", settings, hint))
+    return settings
+
+
+def _certificates(scene: Scene, chosen: Points) -> list[dict]:
+    """Of all points."""
+    each = (chosen.p0, chosen.k, chosen.path)
+    return [
+        sample_part(scene, scene.model.tube, *plan_and_path)
+        for plan_and_path in zip(*each, strict=True)
+    ]
+
+
+def _those(parts, accepted) -> list:
+    return [part for part, keep in zip(parts, accepted, strict=True) if keep]
+
+
+def _without_refused(found: Cover, corridors: np.ndarray, polytopes: np.ndarray) -> Cover:
+    """The accepted ones. Where any was refused, the looks judged more than is returned, and nothing
+    is stated of it.
+    """
+    kept = found.kept if corridors.all() else found.kept._replace(at_least=0.0)
+    coverage = found.coverage if polytopes.all() else found.coverage._replace(at_least=0.0)
+    return found._replace(
+        corridors=_those(found.corridors, corridors),
+        polytopes=_those(found.polytopes, polytopes),
+        kept=kept,
+        coverage=coverage,
+    )
+
+
+def _proved(
+    model: TrajectoryModel, problems: Problems, plans: np.ndarray, found: np.ndarray
+) -> np.ndarray:
+    """(s,) bool: which best plans the independent checker accepts, in exact arithmetic; one problem
+    at a time.
+    """
+    out = np.zeros(len(found), bool)
+    rows = np.flatnonzero(found)
+    p0 = plans[rows, : model.n_p]
+    k = plans[rows, model.n_p :]
+    paths = paths_of(model, p0, k)
+    for i, row in enumerate(rows):
+        problem = problem_of(problems, row)
+        scene = near_scene(NominalProblem(problem, model))
+        part = sample_part(scene, model.tube, p0[i], k[i], paths[i])
+        out[row] = prove(problem, model, [part])[0][0]
+    return out
