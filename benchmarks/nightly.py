@@ -99,7 +99,7 @@ def campaigns() -> list[Campaign]:
         *(
             Campaign(
                 f"faults-{name}",
-                "every planted fault of this table: the tests named for it must fail",
+                "every planted fault of this table: the test named for it must fail",
                 (*attack, "faults", "--tables", name, "--path", f"{KEPT}/faults.txt"),
                 (*CODE, "tests"),
             )

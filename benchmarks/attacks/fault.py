@@ -1,4 +1,4 @@
-"""A fault on purpose: one place of the code, made wrong, and the tests that must notice.
+"""A fault on purpose: one place of the code, made wrong, and the test that must notice.
 
 A place is named by what it means, a function, a class or a module ("question.moved_tube"), so code
 may move without moving the table; files that are not Python are named by their path.
@@ -31,15 +31,14 @@ class Fault:
     """At `place`, the text `old`, which must stand there exactly once, becomes `new`.
 
     place: the end of a dotted name that only one module, class or function has; or a file.
-    tests: pytest node ids. Each names a test, or all cases of a parametrised one; each must have a
-    case that fails.
+    test: pytest node id of a test, or of all cases of a parametrised one, of which one must fail.
     """
 
     name: str
     place: str
     old: str
     new: str
-    tests: tuple[str, ...]
+    test: str
 
     def missing(self, root: Path = ROOT) -> str | None:
         """Why the fault does not fit the code, in one phrase; None when it does."""
@@ -47,8 +46,7 @@ class Fault:
             self.planted(root)
         except Misfit as why:
             return str(why)
-        absent = [test for test in self.tests if not _defined(root, test)]
-        return f"no test {absent[0]}" if absent else None
+        return None if _defined(root, self.test) else f"no test {self.test}"
 
     def planted(self, root: Path = ROOT) -> tuple[Path, str, str]:
         """The file with its text as it is and with the fault. Raises Misfit."""

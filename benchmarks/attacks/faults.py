@@ -1,7 +1,7 @@
 """Would the tests notice? `python -m benchmarks.attacks faults [--only NAME ..] [--tables ..]`.
 
 The code is copied, and one fault after another is planted in the copy: a sign, an index, a
-comparison, a row that is dropped. The tests named for it run and must fail; on the clean copy they
+comparison, a row that is dropped. The test named for it runs and must fail; on the clean copy it
 must pass. A fault whose text no longer stands in the code is an error too, so that the table keeps
 up with the code.
 """
@@ -19,50 +19,21 @@ from pathlib import Path
 
 import tyro
 
+from benchmarks.attacks import (
+    faults_checker,
+    faults_claims,
+    faults_proof,
+    faults_use,
+    faults_verdict,
+)
 from benchmarks.attacks.fault import ROOT, Fault
-from benchmarks.attacks.faults_bodies import BODIES
-from benchmarks.attacks.faults_checker import CHECKER
-from benchmarks.attacks.faults_claims import CLAIMS
-from benchmarks.attacks.faults_cover import COVERS
-from benchmarks.attacks.faults_doubt import DOUBT
-from benchmarks.attacks.faults_driven import DRIVEN
-from benchmarks.attacks.faults_episodes import EPISODES
-from benchmarks.attacks.faults_files import FILES
-from benchmarks.attacks.faults_measured import MEASUREMENTS
-from benchmarks.attacks.faults_model import MODEL
-from benchmarks.attacks.faults_near import NEAR
-from benchmarks.attacks.faults_no_plan import NO_PLANS
-from benchmarks.attacks.faults_onboard import ONBOARD
-from benchmarks.attacks.faults_prior import PRIOR
-from benchmarks.attacks.faults_query import QUERY
-from benchmarks.attacks.faults_robot import ROBOT
-from benchmarks.attacks.faults_ros import ROS
-from benchmarks.attacks.faults_runs import RUNS
-from benchmarks.attacks.faults_shell import SHELL
-from benchmarks.attacks.faults_shown import SHOWN
-from benchmarks.attacks.faults_suite import SUITE
-from benchmarks.attacks.faults_verdict import VERDICTS
-from benchmarks.attacks.faults_world import WORLD
 
 TABLES: dict[str, tuple[Fault, ...]] = {
-    "model": MODEL,
-    "verdicts": VERDICTS,
-    "covers": COVERS,
-    "bodies": (*BODIES, *NO_PLANS),
-    "checker": (*CHECKER, *EPISODES),
-    "measurements": MEASUREMENTS,
-    "claims": (*RUNS, *CLAIMS),
-    "doubt": DOUBT,
-    "driven": DRIVEN,
-    "files": (*FILES, *SHELL, *SHOWN),
-    "near": NEAR,
-    "prior": PRIOR,
-    "query": QUERY,
-    "onboard": ONBOARD,
-    "world": WORLD,
-    "robot": ROBOT,
-    "ros": ROS,
-    "suite": SUITE,
+    "checker": faults_checker.FAULTS,
+    "verdict": faults_verdict.FAULTS,
+    "claims": faults_claims.FAULTS,
+    "proof": faults_proof.FAULTS,
+    "use": faults_use.FAULTS,
 }
 FAULTS: tuple[Fault, ...] = tuple(itertools.chain(*TABLES.values()))
 COPIED = ("parc_jax", "sims", "benchmarks", "tests", "docs", "pyproject.toml", "README.md")
@@ -123,15 +94,15 @@ class Copy:
             elif source.exists():
                 shutil.copy(source, self.root / name)
 
-    def try_fault(self, fault: Fault) -> list[str]:
-        """Tests of the fault that did not notice it."""
+    def notices(self, fault: Fault) -> bool:
+        """Its test fails while it is planted."""
         path, good, bad = fault.planted(self.root)
         self._write(path, bad)
         try:
-            failed, _ = self.run(fault.tests, LONGEST_S)
+            failed, _ = self.run([fault.test], LONGEST_S)
         finally:
             self._write(path, good)
-        return [test for test in fault.tests if not any(_case_of(test, f) for f in failed)]
+        return any(_case_of(fault.test, case) for case in failed)
 
     def run(self, tests, longest: float | None = None) -> tuple[list[str], list[str]]:
         """Cases of tests that failed and that passed. A run that takes too long has neither."""
@@ -169,7 +140,7 @@ def run(options: Options) -> int:
         print(line)
     if options.list:
         for fault in faults:
-            print(f"| {fault.name} | {fault.place} | {'<br>'.join(fault.tests)} |")
+            print(f"| {fault.name} | {fault.place} | {fault.test} |")
     if wrong or options.list:
         print(f"{len(faults)} faults, {len(wrong)} do not fit the code")
         return int(bool(wrong))
@@ -177,7 +148,7 @@ def run(options: Options) -> int:
         print(f"a sample of {len(faults)} out of {len(FAULTS)} faults, seed {options.seed}")
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(folder)
-        tests = sorted({test for fault in faults for test in fault.tests})
+        tests = sorted({fault.test for fault in faults})
         failed, passed = copy.run(tests)
         broken = {test for test in tests if any(_case_of(test, case) for case in failed)}
         skipped = {test for test in tests if not any(_case_of(test, case) for case in passed)}
@@ -185,7 +156,7 @@ def run(options: Options) -> int:
         for word, some in (("do not pass", broken), ("are skipped here", skipped)):
             for test in sorted(some):
                 print(f"on the clean code these {word}: {test}", flush=True)
-        tried = [fault for fault in faults if not (broken | skipped) & set(fault.tests)]
+        tried = [fault for fault in faults if fault.test not in broken | skipped]
         survivors = [fault.name for fault in tried if not _noticed(copy, fault, options.path)]
     print(f"{len(tried) - len(survivors)} of {len(tried)} faults noticed")
     if len(tried) < len(faults):
@@ -199,13 +170,13 @@ def _noticed(copy: Copy, fault: Fault, path: Path | None) -> bool:
     if path is not None and path.exists() and fault.name in path.read_text().splitlines():
         return True
     begin = time.perf_counter()
-    silent = copy.try_fault(fault)
-    said = f"not noticed by {', '.join(silent)}" if silent else f"noticed by {len(fault.tests)}"
+    noticed = copy.notices(fault)
+    said = "noticed" if noticed else f"not noticed by {fault.test}"
     print(f"{fault.name:<44} {said} ({time.perf_counter() - begin:.0f} s)", flush=True)
-    if path is not None and not silent:
+    if path is not None and noticed:
         with path.open("a") as kept:
             kept.write(f"{fault.name}\n")
-    return not silent
+    return noticed
 
 
 def _cases(lines: list[str], heads: tuple[str, ...]) -> list[str]:

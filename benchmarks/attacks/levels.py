@@ -1,8 +1,8 @@
 """When would the tests notice? `python -m benchmarks.attacks levels [--list]`.
 
-For every planted fault the first level at which a test named for it runs: default (README's test
+For every planted fault the level at which its test runs: default (README's test
 command), gate (`.ci/run`: slow tests too), night (`.ci/nightly`: campaigns too). Read from the
-markers, without running anything; that the tests do notice is what `faults` shows.
+markers, without running anything; that the tests do notice is shown by `faults`.
 """
 
 import ast
@@ -13,12 +13,12 @@ from pathlib import Path
 
 import tyro
 
-from benchmarks.attacks.fault import ROOT, Fault
+from benchmarks.attacks.fault import ROOT
 from benchmarks.attacks.faults import FAULTS
 
 LEVELS = ("default", "gate", "night")
 MARKS = {"slow": 1, "night": 2}  # markers of pyproject.toml
-AT_LEAST = {"default": 0.60, "gate": 0.85, "night": 1.0}  # share of faults noticed up to a level
+AT_LEAST = {"default": 0.90, "gate": 1.0, "night": 1.0}  # share of faults noticed up to a level
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,9 @@ def level_of_test(test: str, root: Path = ROOT) -> int:
     return max(whole, tests[name.split("[")[0]])
 
 
-def level_of(fault: Fault, root: Path = ROOT) -> int:
-    """Where the first of its tests runs."""
-    return min(level_of_test(test, root) for test in fault.tests)
-
-
 def shares(faults=FAULTS, root: Path = ROOT) -> dict[str, float]:
     """The share of faults that are noticed up to each level."""
-    counts = Counter(level_of(fault, root) for fault in faults)
+    counts = Counter(level_of_test(fault.test, root) for fault in faults)
     upto = [sum(counts[i] for i in range(level + 1)) for level in range(len(LEVELS))]
     return {name: n / len(faults) for name, n in zip(LEVELS, upto, strict=True)}
 
@@ -82,7 +77,7 @@ def main(arguments: list[str]) -> int:
     options = tyro.cli(Options, args=arguments, description=__doc__)
     if options.list:
         for fault in FAULTS:
-            print(f"| {fault.name} | {LEVELS[level_of(fault)]} |")
+            print(f"| {fault.name} | {LEVELS[level_of_test(fault.test)]} |")
     found = shares()
     for name, share in found.items():
         number, least = round(share * len(FAULTS)), AT_LEAST[name]

@@ -89,7 +89,7 @@ def test_an_unknown_attack_is_refused(capsys):
 
 
 def test_every_fault_fits_the_code():
-    """The text that a fault replaces stands in the code exactly once, and its tests exist. Who has
+    """The text that a fault replaces stands in the code exactly once, and its test exists. Who has
     moved the code moves the fault along: benchmarks/attacks/faults_*.py.
     """
     assert not misfits(), "\n".join(misfits())
@@ -99,15 +99,14 @@ def test_every_fault_fits_the_code():
 def test_a_fault_that_no_longer_fits_is_told(tmp_path):
     (tmp_path / "code.txt").write_text("a = 1\nb = 1\n")
     (tmp_path / "test_code.py").write_text("def test_a():\n    pass\n")
-    tests = ("test_code.py::test_a",)
-    fits = Fault("a", "./code.txt", "a = 1", "a = 2", tests)
+    fits = Fault("a", "./code.txt", "a = 1", "a = 2", "test_code.py::test_a")
     assert fits.missing(tmp_path) is None
     assert fits.planted(tmp_path)[1:] == ("a = 1\nb = 1\n", "a = 2\nb = 1\n")
     for other, why in (
         (replace(fits, old="b = 2"), "0 times"),
         (replace(fits, place="./none.txt"), "does not exist"),
         (replace(fits, place="nowhere"), "name of 0 places"),
-        (replace(fits, old="b = 1", tests=("test_code.py::test_b",)), "no test"),
+        (replace(fits, old="b = 1", test="test_code.py::test_b"), "no test"),
     ):
         assert why in other.missing(tmp_path)
     (tmp_path / "code.txt").write_text("a = 1\n" * 2)
@@ -126,12 +125,12 @@ def test_a_place_is_named_by_what_it_means_wherever_it_stands(tmp_path):
         "second.code.one": ("second", 0),
     }
     for place, (folder, which) in where.items():
-        path, good, bad = Fault("a", place, "return 1", "return 2", ()).planted(tmp_path)
+        path, good, bad = Fault("a", place, "return 1", "return 2", "").planted(tmp_path)
         assert path == tmp_path / "parc_jax" / folder / "code.py"
         parts = good.split("return 1")
         both = ("return 2", "return 1") if which == 0 else ("return 1", "return 2")
         assert bad == parts[0] + both[0] + parts[1] + both[1] + parts[2]
-    both = Fault("a", "code.one", "return 1", "return 2", ())
+    both = Fault("a", "code.one", "return 1", "return 2", "")
     assert "name of 2 places" in both.missing(tmp_path)
 
 

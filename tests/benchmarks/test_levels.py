@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import pytest
 from compile_report import IMPORTS, too_many
 
-from benchmarks.attacks.fault import Fault
-from benchmarks.attacks.levels import AT_LEAST, LEVELS, level_of, shares
+from benchmarks.attacks.levels import AT_LEAST, LEVELS, level_of_test, shares
 
 MARKED = """
 import pytest
@@ -34,17 +33,17 @@ def test_most_faults_are_noticed_by_day():
     assert all(found[name] >= AT_LEAST[name] for name in LEVELS), found
 
 
-def test_a_level_is_that_of_the_first_test_that_runs(tmp_path):
+def test_a_level_is_that_of_the_marks(tmp_path):
     (tmp_path / "test_a.py").write_text(MARKED)
     (tmp_path / "test_b.py").write_text(MARKED.replace("mark.soundness", "mark.night"))
 
-    def level(*tests):
-        return LEVELS[level_of(Fault("a", "b", "c", "d", tests), tmp_path)]
+    def level(test):
+        return LEVELS[level_of_test(test, tmp_path)]
 
     assert level("test_a.py::test_always") == "default"
     assert level("test_a.py::test_of_the_gate") == "gate"
     assert level("test_a.py::test_of_the_night") == "night"
-    assert level("test_a.py::test_of_both[2]", "test_a.py::test_of_the_gate") == "default"
+    assert level("test_a.py::test_of_both[2]") == "default"
     assert level("test_b.py::test_always") == "night"
     with pytest.raises(KeyError):
         level("test_a.py::test_none")

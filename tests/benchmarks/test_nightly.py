@@ -88,7 +88,7 @@ def test_a_campaign_is_asked_again_where_a_file_that_it_reads_has_changed():
     by_name = {campaign.name: campaign for campaign in campaigns()}
     assert {"parc_jax", "tests/helpers", "tests/lp/test_solve.py"} <= set(by_name["tests-lp"].reads)
     assert (
-        "tests" in by_name["faults-model"].reads
+        "tests" in by_name["faults-checker"].reads
         and "tests/sims/foreign" in by_name["foreign"].reads
     )
     assert all(set(nightly.CODE) <= set(campaign.reads) for campaign in by_name.values())

@@ -1,0 +1,205 @@
+"""Faults of what proofs rest on: networks, sets of plans, certificates, uncertainty."""
+
+from benchmarks.attacks.fault import Fault
+
+NETWORK = (
+    Fault(
+        "accelerator_products_rounded",
+        "common.arrays",
+        "Precision.HIGHEST",
+        "Precision.DEFAULT",
+        "tests/verdict/test_pointwise.py::test_every_product_of_a_verdict_keeps_full_precision",
+    ),
+    Fault(
+        "rounding_of_earlier_layers_forgotten",
+        "rounding_bound",
+        "error = (np.abs(W) @ error + gamma * absolute",
+        "error = (gamma * absolute",
+        "tests/network/test_rounding.py::test_errors_of_earlier_layers_are_carried_on",
+    ),
+    Fault(
+        "lost_volume_accepted",
+        "prove_complete",
+        "= VOLUME_RELATIVE",
+        "= 1",
+        "tests/pwa/test_guards.py::test_missing_volume",
+    ),
+    Fault(
+        "exact_zero_is_active",
+        "sign_of",
+        ("value > 0:\n        return"),
+        ("value >= 0:\n        return"),
+        "tests/pwa/test_degenerate.py::test_integer_weights_meet_everywhere",
+    ),
+    Fault(
+        "emptiness_without_a_proof",
+        "solve._checked",
+        '" and _lower_bound(lp, np.zeros(lp.n), hint) > TOLERANCES.lp_margin',
+        '"',
+        "tests/lp/test_failures.py::test_a_lying_solver_never_makes_a_set_empty",
+    ),
+    Fault(
+        "dual_bound_without_rounding",
+        "dual_bound",
+        "- gamma(h + n + 4) * size - (h + n) * _TINY",
+        "",
+        "tests/lp/test_witness.py::test_float_bound_is_below_the_rational_bound_and_close",
+    ),
+)
+SETS = (
+    Fault(
+        "corridor_at_the_first_knot_only",
+        "keeping.keeps",
+        "range(len(path) - n + 1)",
+        "range(1)",
+        "tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",
+    ),
+    Fault(
+        "corridor_without_the_tube",
+        "Computed.of",
+        "self.support[o, corridor] + lost",
+        "self.support[o, corridor] + 0 * lost",
+        "tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",
+    ),
+    Fault(
+        "polytope_needs_less_than_the_tube",
+        "threshold",
+        "return self.support[..., None] + lost(self.w, errors, self.points)",
+        "return self.support[..., None] + 0.5 * lost(self.w, errors, self.points)",
+        (
+            "tests/soundness/test_sets.py"
+            "::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows"
+        ),
+    ),
+    Fault(
+        "members_not_asked_for_the_goal",
+        "PlanSet.contains",
+        "= e.reaches",
+        "= np.ones(len(k), bool)",
+        "tests/answer/test_answer.py::test_membership_asks_for_goal_and_start_too",
+    ),
+    Fault(
+        "looks_share_no_error",
+        "largest_share",
+        "(1 - confidence) * 6 / (np.pi * part) ** 2",
+        "1 - confidence",
+        (
+            "tests/cover/test_stopping.py"
+            "::test_announced_looks_alone_satisfy_a_rule_and_it_pays_for_each"
+        ),
+    ),
+    Fault(
+        "volume_without_its_lower_bound",
+        "numbers.safe_volume",
+        "least_probability(cover.safe, cover.drawn, tail)",
+        "cover.safe / cover.drawn",
+        "tests/answer/test_numbers.py::test_the_volume_interval_is_clopper_pearson",
+    ),
+    Fault(
+        "density_without_the_covered_share",
+        "density_of_k",
+        "least * found._held.at_least",
+        "least",
+        "tests/answer/test_numbers.py::test_the_density_pays_for_what_the_polytopes_do_not_cover",
+    ),
+)
+CERTIFICATES = (
+    Fault(
+        "refused_certificates_accepted",
+        "_accepts",
+        "return False",
+        "return True",
+        "tests/certificate/test_write.py::test_prove_keeps_what_holds_and_drops_what_does_not",
+    ),
+    Fault(
+        "shortest_decimals",
+        "decimal_text",
+        'text = format(Decimal(values.item()), "f")',
+        "text = repr(values.item())",
+        "tests/certificate/test_write.py::test_numbers_are_spelled_exactly",
+    ),
+    Fault(
+        "multipliers_through_floats",
+        "fraction_text",
+        "return str(Fraction(values))",
+        "return str(float(values))",
+        "tests/certificate/test_write.py::test_fractions_are_spelled_as_fractions",
+    ),
+    Fault(
+        "hashes_of_the_names_only",
+        "part_hash",
+        'part, sort_keys=True, separators=(",", ":")',
+        "sorted(part)",
+        "tests/certificate/test_write.py::test_hashes_see_every_number",
+    ),
+    Fault(
+        "answers_believed_unchecked",
+        "load_answer",
+        "report = check_answer(data)",
+        'report = type("Unchecked", (), {"no_plan": None})',
+        "tests/io/test_answer_file.py::test_a_file_whose_proof_fails_is_refused",
+    ),
+)
+ABSENCE = (
+    Fault(
+        "no_plan_common_errors_of_the_widest_bin",
+        "OfTemplates.over",
+        "[bins].min",
+        "[bins].max",
+        "tests/no_plan/test_bin_errors.py::test_common_errors_are_errors_of_every_bin",
+    ),
+    Fault(
+        "no_plan_admits_what_one_point_may",
+        "contact_errors.holds",
+        "zip(a, exact, strict=True)) <= b for a, b in rows)",
+        "zip(a, exact, strict=True)) <= 1000 * b for a, b in rows)",
+        (
+            "tests/no_plan/test_contact_errors.py"
+            "::test_every_error_that_is_tried_is_exactly_admitted"
+        ),
+    ),
+)
+UNCERTAINTY = (
+    Fault(
+        "start_doubt_forgotten_on_the_way",
+        "moved_tube",
+        "wide = given.interval + np.tile(start, given.n_points)",
+        "wide = given.interval + 0 * np.tile(start, given.n_points)",
+        (
+            "tests/robust/test_question.py"
+            "::test_the_boxes_of_doubt_of_the_plain_question_say_the_same"
+        ),
+    ),
+    Fault(
+        "start_doubt_forgotten_at_the_goal",
+        "_shrunken_goal",
+        "widths = [Fraction(x) for x in np.concatenate([start + 0.0, ",
+        "widths = [Fraction(x) for x in np.concatenate([start * 0.0, ",
+        (
+            "tests/robust/test_question.py"
+            "::test_the_start_set_shrinks_and_the_goal_by_what_points_do_together"
+        ),
+    ),
+    Fault(
+        "kinks_forgotten",
+        "bend.bend",
+        "np.minimum(varies / 4, np.minimum(-below, above))",
+        "0 * varies",
+        "tests/robust/test_executions.py::test_what_a_mixture_misses_is_bounded",
+    ),
+    Fault(
+        "a_triangle_that_cuts_the_arc",
+        "turn_by",
+        "math.ceil(a / (1 - b * b) / unit) * unit",
+        "Fraction(1)",
+        "tests/robust/test_pose.py::test_turns_are_mixtures_of_the_maps",
+    ),
+    Fault(
+        "errors_do_not_turn",
+        "widened",
+        "widths + self.sine * widths[..., ::-1]",
+        "widths",
+        "tests/robust/test_pose.py::test_errors_turn_with_the_robot",
+    ),
+)
+FAULTS: tuple[Fault, ...] = (*NETWORK, *SETS, *CERTIFICATES, *ABSENCE, *UNCERTAINTY)

@@ -1,0 +1,123 @@
+"""Faults of what a robot does with an answer: looks, tested plans, headers, maps, episodes."""
+
+from benchmarks.attacks.fault import Fault
+
+CHOSEN = (
+    Fault(
+        "looks_not_counted",
+        "Looks.take",
+        "        self.taken += 1\n",
+        "",
+        (
+            "tests/local/test_looks.py"
+            "::test_delta_is_split_over_the_declared_looks_and_no_more_are_given"
+        ),
+    ),
+    Fault(
+        "looks_cost_nothing",
+        "Looks.take",
+        "delta / self.planned",
+        "delta",
+        (
+            "tests/local/test_looks.py"
+            "::test_delta_is_split_over_the_declared_looks_and_no_more_are_given"
+        ),
+    ),
+    Fault(
+        "looks_share_their_runs",
+        "fresh_key",
+        "(look.number, *words)",
+        "words",
+        "tests/local/test_looks.py::test_streams_of_looks_meet_neither_each_other_nor_any_stage",
+    ),
+    Fault(
+        "chosen_plan_may_touch",
+        "tested._judged",
+        "reached | ~(distance > 0)",
+        "reached",
+        "tests/local/test_choice.py::test_nan_and_contact_are_failures",
+    ),
+    Fault(
+        "runs_alike_taken_for_certainty",
+        "run_plan",
+        "(failures, n, float(look.delta))",
+        "(failures, n, float(look.delta)) * (not alike)",
+        "tests/local/test_choice.py::test_runs_that_are_alike_are_not_taken_for_certainty",
+    ),
+    Fault(
+        "safe_box_not_asked_of_the_checker",
+        "safe_box.safe_box",
+        "proves_box(scene.problem, model, certificate)",
+        "True",
+        "tests/local/test_safe_box.py::test_only_what_the_checker_accepts_is_returned",
+    ),
+    Fault(
+        "replay_keeps_contradictions_to_itself",
+        "_refuse_contradictions",
+        "bugs.any()",
+        "bugs.all() and len(bugs) > 1",
+        "tests/soundness/test_replays.py::test_a_proof_that_contradicts_the_plant_is_reported",
+    ),
+)
+ROBOT = (
+    Fault(
+        "robots_that_jump_in_an_episode",
+        "Chain.add",
+        "if before is None:",
+        "if True:",
+        "tests/loop/test_prover.py::test_what_is_unsafe_is_rejected_and_what_jumps_is_told",
+    ),
+    Fault(
+        "obstacles_that_never_stray",
+        "moving._fastest",
+        "return known + ",
+        "return known + 0 * ",
+        (
+            "tests/separation/test_moving.py"
+            "::test_a_velocity_that_is_off_by_a_bound_stays_inside_and_no_bound_is_wasted"
+        ),
+    ),
+    Fault(
+        "header_sees_one_end_of_an_interval",
+        "parc_jax/drive/onboard/safe_set.h",
+        "if (!(at_start > least && at_end > least))",
+        "if (!(at_start > least))",
+        "tests/onboard/test_header.py::test_a_header_says_what_python_says",
+    ),
+    Fault(
+        "header_forgets_the_tube_on_the_way",
+        "parc_jax/drive/onboard/safe_set.h",
+        "const double least = NAME_run_support[run] + NAME_lost(w, bin, t, point);",
+        "const double least = NAME_run_support[run];",
+        "tests/onboard/test_header.py::test_a_header_says_what_python_says",
+    ),
+    Fault(
+        "a_place_is_believed",
+        "seen_from",
+        "shrunk(star, moved + TOLERANCES.outline",
+        "shrunk(star, TOLERANCES.outline",
+        "tests/world/test_seen.py::test_each_of_the_bounds_is_needed",
+    ),
+    Fault(
+        "unknown_cells_are_free",
+        "problem.world.grid_map.occupancy_grid",
+        "(cells >= 0) & (cells / 100 < threshold)",
+        "cells / 100 < threshold",
+        "tests/world/test_grid_map.py::test_99_may_be_declared_a_probability_and_255_is_unknown",
+    ),
+    Fault(
+        "errors_of_runs_that_were_seen",
+        "learning.prior.correct.corrected",
+        "errors[chosen], *typical",
+        "truth - whole, *typical",
+        "tests/prior/test_correct.py::test_errors_are_those_of_runs_that_had_not_been_seen",
+    ),
+    Fault(
+        "pilot_that_stands_in_what_is_not_free",
+        "Pilot._ways",
+        "if not near.holds(",
+        "if None is near.holds(",
+        "tests/ros/test_pilot.py::test_a_body_that_does_not_lie_in_free_cells_commits_to_nothing",
+    ),
+)
+FAULTS: tuple[Fault, ...] = (*CHOSEN, *ROBOT)
