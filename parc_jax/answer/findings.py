@@ -10,7 +10,7 @@ import numpy as np
 from parc_jax.answer.looks import Looks
 from parc_jax.common.status import Ended, Status
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid, goal_box
 from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.realisations import Withstood
@@ -24,7 +24,6 @@ from parc_jax.safe_set.corridors.plan_set import PlanSet
 from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.corridors.union import SafeUnion
-from parc_jax.safe_set.verdict.fits import goal_box
 from parc_jax.safe_set.verdict.scene import Scene, volume_of_all
 
 

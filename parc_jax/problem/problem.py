@@ -7,9 +7,11 @@ import numpy as np
 
 from parc_jax.common import struct
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.spelling import counted
+from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
 from parc_jax.problem.doubt import Doubt
 
@@ -201,6 +203,72 @@ def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
         first += len(region.b)
     rows = hpolytope(A, np.concatenate([region.b for _, region in blocks]))
     return GoalOfPoints(rows.A, rows.b, tuple(points))
+
+
+def finite_box(
+    poly: HPolytope, name: str, needed: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """The smallest box around a polytope, as corners lo, hi (n,).
+
+    needed: (n,) bool, axes along which it must be bounded; by default all.
+    Raises InputError where it is unbounded there, or empty.
+    """
+    needed = np.ones(poly.n, bool) if needed is None else needed
+    lo, hi = box_of_rows(poly)
+    # rows along one axis are read off, others need LPs
+    if (np.count_nonzero(poly.A, axis=1) != 1).any():
+        try:
+            around = bounding_box(poly)
+        except InputError:
+            raise InputError(
+                f"{name}: expected a set with points in it; its rows contradict each other."
+            ) from None
+        lo, hi = np.maximum(lo, around.lo), np.minimum(hi, around.hi)
+    return _bounded(lo, hi, needed, name)
+
+
+def goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """A box around the goal, as corners lo, hi (n_c + n_q,). The first reference point and q must
+    be bounded, others may be infinite. Raises InputError.
+    """
+    if layout.n_points == 1:
+        return finite_box(goal, "goal")
+    needed = np.ones(goal.n, bool)
+    needed[layout.n_p : layout.n_c] = False
+    lo, hi = box_of_rows(goal)
+    if (np.isfinite(lo) & np.isfinite(hi))[needed].all():
+        return _bounded(lo, hi, needed, "goal")
+    return finite_box(goal, "goal", needed)
+
+
+def box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:
+    """The box of the rows along one axis each, as corners lo, hi (n,); infinite where none is."""
+    lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
+    single = np.count_nonzero(poly.A, axis=1) == 1
+    for row, offset in zip(poly.A[single], poly.b[single], strict=True):
+        axis = int(np.flatnonzero(row)[0])
+        if row[axis] > 0:
+            hi[axis] = min(hi[axis], offset / row[axis])
+        else:
+            lo[axis] = max(lo[axis], offset / row[axis])
+    return lo, hi
+
+
+def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
+    """lo, hi, if the needed axes are bounded and none is empty. Raises InputError."""
+    open_ = needed & ~(np.isfinite(lo) & np.isfinite(hi))
+    if open_.any():
+        axis = int(np.argmax(open_))
+        raise InputError(
+            f"{name}: expected a bounded set; axis {axis} has no bound. Add the missing rows."
+        )
+    if (lo > hi).any():
+        axis = int(np.argmax(lo > hi))
+        span = f"[{lo[axis]:g}, {hi[axis]:g}]"
+        raise InputError(
+            f"{name}: expected a set with points in it; axis {axis} asks for a value in {span}."
+        )
+    return lo, hi
 
 
 def _check_doubt(doubt: Doubt, n_p: int, obstacles) -> None:

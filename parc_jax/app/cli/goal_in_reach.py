@@ -13,8 +13,7 @@ from parc_jax.learning.labels import degrees_hint
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import outputs
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
-from parc_jax.safe_set.verdict.fits import box_of_rows, finite_box, goal_box
+from parc_jax.problem.problem import ReachAvoid, box_of_rows, finite_box, goal_box
 
 ODD = 1000  # a body smaller than all else by this factor gets a word
 MOST_CORNERS = 729  # of K, where ways of a model are looked at

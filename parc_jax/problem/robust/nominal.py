@@ -77,7 +77,7 @@ class Query:
         problem, model, pose, doubt = self.problem, self.model, self.pose, self.problem.doubt
         require_given(doubt, model)
         if doubt is not None and doubt.is_nothing:
-            doubt, problem = None, problem.replace(doubt=None)
+            doubt, problem = None, replace(problem, doubt=None)
         if doubt is None and pose is None:
             return NominalProblem(problem, model, query=self)
         require_fits(problem, model.n_p, model.n_q, model.points)
@@ -173,8 +173,9 @@ def _robust_model(
 
 
 def moved_tube(given: Tube, start: np.ndarray) -> Tube:
-    """The tube of all points that move by the same vector within half widths start (n_p,) [m],
-    before the end: there the goal shrinks instead, which knows that they move alike.
+    """The tube of points that all move by one vector within half widths start (n_p,) [m].
+
+    At the end it stays: there the goal shrinks instead, by less, since all points move equally.
     """
     if given.templates is None:
         wide = given.interval + np.tile(start, given.n_points)
@@ -187,10 +188,11 @@ def moved_tube(given: Tube, start: np.ndarray) -> Tube:
 def doubted_scene(
     problem: ReachAvoid, doubt: Doubt, layout: Layout, whole: bool = False
 ) -> ReachAvoid:
-    """The plain problem that allows for doubt of start, goal and obstacles, but for the motion of
-    the points before the end, for which the tube has to be wider. Raises InputError.
+    """The problem robust to doubt of start, goal and obstacles, except that the points move with
+    the start before the end: the tube has to allow for that.
 
-    whole: for that too; obstacles grow by the box of the start.
+    whole: allow for that too, by obstacles that grow by the box of the start.
+    Raises InputError where nothing is left of the goal.
     """
     n_p, n_q = layout.n_p, problem.goal.n - layout.n_c
     start = doubt.shifts(n_p)
@@ -204,15 +206,14 @@ def doubted_scene(
     for j, by in enumerate(seen):
         if by is not None:
             obstacles[j] = _sum(obstacles[j], by, f"obstacle {j}")
-    return problem.replace(goal=goal, obstacles=tuple(obstacles), start=starts, doubt=None)
+    return replace(problem, goal=goal, obstacles=tuple(obstacles), start=starts, doubt=None)
 
 
 def _shrunken_goal(
     goal: HPolytope, layout: Layout, start: np.ndarray, seen: np.ndarray
 ) -> HPolytope:
-    """The goal where it is met from every start, however it was seen. All points move with the
-    start, and with the goal, alike: of a row only the sum over the points counts.
-    """
+    """The goal that is met from every start, wherever it truly is. start, seen: half widths."""
+    # all points move equally with the start, and with the goal: of a row only their sum counts
     if not (start.any() or seen.any()):
         return goal
     n_p, n_c = layout.n_p, layout.n_c
@@ -241,7 +242,7 @@ def _require_room(shrunken: HPolytope, goal: HPolytope) -> None:
 
 
 def _shrunken_start(start: HPolytope, widths: np.ndarray) -> HPolytope:
-    """Starts around which the whole box of doubt is allowed."""
+    """The Pontryagin difference of the start set and the box of these half widths."""
     if not widths.any():
         return start
     rows = [[Fraction(x) for x in row] for row in start.A]
@@ -249,8 +250,9 @@ def _shrunken_start(start: HPolytope, widths: np.ndarray) -> HPolytope:
 
 
 def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
-    """The set with every offset smaller by the support of a box of these half widths along its row
-    (of `rows`, exact), rounded down.
+    """The set with every offset smaller by the support of a box of these half widths along its row.
+
+    rows: exact rationals. Offsets are rounded down.
     """
     bounds = []
     for row, bound in zip(rows, given.b, strict=True):
@@ -260,8 +262,8 @@ def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
 
 
 def _around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]:
-    """All places of each obstacle that moves within half widths (n_p,) [m]: rows of both, as of
-    `_sum`; where the corners of many are known at once, a few roundings larger.
+    """The Minkowski sum of each obstacle and the box of half widths (n_p,) [m]: rows of both, as of
+    `_sum`; for polygons in floats, a few roundings larger.
     """
     known = corners_of_many(obstacles)
     out = [
@@ -285,8 +287,8 @@ def _around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]
 
 
 def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
-    """All places of an obstacle: in the plane the sum itself, in space a little more than it (rows
-    of both, without those that cross two edges). Offsets are rounded up.
+    """The Minkowski sum of an obstacle and a set; in space a little more (rows of both, without
+    those that cross two edges). Offsets are rounded up.
     """
     corners = [rational_vertices(s, name) for s in (obstacle, by)]
     if not all(corners):

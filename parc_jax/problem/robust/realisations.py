@@ -28,11 +28,11 @@ MOST = 64  # reference points that the checker takes, each execution with its ow
 
 
 class Parameter(NamedTuple):
-    """What is known of one parameter when a plan is driven: the one record from which it is solved
-    and told.
+    """One parameter while a plan is executed; queries and sentences both come from this record.
 
-    known: what was "measured", or is "unknown", within value; None of one that a plan chooses. off:
-    half width by which it is executed wrongly.
+    known: "measured" or "unknown" within value; None of a parameter that a plan chooses.
+    value: its lowest and highest value; (0, 0) of a chosen one.
+    off: half width of its execution error.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Parameter(NamedTuple):
 
     @property
     def box(self) -> Interval:
-        """What an execution adds to a plan that chooses it, or the values that it has; rounded
+        """Values that an execution adds to a chosen parameter, or that another one has; rounded
         outward.
         """
         (lo, hi), off = self.value, Fraction(self.off)
@@ -50,7 +50,7 @@ class Parameter(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Of one that is known: "every load from 1 to 2 (measured)"."""
+        """Of a parameter that no plan chooses: "every load from 1 to 2 (measured)"."""
         lo, hi = self.value
         if not self.off and lo == hi:
             return f"{self.name} = {told(lo)} ({self.known})"
@@ -63,33 +63,33 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Executions:
-    """How plans are executed: what is known of each parameter, in the order of k."""
+    """The execution of plans: one `Parameter` per axis of k."""
 
     parameters: tuple[Parameter, ...]
 
     @cached_property
     def chosen(self) -> tuple[int, ...]:
-        """Axes of k that a plan still chooses."""
+        """Axes of k that a plan chooses."""
         return tuple(axis for axis, p in enumerate(self.parameters) if p.known is None)
 
     @cached_property
     def lo(self) -> np.ndarray:
-        """(n_k,) least that an execution adds on the chosen axes, least values of the others."""
+        """(n_k,) least value that an execution adds on chosen axes, least values on others."""
         return np.array([p.box[0] for p in self.parameters])
 
     @cached_property
     def hi(self) -> np.ndarray:
-        """(n_k,) the most."""
+        """(n_k,) the largest, likewise."""
         return np.array([p.box[1] for p in self.parameters])
 
     @property
     def plain(self) -> bool:
-        """Everything is chosen, and executed as it is."""
+        """All parameters are chosen, and executed exactly."""
         return not any(p.known or p.off for p in self.parameters)
 
     @property
     def exact(self) -> bool:
-        """There is one execution: what is not chosen is known, and all is executed as it is."""
+        """There is one execution: each parameter has one value."""
         return bool((self.lo == self.hi).all())
 
     def whole(self, k: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ class Executions:
 
     @property
     def words(self) -> tuple[list[str], list[str]]:
-        """What is executed roughly, and what is known of parameters that no plan chooses."""
+        """Sentence parts about execution errors, and about parameters that no plan chooses."""
         of_chosen = [p for p in self.parameters if p.known is None and p.off]
         off = ", ".join(f"{p.name} off by up to {told(p.off)}" for p in of_chosen)
         known = [p.words for p in self.parameters if p.known is not None]
@@ -121,8 +121,8 @@ class Executions:
 
 
 def executions_of(doubt: Doubt, model: TrajectoryModel) -> Executions:
-    """Of a doubt about plans of this model. Raises InputError for parameters that there are not or
-    that are named twice, or boxes outside of K.
+    """The executions of a model's plans under a doubt. Raises InputError for parameters that are
+    missing or named twice, and for boxes outside of K.
     """
     names = [name_of(label) for label in model.labels.k]
     off = _by_axis("doubt k", doubt.k, names)
@@ -145,8 +145,8 @@ def executions_of(doubt: Doubt, model: TrajectoryModel) -> Executions:
 
 
 def require_given(doubt: Doubt | None, model: TrajectoryModel) -> None:
-    """Refuse a question that leaves open what the model's system measures at the start: no plan
-    chooses it, unless it is said to be free. [T37] Raises InputError.
+    """Raises InputError for a query without a value of a parameter that the model's system measures
+    at the start: no plan chooses it, unless the query calls it free. [T37]
     """
     names = [name_of(label) for label in model.labels.k]
     said: set[int] = set()
@@ -163,7 +163,7 @@ def require_given(doubt: Doubt | None, model: TrajectoryModel) -> None:
 
 
 def told(x: float) -> str:
-    """The shortest decimal that this float alone is read from."""
+    """The shortest decimal that reads back as this float."""
     return repr(float(x)).removesuffix(".0")
 
 
@@ -177,7 +177,7 @@ def require_few(points: int, executions: int) -> None:
 
 
 def _by_axis(word: str, pairs: tuple, names: Sequence[str]) -> dict:
-    """What is said of parameters, by axis of k."""
+    """Values of named parameters, by axis of k."""
     axes = []
     for name, _ in pairs:
         plain = name_of(name) if isinstance(name, str) else name
@@ -213,8 +213,11 @@ LEAST = 1e-4  # [rad] a smaller angle is taken for this one
 
 
 class Turn(NamedTuple):
-    """maps (R, n_p, n_p): every turn by at most the angle is a mixture of them, for all vectors
-    alike. sine: at least that of the angle. of_q (n_q,): what the other goal states turn by.
+    """Vertex realisations of a heading.
+
+    maps: (R, n_p, n_p) every turn by at most the angle is a mixture of them.
+    sine: an upper bound of the angle's.
+    of_q: (n_q,) [rad] turns of the further goal states.
     """
 
     maps: np.ndarray
@@ -222,26 +225,27 @@ class Turn(NamedTuple):
     of_q: np.ndarray
 
     def widened(self, widths: np.ndarray) -> np.ndarray:
-        """Half widths (..., n_p) of errors that turn too."""
+        """Half widths (..., n_p) [m] of errors that turn with the robot."""
         if not self.sine:
             return widths
         return widths + self.sine * widths[..., ::-1]
 
 
 def no_turn(n_p: int, n_q: int) -> Turn:
-    """The heading is known."""
+    """The turn of an exact heading."""
     return Turn(np.eye(n_p)[None], 0.0, np.zeros(n_q))
 
 
 def turn_by(angle: float, rotation: tuple[str, ...]) -> Turn:
-    """All turns of the plane by at most an angle [rad] below 1. rotation: which of the other goal
-    states turn.
+    """All turns of the plane by at most an angle [rad] below 1.
 
-    As complex numbers, turns are an arc of the unit circle, in the triangle of a + ib, a - ib and
-    g: a is no larger than its cosine, and the lines from a ± ib to g miss the circle.
+    rotation: a word per further goal state, TURNS for one that turns.
+    Raises InputError.
     """
     if not 0 < angle < 1:
         raise InputError(f"heading: expected a half angle between 0 and 1 rad; got {angle:g}.")
+    # as complex numbers, turns are an arc of the unit circle, in the triangle of a + ib, a - ib and
+    # g: a is no larger than the cosine, and the lines from a ± ib to g miss the circle
     unit = Fraction(1, 2**BITS)
     # less than the cosine, however that was rounded
     a = math.floor((math.cos(max(angle, LEAST)) - 2.0**-46) / unit) * unit
@@ -267,11 +271,14 @@ OF_COPIES = (
 
 
 class Withstood(NamedTuple):
-    """words: "every start within ..."; for sentences. sensing_eps: probability with which the truth
-    may lie outside of what was asked. parameters: (all of k, those chosen); where some are not
-    chosen nothing is promised of a drawn plan. k_volume: of K as the claim has it, in units of k
-    multiplied, where all of k is chosen. copies: several executions or headings stand for all, by a
-    hull that holds more than them; then "no plan" is none that could be shown to withstand it.
+    """The uncertainty that an answer is robust to.
+
+    words: "every start within ...", for sentences.
+    sensing_eps: probability that the truth lies outside of the measured boxes.
+    parameters: (all of k, chosen ones); where they differ nothing is promised of a drawn plan.
+    k_volume: of the claim's K, in units of k multiplied, where all of k is chosen.
+    copies: the hull of several vertex realisations stands for all, and is larger; "no plan" then
+        says that none was shown to be robust.
     """
 
     words: str
@@ -281,19 +288,17 @@ class Withstood(NamedTuple):
     copies: bool = False
 
     def volume_of_k(self, domain: Box) -> float:
-        """Of K as the claim has it; of the domain of those parameters that are chosen, where not
-        all are.
-        """
+        """Volume of the claim's K; of the chosen parameters' domain where not all are chosen."""
         return self.k_volume if len(set(self.parameters)) == 1 else domain.volume
 
     def share_of_k(self, domain: Box) -> float:
-        """Share of K, as the claim has it, in which plans may be chosen; 1 where some parameters
-        are not chosen at all.
+        """Share of the claim's K in which plans may be chosen; 1 where not all parameters are
+        chosen.
         """
         return domain.volume / self.volume_of_k(domain)
 
     def of_none(self, told: str) -> str:
-        """A sentence that no safe plan is there, or how many are, with what safe means in it."""
+        """A sentence about the number of safe plans, with the meaning of "safe" appended."""
         about = f"{told} Safe means here: safe for {self.words}."
         return f"{about} {OF_COPIES}" if self.copies else about
 
@@ -305,14 +310,14 @@ class Withstood(NamedTuple):
 def withstood(
     doubt: Doubt, executions: Executions, model: TrajectoryModel, copies: bool
 ) -> Withstood:
-    """Of a doubt about plans of this model, executed so."""
+    """The record of a doubt about a model's plans. copies: as of `Withstood`."""
     volume = float(np.prod(model.domain.hi - model.domain.lo))
     parameters = (model.n_k, len(executions.chosen))
     return Withstood(words(doubt, executions), doubt.sensing_eps, parameters, volume, copies)
 
 
 def words(doubt: Doubt, executions: Executions) -> str:
-    """What a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
+    """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
     rough, known = executions.words
     parts = []
     if any(doubt.start):
@@ -332,7 +337,7 @@ def _spread(widths: Sequence[float]) -> str:
 
 
 def withstood_of_json(data: dict | None) -> Withstood | None:
-    """That of `to_json`."""
+    """The record that `to_json` wrote."""
     if data is None:
         return None
     n_k, chosen = data["parameters"]

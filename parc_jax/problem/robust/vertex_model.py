@@ -33,11 +33,16 @@ from parc_jax.problem.robust.bend import bend_by_bin
 from parc_jax.problem.robust.realisations import Executions, Turn, require_few
 
 UP_WIDTH = 1 + 2.0**-30  # pays for the sums that make a width
+UP_BOUND = 1 + 2.0**-10  # pays for evaluating a bound in float64
+MOST_BINS = 256  # new bins, unless there are more old ones
+COARSEST = 1e6  # [finest width] at which refining ends
 
 
 class Axis(NamedTuple):
-    """One axis of k. edges: of the new bins, None for an axis that is not chosen. met: for each new
-    bin (or the only one) the first and last old bin that its executions may be in.
+    """Bins along one axis of k.
+
+    edges: of the new bins; None for a parameter that no plan chooses.
+    met: (first, last) old bin that the executions of each new bin may be in.
     """
 
     edges: np.ndarray | None
@@ -45,8 +50,11 @@ class Axis(NamedTuple):
 
 
 class Copied(NamedTuple):
-    """net: of the chosen parameters. rounding: of its outputs, by how much any of them may differ
-    from the exact network's: (T + 1, m, V, R, n_p) of the points, (V, n_q) of q.
+    """The network of all vertex realisations.
+
+    net: of the chosen parameters.
+    rounding: (T + 1, m, V, R, n_p) [m] bound of the distance of its points from the exact ones.
+    rounding_q: (V, n_q) the same of the further goal states.
     """
 
     net: ReLUNetwork
@@ -55,8 +63,10 @@ class Copied(NamedTuple):
 
 
 def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> TrajectoryModel:
-    """The model whose parameters are the chosen ones, and whose points are those of the model in
-    every execution under every map of the turn. Raises InputError where these are too many.
+    """The model of the chosen parameters, with the points of the given model in every execution
+    under every map of the turn.
+
+    Raises InputError where these points are more than a certificate may have.
     """
     n_v, n_r = len(executions.corners), len(turn.maps)
     require_few(model.n_points, n_v * n_r)
@@ -74,7 +84,7 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
         domain=domain,
         points=_copies_of(model.points, n_v * n_r) if several else model.points,
         rotation=None if model.rotation is None else model.rotation * n_v,
-        given=(),  # those that are still there are free
+        given=(),  # a measured parameter that is still there is free
         labels=valid_labels(
             model.n_p,
             model.n_q * n_v,
@@ -91,8 +101,9 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
 
 
 def copied_problem(problem: ReachAvoid, model: TrajectoryModel, n_v: int, n_r: int) -> ReachAvoid:
-    """The problem about these points: hulls over all of them, and a goal that each execution under
-    each map meets. model: of the robot's own points.
+    """The problem about all vertex realisations: hulls over their points, and a goal for each.
+
+    model: before they were added. n_v, n_r: number of executions and of maps.
     """
     several = n_v * n_r
     if several == 1:
@@ -112,7 +123,7 @@ def copied_problem(problem: ReachAvoid, model: TrajectoryModel, n_v: int, n_r: i
         blocks.append(np.concatenate([ends.reshape(rows, -1), further.reshape(rows, -1)], axis=1))
     every = HPolytope(np.concatenate(blocks), np.tile(goal.b, several))
     points = _copies_of(problem.points, several)
-    return problem.replace(body=Body(parts), goal=every, points=points)
+    return replace(problem, body=Body(parts), goal=every, points=points)
 
 
 def _tube(
@@ -123,8 +134,8 @@ def _tube(
     edges,
     one: Copied,
 ) -> Tube:
-    """Widths of every copy of every point: the errors of all bins that it may be in, what the
-    mixture misses and what rounding does, turned.
+    """The tube of all vertex realisations: the errors of all bins that an execution may be in, the
+    gap of the mixture and rounding, turned.
     """
     old, layout = model.tube, model.layout
     n_t, n_p, m = layout.n_steps, layout.n_p, layout.n_points
@@ -158,7 +169,7 @@ def _knots(values: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _eps(claim: ErrorClaim, old: Tube, axes: list[Axis]):
-    """One eps per new bin: the largest of those that its executions may be in."""
+    """One eps per new bin: the largest of the old bins that its executions may be in."""
     if claim.bin_eps is None:
         return None
     known = np.array([np.inf if e is None else float(e) for e in claim.bin_eps])
@@ -170,8 +181,9 @@ def _eps(claim: ErrorClaim, old: Tube, axes: list[Axis]):
 def _claim(
     claim: ErrorClaim, wider: Tube, subject: Subject, net: str, bin_eps, not_drawn: list[str]
 ) -> ErrorClaim:
-    """The claim about the same runs, told of the executions of a plan. not_drawn: parameters that
-    no plan chooses; of these the claim's law of k says nothing.
+    """The error bound from the same runs, for plans with their executions.
+
+    not_drawn: parameters that no plan chooses; the law of k says nothing about them.
     """
     about = {"network_of_runs": claim.network, "not_drawn": not_drawn}
     if bin_eps is not None:
@@ -180,7 +192,7 @@ def _claim(
 
 
 def _copies_of(points: Sequence[str], several: int) -> tuple[str, ...]:
-    """Names of all copies of points, those of one point together."""
+    """Names of the realisations of all points, grouped by point."""
     return tuple(f"{point} {c}" for point in points for c in range(several))
 
 
@@ -190,16 +202,14 @@ def _again(label: str, number: int) -> str:
     return f"{name_of(label)} {number}" + (f" [{unit}]" if unit else "")
 
 
-UP_BOUND = 1 + 2.0**-10  # pays for evaluating a bound in float64
-
-
 def copied(
     net: ReLUNetwork, layout: Layout, executions: Executions, turns: np.ndarray, domain: Box
 ) -> Copied:
-    """The network whose points are those of the robot (m) in every execution (V) under every map of
-    the offsets turns (R, n_p, n_p), in this order, knot by knot; then q of every execution.
+    """One network for all vertex realisations, side by side in every layer.
 
+    turns: (R, n_p, n_p) maps of the offsets.
     domain: of the chosen parameters.
+    Returns outputs in the order knot, point (m), execution (V), map (R); then q of every execution.
     """
     corners = executions.corners
     chosen = list(executions.chosen)
@@ -235,9 +245,7 @@ def copied(
 
 
 class _ByKnot(NamedTuple):
-    """Rows of an output layer: points (T + 1, m, V, n_p, c), zero where a point starts at p0; q
-    (V n_q, c).
-    """
+    """Rows of an output layer: points (T + 1, m, V, n_p, c), zero at p0; q (V n_q, c)."""
 
     points: np.ndarray
     q: np.ndarray
@@ -254,9 +262,7 @@ def _by_knot(rows: np.ndarray, layout: Layout, n_v: int) -> _ByKnot:
 
 
 def _shifted(W: np.ndarray, b: np.ndarray, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bias of the first layer with the corner's part of the input added, and how far each entry is
-    from the exact one.
-    """
+    """Bias of the first layer at a corner of the box of executions, and its rounding errors."""
     if not corner.any():
         return b, np.zeros(len(b))
     by = [Fraction(x) for x in corner]
@@ -273,13 +279,12 @@ def _side_by_side(W: np.ndarray, n: int) -> np.ndarray:
     return np.kron(np.eye(n), W)
 
 
-MOST_BINS = 256  # bins, unless the old ones ask for more
-COARSEST = 1e6
-
-
 def axis_of(edges: np.ndarray, lo: float, hi: float, chosen: bool, finest: float = np.inf) -> Axis:
-    """Of old edges, and what executions add (chosen), or the values that they have. finest: largest
-    width of the new bins of an axis on which they add something.
+    """New bins along one axis, edges rounded so that no plan is in a bin with too few errors.
+
+    edges: of the old bins.
+    lo, hi: executions add values between these to a chosen parameter; others have such values.
+    finest: largest width of the new bins where executions add something.
     """
     exact = [Fraction(e) for e in edges]
     low, high = Fraction(lo), Fraction(hi)
@@ -297,7 +302,7 @@ def axis_of(edges: np.ndarray, lo: float, hi: float, chosen: bool, finest: float
 
 
 def _met(edges: list[Fraction], lo: Fraction, hi: Fraction, closed: bool) -> tuple[int, int]:
-    """First and last bin that meets [lo, hi], or only what lies between."""
+    """First and last bin that meets [lo, hi], closed or open."""
     meets = []
     for i, (a, b) in enumerate(itertools.pairwise(edges)):
         inside = a < hi and lo < b
@@ -308,10 +313,8 @@ def _met(edges: list[Fraction], lo: Fraction, hi: Fraction, closed: bool) -> tup
 
 
 def axes_of(edges: tuple[np.ndarray, ...], executions: Executions) -> list[Axis]:
-    """All axes of k, those that are not chosen among them. New bins are as fine as what an
-    execution may be off by, so that few kinks of the network count in each, but no more than
-    MOST_BINS in all.
-    """
+    """Bins along all axes of k. edges: of the old bins, by axis."""
+    # bins as fine as the executions' box, so that few kinks of the network count in each
     coarse = 1.0
     while True:
         finest = coarse * (executions.hi - executions.lo)
@@ -326,7 +329,7 @@ def axes_of(edges: tuple[np.ndarray, ...], executions: Executions) -> list[Axis]
 
 
 def widest(values: np.ndarray, grid: tuple[int, ...], axes: list[Axis]) -> np.ndarray:
-    """(new bins, ...) the largest of values (old bins, ...) over the bins that are met."""
+    """(new bins, ...) the largest of values (old bins, ...) over all old bins that are met."""
     rest = values.shape[1:]
     out = values.reshape(*grid, *rest)
     for place, axis in enumerate(axes):
@@ -336,7 +339,7 @@ def widest(values: np.ndarray, grid: tuple[int, ...], axes: list[Axis]) -> np.nd
 
 
 def boxes(axes: list[Axis], executions: Executions) -> tuple[np.ndarray, np.ndarray]:
-    """Corners lo, hi (new bins, n_k) of all k that the executions of a bin's plans may have."""
+    """Corners lo, hi (new bins, n_k) of all k in executions of a bin's plans."""
     ends = []
     for i, axis in enumerate(axes):
         low, high = executions.lo[i], executions.hi[i]

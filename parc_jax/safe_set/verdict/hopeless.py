@@ -15,7 +15,7 @@ from parc_jax.learning.labels import degrees_hint, name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.within import outputs_within
 from parc_jax.problem.body import Disc, Polygon, numbered
-from parc_jax.safe_set.verdict.fits import box_of_rows, goal_box
+from parc_jax.problem.problem import box_of_rows, goal_box
 from parc_jax.safe_set.verdict.scene import Scene
 
 NEAR = 1e-9  # [share of the sizes] by which a body must reach deeper, so that rounding is no word

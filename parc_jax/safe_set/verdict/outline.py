@@ -11,12 +11,11 @@ from parc_jax.learning.runs.law import BOX, LawSpec, law_of
 from parc_jax.learning.runs.subject import given_of
 from parc_jax.learning.system import System, TimeGrid, points_of, rotation_of
 from parc_jax.problem.body import numbered
-from parc_jax.problem.problem import ReachAvoid, require_fits
+from parc_jax.problem.problem import ReachAvoid, goal_box, require_fits
 from parc_jax.problem.robust.nominal import doubted_scene
 from parc_jax.problem.robust.pose import require_rotation
 from parc_jax.problem.robust.realisations import executions_of, require_given
 from parc_jax.safe_set.separation.pairs import exists
-from parc_jax.safe_set.verdict.fits import goal_box
 
 ALIKE = ("n_p", "n_q", "points", "time")  # in which a system and its model agree to the letter
 

@@ -20,7 +20,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.rounding import UNIT, rounding_bound
 from parc_jax.problem.body import Body, numbered
-from parc_jax.problem.problem import ReachAvoid, require_fits
+from parc_jax.problem.problem import ReachAvoid, box_of_rows, goal_box, require_fits
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.separation.alike import Alike, alike
 from parc_jax.safe_set.separation.apart import Apart, Extent, apart, extent_of, spans_of
@@ -34,7 +34,6 @@ from parc_jax.safe_set.separation.pairs import (
 )
 from parc_jax.safe_set.separation.polygon import corners
 from parc_jax.safe_set.separation.ways import ways_of
-from parc_jax.safe_set.verdict.fits import box_of_rows, goal_box
 
 # [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`
 CORNERS = 17
