@@ -26,8 +26,7 @@ from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
 from parc_jax.safe_set.batch.estimate import along_fan
 from parc_jax.safe_set.batch.proposals import Best
 from parc_jax.safe_set.batch.run import Calls, run, search_many
-from parc_jax.safe_set.batch.search import passes
-from parc_jax.safe_set.batch.stack import stack_problems
+from parc_jax.safe_set.batch.search import passes, stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts

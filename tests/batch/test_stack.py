@@ -7,7 +7,7 @@ from toy_models import random_model, random_polygon, random_problem
 
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.safe_set.batch.stack import FEW, stack_problems
+from parc_jax.safe_set.batch.search import FEW, stack_problems
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

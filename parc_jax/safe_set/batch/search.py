@@ -1,8 +1,10 @@
-"""Safe plans of hundreds to a million problems against one model, in a few compiled calls. [T15]"""
+"""Safe plans of hundreds to a million problems against one model, in a few compiled calls: scenes
+of one padded size share a program. [T15]
+"""
 
 import time
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -17,10 +19,28 @@ from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
 from parc_jax.safe_set.batch.estimate import along_fan
 from parc_jax.safe_set.batch.proposals import PROPOSED, Best
 from parc_jax.safe_set.batch.run import make_pool, rewarm_many, run, search_many
-from parc_jax.safe_set.batch.stack import SizeClass, check_stack, stack_problems
-from parc_jax.safe_set.verdict.scene import SceneArrays
+from parc_jax.safe_set.verdict.scene import (
+    SceneArrays,
+    apart_from_plans,
+    scene_arrays,
+    size_class,
+    sized,
+)
+
+FEW = 4  # obstacles, up to which pruning costs more than it saves
 
 Problems = Sequence[ReachAvoid] | BoxScenes | SceneArrays
+
+
+class SizeClass(NamedTuple):
+    """Scenes of one padded size.
+
+    rows: (s,) their rows in the batch.
+    scenes: stacked, with a leading axis s.
+    """
+
+    rows: np.ndarray
+    scenes: SceneArrays
 
 
 def search_batch(
@@ -67,7 +87,7 @@ def search_batch(
 
 
 def problem_of(problems: Problems, row: int) -> ReachAvoid:
-    """One problem of a batch, for `Planner.solve`. Raises InputError for stacked arrays."""
+    """One problem of a batch, as `Planner.solve` takes it. Raises InputError for stacked arrays."""
     if isinstance(problems, SceneArrays):
         raise InputError(
             "solve_batch: proof and polytopes need problems or BoxScenes; stacked arrays spell "
@@ -87,8 +107,8 @@ def _size_classes(problems: Problems, model: TrajectoryModel) -> list[SizeClass]
 
 
 def passes(rounds: int) -> Iterator[tuple[int, int]]:
-    """Rounds first..last - 1 of every pass, each of which meets a fresh pool: one round first, then
-    always up to four times the rounds so far.
+    """Rounds (first, last), last excluded, of every pass over a fresh pool: one round first, then
+    up to four times as many in all.
     """
     first, last = 0, 1
     while first < rounds:
@@ -107,8 +127,10 @@ def _search(
     pool: int,
     mesh: jax.sharding.Mesh | None,
 ) -> tuple[Best, np.ndarray]:
-    """All rounds of one size class; scenes that are done leave, the others meet fresh pools and
-    more rounds. warm: (s, w, n_p + n_k) earlier plans, or None. Returns rounds (s,) as well.
+    """All rounds of one size class; solved scenes leave, the others go on with fresh pools.
+
+    warm: (s, w, n_p + n_k) earlier plans, or None.
+    Returns the best plans, and the rounds (s,).
     """
     s = len(numbers)
     dims = model.n_p + model.n_k
@@ -162,3 +184,61 @@ def _warm(warm: Any, s: int, dims: int):
             f"{dims}) with w <= {PROPOSED}, NaN where there is none; got {plans.shape}."
         )
     return plans
+
+
+def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> list[SizeClass]:
+    """Stacked arrays of a list of problems by padded size, pruned. Raises InputError that names the
+    first bad one.
+
+    About a millisecond of Python per problem: the corners of grown obstacles are exact.
+    `box_scenes` has no such cost.
+    """
+    alike: dict[int, list[tuple[int, SceneArrays]]] = {}
+    for row, problem in enumerate(problems):
+        try:
+            few = len(problem.obstacles) <= FEW
+            one = scene_arrays(problem, model, None if few else apart_from_plans(problem, model))
+        except InputError as error:
+            raise InputError(f"problem {row} of the batch: {error}") from None
+        alike.setdefault(size_class(len(problem.obstacles)), []).append((row, one))
+    groups: dict[tuple, list[tuple[int, SceneArrays]]] = {}
+    for some in alike.values():
+        # all padded to the largest: pruning must not make more programs
+        most = size_class(max(len(one.obstacles.active) for _, one in some))
+        for row, one in some:
+            padded = sized(one, most)
+            groups.setdefault(shape_of(padded), []).append((row, padded))
+    return [
+        SizeClass(
+            np.array([row for row, _ in group]),
+            jax.tree.map(lambda *x: np.stack(x), *(one for _, one in group)),
+        )
+        for group in groups.values()
+    ]
+
+
+def shape_of(scenes: SceneArrays) -> tuple:
+    """Shapes of all arrays: scenes that agree in it can be stacked."""
+    return tuple(np.shape(x) for x in jax.tree.leaves(scenes))
+
+
+def check_stack(scenes: SceneArrays, model: TrajectoryModel) -> int:
+    """Number of scenes in stacked arrays. Raises InputError if they do not fit the model."""
+    leaves = jax.tree.leaves(scenes)
+    counts = {np.shape(x)[0] if np.ndim(x) else None for x in leaves}
+    if scenes.count is not None or len(counts) != 1 or None in counts:
+        raise InputError(
+            "solve_batch: expected stacked scenes, every array with the same leading axis; "
+            f"got {sorted(map(str, counts))}. Build them with box_scenes or stack_problems."
+        )
+    want = (model.time.n_steps, model.n_p, model.n_k)
+    have = (
+        scenes.obstacles.active.shape[-1],
+        scenes.z_lo.shape[-1],
+        scenes.k_lo.shape[-1],
+    )
+    if want != have:
+        raise InputError(
+            f"solve_batch: expected scenes of this model, (T, n_p, n_k) = {want}; got {have}."
+        )
+    return counts.pop()
