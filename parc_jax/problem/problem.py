@@ -1,4 +1,4 @@
-"""The question: goal, obstacles, body, start set."""
+"""The problem: goal, obstacles, body, start set."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from parc_jax.problem.doubt import Doubt
 
 @struct.dataclass
 class GoalOfPoints(HPolytope):
-    """A goal over the ends of the named reference points, in this order, then q. Build with
+    """A goal over the ends of the named reference points, in this order, then q; see
     `goal_of_points`.
     """
 
@@ -29,14 +29,15 @@ class GoalOfPoints(HPolytope):
 class ReachAvoid:
     """Reach the goal at t_f, never touch an obstacle. Build with `reach_avoid`, which validates.
 
-    goal: polytope over (p_f, q_f), closed; of a robot with several reference points over the ends
-        of all of them, point by point, then q_f. obstacles: polytopes over p, closed.
+    goal: closed polytope over (p_f, q_f); of a robot with several reference points over the ends
+        of all of them, point by point, then q_f.
+    obstacles: closed polytopes over p.
+    body: Disc or Polygon about the first reference point, or a Body of several parts.
+    start: polytope over p0, or None for anywhere.
     spans: per obstacle (first, last) interval in which it exists, or None for always.
-    body: Disc or Polygon about the first reference point, or a Body of several parts. start:
-        polytope over p0, or None for anywhere.
-    doubt: what is not known exactly; `robust` turns it into a plain problem that allows for it.
-    points: names of the reference points whose ends the goal is over, in its order, from
-        `goal_of_points`; a model with others, or in another order, is refused. () = not said.
+    doubt: uncertainty that safe plans are robust to; `Query.nominal` reduces it.
+    points: names of the reference points that the goal is about, in its order; a model with others,
+        or in another order, is refused. () = not given.
     """
 
     goal: HPolytope
@@ -49,18 +50,16 @@ class ReachAvoid:
 
     @property
     def all_spans(self) -> tuple[tuple[int, int] | None, ...]:
-        """`spans`, one entry per obstacle also when none were given."""
+        """`spans`, one entry per obstacle also if none were given."""
         return self.spans or (None,) * len(self.obstacles)
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """The parts of the body, of whatever kind it is."""
+        """The parts of the body, of any kind."""
         return parts_of(self.body)
 
     def replace(self, **changes) -> "ReachAvoid":
-        """The problem with some entries changed, given as `reach_avoid` takes them. Raises
-        InputError.
-        """
+        """The problem with changed entries, as `reach_avoid` takes them. Raises InputError."""
         names = [field.name for field in dataclasses.fields(self)]
         if unknown := [name for name in changes if name not in names]:
             raise InputError(
@@ -93,9 +92,7 @@ def reach_avoid(
     spans: Sequence | None = None,
     doubt: Doubt | None = None,
 ) -> ReachAvoid:
-    """Validated problem. Boxes become polytopes; a number is taken as a disc radius. Raises
-    InputError.
-    """
+    """A validated problem. Boxes become polytopes, a number [m] a disc. Raises InputError."""
     points = goal.points if isinstance(goal, GoalOfPoints) else ()
     goal = _polytope("goal", goal)
     obstacles = tuple(_polytope("obstacle", o) for o in obstacles)
@@ -144,7 +141,7 @@ def require_points(problem: ReachAvoid, points: Sequence[str]) -> None:
         )
 
 
-def require_fits(problem: ReachAvoid, n_p: int, n_q: int, points: Sequence[str]) -> None:
+def require_dimensions(problem: ReachAvoid, n_p: int, n_q: int, points: Sequence[str]) -> None:
     """Raises InputError where the problem has other dimensions or points than a robot's model.
 
     n_p, n_q: dimensions of the workspace and of the further goal states.
@@ -174,10 +171,10 @@ def require_fits(problem: ReachAvoid, n_p: int, n_q: int, points: Sequence[str])
 def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
     """A goal over the ends of several reference points, for `reach_avoid`. Raises InputError.
 
-    points: names of all points of the robot, as `model.points`. where: one Box or HPolytope that
-    all of them end in ("the whole car inside the bay"), or a dict with such a set for each point
-    that is asked for, by name. q: Box or HPolytope of the further goal states, for none leave it
-    out. The first point needs a bounded set: plans are drawn by where it ends.
+    points: names of all points of the robot, as `model.points`.
+    where: one Box or HPolytope for the ends of all of them ("the car inside the bay"), or a dict
+        of such sets by name. The first point needs a bounded set: plans are drawn by its end.
+    q: Box or HPolytope of the further goal states, if any.
     """
     given = where if isinstance(where, dict) else dict.fromkeys(points, where)
     if not given:
@@ -272,7 +269,7 @@ def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
 
 
 def _check_doubt(doubt: Doubt, n_p: int, obstacles) -> None:
-    """Raises InputError for doubt about other dimensions or other obstacles than there are."""
+    """Raises InputError for doubt of another dimension or number of obstacles."""
     if not isinstance(doubt, Doubt):
         raise InputError(f"doubt: expected a Doubt; got {type(doubt).__name__}.")
     doubt.shifts(n_p)
@@ -285,7 +282,7 @@ def _check_doubt(doubt: Doubt, n_p: int, obstacles) -> None:
 
 
 def _workspace(goal: HPolytope, obstacles, body, start) -> int:
-    """Dimension of the workspace, from whatever names it."""
+    """Dimension of the workspace: of obstacles, start, body or goal."""
     if obstacles or start is not None:
         return obstacles[0].n if obstacles else start.n
     polygons = [p.shape for p in parts_of(body) if isinstance(p.shape, Polygon)]

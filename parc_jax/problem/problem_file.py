@@ -1,5 +1,5 @@
-"""Scenes as small TOML or JSON files. A decimal is the float64 nearest to it, in the proof too,
-which spells that float exactly; one that a float64 does not print again is refused.
+"""Scenes as small TOML or JSON files. A decimal is the float64 nearest to it, in the proof too; one
+that a float64 does not print again is refused.
 """
 
 import dataclasses
@@ -86,7 +86,7 @@ def _text(path) -> str:
 
 
 def _data(text: str, name: str, is_json: bool):
-    """What a file called `name` spells, with decimals as they stand."""
+    """The data of a file called `name`, with exact decimals."""
     try:
         return (
             json.loads(text, parse_float=Decimal, object_pairs_hook=_once)
@@ -102,7 +102,7 @@ def _data(text: str, name: str, is_json: bool):
 
 
 def _once(pairs: list) -> dict:
-    """A table of JSON, in which no entry may stand twice."""
+    """A table of JSON without duplicate entries."""
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
@@ -118,9 +118,11 @@ def save_problem(
     points: Sequence[str] | None = None,
 ) -> Path:
     """Write a .toml or .json file that `load_problem` reads back with equal numbers; complete or
-    not at all. named: labels to go with it. points: names of the robot's reference points, where
-    the problem does not have them already; the file keeps them. Raises InputError where it has
-    others.
+    not at all.
+
+    named: labels for the file.
+    points: names of the robot's reference points, for a problem without them.
+    Raises InputError for a problem with other points.
     """
     path = Path(path)
     parts = _parts(problem, named, points)
@@ -249,8 +251,8 @@ def _parts(problem: ReachAvoid, named: Labels | None, points: Sequence[str] | No
 
 
 def _goal_by_point(problem: ReachAvoid, points: Sequence[str]) -> dict | None:
-    """The goal by names of points, where it asks the same of each point that it asks for, and of q
-    apart from them; else None.
+    """The goal by names of points, where its points share one set and its rows are about one point,
+    or q, each; else None.
     """
     goal = problem.goal
     n_p = problem.obstacles[0].n if problem.obstacles else None
@@ -305,7 +307,7 @@ def _toml(parts: dict):
 
 
 def _inline(value) -> str:
-    """A value as TOML spells it on one line."""
+    """A value as one line of TOML."""
     if isinstance(value, dict):
         pairs = [f"{_inline(key)} = {_inline(part)}" for key, part in value.items()]
         return "{ " + ", ".join(pairs) + " }"
@@ -316,7 +318,7 @@ DOUBT_ENTRIES = tuple(field.name for field in dataclasses.fields(Doubt))
 
 
 def doubt_of(data: dict, obstacles: list) -> Doubt | None:
-    """The doubt that a scene file spells, None where it has none. Raises InputError.
+    """The doubt of a scene file, None where it has none. Raises InputError.
 
     [doubt]      the fields of `Doubt`: numbers and lists, parameters by name in tables, obstacles a
         set: lo and hi, A and b, or vertices.
@@ -347,7 +349,7 @@ def doubt_of(data: dict, obstacles: list) -> Doubt | None:
 
 
 def spelled_doubt(doubt: Doubt) -> tuple[dict, list]:
-    """The table of a doubt, and what each obstacle says, None for nothing; one entry stands for
+    """The table of a doubt, and that of each obstacle, None for an exact one; one entry is for
     all.
     """
     spelled: dict = {}
@@ -384,7 +386,7 @@ def _listed(value):
 
 
 def own_doubt(sets: list, n: int) -> list:
-    """What is spelled of each of n obstacles."""
+    """The table of each of n obstacles."""
     if sets and len(sets) not in (1, n):
         raise InputError(f"doubt: expected a set for each of {n} obstacles; got {len(sets)}.")
     return sets * n if len(sets) == 1 else sets or [None] * n

@@ -24,7 +24,7 @@ from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.doubt import Doubt
-from parc_jax.problem.problem import ReachAvoid, require_fits
+from parc_jax.problem.problem import ReachAvoid, require_dimensions
 from parc_jax.problem.robust.pose import Pose, from_here, pose_of, require_rotation
 from parc_jax.problem.robust.realisations import (
     Executions,
@@ -80,7 +80,7 @@ class Query:
             doubt, problem = None, replace(problem, doubt=None)
         if doubt is None and pose is None:
             return NominalProblem(problem, model, query=self)
-        require_fits(problem, model.n_p, model.n_q, model.points)
+        require_dimensions(problem, model.n_p, model.n_q, model.points)
         robust, promise, at = model, None, None
         if doubt is not None:
             executions, turn = executions_of(doubt, model), _turn(doubt, model)

@@ -1,5 +1,5 @@
-"""What stands around the robot: outlines, maps, and only what a lidar saw, as few convex obstacles
-that cover it. Shapely and the like (the extra `maps`) are loaded when something is asked of it.
+"""The world around the robot: outlines, maps and lidar scans as few convex obstacles that cover it.
+Shapely and the like (the extra `maps`) are loaded on first use.
 """
 
 from parc_jax.problem.world.free_space import FreeSpace, free_place

@@ -1,4 +1,4 @@
-"""Maps of cells, also those of ROS's map_server: what is not known to be free is an obstacle."""
+"""Occupancy grids, also those of ROS's map_server: cells not known to be free are obstacles."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -191,7 +191,7 @@ NEEDED = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_th
 def load_map(path: str | Path) -> GridMap:
     """The map of a map_server YAML file, and the image (PGM, PNG, ...) that it names.
 
-    Free is what is occupied with a probability p < free_thresh; the rest, occupied or unknown, is
+    Free are cells occupied with a probability p < free_thresh; the rest, occupied or unknown, is
     not. p = 1 - shade, or the shade itself with `negate`; in the mode raw the value of a pixel is
     p in percent, and above 100 it is unknown. What is transparent is unknown. In the mode trinary
     map_server averages the alpha channel with the colours: free is then what is free with and

@@ -103,9 +103,9 @@ def convex_pieces(outline: object, tolerance: float = 0.0) -> tuple[HPolytope, .
     """Few convex obstacles that cover a polygon, which may have holes and inlets, or lines (walls).
 
     outline: a Shapely geometry, a GeoJSON dict (in metres, not degrees), anything with a
-    `__geo_interface__`, or corners (n, 2). tolerance: [m] by how much more than the outline may be
-    covered, where that saves corners and so pieces; never is it less. Lines get pieces THIN on
-    either side. Raises InputError.
+        `__geo_interface__`, or corners (n, 2). Lines get pieces THIN on either side.
+    tolerance: [m] by which more than the outline may be covered, to save pieces; never less.
+    Raises InputError.
 
     Algorithm: a constrained triangulation, of which neighbours are merged as long as they stay
     convex: at most four times as many pieces as there must be (Hertel and Mehlhorn 1983). That the
@@ -125,13 +125,13 @@ def convex_pieces(outline: object, tolerance: float = 0.0) -> tuple[HPolytope, .
 
 
 def convex_parts(polygon: "shapely.Polygon") -> list[list[Corner]]:
-    """Convex parts, counter-clockwise, that are a valid polygon; their corners are its own."""
+    """A valid polygon as convex parts, counter-clockwise, with corners of the polygon only."""
     return _merged(_triangles(polygon))
 
 
 def thin_pieces(segments: npt.ArrayLike, half_width: float = THIN) -> list[HPolytope]:
-    """Each segment (n, 2 ends, 2) grown by a half width [m], as a rectangle of four rows that holds
-    all of it, whatever floats round.
+    """Each segment (n, 2 ends, 2) grown by a half width [m], as a rectangle of four rows, rounded
+    outward.
     """
     segments = np.asarray(segments, np.float64)
     along = segments[:, 1] - segments[:, 0]

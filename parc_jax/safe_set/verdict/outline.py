@@ -11,7 +11,7 @@ from parc_jax.learning.runs.law import BOX, LawSpec, law_of
 from parc_jax.learning.runs.subject import given_of
 from parc_jax.learning.system import System, TimeGrid, points_of, rotation_of
 from parc_jax.problem.body import numbered
-from parc_jax.problem.problem import ReachAvoid, goal_box, require_fits
+from parc_jax.problem.problem import ReachAvoid, goal_box, require_dimensions
 from parc_jax.problem.robust.nominal import doubted_scene
 from parc_jax.problem.robust.pose import require_rotation
 from parc_jax.problem.robust.realisations import executions_of, require_given
@@ -75,7 +75,7 @@ def require_fit(problem: ReachAvoid, robot: Outline | TrajectoryModel) -> None:
     """Refuse a question that this robot cannot be asked: goal, body, obstacles, doubt. All that a
     query refuses later, so that nothing is run or learned for it. Raises InputError.
     """
-    require_fits(problem, robot.n_p, robot.n_q, robot.points)
+    require_dimensions(problem, robot.n_p, robot.n_q, robot.points)
     numbered(problem.body, robot.points)
     for j in range(len(problem.obstacles)):
         exists(problem, j, robot.time.n_steps)

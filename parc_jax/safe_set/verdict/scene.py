@@ -20,7 +20,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.rounding import UNIT, rounding_bound
 from parc_jax.problem.body import Body, numbered
-from parc_jax.problem.problem import ReachAvoid, box_of_rows, goal_box, require_fits
+from parc_jax.problem.problem import ReachAvoid, box_of_rows, goal_box, require_dimensions
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.separation.alike import Alike, alike
 from parc_jax.safe_set.separation.apart import Apart, Extent, apart, extent_of, spans_of
@@ -211,7 +211,7 @@ def scene_arrays(
             "scene: expected a nominal problem; this one is under doubt. Ask a planner, or reduce "
             "it by `Query.nominal`."
         )
-    require_fits(problem, model.n_p, model.n_q, model.points)
+    require_dimensions(problem, model.n_p, model.n_q, model.points)
     box_lo, box_hi = goal_box(problem.goal, model.layout)
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
     kept = None if apart is None else apart.kept
@@ -284,7 +284,7 @@ def apart_from_plans(problem: ReachAvoid, model: TrajectoryModel) -> Apart:
     """The obstacles that every plan that reaches is separated from by one row. Raises InputError as
     `near_scene` does.
     """
-    require_fits(problem, model.n_p, model.n_q, model.points)
+    require_dimensions(problem, model.n_p, model.n_q, model.points)
     _check_obstacles(problem, model.time.n_steps)
     parts = numbered(problem.body, model.points)
     extent, slack = extent_in(problem, model)
