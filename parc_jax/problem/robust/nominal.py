@@ -74,7 +74,8 @@ class Query:
         Returns the problem in the robot frame if the pose has a heading, else in the world frame.
         Raises InputError if the uncertainty does not fit the model or leaves no goal.
         """
-        problem, model, pose, doubt = self.problem, self.model, self.pose, self.problem.doubt
+        problem, model, pose = self.problem, self.model, self.pose
+        doubt = problem.doubt
         require_given(doubt, model)
         if doubt is not None and doubt.is_nothing:
             doubt, problem = None, replace(problem, doubt=None)
