@@ -45,8 +45,7 @@ _log = logging.getLogger(__name__)
 class BatchAnswer(NamedTuple):
     """The answer to s problems. Row i belongs to problem i.
 
-    found: (s,) bool: a safe plan is in hand. Not found means not found within the draws, never that
-        none exists.
+    found: (s,) bool: a safe plan was found; False never says that none exists.
     plans: (s, samples, n_p + n_k), largest clearance first, NaN where fewer were found.
     clearance: (s, samples) [m] kept by each plan for every trajectory inside the tube, rounding
         paid; NaN likewise.
@@ -87,11 +86,12 @@ class BatchAnswer(NamedTuple):
 
 
 class FirstPlans(NamedTuple):
-    """Safe plans in the order in which they were drawn: uniform over the safe set, each proved in
-    float64 with the margin that covers rounding. None at all says nothing of whether there are any.
+    """Safe plans in the order of their draws: uniform over the safe set, each verified in float64
+    with the margin that covers rounding. An empty array does not say that there are none.
 
-    plans (n, n_p + n_k). clearance (n,) [m]: kept from every obstacle by every run inside the tube.
-    drawn: plans that were looked at.
+    plans: (n, n_p + n_k).
+    clearance: (n,) [m] from every obstacle, of every run inside the tube.
+    drawn: number of plans that were tested.
     """
 
     plans: np.ndarray
@@ -100,7 +100,7 @@ class FirstPlans(NamedTuple):
 
 
 class Prepared:
-    """A problem laid out for one model. Made by `Planner.prepare`."""
+    """A problem lowered to arrays for one model. Made by `Planner.prepare`."""
 
     def __init__(self, scene: Scene):
         self.scene = scene
@@ -110,7 +110,7 @@ class Prepared:
 
     def first(self, key: jax.Array, n: int = 1) -> FirstPlans:
         """The first n safe plans of a few draws, in one compiled call: fewer, or none, where safe
-        plans are rarer than about one in a hundred; `solve` looks on.
+        plans are rarer than about one in a hundred; `solve` searches on.
 
         key: its SEARCH stream is used. n: at most 16. Raises InputError.
         """
@@ -187,8 +187,8 @@ class Prepared:
 class Planner:
     """Answers reach-avoid queries about one model.
 
-    model: network and claim. Raises InputError for anything else, and for a claim that was not made
-    about this network, or has a part from elsewhere.
+    model: network and claim. Raises InputError for anything else, and for a claim about another
+    network, or with a part of another claim.
     """
 
     def __init__(self, model: TrajectoryModel):
@@ -211,11 +211,12 @@ class Planner:
     ) -> Answer:
         """The safe set of one problem: samples, corridors and polytopes, with certificates.
 
-        problem: from `reach_avoid` or `load_problem`; every plan of the answer withstands its
-        doubt. key: from `jax.random`; its SEARCH stream is used. settings: sizes, work and
-        method; by default `Settings.whole()`. at: where the robot is, x, y or x, y, heading: the
-        answer is about plans from there, sets in k alone; with a heading told in the robot's frame,
-        for a system that declares `rotation`.
+        problem: from `reach_avoid` or `load_problem`; all plans of the answer are robust to its
+            doubt.
+        key: from `jax.random`; its SEARCH stream is used.
+        settings: sizes, work and method; by default `Settings.whole()`.
+        at: pose of the robot, x, y or x, y, heading, for plans from there: sets in k alone; with a
+            heading, which needs a system that declares `rotation`, in the robot's frame.
         Raises InputError when the problem does not fit the model, SoundnessError when this
         installation computes wrong numbers.
         """
@@ -226,17 +227,14 @@ class Planner:
         return self.prepare(problem, at=at)._solve(key, settings, begin)
 
     def prepare(self, problem: ReachAvoid, *, at=None) -> Prepared:
-        """The problem laid out for this model, for many queries: safe plans from one compiled call
-        each, or whole answers.
+        """The problem lowered for this model, for many queries: safe plans from one compiled call
+        each, or full answers.
 
         problem, at: as of `solve`. Raises as `solve` does.
         """
         _checked("prepare", problem, None, Settings.whole())
         require_sound_arithmetic()
-        return self._prepare(query(problem, self.model, at))
-
-    def _prepare(self, asked: Query) -> Prepared:
-        return Prepared(near_scene(asked.nominal(self._under_doubt)))
+        return Prepared(near_scene(query(problem, self.model, at).nominal(self._under_doubt)))
 
     def warm_up(
         self,
@@ -246,9 +244,11 @@ class Planner:
         at=None,
         proof: bool = False,
     ) -> Answer:
-        """Compile what a query of this size needs: a query with next to no work, from a stream of
-        its own, so that the times of the next `solve` are those of a search. Its timings are those
-        of a cold start; what it found is safe, and proved with `proof`, but covers little.
+        """Compile the programs of a query of this size, so that the times of the next `solve` are
+        those of a search.
+
+        Returns the answer of a query with next to no work, from a separate random stream: its plans
+        are safe, and proved with `proof`, but cover little.
         """
         settings = _checked("warm_up", problem, settings, Settings.whole())
         cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
@@ -304,16 +304,18 @@ class Planner:
     ) -> BatchAnswer:
         """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
 
-        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. Those
-        of a list may be under doubt, all under the same one but for goal and obstacles.
+        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. A
+            list may be under doubt, the same for all but for goal and obstacles.
         settings: by default `Settings.fast()`; of its fields samples (safe plans per problem) and
-        proof (exact check of every best plan, some ten milliseconds each) count here.
-        draws: most plans to propose per problem; solved ones stop early. pool: values of k shared
-        by all. numbers: (s,) the problems' own numbers, by default 0, 1, ...: with the key they
-        decide an answer, so it does not depend on what else is in the batch. warm: an earlier
-        BatchAnswer of the same problems, or plans. whole: rows that `solve` answers as well, with
-        these settings, or with `Settings.whole()` where these are for samples only. mesh: devices
-        to spread over (`distributed.mesh`).
+            proof (exact check of every best plan, some ten milliseconds each) count here.
+        draws: most plans to propose per problem; solved ones stop early.
+        pool: values of k shared by all.
+        numbers: (s,) a number per problem, by default 0, 1, ...: with the key it decides an answer,
+            which so does not depend on the rest of the batch.
+        warm: an earlier BatchAnswer of the same problems, or plans.
+        whole: rows that `solve` answers as well, with these settings, or with `Settings.whole()`
+            where these are for samples only.
+        mesh: devices to spread over (`distributed.mesh`).
         Raises as `solve` does.
         """
         settings = Settings.fast() if settings is None else settings
@@ -350,17 +352,21 @@ class Planner:
 def answer_to(
     asked: Query, key: jax.Array, settings: Settings | None = None, looks: Looks | None = None
 ) -> Answer:
-    """The answer to a question, all of it. settings: as of `Planner.solve`. looks: the account of
-    an answer that it comes of; None for one of its own. Raises as `Planner.solve` does.
+    """The answer to a query.
+
+    settings: as of `Planner.solve`.
+    looks: the account of the answer behind the query; None for a new one.
+    Raises as `Planner.solve` does.
     """
     settings = _checked("solve", asked.problem, settings, Settings.whole())
     require_sound_arithmetic()
     begin = time.perf_counter()
-    return Planner(asked.model)._prepare(asked)._solve(key, settings, begin, looks)
+    check_model(asked.model)
+    return Prepared(near_scene(asked.nominal()))._solve(key, settings, begin, looks)
 
 
 def _checked(call: str, problem, settings, default: Settings) -> Settings:
-    """The settings, after a look at the types that users mix up."""
+    """The settings, or the default. Raises InputError for types that users mix up."""
     if not isinstance(problem, ReachAvoid):
         hint = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
         raise InputError(expected(call, "a problem", problem, hint))
@@ -373,7 +379,7 @@ def _checked(call: str, problem, settings, default: Settings) -> Settings:
 
 
 def _certificates(scene: Scene, chosen: Points) -> list[dict]:
-    """Of all points."""
+    """The certificates of all points."""
     each = (chosen.p0, chosen.k, chosen.path)
     return [
         sample_part(scene, scene.model.tube, *plan_and_path)
@@ -402,9 +408,7 @@ def _without_refused(found: Cover, corridors: np.ndarray, polytopes: np.ndarray)
 def _proved(
     model: TrajectoryModel, problems: Problems, plans: np.ndarray, found: np.ndarray
 ) -> np.ndarray:
-    """(s,) bool: which best plans the independent checker accepts, in exact arithmetic; one problem
-    at a time.
-    """
+    """(s,) bool: the independent checker accepts the best plan, in exact arithmetic."""
     out = np.zeros(len(found), bool)
     rows = np.flatnonzero(found)
     p0 = plans[rows, : model.n_p]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from parc_jax.common import struct
+from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import Box
@@ -228,6 +229,10 @@ def goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     """A box around the goal, as corners lo, hi (n_c + n_q,). The first reference point and q must
     be bounded, others may be infinite. Raises InputError.
     """
+    return once(goal, _goal_box, layout)  # it may take LPs, and a query needs it three times
+
+
+def _goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     if layout.n_points == 1:
         return finite_box(goal, "goal")
     needed = np.ones(goal.n, bool)

@@ -200,7 +200,10 @@ def doubted_scene(
     seen_goal = doubt.of_goal(n_p, n_q)
     seen = doubt.of_obstacles(len(problem.obstacles))
     goal = _shrunken_goal(problem.goal, layout, start, seen_goal)
-    starts = None if problem.start is None else _shrunken_start(problem.start, start)
+    starts = problem.start
+    if starts is not None and start.any():
+        rows = [[Fraction(x) for x in row] for row in starts.A]
+        starts = _less_a_box(starts, rows, [Fraction(x) for x in start])
     obstacles = list(problem.obstacles)
     if whole and start.any():
         obstacles = _around_box(obstacles, start)
@@ -242,18 +245,10 @@ def _require_room(shrunken: HPolytope, goal: HPolytope) -> None:
             )
 
 
-def _shrunken_start(start: HPolytope, widths: np.ndarray) -> HPolytope:
-    """The Pontryagin difference of the start set and the box of these half widths."""
-    if not widths.any():
-        return start
-    rows = [[Fraction(x) for x in row] for row in start.A]
-    return _less_a_box(start, rows, [Fraction(x) for x in widths])
-
-
 def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
-    """The set with every offset smaller by the support of a box of these half widths along its row.
+    """The Pontryagin difference of a set and the box of these half widths, rounded down.
 
-    rows: exact rationals. Offsets are rounded down.
+    rows: exact rationals, to which the box is applied in place of the set's own.
     """
     bounds = []
     for row, bound in zip(rows, given.b, strict=True):

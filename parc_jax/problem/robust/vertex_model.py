@@ -26,7 +26,6 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.network.rounding import TINY, UNIT
-from parc_jax.learning.runs.subject import Subject
 from parc_jax.problem.body import Body, Part, numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.bend import bend_by_bin
@@ -94,10 +93,13 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
             k=[named.k[axis] for axis in chosen],
         ),
     )
-    claim = _claim(
-        model.claim, wider, subject, one.net.hash, _eps(model.claim, model.tube, axes), not_drawn
-    )
-    return model.replace(net=one.net, claim=claim)
+    bin_eps = _eps(model.claim, model.tube, axes)
+    # the law of k says nothing about parameters that no plan chooses
+    about = {"network_of_runs": model.claim.network, "not_drawn": not_drawn}
+    if bin_eps is not None:
+        about["bin_share"] = None  # of other bins than these
+    changes = {"tube": wider, "subject": subject, "network": one.net.hash, "bin_eps": bin_eps}
+    return model.replace(net=one.net, claim=derived(model.claim, **changes, evidence=about))
 
 
 def copied_problem(problem: ReachAvoid, model: TrajectoryModel, n_v: int, n_r: int) -> ReachAvoid:
@@ -176,19 +178,6 @@ def _eps(claim: ErrorClaim, old: Tube, axes: list[Axis]):
     which = widest(known, old.grid, axes)
     by_value = {float(e): e for e in claim.bin_eps if e is not None}
     return tuple(by_value.get(float(e)) for e in which)
-
-
-def _claim(
-    claim: ErrorClaim, wider: Tube, subject: Subject, net: str, bin_eps, not_drawn: list[str]
-) -> ErrorClaim:
-    """The error bound from the same runs, for plans with their executions.
-
-    not_drawn: parameters that no plan chooses; the law of k says nothing about them.
-    """
-    about = {"network_of_runs": claim.network, "not_drawn": not_drawn}
-    if bin_eps is not None:
-        about["bin_share"] = None  # of other bins than these
-    return derived(claim, tube=wider, subject=subject, network=net, bin_eps=bin_eps, evidence=about)
 
 
 def _copies_of(points: Sequence[str], several: int) -> tuple[str, ...]:
