@@ -234,7 +234,8 @@ class Planner:
         """
         _checked("prepare", problem, None, Settings.whole())
         require_sound_arithmetic()
-        return Prepared(near_scene(query(problem, self.model, at).nominal(self._under_doubt)))
+        nominal = query(problem, self.model, at).nominal(self._under_doubt)
+        return Prepared(near_scene(nominal))
 
     def warm_up(
         self,

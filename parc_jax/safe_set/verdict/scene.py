@@ -158,7 +158,8 @@ def near_scene(asked: NominalProblem) -> Scene:
 
     Raises InputError where the problem does not fit the model.
     """
-    return _pruned(asked, apart_from_plans(asked.problem, asked.model))
+    found = apart_from_plans(asked.problem, asked.model)
+    return _pruned(asked, found)
 
 
 def scene_near_path(asked: NominalProblem, k: np.ndarray, path: np.ndarray) -> Scene:
@@ -175,7 +176,8 @@ def scene_near_path(asked: NominalProblem, k: np.ndarray, path: np.ndarray) -> S
     lo = np.minimum(places[:-1], places[1:]) - 2 * slack
     hi = np.maximum(places[:-1], places[1:]) + 2 * slack
     parts = numbered(problem.body, asked.model.points)
-    return _pruned(asked, apart(problem, parts, Extent(lo, hi, error), slack))
+    found = apart(problem, parts, Extent(lo, hi, error), slack)
+    return _pruned(asked, found)
 
 
 def whole_scene(scene: Scene) -> Scene:
@@ -188,7 +190,8 @@ def _with_all(scene: Scene) -> Scene:
 
 
 def _pruned(asked: NominalProblem, found: Apart) -> Scene:
-    return roomy(laid_out(asked, found if np.isfinite(found.beyond) else None))
+    scene = laid_out(asked, found if np.isfinite(found.beyond) else None)
+    return roomy(scene)
 
 
 def _table(scene: Scene) -> DirectionTable:
