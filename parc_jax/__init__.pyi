@@ -17,15 +17,15 @@ from parc_jax.common.sets.hpolytope import hpolytope as hpolytope
 from parc_jax.drive import loop as loop
 from parc_jax.drive.local.local_model import Local as Local
 from parc_jax.drive.local.refine import Refine as Refine
-from parc_jax.learning.bound.claim_file import load_claim as load_claim
+from parc_jax.learning.bound.claim import load_claim as load_claim
 from parc_jax.learning.bound.counts import required_runs as required_runs
 from parc_jax.learning.bound.declared import assumed_claim as assumed_claim
 from parc_jax.learning.bound.declared import declared_claim as declared_claim
 from parc_jax.learning.bound.monitor import monitor as monitor
+from parc_jax.learning.bound.monitor import refit as refit
+from parc_jax.learning.bound.monitor import update as update
 from parc_jax.learning.bound.pipeline import bound_error as bound_error
 from parc_jax.learning.bound.tube import tube as tube
-from parc_jax.learning.bound.update import refit as refit
-from parc_jax.learning.bound.update import update as update
 from parc_jax.learning.from_prior import learn_from as learn_from
 from parc_jax.learning.model import load as load
 from parc_jax.learning.model import trajectory_model as trajectory_model
@@ -49,10 +49,10 @@ from parc_jax.problem.body import hull as hull
 from parc_jax.problem.doubt import Doubt as Doubt
 from parc_jax.problem.problem import goal_of_points as goal_of_points
 from parc_jax.problem.problem import reach_avoid as reach_avoid
+from parc_jax.problem.world.moving import moving as moving
 from parc_jax.proof.regions import enumerate_regions as enumerate_regions
 from parc_jax.proof.regions import march as march
 from parc_jax.safe_set.batch.box_scenes import box_scenes as box_scenes
-from parc_jax.safe_set.separation.moving import moving as moving
 from parc_jax.safe_set.settings import Settings as Settings
 
 __version__: str

@@ -14,14 +14,13 @@ import numpy as np
 from parc_jax.common.status import Ended
 from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 from parc_jax.safe_set.corridors.found import Cover
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.rare import where_around, where_safe
 from parc_jax.safe_set.corridors.sampling import no_points, points
 from parc_jax.safe_set.corridors.search import cover, cover_around, draw_safe_plans
-from parc_jax.safe_set.corridors.stopping import nothing_covered
+from parc_jax.safe_set.corridors.stopping import Limit, nothing_covered
 from parc_jax.safe_set.settings import Settings, Work, work_of
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, laid_out
 

@@ -25,7 +25,7 @@ from parc_jax.proof.certificate.write import sample_part
 from parc_jax.proof.regions import RegionTable, regions_of
 from parc_jax.safe_set.batch.box_scenes import BoxScenes
 from parc_jax.safe_set.batch.search import Problems, problem_of, search_batch
-from parc_jax.safe_set.corridors.first import MOST, in_one_array
+from parc_jax.safe_set.corridors.first import MOST, first_safe
 from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.placed import placed
 from parc_jax.safe_set.corridors.sampling import Points
@@ -116,9 +116,9 @@ class Prepared:
         """
         if not 1 <= n <= MOST:
             raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
-        asked = placed(self.scene)
-        rows, drawn = in_one_array(asked, stream(key, Stage.SEARCH), n)
-        return FirstPlans(rows[:, :-1], rows[:, -1], drawn)
+        safe, _ = first_safe(placed(self.scene), stream(key, Stage.SEARCH), n)
+        safe = safe.fetched()
+        return FirstPlans(safe.plans, safe.clearance, safe.judged)
 
     def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
         """The answer that `Planner.solve` gives. Raises InputError."""

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
-from parc_jax.learning.bound.risk import NoStatement, Risk
-from parc_jax.safe_set.verdict.hopeless import Why
+from parc_jax.learning.bound.counts import NoStatement, Risk
+from parc_jax.safe_set.verdict.infeasible import Why
 
 MOST_NUMBERS = 8  # that are listed
 

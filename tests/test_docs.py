@@ -243,13 +243,6 @@ def test_the_map_has_every_room_and_names_what_is_there():
         assert f"class {record}" in source, f"docs/architecture.md names the record {record}"
 
 
-def test_house_words_are_at_most_forty():
-    """Who needs another one says which of them goes."""
-    page = (ROOT / "docs" / "notation.md").read_text().partition("## House words")[2]
-    words = re.findall(r"^\| (?!word |---)([^|]+) \|", page, re.MULTILINE)
-    assert 30 < len(words) <= 40 and len(set(words)) == len(words)
-
-
 def test_the_api_page_is_up_to_date():
     made = runpy.run_path(str(ROOT / "docs" / "make_api.py"))["page"]()
     shown = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")

@@ -17,8 +17,13 @@ from parc_jax.app.study.numbers import covering
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local import tested
 from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.counts import cheaper, clopper_pearson, supported_eps
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.counts import (
+    NoStatement,
+    Risk,
+    cheaper,
+    clopper_pearson,
+    supported_eps,
+)
 from parc_jax.learning.bound.start_gap import StartTrial
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.proof.absence.prove_no_plan import UNDECIDED, NoPlan

@@ -49,7 +49,7 @@ NETWORK = (
 SETS = (
     Fault(
         "corridor_at_the_first_knot_only",
-        "keeping.keeps",
+        "corridor.satisfies",
         "range(len(path) - n + 1)",
         "range(1)",
         "tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",

@@ -27,8 +27,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import clopper_pearson, least_probability
 from parc_jax.learning.bound.declared import declared_claim
-from parc_jax.learning.bound.pipeline import bound_errors
-from parc_jax.learning.bound.runs import HeldRuns
+from parc_jax.learning.bound.pipeline import HeldRuns, bound_errors
 from parc_jax.learning.bound.start_gap import try_starts
 from parc_jax.learning.bound.tube import zero_tube
 from parc_jax.learning.learn import networks

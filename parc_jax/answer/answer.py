@@ -22,7 +22,7 @@ from parc_jax.common.keys import generator
 from parc_jax.common.lp.status import LPStatus
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.safe_set.corridors.best import best_plan
 from parc_jax.safe_set.corridors.solid import Solid

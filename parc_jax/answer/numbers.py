@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.findings import Findings
-from parc_jax.learning.bound.counts import clopper_pearson, least_probability
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.counts import NoStatement, Risk, clopper_pearson, least_probability
 from parc_jax.safe_set.corridors.found import Cover
 
 SHARE_CONFIDENCE = 0.99  # of the interval of the safe share

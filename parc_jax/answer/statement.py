@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.numbers import density_of_k, risk_of_draw
 from parc_jax.common.spelling import counted, rounded_down
-from parc_jax.learning.bound.risk import NoStatement
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.learning.bound.counts import NoStatement
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.statement import (
     about_doubt,
     about_place,

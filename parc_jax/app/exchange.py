@@ -6,7 +6,7 @@ from parc_jax.app.files.network_file import load_network
 from parc_jax.app.files.onnx_write import write_onnx
 from parc_jax.app.files.question import safety_question, vnnlib, write_question
 from parc_jax.drive.onboard.header import write_c
-from parc_jax.learning.network.fold import Normalisation
+from parc_jax.learning.network.relu import Normalisation
 from parc_jax.problem.problem_file import load_problem, problem_of_text, save_problem
 from parc_jax.ros.bags.load import load_bags
 from parc_jax.ros.bags.write import write_mcap

@@ -5,13 +5,11 @@ import numpy as np
 from parc_jax.common.keys import key_of
 from parc_jax.common.spelling import counted
 from parc_jax.learning.bound.counts import MOST, advised_discards, required_runs, width_needed
-from parc_jax.learning.bound.pipeline import bound_errors, learn_profiles
-from parc_jax.learning.bound.runs import RecordedRuns
+from parc_jax.learning.bound.pipeline import RecordedRuns, bound_errors, learn_profiles
 from parc_jax.learning.bound.start_gap import StartTrial
 from parc_jax.learning.learn import Learned, models, networks
 from parc_jax.learning.prior.teach import TWIST, Taught, taught
-from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.groups import worst_by_group
+from parc_jax.learning.runs.batch import RolloutBatch, worst_by_group
 from parc_jax.learning.settings import Learning
 
 HOLDOUT = 0.5  # of the recorded runs: a prior has little to learn from the others

@@ -16,15 +16,21 @@ from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.learning.bound.claim import ErrorClaim, on_bins
 from parc_jax.learning.bound.counts import as_probability
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.pipeline import advice, bound_errors, runs_ahead
-from parc_jax.learning.bound.runs import RecordedRuns, Runs, SystemRuns
+from parc_jax.learning.bound.pipeline import (
+    RecordedRuns,
+    Runs,
+    SystemRuns,
+    advice,
+    bound_errors,
+    runs_ahead,
+)
 from parc_jax.learning.bound.start_gap import StartTrial, try_starts
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import fit
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch, concatenate
+from parc_jax.learning.runs.chunks import Forecast
 from parc_jax.learning.runs.collect import stream_rollouts
-from parc_jax.learning.runs.forecast import Forecast
 from parc_jax.learning.settings import Learning, name_of
 
 FIRST_EPS = Fraction(1, 100)  # of the first claim: 688 runs at a delta of 1e-3

@@ -9,9 +9,9 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.system import TimeGrid
+from parc_jax.problem.world.moving import moving
 from parc_jax.ros.bags.fields import stamp_of
 from parc_jax.ros.driving import Driving
-from parc_jax.safe_set.separation.moving import moving
 
 EVERY = 3  # intervals of a manoeuvre for which a disc has one outline
 SIDES = np.pi / 4 * np.arange(8)  # of an outline: a loop has room for as many corners

@@ -16,8 +16,7 @@ from parc_jax.app.study.compare import safe_volume
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.asked import CLAIMS
-from parc_jax.learning.bound.pipeline import bound_errors
-from parc_jax.learning.bound.runs import HeldRuns
+from parc_jax.learning.bound.pipeline import HeldRuns, bound_errors
 from parc_jax.learning.bound.start_gap import try_starts
 from parc_jax.learning.learn import networks
 from parc_jax.learning.model import trajectory_model

@@ -23,8 +23,7 @@ from parc_jax.problem.robust.nominal import nominal_problems
 from parc_jax.safe_set.batch import proposals
 from parc_jax.safe_set.batch import run as batch_run
 from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
-from parc_jax.safe_set.batch.estimate import along_fan
-from parc_jax.safe_set.batch.proposals import Best
+from parc_jax.safe_set.batch.proposals import Best, along_fan
 from parc_jax.safe_set.batch.run import Calls, run, search_many
 from parc_jax.safe_set.batch.search import passes, stack_problems
 from parc_jax.safe_set.corridors.sampling import draw

@@ -18,12 +18,12 @@ from parc_jax.app.study.report import figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.calibrate import calibrate
-from parc_jax.learning.bound.claim_file import load_claim
+from parc_jax.learning.bound.claim import load_claim
 from parc_jax.learning.bound.tube import zero_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts
+from parc_jax.learning.runs.law import given_of
 from parc_jax.learning.runs.loaders import load_rollouts
-from parc_jax.learning.runs.subject import given_of
 from parc_jax.learning.system import time_grid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same

@@ -16,7 +16,7 @@ from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import most_discards
-from parc_jax.learning.bound.update import update
+from parc_jax.learning.bound.monitor import update
 from parc_jax.learning.learn import learn, learn_recorded
 from parc_jax.learning.runs.collect import collect
 

@@ -18,7 +18,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.bound.calibrate import calibrate
-from parc_jax.learning.bound.claim_file import claim_from_json
+from parc_jax.learning.bound.claim import claim_from_json
 from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error

@@ -19,9 +19,9 @@ from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors import rare, search
 from parc_jax.safe_set.corridors.first import MOST
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.sampling import RARE_DRAW, Draw, no_points
 from parc_jax.safe_set.corridors.search import cover
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import CORRIDORS, LEAVES, LOOKS, work_of
 from parc_jax.safe_set.verdict.scene import near_scene, scene_of
 

@@ -16,8 +16,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.drive.local.local_model import Local, LocalRuns
 from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.counts import clopper_pearson, required_runs
-from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, required_runs
 
 pytestmark = pytest.mark.soundness
 

@@ -16,7 +16,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.status import Status
-from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.planner import Planner
@@ -27,9 +27,9 @@ from parc_jax.proof.absence.contacts import Contacts, DiscBody
 from parc_jax.proof.absence.faces import goal_faces
 from parc_jax.proof.absence.prove_no_plan import _missing, prove_no_plan
 from parc_jax.proof.certificate.write import network_part, problem_part, tube_part
-from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.hopeless import no_end_fits
+from parc_jax.safe_set.verdict.infeasible import no_end_fits
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 

@@ -15,7 +15,7 @@ from toy_models import assumed, told
 from parc_jax import checker
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
-from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube, refined, zero_tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.predict import by_point, moved_to, trajectories
@@ -27,7 +27,7 @@ from parc_jax.proof.absence.bin_errors import end_rows
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.proof.certificate.write import question_parts
-from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import scene_of
 

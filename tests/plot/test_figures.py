@@ -38,7 +38,7 @@ def pac(answer):
 
 
 def scores_of(k, score, worst):
-    from parc_jax.learning.bound.score import Scores
+    from parc_jax.learning.bound.measure import Scores
 
     return Scores(np.arange(len(k)), k, score, worst, None, None, None, None, None)
 

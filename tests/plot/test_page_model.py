@@ -13,7 +13,7 @@ from toy_models import told
 
 from parc_jax.app.plot.html import PARTS
 from parc_jax.app.plot.page_data import model_data
-from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

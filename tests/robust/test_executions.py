@@ -18,7 +18,7 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import labels
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.robust.bend import bend, bend_by_bin

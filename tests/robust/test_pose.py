@@ -14,8 +14,7 @@ from toy_models import anchored_plans, line_model, told, toy_case
 import parc_jax as pj
 from parc_jax.app.plot.projections import default_pairs
 from parc_jax.common.errors import InputError
-from parc_jax.learning.network.predict import outputs
-from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.network.relu import outputs, relu_network
 from parc_jax.learning.system import STAYS, TURNS, rotation_of
 from parc_jax.planner import Planner
 from parc_jax.problem.doubt import Doubt

@@ -14,7 +14,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.bound.counts import required_runs
 from parc_jax.learning.learn import forecast_of, learn
-from parc_jax.learning.runs.forecast import Forecast, Pace, spell
+from parc_jax.learning.runs.chunks import Forecast, Pace, spell
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 
@@ -37,21 +37,6 @@ def test_it_is_said_once_and_only_when_it_is_long(capsys):
     for forecast in (short, long, long, quiet):
         forecast.measured("cart", 1.0)
     assert capsys.readouterr().err == "cart: 100 runs x 1 s = 1.7 min\n"
-
-
-def test_time_spent_on_compiling_does_not_count():
-    pace = Pace(2, compiles=True)
-    assert pace.of(10, 0.0, 60.0) is None  # the chunk that compiled
-    assert pace.of(10, 0.0, 61.0) is None  # another worker waited for it
-    assert pace.of(10, 60.0, 64.0) == pytest.approx(0.2)
-
-
-def test_nor_does_the_start_of_a_simulator_s_processes():
-    pace = Pace(1, compiles=False)
-    assert pace.of(10, 5.0, 25.0) is None  # 19 s of it to start
-    assert pace.of(10, 25.0, 26.0) == pytest.approx(0.1)
-    slow = Pace(1, compiles=False)
-    assert slow.of(10, 0.0, 60.0) == pytest.approx(6.0)  # no reason to wait for another minute
 
 
 class Slow:

@@ -20,7 +20,6 @@ from parc_jax.common.status import Status
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict import outcomes as judging
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -100,19 +99,6 @@ def test_a_proof_that_contradicts_the_plant_is_reported(rng):
     missed = np.array([[0.0, 0.8, 0.0, 0.9]])  # clear of the wall, past the goal
     with pytest.raises(SoundnessError):
         replay(system, scene, missed, jax.random.key(0))
-
-
-@pytest.mark.slow
-def test_a_replay_blind_between_knots_would_miss_contact(rng, monkeypatch):
-    system = plant(exact, T, stride=10)
-    thin = box([0.12, -1.0], [0.121, 1.0])  # between the first two knots of a drive at k_0 = 1
-    model, problem = straight_model(system, 0.001), problem_with(thin, radius=0.0)
-    scene, x = scene_of(problem, model), np.array([[0.0, 0.3, 1.0, 0.5]])
-    with pytest.raises(SoundnessError):
-        replay(system, scene, x, jax.random.key(0))
-    monkeypatch.setattr(judging, "_nearest", lambda *_: np.ones(1))
-    out = replay(system, scene, x, jax.random.key(0))
-    assert not out.touched.any()
 
 
 def test_a_bend_between_knots_is_replayed():

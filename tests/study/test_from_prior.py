@@ -12,7 +12,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.from_prior import ASKED
-from parc_jax.learning.runs.groups import worst_by_group
+from parc_jax.learning.runs.batch import worst_by_group
 from parc_jax.learning.system import Trajectory
 
 AFFINE = {"hidden": (), "rollouts": 400}  # PARC's map: nothing is trained

@@ -14,7 +14,7 @@ from parc_jax.app.cli import main
 from parc_jax.app.cli.saying import COMPILING, SEARCHING
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
-from parc_jax.learning.bound import pipeline, score
+from parc_jax.learning.bound import measure, pipeline
 from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.learning.bound.counts import required_runs
 from parc_jax.learning.model import load
@@ -114,7 +114,7 @@ def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch
     """Stopped at the third chunk of the fresh runs, started again: chunks are reused, and the claim
     is the same.
     """
-    scored, real = [], score.score_arrays
+    scored, real = [], measure.score_arrays
 
     def stop_at_third(*arguments):
         scored.append(1)
@@ -122,7 +122,7 @@ def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch
             raise KeyboardInterrupt
         return real(*arguments)
 
-    monkeypatch.setattr(score, "score_arrays", stop_at_third)
+    monkeypatch.setattr(measure, "score_arrays", stop_at_third)
     assert run("--out", tmp_path, "--quiet", "--fresh", 2000) == 130
     assert "continues" in capsys.readouterr().err
     kept = sorted((tmp_path / "unfinished" / "fresh").glob("chunk_*.npz"))
@@ -134,11 +134,11 @@ def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch
         seen_again.append({f for f in kept if f.exists() and f.stat().st_mtime_ns == before[f]})
         return real(*arguments)
 
-    monkeypatch.setattr(score, "score_arrays", watch)
+    monkeypatch.setattr(measure, "score_arrays", watch)
     assert run("--out", tmp_path, "--quiet", "--fresh", 2000, "--no-figures") == 0
     assert seen_again[-1] == set(kept)  # not one was computed again
     assert not (tmp_path / "unfinished").exists()
-    monkeypatch.setattr(score, "score_arrays", real)
+    monkeypatch.setattr(measure, "score_arrays", real)
     assert run("--out", tmp_path / "whole", "--quiet", "--fresh", 2000, "--no-figures") == 0
     assert (
         load(tmp_path / "model.npz").tube.hash == load(tmp_path / "whole" / "model.npz").tube.hash

@@ -12,7 +12,7 @@ from parc_jax import checker
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.common.status import OfRegion, Status
-from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import NO_CLAIM
 from parc_jax.learning.learn import final_error
 from parc_jax.learning.network.relu import relu_network

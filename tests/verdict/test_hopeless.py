@@ -10,17 +10,17 @@ from toy_models import fold_model, line_model, random_network
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.labels import Labels
-from parc_jax.learning.network.predict import outputs
-from parc_jax.learning.network.within import outputs_within
+from parc_jax.learning.network.relu import outputs
+from parc_jax.learning.network.rounding import outputs_within
 from parc_jax.planner import Planner
 from parc_jax.problem.body import hull
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
-from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import laid_out, scene_of
 
 GOAL = box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0])  # corners at (3, +-0.5) are farthest from WALL

@@ -11,7 +11,7 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.labels import degrees_hint
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import ReachAvoid, box_of_rows, finite_box, goal_box
 

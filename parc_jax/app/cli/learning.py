@@ -17,7 +17,7 @@ from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.from_prior import learn_from
 from parc_jax.learning.learn import Learned, final_error, learn_recorded
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.train import training_arrays
 from parc_jax.learning.prior.teach import TWIST
 from parc_jax.learning.runs.loaders import load_rollouts

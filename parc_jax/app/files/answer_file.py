@@ -12,9 +12,8 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.common.spelling import hex_floats, hex_text, nearest_floats
 from parc_jax.common.status import Ended
-from parc_jax.learning.bound.claim_file import claim_from_json
-from parc_jax.learning.bound.error_set import NO_CLAIM
-from parc_jax.learning.bound.faces import Faces, faces
+from parc_jax.learning.bound.claim import claim_from_json
+from parc_jax.learning.bound.error_set import NO_CLAIM, Faces, faces
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import relu_network
@@ -32,7 +31,7 @@ from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.stopping import Coverage
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, near_scene
 

@@ -7,9 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.common.errors import InputError, SoundnessError
-from parc_jax.learning.network.fold import FOLD_RELATIVE
-from parc_jax.learning.network.predict import outputs
-from parc_jax.learning.network.relu import ReLUNetwork, relu_network
+from parc_jax.learning.network.relu import FOLD_RELATIVE, ReLUNetwork, outputs, relu_network
 
 
 class Linear(NamedTuple):

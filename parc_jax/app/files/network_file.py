@@ -11,8 +11,7 @@ import numpy as np
 from parc_jax.app.files.chain import Linear, Relu, fold_chain
 from parc_jax.app.files.onnx_read import read_onnx
 from parc_jax.common.errors import InputError
-from parc_jax.learning.network.fold import Normalisation, fold
-from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.network.relu import Normalisation, ReLUNetwork, fold
 from parc_jax.learning.runs.files import read_npz
 
 SCALINGS = ("x_mean", "x_scale", "y_mean", "y_scale")

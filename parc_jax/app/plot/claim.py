@@ -10,7 +10,7 @@ from parc_jax.app.plot import style
 from parc_jax.app.plot.errors import quantile, widths
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.claim import ErrorClaim
-from parc_jax.learning.bound.score import Scores
+from parc_jax.learning.bound.measure import Scores
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.system import TimeGrid
 

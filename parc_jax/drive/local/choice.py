@@ -16,8 +16,7 @@ from parc_jax.drive.local.local_model import Local, local_model, tried_first
 from parc_jax.drive.local.near import Near, narrowing
 from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box, share_of
 from parc_jax.drive.local.tested import Tested, run_plan
-from parc_jax.learning.bound.counts import as_probability
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.counts import NoStatement, Risk, as_probability
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import System, check_system
 from parc_jax.problem.robust.nominal import Query

@@ -16,14 +16,12 @@ from parc_jax.drive.local.almost import nearly_safe
 from parc_jax.learning.bound.asked import BoundSettings, Sizing
 from parc_jax.learning.bound.claim import ErrorClaim, stand_in
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.pipeline import bound_errors, learn_profiles
-from parc_jax.learning.bound.runs import Runs
+from parc_jax.learning.bound.pipeline import Runs, bound_errors, learn_profiles
 from parc_jax.learning.bound.start_gap import StartTrial, try_starts
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
-from parc_jax.learning.network.fit import Training, fit
+from parc_jax.learning.network.fit import Training, fit, fit_tail
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.network.tail import fit_tail
 from parc_jax.learning.runs.batch import RolloutBatch, concatenate
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec

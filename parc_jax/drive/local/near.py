@@ -10,7 +10,7 @@ from parc_jax.answer.looks import Look
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.safe_box import SafeBox
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 

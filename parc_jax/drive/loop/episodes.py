@@ -17,7 +17,7 @@ from parc_jax.drive.loop.ledger import Ledger
 from parc_jax.drive.loop.outcome import Driven, Outcome, Task
 from parc_jax.learning.bound.counts import as_probability, clopper_pearson
 from parc_jax.learning.runs.chunks import cores
-from parc_jax.learning.runs.rows import seed_of
+from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.identity import lasting_digest
 from parc_jax.statement import about_episodes
 

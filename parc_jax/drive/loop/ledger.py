@@ -7,8 +7,8 @@ from pathlib import Path
 
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.outcome import Driven
+from parc_jax.learning.runs.chunks import refuse_other_work
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.runs.resume import refuse_other_work
 
 LINES, ABOUT = "episodes.jsonl", "meta.json"
 

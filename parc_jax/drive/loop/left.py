@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.commitment import Commitment
-from parc_jax.learning.bound.measure import allowance
-from parc_jax.learning.bound.score import score_arrays
+from parc_jax.learning.bound.measure import allowance, score_arrays
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import Disc, parts_of

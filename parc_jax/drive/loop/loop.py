@@ -31,7 +31,7 @@ from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose, pose_of
-from parc_jax.safe_set.corridors.preferred import preferred
+from parc_jax.safe_set.corridors.first import preferred
 
 if TYPE_CHECKING:
     import shapely

@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.common.arrays import slices
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.robust.pose import Pose
 

@@ -13,14 +13,14 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.drive.loop.ends import any_goal, everywhere, moved_goal
 from parc_jax.drive.loop.outlook import AT_ONCE
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.vertex_model import copied_problem
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import ROOM, Scene, laid_out, roomy
 
 CORNERS = 8  # of an obstacle in the plane, that scenes have room for without compiling anew

@@ -19,17 +19,18 @@ DIGITS = 10  # of the numbers of a claim, at most
 def premises_of(c: "ErrorClaim") -> Premises:
     """All that the sentences of a claim rest on. Both checkers compute the checked ones anew."""
     shown = _SHOWN[c.kind](c)
-    k_law = {"uniform": "uniform on K", "logged": "as in the log", "given": "as it was given"}
+    k_law = {"uniform": "uniform on K", "logged": "as in the log"}
     measured = {
         "law": c.quantifier,
         "box": c.law.box,
         "K": " x ".join(f"[{a:.10g}, {b:.10g}]" for a, b in zip(*_corners(c), strict=True)),
-        "k": k_law.get(c.law.k_law, f"by {c.law.k_law}"),
+        "k": k_law.get(c.law.k_law, c.law.how_drawn),
         "all": None if c.bin_eps is None else c.n,
         "failed": c.evidence.get("failed", 0),
         "open bins": f"{int((~c.tube.claimed).sum())} of {c.tube.n_bins}",
         "rows": c.evidence.get(RECORDED_ROWS),
         "recordings": c.evidence.get("recordings"),
+        "left out": c.evidence.get("left_out"),
         "eps asked": c.evidence.get("eps_asked"),
         "not drawn": c.evidence.get("not_drawn") or None,
     }
@@ -120,9 +121,12 @@ def _counts(p: Premises) -> str:
     """What was counted and left out: numbers that were fixed, or seen, before the claim."""
     _, many = _number(p)
     looks = f"; delta is shared by {p['looks']} looks" if p["looks"] > 1 else ""
+    gaps = ""
+    if "left out" in p:
+        gaps = f" Before that {p['left out']:,} rows between theirs were left out of the runs."
     return (
         f"{p['box']} = {p['K']}. Of these {many} {p['failed']:,} failed; discards, fixed "
-        f"beforehand: {p['discards']:,}{looks}."
+        f"beforehand: {p['discards']:,}{looks}.{gaps}"
     )
 
 
@@ -135,9 +139,8 @@ def _chosen(p: Premises) -> str:
             f"For k drawn uniformly at random from a certified set of share s of {p['box']}: at "
             f"most {_eps(p)}/s."
         )
-    how = "as the calibration's k were given" if p["k"] == "as it was given" else p["k"]
     return (
-        f"For k drawn {how}, whenever it falls into a certified set that it falls into with "
+        f"For k drawn {p['k']}, whenever it falls into a certified set that it falls into with "
         f"probability s: at most {_eps(p)}/s. The share of K that the set fills says nothing: "
         "these runs may hardly visit some of K."
     )

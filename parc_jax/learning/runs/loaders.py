@@ -14,12 +14,12 @@ from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
-from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec
-from parc_jax.learning.runs.subject import words_of
-from parc_jax.learning.runs.uniform import check_uniform
+from parc_jax.learning.runs.independent import check_uniform
+from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec, words_of
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
+_HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
 
 
 def load_rollouts(
@@ -73,11 +73,24 @@ def load_rollouts(
     arrays = read_npz(path)
     if "meta" not in arrays:
         return _assemble(path, arrays, time, domain, k_law, groups, points, about)
-    return _own(path, rollouts_from_npz(path, arrays), k_law, groups, points, about)
+    own = rollouts_from_npz(path, arrays)
+    for name, given in (("time", time), ("domain", domain)):
+        if given is not None and not _equal(given, getattr(own, name)):
+            raise InputError(
+                f"{path}: expected no {name}, or that of the file, {getattr(own, name)}; got "
+                f"{given}. A file of save_rollouts has its own: leave {name} out, or collect anew."
+            )
+    return _own(path, own, k_law, groups, points, about)
+
+
+def _equal(one: TimeGrid | Box, other: TimeGrid | Box) -> bool:
+    if isinstance(one, Box) and isinstance(other, Box):
+        return np.array_equal(one.lo, other.lo) and np.array_equal(one.hi, other.hi)
+    return type(one) is type(other) and one == other
 
 
 def _own(path: Path, own: RolloutBatch, k_law: str, groups, points, about: dict) -> RolloutBatch:
-    """Runs that know what they are. Raises InputError where they are told otherwise."""
+    """Runs of `save_rollouts`. Raises InputError for arguments that contradict the file."""
     others = points is not None and tuple(points) != own.points
     told = groups is not None or any(x is not None and len(x) > 0 for x in about.values())
     if k_law != "logged" or others or told:
@@ -246,11 +259,24 @@ def _csv_folder(path: Path) -> dict:
     if (path / "q.csv").exists():
         arrays["q"], names["q"] = _csv(path / "q.csv")
     if (path / "groups.csv").exists():
-        given = [line.strip() for line in (path / "groups.csv").read_text().splitlines()]
-        given = [name for name in given if name]
-        # one line more than rows: a header
-        arrays["groups"] = np.array(given[1:] if len(given) == len(k) + 1 else given, dtype=str)
+        arrays["groups"] = _groups(path / "groups.csv", len(k))
     return arrays
+
+
+def _groups(path: Path, n: int) -> np.ndarray:
+    """(n,) names of recordings, a line each, after a header where there is one. Raises InputError
+    for any other number of lines: a name that slips by one row is that of another recording.
+    """
+    names = [line.strip() for line in path.read_text().rstrip().splitlines()]
+    if names and names[0].lstrip("# ").lower() in _HEADERS:
+        names = names[1:]
+    if len(names) != n or not all(names):
+        empty = f", line {names.index('') + 1} of them empty" if "" in names else ""
+        raise InputError(
+            f"{path}: expected a name for each of {n} rows of k.csv, a line each, and before them "
+            f"at most a header, one of {', '.join(_HEADERS)}; got {len(names)}{empty}."
+        )
+    return np.array(names, dtype=str)
 
 
 def _require_one_order(path: Path, names: list[str]) -> None:

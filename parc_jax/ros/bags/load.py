@@ -11,8 +11,8 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.law import words_of
 from parc_jax.learning.runs.loaders import check_k_law, recorded
-from parc_jax.learning.runs.subject import words_of
 from parc_jax.learning.system import ONE_POINT, TURNS, TimeGrid
 from parc_jax.problem.world.outlines import Footprint
 from parc_jax.ros.bags.fields import value_at

@@ -16,8 +16,7 @@ from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
-from parc_jax.safe_set.batch.estimate import along_fan
-from parc_jax.safe_set.batch.proposals import PROPOSED, Best
+from parc_jax.safe_set.batch.proposals import PROPOSED, Best, along_fan
 from parc_jax.safe_set.batch.run import make_pool, rewarm_many, run, search_many
 from parc_jax.safe_set.verdict.scene import (
     SceneArrays,

@@ -10,13 +10,12 @@ import numpy as np
 from parc_jax.common.keys import generator
 from parc_jax.safe_set.corridors.build import Building
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_around
 from parc_jax.safe_set.corridors.sampling import Points, no_points
 from parc_jax.safe_set.corridors.search import draw_safe_plans
-from parc_jax.safe_set.corridors.stopping import Coverage, nothing_covered, stopping_rule
+from parc_jax.safe_set.corridors.stopping import Coverage, Limit, nothing_covered, stopping_rule
 from parc_jax.safe_set.verdict.scene import Scene
 
 COUNTED = 6000  # fresh safe plans that say what the polytopes hold

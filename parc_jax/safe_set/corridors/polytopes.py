@@ -84,7 +84,7 @@ def cut_around(building: Building, points: Points, born: float) -> list[Cut]:
     """Polytopes around those of the plans that keep to a corridor: in every cell as few as hold
     them all, the next always holding most.
     """
-    maybe = building.corridors.nearly(points.path, points.bin)
+    maybe = building.corridors.coarse(points.path, points.bin)
     popular = building.counts / (1 + building.counts.sum())  # decides among equals
     left = np.ones(len(points.k), bool)
     cuts = []

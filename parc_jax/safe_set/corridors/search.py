@@ -19,7 +19,6 @@ from parc_jax.safe_set.corridors.build import Building, admit, build, nothing_bu
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.first import MOST, first_draw
 from parc_jax.safe_set.corridors.found import Cover, Progress
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_around
@@ -38,7 +37,7 @@ from parc_jax.safe_set.corridors.sampling import (
     near,
     no_points,
 )
-from parc_jax.safe_set.corridors.stopping import StoppingRule, nothing_covered, stopping_rule
+from parc_jax.safe_set.corridors.stopping import Limit, StoppingRule, nothing_covered, stopping_rule
 from parc_jax.safe_set.settings import Work
 from parc_jax.safe_set.verdict.scene import Scene
 

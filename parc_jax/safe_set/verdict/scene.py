@@ -22,18 +22,18 @@ from parc_jax.learning.network.rounding import UNIT, rounding_bound
 from parc_jax.problem.body import Body, numbered
 from parc_jax.problem.problem import ReachAvoid, box_of_rows, goal_box, require_dimensions
 from parc_jax.problem.robust.nominal import NominalProblem
-from parc_jax.safe_set.separation.alike import Alike, alike
-from parc_jax.safe_set.separation.apart import Apart, Extent, apart, extent_of, spans_of
 from parc_jax.safe_set.separation.directions import DirectionTable, direction_table
 from parc_jax.safe_set.separation.pairs import (
+    Alike,
     Obstacles,
+    alike,
     bucket,
+    corners,
     exists,
     numbered_pairs,
     obstacles_of,
 )
-from parc_jax.safe_set.separation.polygon import corners
-from parc_jax.safe_set.separation.ways import ways_of
+from parc_jax.safe_set.separation.pruning import Apart, Extent, apart, extent_of, spans_of, ways_of
 
 # [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`
 CORNERS = 17

@@ -1,4 +1,4 @@
-"""Why no plan of a scene can be safe, where a sentence can say it: words, sure or not, and no
+"""Trivially infeasible scenes: the reason why no plan can be safe, in a sentence, without a
 certificate.
 """
 
@@ -13,7 +13,7 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.labels import degrees_hint, name_of
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.within import outputs_within
+from parc_jax.learning.network.rounding import outputs_within
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import box_of_rows, goal_box
 from parc_jax.safe_set.verdict.scene import Scene
@@ -22,9 +22,11 @@ NEAR = 1e-9  # [share of the sizes] by which a body must reach deeper, so that r
 
 
 class Why(NamedTuple):
-    """words: a sentence. of_scene: no model and no tube could change it. sure: nothing is left to
-    be searched for; it is shown in float64 with margins that pay for rounding, and no doubt made
-    obstacles larger than they are.
+    """The reason why no plan is safe.
+
+    words: a sentence. of_scene: it holds for every model and tube.
+    sure: no search is needed; shown in float64 with margins that pay for rounding, and no
+        uncertainty made obstacles larger than they are.
     """
 
     words: str
@@ -117,7 +119,7 @@ def _touching(scene: Scene, of_model: bool) -> str | None:
 
 
 def _about_first(scene: Scene):
-    """What belongs to the body about the first reference point p: p + v, grown by a radius [m], as
+    """The parts of the body about the first reference point p: p + v, grown by a radius [m], as
     boxes (lo, hi, radius) of one v.
     """
     for part in numbered(scene.problem.body, scene.model.points):
@@ -198,9 +200,10 @@ def _corners(lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 
 
 def _touches(obstacle: HPolytope, z: np.ndarray, radius: float) -> bool:
-    """Whether some point well inside the obstacle is nearer to z than the radius, or z itself is
-    one: the nearest is looked at, found as nonnegative multipliers of the rows (Lawson and Hanson,
-    Solving Least Squares Problems, ch. 23), and looked at anew.
+    """Is some point well inside the obstacle nearer to z than the radius, or z itself such a point?
+
+    The nearest one comes from nonnegative multipliers of the rows (Lawson and Hanson, Solving Least
+    Squares Problems, ch. 23), and is tested anew.
     """
     from scipy.optimize import nnls
 

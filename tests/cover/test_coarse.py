@@ -1,4 +1,4 @@
-"""The quick test of bodies of several points agrees with plain loops, in the plane and in space."""
+"""The coarse test of bodies of several points agrees with plain loops, in the plane and space."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from parc_jax.safe_set.verdict.scene import scene_of
 
 
 @pytest.mark.parametrize("n_p", [2, 3])
-def test_who_nearly_keeps_is_found_as_by_hand(n_p):
+def test_the_coarse_test_agrees_with_plain_loops(n_p):
     rng = np.random.default_rng(n_p)
     model = points_model(rng, n_p=n_p, m=4, bins=(3, 1), size=0.1)
     scene = scene_of(points_problem(rng, model, 3), model)
@@ -34,7 +34,7 @@ def test_who_nearly_keeps_is_found_as_by_hand(n_p):
                 along = path[:, t, own] @ one.w[o, t] - one.support[o, t]
                 lost = tube.interval[bins, t, own] @ np.abs(one.w[o, t])
                 margin[:, c] = np.minimum(margin[:, c], along - lost)
-    found = Corridors(tube, chosen).nearly(path, bins)
-    clear = np.abs(margin) > 1e-4  # the quick test is in float32
+    found = Corridors(tube, chosen).coarse(path, bins)
+    clear = np.abs(margin) > 1e-4  # the coarse test is in float32
     assert clear.mean() > 0.99 and 0.05 < found.mean() < 0.95
     np.testing.assert_array_equal(found[clear], (margin > 0)[clear])
