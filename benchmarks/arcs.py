@@ -14,7 +14,7 @@ from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.system import time_grid
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 
 WAVES = 4  # half waves over time, along which hidden neurons bend a path
 BEND = 0.6  # [m] how far they do, about
@@ -70,7 +70,7 @@ def bending_arcs(
     return trajectory_model(net, claim)
 
 
-def between_blocks(gap: float = 1.6, more: int = 0) -> ReachAvoid:
+def between_blocks(gap: float = 1.6, more: int = 0) -> Problem:
     """To the right through a gap [m] between two blocks, for a disc of 0.3 m. more: further blocks
     of 0.6 m on both sides of the way, near enough to matter.
     """

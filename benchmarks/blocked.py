@@ -13,7 +13,7 @@ import tyro
 
 from benchmarks.arcs import bending_arcs
 from parc_jax.common.sets.box import box
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -34,7 +34,7 @@ class Options:
     """Numbers of parameters."""
 
 
-def scenes() -> dict[str, ReachAvoid]:
+def scenes() -> dict[str, Problem]:
     """Where nothing fits: from the plainest on."""
     blocks = {
         "the goal inside a block": box([7.0, -1.0], [9.0, 1.0]),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.result import Skip
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Case:
 
     name: str
     system: Callable
-    problem: Callable[[], ReachAvoid]
+    problem: Callable[[], Problem]
     hidden: tuple[tuple[int, ...], ...]
     larger: tuple[int, ...]
     bins: tuple[int, ...]
@@ -39,7 +39,7 @@ class Case:
     length: float | None
     published: dict[tuple[int, ...], tuple[int, float]]
 
-    def narrowed(self, slack: float) -> ReachAvoid:
+    def narrowed(self, slack: float) -> Problem:
         """The problem with both obstacles moved together until `slack` [m] is left. They move along
         `axis`.
         """

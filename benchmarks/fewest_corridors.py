@@ -23,7 +23,7 @@ from parc_jax.safe_set.corridors.build import _around as around
 from parc_jax.safe_set.corridors.build import _with_neighbours as with_neighbours
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.sampling import Points, draw
-from parc_jax.safe_set.verdict.scene import Scene, near_scene
+from parc_jax.safe_set.verdict.scene import Scene, pruned_scene
 
 SHARES = (0.9, 0.95, 0.97, 0.98, 0.985, 0.99, 0.995)
 
@@ -51,7 +51,7 @@ def main(options: Options) -> dict:
     problem = build(module, "problem", body=study_of(module).body)
     if options.scene is not None:
         problem = load_problem(options.scene, model.points)
-    scene, rng = near_scene(NominalProblem(problem, model)), np.random.default_rng(0)
+    scene, rng = pruned_scene(NominalProblem(problem, model)), np.random.default_rng(0)
     known, fresh = (draw(scene, rng, options.drawn).safe for _ in range(2))
     corridors, kept = pool(scene, rng, known, options.seeds)
     kept_fresh = corridors.kept(fresh.path, fresh.bin)

@@ -14,7 +14,7 @@ import tyro
 
 from parc_jax.learning.model import load
 from parc_jax.planner import Planner
-from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.settings import Settings
 from sims.drift_parking.scenario import problem
 
@@ -37,12 +37,12 @@ def main(options: Options) -> dict:
     """Ask, and say how long it took."""
     planner = Planner(load(options.model))
     sure = problem(options.body)
-    doubted = sure.replace(doubt=Doubt(start=0.02, heading=0.005))
+    uncertain = sure.replace(uncertainty=Uncertainty(start=0.02, heading=0.005))
     ways = {
         "no heading": (sure, (X, Y)),
         "heading 0": (sure, (X, Y, 0.0)),
         f"heading {HEADING}": (sure, (X, Y, HEADING)),
-        "the same, start and heading in doubt": (doubted, (X, Y, HEADING)),
+        "the same, start and heading uncertain": (uncertain, (X, Y, HEADING)),
     }
     one = Settings(samples=1, samples_only=True)
     spent = {name: [] for name in ways}

@@ -14,7 +14,7 @@ from parc_jax.neuralparc.brs import reach_sets
 from parc_jax.neuralparc.by_support import Shadows, clear_of_reach, outside, shadows
 from parc_jax.neuralparc.cells import Cell, cells_outward, stacks
 from parc_jax.neuralparc.scene import PaperScene, paper_scene
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import RegionTable
 
 BLOCK = 32  # points of one cell tested together
@@ -76,7 +76,7 @@ def all_sets(cells: list[Cell], scene: PaperScene) -> AllSets:
 
 
 def kept(
-    parts: Partition, problem: ReachAvoid, p0: np.ndarray, k: np.ndarray, bins: np.ndarray
+    parts: Partition, problem: Problem, p0: np.ndarray, k: np.ndarray, bins: np.ndarray
 ) -> np.ndarray:
     """(b,) bool: p0 (b, 2) lies outside every avoid set of the cell that holds k (b, n_k), so the
     method keeps it.

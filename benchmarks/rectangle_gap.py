@@ -11,7 +11,7 @@ import numpy as np
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.learn import learn
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -57,7 +57,7 @@ def narrowest_for_rectangle(key: jax.Array, quick: bool = False) -> Narrowest:
     return Narrowest(at, proved(model, problem(rectangle.BODY, at), plans[0]))
 
 
-def proved(model: TrajectoryModel, problem: ReachAvoid, plan: np.ndarray) -> bool:
+def proved(model: TrajectoryModel, problem: Problem, plan: np.ndarray) -> bool:
     """Does the checker accept this one plan (n_p + n_k,)?"""
     scene = scene_of(problem, model)
     p0, k = plan[None, : model.n_p], plan[None, model.n_p :]

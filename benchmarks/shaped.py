@@ -16,12 +16,12 @@ from parc_jax.learning.bound.tube import fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.body import hull
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.corridors.search import cover, draw_safe_plans
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import work_of
-from parc_jax.safe_set.verdict.scene import near_scene
+from parc_jax.safe_set.verdict.scene import pruned_scene
 
 CORNERS = ("front_left", "front_right", "rear_right", "rear_left")
 DIAGONALS = np.array([[1.0, 1.0], [1.0, -1.0]])  # with the axes: four pairs of faces, six bases
@@ -73,7 +73,7 @@ def _faces(directions: np.ndarray, half: np.ndarray, frames: bool = False) -> Fa
     return faces(everywhere, np.zeros(halves.shape), halves, frames)
 
 
-def as_rectangle(model: TrajectoryModel, problem: ReachAvoid) -> tuple[TrajectoryModel, ReachAvoid]:
+def as_rectangle(model: TrajectoryModel, problem: Problem) -> tuple[TrajectoryModel, Problem]:
     """A rectangle of four points inside the disc of the problem, about the disc's centre, with
     model and goal to match.
     """
@@ -90,7 +90,7 @@ def as_rectangle(model: TrajectoryModel, problem: ReachAvoid) -> tuple[Trajector
     return shaped, problem.replace(goal=moved, body=hull(*CORNERS))
 
 
-def far_away(problem: ReachAvoid, n: int, first: float = 60.0) -> ReachAvoid:
+def far_away(problem: Problem, n: int, first: float = 60.0) -> Problem:
     """The problem with n further boxes of 2 m, in a grid that begins `first` [m] away."""
     n_p = problem.goal.n if not problem.obstacles else problem.obstacles[0].n
     side = int(np.ceil(n ** (1 / n_p)))
@@ -121,18 +121,18 @@ def processor_times(scenes: dict, n_first: int, n_corridors: int) -> dict:
     return {name: tuple(np.array(x) for x in lists) for name, lists in out.items()}
 
 
-def _first(model: TrajectoryModel, problem: ReachAvoid, seed: int):
+def _first(model: TrajectoryModel, problem: Problem, seed: int):
     begin = time.process_time()
     key, rng = jax.random.PRNGKey(seed), np.random.default_rng(seed)
     found = draw_safe_plans(
-        near_scene(NominalProblem(problem, model)), key, rng, 1, 0.99, Limit(600.0)
+        pruned_scene(NominalProblem(problem, model)), key, rng, 1, 0.99, Limit(600.0)
     )
     return time.process_time() - begin, found
 
 
-def _corridors(model: TrajectoryModel, problem: ReachAvoid, seed: int):
+def _corridors(model: TrajectoryModel, problem: Problem, seed: int):
     begin = time.process_time()
-    scene, rng = near_scene(NominalProblem(problem, model)), np.random.default_rng(seed)
+    scene, rng = pruned_scene(NominalProblem(problem, model)), np.random.default_rng(seed)
     asked = {"target": 0.01, "confidence": 0.99, "work": work_of(1.0), "limit": Limit(600.0)}
     found = cover(scene, rng, **asked, polytopes=False)
     return time.process_time() - begin, found

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from parc_jax.app.study.settings import Study
 from parc_jax.learning.bound.asked import GAP
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Task:
     name: str
     title: str
     system: Callable
-    problem: Callable[[], ReachAvoid]
+    problem: Callable[[], Problem]
     settings: tuple[Setting, ...]
     chance: bool = True
     plans: int = 400

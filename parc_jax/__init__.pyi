@@ -46,9 +46,9 @@ from parc_jax.planner import Planner as Planner
 from parc_jax.problem import world as world
 from parc_jax.problem.body import body_of as body_of
 from parc_jax.problem.body import hull as hull
-from parc_jax.problem.doubt import Doubt as Doubt
 from parc_jax.problem.problem import goal_of_points as goal_of_points
 from parc_jax.problem.problem import reach_avoid as reach_avoid
+from parc_jax.problem.uncertainty import Uncertainty as Uncertainty
 from parc_jax.problem.world.moving import moving as moving
 from parc_jax.proof.regions import enumerate_regions as enumerate_regions
 from parc_jax.proof.regions import march as march

@@ -22,7 +22,7 @@ from parc_jax.safe_set.corridors.stopping import Limit, nothing_covered
 from parc_jax.safe_set.settings import Settings, Work, work_of
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import Scene, laid_out
+from parc_jax.safe_set.verdict.scene import Scene, lowered
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Exact:
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start
             no_plan = prove_no_plan(
-                laid_out(scene.asked),  # of what is there alone: boxes look at all of it
+                lowered(scene.nominal),  # of what is there alone: boxes look at all of it
                 limit=limit,
                 max_leaves=min(work.leaves, MAX_LEAVES),
             )

@@ -17,7 +17,7 @@ from parc_jax.common.status import Status
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.system import check_system
 from parc_jax.method import Exact
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem, Query, nominal_problems, query
 from parc_jax.problem.robust.realisations import require_given
 from parc_jax.proof.certificate.prove import prove
@@ -32,7 +32,7 @@ from parc_jax.safe_set.corridors.sampling import Points
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, near_scene
+from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.refine import Refine, Refined
@@ -178,7 +178,7 @@ class Prepared:
             settings.proof,
             refused,
             timings,
-            None if no_plan is None else no_plan._replace(doubt=scene.asked.doubt),
+            None if no_plan is None else no_plan._replace(uncertainty=scene.nominal.uncertainty),
             Looks() if looks is None else looks,
             solve=answer_to,
         )
@@ -196,7 +196,7 @@ class Planner:
             raise InputError(expected("Planner", "a TrajectoryModel", model, "pj.load(path)"))
         check_model(model)
         self.model = model
-        self._under_doubt: dict[tuple, TrajectoryModel] = {}
+        self._robust_models: dict[tuple, TrajectoryModel] = {}
 
     def __repr__(self) -> str:
         return f"Planner({self.model!r})"
@@ -207,12 +207,12 @@ class Planner:
         return regions_of(self.model)
 
     def solve(
-        self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None, *, at=None
+        self, problem: Problem, key: jax.Array, settings: Settings | None = None, *, at=None
     ) -> Answer:
         """The safe set of one problem: samples, corridors and polytopes, with certificates.
 
         problem: from `reach_avoid` or `load_problem`; all plans of the answer are robust to its
-            doubt.
+            uncertainty.
         key: from `jax.random`; its SEARCH stream is used.
         settings: sizes, work and method; by default `Settings.whole()`.
         at: pose of the robot, x, y or x, y, heading, for plans from there: sets in k alone; with a
@@ -226,7 +226,7 @@ class Planner:
         begin = time.perf_counter()
         return self.prepare(problem, at=at)._solve(key, settings, begin)
 
-    def prepare(self, problem: ReachAvoid, *, at=None) -> Prepared:
+    def prepare(self, problem: Problem, *, at=None) -> Prepared:
         """The problem lowered for this model, for many queries: safe plans from one compiled call
         each, or full answers.
 
@@ -234,12 +234,12 @@ class Planner:
         """
         _checked("prepare", problem, None, Settings.whole())
         require_sound_arithmetic()
-        nominal = query(problem, self.model, at).nominal(self._under_doubt)
-        return Prepared(near_scene(nominal))
+        nominal = query(problem, self.model, at).nominal(self._robust_models)
+        return Prepared(pruned_scene(nominal))
 
     def warm_up(
         self,
-        problem: ReachAvoid,
+        problem: Problem,
         settings: Settings | None = None,
         *,
         at=None,
@@ -258,7 +258,7 @@ class Planner:
 
     def refine(
         self,
-        problem: ReachAvoid,
+        problem: Problem,
         system,
         key: jax.Array,
         asked: "Refine | None" = None,
@@ -280,8 +280,10 @@ class Planner:
         from parc_jax.drive.local.refine import Refine, refine
 
         settings = _checked("refine", problem, settings, Settings.whole())
-        if problem.doubt is not None:
-            raise InputError("refine: expected a problem without doubt; set doubt=None.")
+        if problem.uncertainty is not None:
+            raise InputError(
+                "refine: expected a problem without uncertainty; set uncertainty=None."
+            )
         check_system(system)
         require_same(system, self.model)
         asked = Refine() if asked is None else asked
@@ -306,7 +308,7 @@ class Planner:
         """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
 
         problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. A
-            list may be under doubt, the same for all but for goal and obstacles.
+            list may be under uncertainty, the same for all but for goal and obstacles.
         settings: by default `Settings.fast()`; of its fields samples (safe plans per problem) and
             proof (exact check of every best plan, some ten milliseconds each) count here.
         draws: most plans to propose per problem; solved ones stop early.
@@ -322,7 +324,7 @@ class Planner:
         settings = Settings.fast() if settings is None else settings
         if not isinstance(settings, Settings):
             raise InputError(expected("solve_batch", "Settings", settings, "pj.Settings.fast()"))
-        if isinstance(problems, ReachAvoid):
+        if isinstance(problems, Problem):
             raise InputError("solve_batch: expected several problems; got one. Use `solve`.")
         require_sound_arithmetic()
         chosen = {int(i): problem_of(problems, i) for i in whole}
@@ -330,7 +332,7 @@ class Planner:
         if isinstance(problems, BoxScenes | SceneArrays):
             require_given(None, model)
         else:
-            problems, model = nominal_problems(problems, model, self._under_doubt)
+            problems, model = nominal_problems(problems, model, self._robust_models)
         if settings.proof and isinstance(problems, SceneArrays):
             problem_of(problems, 0)
         begin = time.perf_counter()
@@ -363,12 +365,12 @@ def answer_to(
     require_sound_arithmetic()
     begin = time.perf_counter()
     check_model(asked.model)
-    return Prepared(near_scene(asked.nominal()))._solve(key, settings, begin, looks)
+    return Prepared(pruned_scene(asked.nominal()))._solve(key, settings, begin, looks)
 
 
 def _checked(call: str, problem, settings, default: Settings) -> Settings:
     """The settings, or the default. Raises InputError for types that users mix up."""
-    if not isinstance(problem, ReachAvoid):
+    if not isinstance(problem, Problem):
         hint = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
         raise InputError(expected(call, "a problem", problem, hint))
     if settings is None:
@@ -417,7 +419,7 @@ def _proved(
     paths = paths_of(model, p0, k)
     for i, row in enumerate(rows):
         problem = problem_of(problems, row)
-        scene = near_scene(NominalProblem(problem, model))
+        scene = pruned_scene(NominalProblem(problem, model))
         part = sample_part(scene, model.tube, p0[i], k[i], paths[i])
         out[row] = prove(problem, model, [part])[0][0]
     return out

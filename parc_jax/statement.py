@@ -50,11 +50,11 @@ def about_place(k_lo, k_hi) -> str:
     )
 
 
-def about_doubt(withstood: str) -> str:
+def about_uncertainty(withstood: str) -> str:
     """What every plan of the answer withstands."""
     return (
-        "Robust: all this is said of a question that allows for the doubt, and so it holds for "
-        f"{withstood}. A plan that is absent is not shown to withstand all of it."
+        "Robust: all this is said of a question that allows for the uncertainty, and so it holds "
+        f"for {withstood}. A plan that is absent is not shown to withstand all of it."
     )
 
 
@@ -74,11 +74,11 @@ def about_sensing(risk: Risk | NoStatement, sensing_eps: Fraction) -> str:
     """The risk of the tube and that of the sensing together: the sum of two probabilities. [T21]"""
     eps = rounded_up(sensing_eps)
     if isinstance(risk, NoStatement):
-        return f"What was measured lies outside of its doubt with probability at most {eps}."
+        return f"What was measured lies outside of its uncertainty with probability at most {eps}."
     both = rounded_up(min(Fraction(1), risk.bound + sensing_eps))
     return (
-        f"What was measured lies outside of its doubt with probability at most {eps}: together at "
-        f"most {both}, if the deviations do not depend on the plan."
+        f"What was measured lies outside of its uncertainty with probability at most {eps}: "
+        f"together at most {both}, if the deviations do not depend on the plan."
     )
 
 
@@ -109,8 +109,8 @@ def about_loop() -> str:
     """The sentence (C) of a loop. [T38]"""
     return (
         "(C) Whatever happens inside the tubes, nothing is ever touched, while every pose is "
-        "inside its doubt, what was said of obstacles is so, and a robot rests where a manoeuvre "
-        "ends. What moves is told of until that rest: it may run into a robot that rests."
+        "inside its uncertainty, what was said of obstacles is so, and a robot rests where a "
+        "manoeuvre ends. What moves is told of until that rest: it may run into a robot that rests."
     )
 
 

@@ -35,7 +35,7 @@ HEAVY = {
     "batch.md",
     "claims.md",
     "devices.md",
-    "doubt.md",
+    "uncertainty.md",
     "no_plan.md",
     "safe_sets.md",
     "your_own_robot.md",

@@ -49,9 +49,9 @@ def scene(obstacles, spans=None):
         lambda: scene([BLOCK, pj.box([1], [2])]),
         lambda: scene([BLOCK, BAND]),
         lambda: scene([BLOCK, BLOCK], [None, (0, 4)]),
-        lambda: pj.Doubt(obstacles=[None, 0.1]),
+        lambda: pj.Uncertainty(obstacles=[None, 0.1]),
     ],
-    ids=["file", "dimension", "unbounded", "span", "doubt"],
+    ids=["file", "dimension", "unbounded", "span", "uncertainty"],
 )
 def test_messages_call_the_second_obstacle_obstacle_1(wrong):
     with pytest.raises(pj.InputError, match="obstacle 1: expected"):

@@ -16,8 +16,8 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, part_of, told
 from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.problem import problem_file
-from parc_jax.problem.doubt import Doubt
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.settings import Search, Settings
 
 ROOT = Path(parc_jax.__file__).parent
@@ -25,7 +25,7 @@ COMMANDS = tuple("run learn collect solve check replay plot export systems docto
 
 
 def declared(tree: ast.Module) -> list[str]:
-    """Fields of records of options, and of the doubt, that carry a docstring."""
+    """Fields of records of options, and of the uncertainty, that carry a docstring."""
     found = []
     for kind in (node for node in tree.body if isinstance(node, ast.ClassDef)):
         for field, text in zip(kind.body, kind.body[1:], strict=False):
@@ -40,7 +40,7 @@ def records() -> list[type]:
         if declared(ast.parse(path.read_text())):
             name = ".".join(path.relative_to(ROOT.parent).with_suffix("").parts)
             importlib.import_module(name)
-    found, left = [Doubt], [Options]
+    found, left = [Uncertainty], [Options]
     while left:
         kinds = left.pop().__subclasses__()
         found += [kind for kind in kinds if kind.__module__.startswith("parc_jax.")]
@@ -56,7 +56,9 @@ def own_options(command: str) -> set[str]:
 
 def test_no_option_is_declared_twice():
     fields = [f for p in ROOT.rglob("*.py") for f in declared(ast.parse(p.read_text()))]
-    spelled = [f for f in fields if f not in {field.name for field in dataclasses.fields(Doubt)}]
+    spelled = [
+        f for f in fields if f not in {field.name for field in dataclasses.fields(Uncertainty)}
+    ]
     assert len(fields) > 40 and len(set(spelled)) == len(spelled)
     one = 'class A:\n    n: int\n    "Runs."\n'
     assert declared(ast.parse(one + one)) == ["n", "n"]
@@ -90,8 +92,8 @@ def test_every_option_of_the_shell_is_of_a_record_or_of_its_command():
 
 
 def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
-    assert problem_file.DOUBT_ENTRIES == tuple(told(Doubt))
-    of_problem = {field.name for field in dataclasses.fields(ReachAvoid)}
+    assert problem_file.UNCERTAINTY_ENTRIES == tuple(told(Uncertainty))
+    of_problem = {field.name for field in dataclasses.fields(Problem)}
     assert set(problem_file.ENTRIES) - of_problem == {"labels"}
     assert of_problem - set(problem_file.ENTRIES) == {"spans"}  # `steps` of each obstacle
 

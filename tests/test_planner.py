@@ -97,7 +97,7 @@ def test_warming_up_takes_no_numbers_from_the_query_after_it():
 
 def test_problems_and_planners_say_what_they_are_in_a_line():
     shown = repr(toy_query.gap())
-    assert shown.startswith("<ReachAvoid: goal") and "1 obstacle" in shown
+    assert shown.startswith("<Problem: goal") and "1 obstacle" in shown
     for thing in (toy_query.gap(), PLANNER(), PLANNER().model, toy_query.answer()):
         assert len(repr(thing)) < 300 and "\n" not in repr(thing)
 

@@ -20,7 +20,7 @@ from benchmarks.attacks.promises import DELTA, EPS, PROMISES, Promise
 # Share of K in which the robot jumps. Rare: a true claim may miss it. Worst: just above eps, so
 # that the claim is false whenever the holdout misses the slab.
 SLABS = {"rare": EPS / 5, "worst": EPS * 1.02}
-DOUBT = 1e-3  # probability that the interval of one row misses
+UNCERTAINTY = 1e-3  # probability that the interval of one row misses
 
 
 @dataclass(frozen=True)
@@ -39,10 +39,10 @@ class Options:
     """Write the rows here."""
 
 
-def interval(count: int, n: int, doubt: float = DOUBT) -> tuple[float, float]:
+def interval(count: int, n: int, uncertainty: float = UNCERTAINTY) -> tuple[float, float]:
     """Clopper-Pearson interval of a frequency, two-sided."""
-    low = 0.0 if count == 0 else float(beta.ppf(doubt / 2, count, n - count + 1))
-    high = 1.0 if count == n else float(beta.isf(doubt / 2, count + 1, n - count))
+    low = 0.0 if count == 0 else float(beta.ppf(uncertainty / 2, count, n - count + 1))
+    high = 1.0 if count == n else float(beta.isf(uncertainty / 2, count + 1, n - count))
     return low, high
 
 
@@ -93,7 +93,9 @@ def run(options: Options) -> int:
     control is false.
     """
     jax.config.update("jax_enable_x64", True)
-    print(f"eps = {EPS:g}, delta = {DELTA:g}; intervals at {1 - DOUBT:.4g}; seed {options.seed}")
+    print(
+        f"eps = {EPS:g}, delta = {DELTA:g}; intervals at {1 - UNCERTAINTY:.4g}; seed {options.seed}"
+    )
     print("| promise | slab | broken | frequency | allowed | mean probability | verdict |")
     print("| --- | --- | --- | --- | --- | --- | --- |", flush=True)
     rows = []

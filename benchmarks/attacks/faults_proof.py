@@ -161,7 +161,7 @@ ABSENCE = (
 )
 UNCERTAINTY = (
     Fault(
-        "start_doubt_forgotten_on_the_way",
+        "start_uncertainty_forgotten_on_the_way",
         "moved_tube",
         "wide = given.interval + np.tile(start, given.n_points)",
         "wide = given.interval + 0 * np.tile(start, given.n_points)",
@@ -171,7 +171,7 @@ UNCERTAINTY = (
         ),
     ),
     Fault(
-        "start_doubt_forgotten_at_the_goal",
+        "start_uncertainty_forgotten_at_the_goal",
         "_shrunken_goal",
         "widths = [Fraction(x) for x in np.concatenate([start + 0.0, ",
         "widths = [Fraction(x) for x in np.concatenate([start * 0.0, ",

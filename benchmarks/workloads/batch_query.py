@@ -15,16 +15,14 @@ from benchmarks.result import Result
 from benchmarks.timing import timed
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, box_scenes
 from parc_jax.safe_set.settings import Settings
 
 BATCHES = {"cpu": (64, 1024, 4096), "gpu": (64, 4096, 1 << 16, 1 << 20)}
 
 
-def scenes(
-    case: Case, model: TrajectoryModel, s: int, problem: ReachAvoid | None = None
-) -> BoxScenes:
+def scenes(case: Case, model: TrajectoryModel, s: int, problem: Problem | None = None) -> BoxScenes:
     """s random scenes: boxes of a problem of the case moved, its own by default."""
     rng, problem = np.random.default_rng(0), problem or case.problem()
     n = model.n_p + model.n_q  # the goal is about the first point and q alone

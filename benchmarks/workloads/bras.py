@@ -34,7 +34,7 @@ from parc_jax.neuralparc.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
 from parc_jax.neuralparc.by_support import margins
 from parc_jax.neuralparc.scene import PaperScene, paper_scene
 from parc_jax.neuralparc.sets.hit_and_run import sample_polytopes
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import enumerate_regions
 
 BAND = 1e-7  # [m] rounding of the LP solver: closer starts may be judged either way
@@ -66,9 +66,7 @@ class Comparison:
     contradictions: int
 
 
-def compare(
-    model: TrajectoryModel, problem: ReachAvoid, bench: Bench, starts: int = 0
-) -> Comparison:
+def compare(model: TrajectoryModel, problem: Problem, bench: Bench, starts: int = 0) -> Comparison:
     """Time both methods. starts: per measured region, judged by both (slow)."""
     parts = Partition(model, enumerate_regions(model.net, model.domain))
     scene = paper_scene(problem, model.tube)

@@ -29,8 +29,8 @@ from parc_jax.learning.network.train import train
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import TimeGrid
 from parc_jax.planner import Planner
-from parc_jax.problem.doubt import FREE, Doubt
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 from parc_jax.problem.world.moving import moving
 from parc_jax.safe_set.settings import Settings
 
@@ -65,7 +65,7 @@ def turning(bench: Bench) -> TrajectoryModel:
     return trajectory_model(net, assumed_claim(net, data, bench.size(BINS, (1, 1, 1, 1))))
 
 
-def cluttered(n: int, way: str, grid: TimeGrid, seed: int = 0) -> ReachAvoid:
+def cluttered(n: int, way: str, grid: TimeGrid, seed: int = 0) -> Problem:
     """n boxes around the start, the first of them the same for every n."""
     from sims.rectangle import goal_of_centre, rectangle
 
@@ -83,8 +83,10 @@ def cluttered(n: int, way: str, grid: TimeGrid, seed: int = 0) -> ReachAvoid:
         told = [moving(one, v, last, grid.dt) for one, v in movers]
         boxes = [place for places, _ in told for place in places][:n]
         spans = [span for _, each in told for span in each][:n]
-    doubt = Doubt(given=SPEEDS if way == "from_here" else dict.fromkeys(SPEEDS, FREE))
-    return reach_avoid(goal_of_centre(*GOAL), boxes, rectangle(), doubt=doubt, spans=spans)
+    uncertainty = Uncertainty(given=SPEEDS if way == "from_here" else dict.fromkeys(SPEEDS, FREE))
+    return reach_avoid(
+        goal_of_centre(*GOAL), boxes, rectangle(), uncertainty=uncertainty, spans=spans
+    )
 
 
 def run(bench: Bench) -> Result:
@@ -123,7 +125,7 @@ def run(bench: Bench) -> Result:
     return Result(metrics, [Table("Obstacles near the way", header, rows)], curve)
 
 
-def corridors(planner: Planner, problem: ReachAvoid, n: int) -> tuple[list[float], float]:
+def corridors(planner: Planner, problem: Problem, n: int) -> tuple[list[float], float]:
     """Seconds (n,) that corridors take, each time with another key, and the least share of the safe
     set that they cover.
     """

@@ -21,7 +21,7 @@ from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result
 from benchmarks.timing import timed
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -82,7 +82,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def replanning(planner: Planner, problem: ReachAvoid, n: int) -> dict:
+def replanning(planner: Planner, problem: Problem, n: int) -> dict:
     """CPU seconds (n,) of a plan each: from what is laid out, from a new scene, proved as well."""
     prepared = planner.prepare(problem)
     one = Settings(samples=1, samples_only=True)

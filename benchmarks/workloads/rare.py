@@ -20,7 +20,7 @@ from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.system import time_grid
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 from parc_jax.safe_set.settings import Settings
 
 T = 8
@@ -67,7 +67,7 @@ def lines() -> TrajectoryModel:
     return trajectory_model(net, claim)
 
 
-def slit(half: float) -> ReachAvoid:
+def slit(half: float) -> Problem:
     """From the left of two blocks to their right, through a slit of width 2 half."""
     goal = box([0.6, -1.0, -1.0], [1.0, 1.0, 1.0])
     start = box([-1.6, -0.5], [-1.1, 0.5])

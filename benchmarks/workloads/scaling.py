@@ -20,7 +20,7 @@ from benchmarks.workloads.rare import lines, slit, whole
 from parc_jax import checker
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.safe_set.settings import Settings
 
@@ -48,7 +48,7 @@ class Curve(NamedTuple):
 
     name: str
     along: str
-    scenes: list[tuple[float | None, TrajectoryModel, ReachAvoid]]
+    scenes: list[tuple[float | None, TrajectoryModel, Problem]]
 
 
 def run(bench: Bench) -> Result:
@@ -98,7 +98,7 @@ def _curves(bench: Bench) -> list[Curve]:
     ]
 
 
-def _measured(work, planner: Planner, problem: ReachAvoid, bench: Bench) -> Point:
+def _measured(work, planner: Planner, problem: Problem, bench: Bench) -> Point:
     """Medians over seeds. work: None for one over the share that is safe."""
     settings = Settings(samples=20, target=bench.size(0.01, 0.5), proof=False)
     planner.solve(problem, bench.key(99), settings)

@@ -32,7 +32,7 @@ from parc_jax.neuralparc.cells import Cell, cells_outward
 from parc_jax.neuralparc.scene import paper_scene
 from parc_jax.neuralparc.search import paper_search
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import RegionTable, enumerate_regions
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
@@ -160,7 +160,7 @@ def _published_metrics(key: str, both: Comparison, share: float) -> list[Metric]
 
 
 def _ours(
-    bench: Bench, model: TrajectoryModel, problem: ReachAvoid, key: str
+    bench: Bench, model: TrajectoryModel, problem: Problem, key: str
 ) -> tuple[list[Metric], tuple[str, ...]]:
     """Metrics and the last four cells of a row of ours."""
     try:
@@ -187,7 +187,7 @@ def _ours(
     return metrics, (*search.text, f"at least {percent(share)}", level)
 
 
-def search_ours(bench: Bench, model: TrajectoryModel, problem: ReachAvoid) -> Search:
+def search_ours(bench: Bench, model: TrajectoryModel, problem: Problem) -> Search:
     """Time to the first safe sample over seeds, scene laid out anew each time. Warm."""
     seconds, seeds = [], bench.size(100, 2)
     for seed in range(-1, seeds):  # the first one compiles
@@ -203,7 +203,7 @@ def search_ours(bench: Bench, model: TrajectoryModel, problem: ReachAvoid) -> Se
 
 
 def search_published(
-    bench: Bench, model: TrajectoryModel, problem: ReachAvoid, table: RegionTable
+    bench: Bench, model: TrajectoryModel, problem: Problem, table: RegionTable
 ) -> Search:
     """Time to the first safe sample of the anytime search with LPs, from random regions."""
     scene, seconds, seeds, exhausted = (
@@ -236,7 +236,7 @@ def _until(end: float, regions: Iterator[list[Cell]]) -> Iterator[list[Cell]]:
 
 
 def published_share(
-    bench: Bench, model: TrajectoryModel, problem: ReachAvoid, table: RegionTable
+    bench: Bench, model: TrajectoryModel, problem: Problem, table: RegionTable
 ) -> float:
     """Share of the model's safe set, by volume, that the published avoid sets keep. 0 if nothing is
     safe.

@@ -36,7 +36,7 @@ from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.verdict.outcomes import outcomes
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, scene_of
@@ -193,9 +193,7 @@ def _succeed(scene: Scene, runs: RolloutBatch, p0: np.ndarray, each: int) -> np.
     return failures <= allowed
 
 
-def certified(
-    problem: ReachAvoid, model: TrajectoryModel, claim: ErrorClaim, bench: Bench
-) -> Share:
+def certified(problem: Problem, model: TrajectoryModel, claim: ErrorClaim, bench: Bench) -> Share:
     """Plans that the exact test proves under a claim; none where its tube leaves no goal."""
     n, count = bench.size(1 << 13, 1 << 9), 0
     given = trajectory_model(model.net, claim)

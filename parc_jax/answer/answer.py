@@ -42,10 +42,10 @@ class Answer(Findings):
     proved: the independent checker accepted all that is returned. refused: samples, corridors and
     polytopes that it did not accept and that are therefore not in the answer. no_plan: when no draw
     was safe, what branch and bound says: proved that none is, or how much is undecided.
-    doubt: what all plans withstand; `problem` and `model` are then the plain ones that allow for
-    it. pose: where the robot is, where that was asked: all plans start there, and with a heading
-    the scene is told in the robot's frame. question: all of it, as it was asked. looks: the one
-    account of tests of plans of this answer, and of whatever comes of it.
+    uncertainty: what all plans withstand; `problem` and `model` are then the plain ones that allow
+    for it. pose: where the robot is, where that was asked: all plans start there, and with a
+    heading the scene is told in the robot's frame. question: all of it, as it was asked. looks: the
+    one account of tests of plans of this answer, and of whatever comes of it.
     """
 
     def __repr__(self) -> str:
@@ -157,7 +157,8 @@ class Answer(Findings):
 
     def path(self, p0, k) -> NominalPath:
         """Where the plan p0 (n_p,), k (n_k,) is predicted to go, with times and tube; in the frame
-        of `model`, whose points, under a doubt of execution or heading, are copies of the robot's.
+        of `model`, whose points, under an uncertainty of execution or heading, are copies of the
+        robot's.
 
         Raises InputError for a plan outside of K. `save` writes it as .csv or .json.
         """
@@ -214,10 +215,11 @@ class Answer(Findings):
         first choice declares others; kept by later ones, by this answer in polytopes and by its
         file. Raises InputError.
         """
-        if self.doubt is not None:
+        if self.uncertainty is not None:
             raise InputError(
-                "choose: expected an answer without doubt, for its sentences are about one plan "
-                "driven exactly; solve the same problem with doubt=None and choose from that."
+                "choose: expected an answer without uncertainty, for its sentences are about one "
+                "plan driven exactly; solve the same problem with uncertainty=None and choose "
+                "from that."
             )
         account = self.looks.declare(delta, looks)
         plan, value = self.best(objective, key)
@@ -250,7 +252,11 @@ class Answer(Findings):
     @cached_property
     def _share_of_k(self) -> float:
         share = self._plans.share_of_k()
-        return share if self.doubt is None else share * self.doubt.share_of_k(self.model.domain)
+        return (
+            share
+            if self.uncertainty is None
+            else share * self.uncertainty.share_of_k(self.model.domain)
+        )
 
     @property
     def density(self) -> float:

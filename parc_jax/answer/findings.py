@@ -10,10 +10,10 @@ import numpy as np
 from parc_jax.answer.looks import Looks
 from parc_jax.common.status import Ended, Status
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid, goal_box
+from parc_jax.problem.problem import Problem, goal_box
 from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.robust.realisations import Withstood
+from parc_jax.problem.robust.realisations import Robustness
 from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
@@ -71,7 +71,7 @@ class Findings:
     @property
     def asked(self) -> NominalProblem:
         """The plain question."""
-        return self.scene.asked
+        return self.scene.nominal
 
     @property
     def model(self) -> TrajectoryModel:
@@ -79,7 +79,7 @@ class Findings:
         return self.asked.model
 
     @property
-    def problem(self) -> ReachAvoid:
+    def problem(self) -> Problem:
         """The plain problem; `query` has it as it was asked."""
         return self.asked.problem
 
@@ -89,20 +89,20 @@ class Findings:
         return self.asked.query
 
     @property
-    def doubt(self) -> Withstood | None:
+    def uncertainty(self) -> Robustness | None:
         """What every plan withstands."""
-        return self.asked.doubt
+        return self.asked.uncertainty
 
     @cached_property
     def whole(self) -> float:
-        """Volume of all plans that were asked about, before tube or doubt take anything off: of K
-        times the goal's box, or of K alone where there is one start.
+        """Volume of all plans that were asked about, before tube or uncertainty take anything off:
+        of K times the goal's box, or of K alone where there is one start.
         """
         if self.told_whole is not None:
             return self.told_whole
-        if self.doubt is None or self.query is None:
+        if self.uncertainty is None or self.query is None:
             return volume_of_all(self.scene)
-        volume = self.doubt.volume_of_k(self.model.domain)
+        volume = self.uncertainty.volume_of_k(self.model.domain)
         if self.scene.at is not None:
             return volume
         lo, hi = goal_box(self.query.problem.goal, self.query.model.layout)

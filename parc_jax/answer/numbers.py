@@ -65,7 +65,7 @@ def density_of_k(found: Findings) -> float:
     if not union > 0:
         return np.inf
     domain = found.model.domain
-    whole = domain.volume if found.doubt is None else found.doubt.k_volume
+    whole = domain.volume if found.uncertainty is None else found.uncertainty.k_volume
     return float(whole * _ends_per_k(found) / union)
 
 

@@ -9,12 +9,12 @@ from parc_jax.common.spelling import counted, rounded_down
 from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.statement import (
-    about_doubt,
     about_place,
     about_plans,
     about_pose,
     about_risk,
     about_sensing,
+    about_uncertainty,
     nothing_found,
 )
 
@@ -45,14 +45,14 @@ def statement(found: Findings) -> str:
     """The two sentences, as `Answer.statement`."""
     told = False
     if found.found:
-        known = _about_tube(found, _about_doubt(found))
+        known = _about_tube(found, _about_uncertainty(found))
         said = f"(C) {_about_model(found)}\n{known}\n{_about_draw(found)}"
     elif found.no_plan is not None:
         said = f"{found.no_plan.statement()}\n{_about_tube(found, ())}"
         told = found.no_plan.ended is found.ended
     else:
         none = nothing_found(why_none(found.scene))
-        said = none if found.doubt is None else found.doubt.of_none(none)
+        said = none if found.uncertainty is None else found.uncertainty.of_none(none)
     return said if told or found.ended is None else f"{said}\n{found.ended.sentence}"
 
 
@@ -66,9 +66,9 @@ def _about_model(found: Findings) -> str:
     return f"{plans}\n{about_place(k_lo, k_hi)}"
 
 
-def _about_doubt(found: Findings) -> list[str]:
+def _about_uncertainty(found: Findings) -> list[str]:
     """What all plans withstand."""
-    return [] if found.doubt is None else [about_doubt(found.doubt.words)]
+    return [] if found.uncertainty is None else [about_uncertainty(found.uncertainty.words)]
 
 
 def _about_tube(found: Findings, withstood: Sequence[str]) -> str:
@@ -84,6 +84,6 @@ def _about_draw(found: Findings) -> str:
     promised = risk_of_draw(found)
     density = None if isinstance(promised, NoStatement) else density_of_k(found)
     risk = about_risk(promised, drawn, density, found._held.confidence, found.model.claim.delta)
-    if found.doubt is not None and found.doubt.sensing_eps:
-        risk = f"{risk} {about_sensing(promised, found.doubt.sensing_eps)}"
+    if found.uncertainty is not None and found.uncertainty.sensing_eps:
+        risk = f"{risk} {about_sensing(promised, found.uncertainty.sensing_eps)}"
     return risk

@@ -34,8 +34,8 @@ def _meta(found: Findings) -> dict:
     }
     if found.around is not None:
         meta["within"] = [hex_text(side) for side in found.around]
-    if found.doubt is not None:
-        meta["doubt"] = found.doubt.to_json()
+    if found.uncertainty is not None:
+        meta["doubt"] = found.uncertainty.to_json()
     if found.scene.at is not None:
         meta["at"] = hex_text(found.scene.at)
     if found.looks.delta is not None:

@@ -20,7 +20,7 @@ from parc_jax.learning.system import BlackBoxSystem, TimeGrid
 from parc_jax.learning.systems.invariance import StartGap
 from parc_jax.planner import Prepared
 from parc_jax.problem.body import Body, Disc, Part, Polygon
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import RegionTable
 from parc_jax.safe_set.batch.box_scenes import BoxScenes
 
@@ -42,8 +42,8 @@ __all__ = [
     "Part",
     "Polygon",
     "Prepared",
+    "Problem",
     "ReLUNetwork",
-    "ReachAvoid",
     "RegionTable",
     "Risk",
     "RolloutBatch",

@@ -18,7 +18,7 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.rational import Point, convex_polygon, exact_support, rational_vertices
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.problem.body import Disc
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 
 BODY_SIDES = 10  # of the polygon around a disc body, as published
 
@@ -47,7 +47,7 @@ class GrownPolytopes:
         return HPolytope(self.A[obstacle][rows], self.b[bin_number, t, obstacle][rows])
 
 
-def grown_polytopes(problem: ReachAvoid, tube: Tube) -> GrownPolytopes:
+def grown_polytopes(problem: Problem, tube: Tube) -> GrownPolytopes:
     """Grow every obstacle by the body and by the error of every interval and bin. Raises InputError
     off the plane.
     """
@@ -96,7 +96,7 @@ def _grow(obstacle: HPolytope, body_normals: np.ndarray, body_corners: list[Poin
     return _Grown(normals, offsets, [[float(x), float(y)] for x, y in sums])
 
 
-def _body(problem: ReachAvoid) -> tuple[np.ndarray, list[Point]]:
+def _body(problem: Problem) -> tuple[np.ndarray, list[Point]]:
     """Normals and exact corners of -body, or of a polygon around it."""
     if isinstance(problem.body, Disc):
         angle = 2 * np.pi * np.arange(BODY_SIDES) / BODY_SIDES

@@ -15,7 +15,7 @@ from parc_jax.learning.bound.tube import Tube
 from parc_jax.neuralparc.grown_polytopes import GrownPolytopes, grown_polytopes
 from parc_jax.neuralparc.sets.pontryagin import shrink
 from parc_jax.problem.body import Body
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class PaperScene:
         return self.grown.corners.shape[-1]
 
 
-def paper_scene(problem: ReachAvoid, tube: Tube) -> PaperScene:
+def paper_scene(problem: Problem, tube: Tube) -> PaperScene:
     """Shrink the goal and grow the obstacles, for every bin and interval. Raises InputError."""
     boxes = isinstance(tube.errors, ErrorBox)
     if tube.n_points > 1 or tube.n_p != 2 or not boxes or isinstance(problem.body, Body):

@@ -14,7 +14,7 @@ from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.spelling import counted
 from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
-from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.uncertainty import Uncertainty
 
 
 @struct.dataclass
@@ -27,7 +27,7 @@ class GoalOfPoints(HPolytope):
 
 
 @struct.dataclass
-class ReachAvoid:
+class Problem:
     """Reach the goal at t_f, never touch an obstacle. Build with `reach_avoid`, which validates.
 
     goal: closed polytope over (p_f, q_f); of a robot with several reference points over the ends
@@ -36,7 +36,7 @@ class ReachAvoid:
     body: Disc or Polygon about the first reference point, or a Body of several parts.
     start: polytope over p0, or None for anywhere.
     spans: per obstacle (first, last) interval in which it exists, or None for always.
-    doubt: uncertainty that safe plans are robust to; `Query.nominal` reduces it.
+    uncertainty: uncertainty that safe plans are robust to; `Query.nominal` reduces it.
     points: names of the reference points that the goal is about, in its order; a model with others,
         or in another order, is refused. () = not given.
     """
@@ -46,7 +46,7 @@ class ReachAvoid:
     body: Disc | Polygon | Body
     start: HPolytope | None = None
     spans: tuple[tuple[int, int] | None, ...] = struct.field(pytree_node=False, default=())
-    doubt: Doubt | None = struct.field(pytree_node=False, default=None)
+    uncertainty: Uncertainty | None = struct.field(pytree_node=False, default=None)
     points: tuple[str, ...] = struct.field(pytree_node=False, default=())
 
     @property
@@ -59,7 +59,7 @@ class ReachAvoid:
         """The parts of the body, of any kind."""
         return parts_of(self.body)
 
-    def replace(self, **changes) -> "ReachAvoid":
+    def replace(self, **changes) -> "Problem":
         """The problem with changed entries, as `reach_avoid` takes them. Raises InputError."""
         names = [field.name for field in dataclasses.fields(self)]
         if unknown := [name for name in changes if name not in names]:
@@ -79,7 +79,7 @@ class ReachAvoid:
             "anywhere" if self.start is None else f"in {counted(len(self.start.b), 'half-space')}"
         )
         return (
-            f"<ReachAvoid: goal of {counted(len(self.goal.b), 'row')} over "
+            f"<Problem: goal of {counted(len(self.goal.b), 'row')} over "
             f"{counted(self.goal.n, 'coordinate')}, "
             f"{counted(len(self.obstacles), 'obstacle')}, {self.body!r}, start {start}>"
         )
@@ -91,8 +91,8 @@ def reach_avoid(
     body,
     start=None,
     spans: Sequence | None = None,
-    doubt: Doubt | None = None,
-) -> ReachAvoid:
+    uncertainty: Uncertainty | None = None,
+) -> Problem:
     """A validated problem. Boxes become polytopes, a number [m] a disc. Raises InputError."""
     points = goal.points if isinstance(goal, GoalOfPoints) else ()
     goal = _polytope("goal", goal)
@@ -127,12 +127,12 @@ def reach_avoid(
             raise InputError(
                 f"span of obstacle {j}: expected whole numbers 0 <= first <= last; got {span}."
             )
-    if doubt is not None:
-        _check_doubt(doubt, n_p, obstacles)
-    return ReachAvoid(goal, obstacles, body, start, spans, doubt, points)
+    if uncertainty is not None:
+        _check_uncertainty(uncertainty, n_p, obstacles)
+    return Problem(goal, obstacles, body, start, spans, uncertainty, points)
 
 
-def require_points(problem: ReachAvoid, points: Sequence[str]) -> None:
+def require_points(problem: Problem, points: Sequence[str]) -> None:
     """Raises InputError where the goal was made for reference points other than these."""
     if problem.points and problem.points != tuple(points):
         raise InputError(
@@ -142,7 +142,7 @@ def require_points(problem: ReachAvoid, points: Sequence[str]) -> None:
         )
 
 
-def require_dimensions(problem: ReachAvoid, n_p: int, n_q: int, points: Sequence[str]) -> None:
+def require_dimensions(problem: Problem, n_p: int, n_q: int, points: Sequence[str]) -> None:
     """Raises InputError where the problem has other dimensions or points than a robot's model.
 
     n_p, n_q: dimensions of the workspace and of the further goal states.
@@ -273,16 +273,16 @@ def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
     return lo, hi
 
 
-def _check_doubt(doubt: Doubt, n_p: int, obstacles) -> None:
-    """Raises InputError for doubt of another dimension or number of obstacles."""
-    if not isinstance(doubt, Doubt):
-        raise InputError(f"doubt: expected a Doubt; got {type(doubt).__name__}.")
-    doubt.shifts(n_p)
-    for j, seen in enumerate(doubt.of_obstacles(len(obstacles))):
+def _check_uncertainty(uncertainty: Uncertainty, n_p: int, obstacles) -> None:
+    """Raises InputError for uncertainty of another dimension or number of obstacles."""
+    if not isinstance(uncertainty, Uncertainty):
+        raise InputError(f"uncertainty: expected an Uncertainty; got {type(uncertainty).__name__}.")
+    uncertainty.shifts(n_p)
+    for j, seen in enumerate(uncertainty.of_obstacles(len(obstacles))):
         if seen is not None and seen.n != n_p:
             raise InputError(
-                f"doubt of obstacle {j}: expected a set in the {n_p}-D workspace; got {seen.n} "
-                "dimensions."
+                f"uncertainty of obstacle {j}: expected a set in the {n_p}-D workspace; got "
+                f"{seen.n} dimensions."
             )
 
 

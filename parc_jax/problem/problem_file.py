@@ -19,17 +19,17 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.system import check_points
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
-from parc_jax.problem.doubt import FREE, Doubt
-from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid, require_points
+from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid, require_points
 from parc_jax.problem.scene_values import grown_set_of, numbers_of, set_of, spelled_set, table_of
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 
 # the fields of a problem, but that an interval of time stands with its obstacle
-ENTRIES = (*(f.name for f in fields(ReachAvoid) if f.name != "spans"), "labels")
+ENTRIES = (*(f.name for f in fields(Problem) if f.name != "spans"), "labels")
 # words for the hull of so many reference points
 POINTS_OF_KIND = {"disc": 1, "ball": 1, "capsule": 2, "rectangle": 4, "box": 8}
 
 
-def load_problem(path, points: Sequence[str] | None = None) -> ReachAvoid:
+def load_problem(path, points: Sequence[str] | None = None) -> Problem:
     """The problem in a .toml or .json file. Raises InputError that names the entry.
 
     [goal]       over (p, q) at the end: lo, hi; or rows A, b of A x <= b. With points = ["nose",
@@ -46,7 +46,7 @@ def load_problem(path, points: Sequence[str] | None = None) -> ReachAvoid:
     points       the robot's reference points in the order that the goal was made for, optional, in
         front of the tables. A robot with others, or in another order, is refused.
     [labels]     for people, optional: p, q, k, a list of names with units each; see `labelled`.
-    [doubt]      what is not known exactly, optional; see docs/doubt.md.
+    [uncertainty]      what is not known exactly, optional; see docs/uncertainty.md.
 
     points: names of the robot's reference points, as `model.points`, for a goal that names some in
     a file that does not have them all; and to be compared with those that it has.
@@ -64,7 +64,7 @@ def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
 
 def problem_of_text(
     text: str, name: str, is_json: bool = False, points: Sequence[str] | None = None
-) -> ReachAvoid:
+) -> Problem:
     """The problem in the text of a file called `name`. points: as of `load_problem`. Raises
     InputError.
     """
@@ -113,7 +113,7 @@ def _once(pairs: list) -> dict:
 
 def save_problem(
     path,
-    problem: ReachAvoid,
+    problem: Problem,
     named: Labels | None = None,
     points: Sequence[str] | None = None,
 ) -> Path:
@@ -131,13 +131,13 @@ def save_problem(
 
 
 def problem_text(
-    problem: ReachAvoid, named: Labels | None = None, points: Sequence[str] | None = None
+    problem: Problem, named: Labels | None = None, points: Sequence[str] | None = None
 ) -> str:
     """The problem as TOML. Arguments as of `save_problem`."""
     return "".join(_toml(_parts(problem, named, points)))
 
 
-def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
+def _problem(data, points: Sequence[str] | None) -> Problem:
     table_of("scene", data, ENTRIES, needed=("goal", "body"))
     for part, words in table_of("labels", data.get("labels", {}), PARTS).items():
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
@@ -155,7 +155,7 @@ def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
     obstacles = data.get("obstacles", [])
     if not isinstance(obstacles, list):
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
-    own = ("steps", "doubt")
+    own = ("steps", "uncertainty")
     sets = [grown_set_of(f"obstacle {i}", part, own) for i, part in enumerate(obstacles)]
     spans = [part.get("steps") for part in obstacles]
     body = _body(data["body"])
@@ -164,7 +164,7 @@ def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
     start = None if data.get("start") is None else set_of("start", data["start"])
     goal = _goal(data["goal"], points)
     asked = [tuple(s) if s else None for s in spans]
-    problem = reach_avoid(goal, sets, body, start, asked, doubt_of(data, obstacles))
+    problem = reach_avoid(goal, sets, body, start, asked, uncertainty_of(data, obstacles))
     return replace(problem, points=made_for) if made_for else problem
 
 
@@ -230,15 +230,17 @@ def _names(name: str, value) -> tuple[str | int, ...]:
     return tuple(names)
 
 
-def _parts(problem: ReachAvoid, named: Labels | None, points: Sequence[str] | None) -> dict:
+def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None) -> dict:
     require_points(problem, problem.points if points is None else points)
     points = problem.points or points
     obstacles = []
-    doubt, sets = ({}, []) if problem.doubt is None else spelled_doubt(problem.doubt)
-    own = own_doubt(sets, len(problem.obstacles))
+    uncertainty, sets = (
+        ({}, []) if problem.uncertainty is None else spelled_uncertainty(problem.uncertainty)
+    )
+    own = own_uncertainty(sets, len(problem.obstacles))
     for part, span, seen in zip(problem.obstacles, problem.all_spans, own, strict=True):
         more = {} if span is None else {"steps": [int(i) for i in span]}
-        obstacles.append(spelled_set(part) | more | ({} if seen is None else {"doubt": seen}))
+        obstacles.append(spelled_set(part) | more | ({} if seen is None else {"uncertainty": seen}))
     by_point = None if points is None else _goal_by_point(problem, points)
     goal = spelled_set(problem.goal) if by_point is None else by_point
     parts: dict = {"points": list(points)} if points and (problem.points or len(points) > 1) else {}
@@ -246,11 +248,11 @@ def _parts(problem: ReachAvoid, named: Labels | None, points: Sequence[str] | No
     if named is not None:
         parts["labels"] = {part: list(words) for part, words in named._asdict().items() if words}
     parts |= {} if problem.start is None else {"start": spelled_set(problem.start)}
-    parts |= {"doubt": doubt} if doubt else {}
+    parts |= {"uncertainty": uncertainty} if uncertainty else {}
     return parts | {"obstacles": obstacles}
 
 
-def _goal_by_point(problem: ReachAvoid, points: Sequence[str]) -> dict | None:
+def _goal_by_point(problem: Problem, points: Sequence[str]) -> dict | None:
     """The goal by names of points, where its points share one set and its rows are about one point,
     or q, each; else None.
     """
@@ -297,7 +299,9 @@ def _toml(parts: dict):
     tables += [] if further is None else [("[goal.q]", further)]
     body = parts["body"]
     tables += [("[[body]]", p) for p in body] if isinstance(body, list) else [("[body]", body)]
-    tables += [(f"[{name}]", parts[name]) for name in ("start", "labels", "doubt") if name in parts]
+    tables += [
+        (f"[{name}]", parts[name]) for name in ("start", "labels", "uncertainty") if name in parts
+    ]
     tables += [("[[obstacles]]", part) for part in parts["obstacles"]]
     for head, part in tables:
         yield f"{head}\n"
@@ -314,58 +318,60 @@ def _inline(value) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-DOUBT_ENTRIES = tuple(field.name for field in dataclasses.fields(Doubt))
+UNCERTAINTY_ENTRIES = tuple(field.name for field in dataclasses.fields(Uncertainty))
 
 
-def doubt_of(data: dict, obstacles: list) -> Doubt | None:
-    """The doubt of a scene file, None where it has none. Raises InputError.
+def uncertainty_of(data: dict, obstacles: list) -> Uncertainty | None:
+    """The uncertainty of a scene file, None where it has none. Raises InputError.
 
-    [doubt]      the fields of `Doubt`: numbers and lists, parameters by name in tables, obstacles a
+    [uncertainty]      the fields of `Uncertainty`: numbers and lists, parameters by name in tables,
+    obstacles a
         set: lo and hi, A and b, or vertices.
-    [[obstacles]] doubt = {lo = ..., hi = ...}: of this one alone.
+    [[obstacles]] uncertainty = {lo = ..., hi = ...}: of this one alone.
     """
-    own = [part.get("doubt") for part in obstacles]
-    if data.get("doubt") is None and not any(own):
+    own = [part.get("uncertainty") for part in obstacles]
+    if data.get("uncertainty") is None and not any(own):
         return None
-    entries = table_of("doubt", data.get("doubt") or {}, DOUBT_ENTRIES)
+    entries = table_of("uncertainty", data.get("uncertainty") or {}, UNCERTAINTY_ENTRIES)
     seen = None
     if "obstacles" in entries:
-        seen = grown_set_of("doubt obstacles", entries["obstacles"])
+        seen = grown_set_of("uncertainty obstacles", entries["obstacles"])
     sets = [
-        seen if o is None else grown_set_of(f"doubt of obstacle {i}", o) for i, o in enumerate(own)
+        seen if o is None else grown_set_of(f"uncertainty of obstacle {i}", o)
+        for i, o in enumerate(own)
     ]
     words = {
-        name: _numbers(f"doubt {name}", entries[name])
+        name: _numbers(f"uncertainty {name}", entries[name])
         for name in ("start", "goal", "k", "given", "unknown")
         if name in entries
     }
     eps = entries.get("sensing_eps", 0)
-    return Doubt(
+    return Uncertainty(
         **words,
-        heading=float(numbers_of("doubt heading", entries.get("heading", 0), 0)),
+        heading=float(numbers_of("uncertainty heading", entries.get("heading", 0), 0)),
         obstacles=sets if any(s is not None for s in sets) else (),
         sensing_eps=str(eps) if not isinstance(eps, list | dict) else eps,
     )
 
 
-def spelled_doubt(doubt: Doubt) -> tuple[dict, list]:
-    """The table of a doubt, and that of each obstacle, None for an exact one; one entry is for
-    all.
+def spelled_uncertainty(uncertainty: Uncertainty) -> tuple[dict, list]:
+    """The table of an uncertainty, and that of each obstacle, None for an exact one; one entry is
+    for all.
     """
     spelled: dict = {}
-    if any(doubt.start):
-        spelled["start"] = list(doubt.start)
-    if doubt.heading:
-        spelled["heading"] = doubt.heading
-    if any(doubt.goal):
-        spelled["goal"] = list(doubt.goal)
+    if any(uncertainty.start):
+        spelled["start"] = list(uncertainty.start)
+    if uncertainty.heading:
+        spelled["heading"] = uncertainty.heading
+    if any(uncertainty.goal):
+        spelled["goal"] = list(uncertainty.goal)
     for name in ("k", "given", "unknown"):
-        pairs = getattr(doubt, name)
+        pairs = getattr(uncertainty, name)
         if pairs:
             spelled[name] = {str(p): _listed(value) for p, value in pairs}
-    if doubt.sensing_eps:
-        spelled["sensing_eps"] = float(doubt.sensing_eps)
-    return spelled, [None if s is None else spelled_set(s) for s in doubt.obstacles]
+    if uncertainty.sensing_eps:
+        spelled["sensing_eps"] = float(uncertainty.sensing_eps)
+    return spelled, [None if s is None else spelled_set(s) for s in uncertainty.obstacles]
 
 
 def _numbers(name: str, value):
@@ -385,8 +391,8 @@ def _listed(value):
     return value
 
 
-def own_doubt(sets: list, n: int) -> list:
+def own_uncertainty(sets: list, n: int) -> list:
     """The table of each of n obstacles."""
     if sets and len(sets) not in (1, n):
-        raise InputError(f"doubt: expected a set for each of {n} obstacles; got {len(sets)}.")
+        raise InputError(f"uncertainty: expected a set for each of {n} obstacles; got {len(sets)}.")
     return sets * n if len(sets) == 1 else sets or [None] * n

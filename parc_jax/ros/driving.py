@@ -37,15 +37,15 @@ class Driving(Options):
     begun before it was told where they are, all of them; 0: nobody moves."""
     mover_speed: float = 0.0
     """Most [m/s] that they move, whatever they do."""
-    doubt_start: float = 0.0
+    uncertainty_start: float = 0.0
     """Metres by which a pose may be wrong, along each axis: localisation, and the way that the
     robot goes from when it was measured to when the manoeuvre begins."""
-    doubt_heading: float = 0.0
+    uncertainty_heading: float = 0.0
     """Radians by which a heading may be wrong, for the same reasons."""
     drift: float = 0.0
     """Metres by which a pose may be off against the one at which the manoeuvre under way began,
-    beside doubt_start of both: what odometry may drift meanwhile. A pose that is farther outside of
-    the manoeuvre's tube begins nothing."""
+    beside uncertainty_start of both: what odometry may drift meanwhile. A pose that is farther
+    outside of the manoeuvre's tube begins nothing."""
     given: tuple[str, ...] = ()
     """Where in the messages of poses the model's given parameters are, such as
     twist.twist.linear.x."""
@@ -65,8 +65,8 @@ class Driving(Options):
             "noise",
             "width",
             "margin",
-            "doubt_start",
-            "doubt_heading",
+            "uncertainty_start",
+            "uncertainty_heading",
             "drift",
         )
         movers = ("mover_radius", "mover_speed")

@@ -39,16 +39,16 @@ def seen_in(
     *,
     noise: float,
     width: float,
-    doubt: tuple[float, float],
+    uncertainty: tuple[float, float],
     between: tuple[float, float] = (0.0, 0.0),
 ) -> FreeSpace:
     """What a sensor_msgs/LaserScan shows to be free, from the pose (x, y, heading) of its sensor,
     as `seen_from` has it. An infinite range came back from nowhere; what is NaN, or nearer than the
     sensor can tell, or farther, says nothing. Raises InputError.
 
-    doubt: ([m], [rad]) by which the pose may be off for any of the beams. between: ([m], [rad]) by
-    which the sensor moves from one beam to the next; where it moves at all, first and last beam of
-    a full turn are no neighbours.
+    uncertainty: ([m], [rad]) by which the pose may be off for any of the beams. between: ([m],
+    [rad]) by which the sensor moves from one beam to the next; where it moves at all, first and
+    last beam of a full turn are no neighbours.
     """
     ranges = np.asarray(message.ranges, np.float64)
     angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
@@ -59,7 +59,9 @@ def seen_in(
         keep = abs(angles - angles[0]) <= full
         angles, ranges = angles[keep], ranges[keep]
     limits = {"max_range": message.range_max, "noise": noise + between[0], "width": width}
-    return seen_from(pose, angles, ranges, doubt=doubt, angle_error=between[1], **limits)
+    return seen_from(
+        pose, angles, ranges, uncertainty=uncertainty, angle_error=between[1], **limits
+    )
 
 
 def require_frame(message: Any, frame: str, what: str) -> None:

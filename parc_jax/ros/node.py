@@ -197,9 +197,9 @@ def _said(step: Step) -> str:
     last = moved_last(model, now.k[None])[0][0]
     return (
         f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside the "
-        "tube and every pose inside the doubt nothing is touched. Assumed: that it rests at its "
-        f"end, where its prediction moves by {last:.2g} m in the last {model.time.dt:g} s{after}. "
-        f"(E) {now.asked.model.claim.statement()}"
+        "tube and every pose inside the uncertainty nothing is touched. Assumed: that it rests at "
+        f"its end, where its prediction moves by {last:.2g} m in the last {model.time.dt:g} "
+        f"s{after}. (E) {now.asked.model.claim.statement()}"
     )
 
 

@@ -19,8 +19,8 @@ from parc_jax.drive.loop.loop import Effort, Loop
 from parc_jax.drive.loop.outlook import Outlook
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner import Planner
-from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.free_space import FreeSpace, free_place
 from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.problem.world.outlines import Footprint
@@ -60,11 +60,13 @@ class Pilot:
         self.model, self.prefer = model, self._nearest if prefer is None else prefer
         self.outline, self.body = _outline(model, robot)
         turns = model.rotation is not None
-        doubt = Doubt(start=d.doubt_start, heading=d.doubt_heading if turns else 0.0)
+        uncertainty = Uncertainty(
+            start=d.uncertainty_start, heading=d.uncertainty_heading if turns else 0.0
+        )
         effort = Effort(
             judged=Effort.candidates, looks=d.effort_looks, deadline=d.deadline, room=d.room
         )
-        self.loop = Loop(model, self.body, leave=d.leave, doubt=doubt, effort=effort)
+        self.loop = Loop(model, self.body, leave=d.leave, uncertainty=uncertainty, effort=effort)
         if len(d.given) != len(self.loop.given):
             hint = " Learn one of a system that names in `given` what it measures at the start."
             raise InputError(
@@ -159,10 +161,13 @@ class Pilot:
         if isinstance(ways, str):
             raise InputError(f"plan: expected a start with a way; {ways}.")
         at_rest = {axis: 0.0 for axis in self.loop.given}
-        doubt = replace(self.loop.doubt, given=at_rest)
+        uncertainty = replace(self.loop.uncertainty, given=at_rest)
         where = box(there[:2] - tolerance, there[:2] + tolerance)
         problem = reach_avoid(
-            _goal(self.model, where), ways, self.body, doubt=None if doubt.is_nothing else doubt
+            _goal(self.model, where),
+            ways,
+            self.body,
+            uncertainty=None if uncertainty.is_nothing else uncertainty,
         )
         return self.planner.solve(
             problem, jax.random.key(0), Settings(samples=8, target=0.2), at=self._at(here)
@@ -171,7 +176,7 @@ class Pilot:
     def _look(self) -> None:
         """Add what the last scan saw, once there are poses before its first beam and after its
         last. The sensor is taken to be where it was in the middle of the sweep; what it moves from
-        there is doubt.
+        there is uncertainty.
         """
         d, scan, self.said = self.driving, self._scan, ""
         if d.sensor is None:
@@ -205,9 +210,11 @@ class Pilot:
         moved, turned = apart(way, there[None]).max(axis=0)
         c, s = np.cos(there[2]), np.sin(there[2])
         eye = there + np.array([c * x - s * y, s * x + c * y, yaw])
-        off = np.sqrt(2) * d.doubt_start + d.doubt_heading * arm + moved
-        doubt = (off, d.doubt_heading + turned)
-        seen = seen_in(scan, eye, noise=d.noise, width=d.width, doubt=doubt, between=tuple(between))
+        off = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm + moved
+        uncertainty = (off, d.uncertainty_heading + turned)
+        seen = seen_in(
+            scan, eye, noise=d.noise, width=d.width, uncertainty=uncertainty, between=tuple(between)
+        )
         self.seen = self.seen.add(seen)
         self.said = self.seen.said
         self.seen = self.seen.within(self.pose, 2 * d.reach)
@@ -261,8 +268,10 @@ class Pilot:
             near = free.near(pose[:2], d.reach)
             corners = self._corners(pose)
             far = np.linalg.norm(corners - pose[:2], axis=1).max()
-            if not near.holds(corners, np.sqrt(2) * d.doubt_start + d.doubt_heading * far):
-                return "the body, in its doubt, does not lie in what is known to be free"
+            if not near.holds(
+                corners, np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * far
+            ):
+                return "the body, in its uncertainty, does not lie in what is known to be free"
             return near.obstacles()
         except InputError as error:
             return str(error).rstrip(".")

@@ -17,7 +17,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.system import ONE_POINT, TimeGrid, Trajectory, time_grid
 from parc_jax.problem.body import Disc, Polygon
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 from sims import rectangle
 from sims.asv.control import run
 from sims.asv.disturbance import Law, named_law
@@ -111,7 +111,7 @@ def system(
     return replace(found, points=rectangle.POINTS) if body == rectangle.BODY else found
 
 
-def problem(body: str = "disc") -> ReachAvoid:
+def problem(body: str = "disc") -> Problem:
     """The study's scene: a goal area behind a gap of 2.6 m, anywhere to start. Raises InputError.
 
     body: "rectangle", the true hull, which turns with the boat; "disc", the circle around it

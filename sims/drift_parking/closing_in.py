@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.sampling import Points, draw, joined, near
 from parc_jax.safe_set.corridors.search import cover_around
@@ -31,7 +31,7 @@ class ClosingIn:
     the safe set, so its coverage is unknown.
     """
 
-    wider: tuple[ReachAvoid, ...]
+    wider: tuple[Problem, ...]
 
     def search(self, scene: Scene, key, rng, settings: Settings) -> tuple[Cover, None]:
         """Draws from `rng`; `key` is not used."""
@@ -74,7 +74,7 @@ def looked_around(scene: Scene, rng: np.random.Generator, seen: Points) -> Point
 
 def narrowest(
     model: TrajectoryModel,
-    problem_at: Callable[[float], ReachAvoid],
+    problem_at: Callable[[float], Problem],
     wide: float,
     step: float,
     rng: np.random.Generator,

@@ -12,7 +12,7 @@ from parc_jax.app.plot.film_text import explained
 from parc_jax.app.plot.shapes import shadow
 from parc_jax.common.arrays import x64
 from parc_jax.common.sets.bounding_box import bounding_box
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from sims import film
 from sims.drift_parking import params as c
 from sims.drift_parking.system import system
@@ -80,7 +80,7 @@ def run(plan: np.ndarray) -> np.ndarray:
     return np.stack([plan[0] + x, plan[1] + y, yaw, steer, steer], axis=-1)[every]
 
 
-def stage(problem: ReachAvoid, path: np.ndarray, error: np.ndarray):
+def stage(problem: Problem, path: np.ndarray, error: np.ndarray):
     """The compiled scene: the plant's body dressed as a car, parked cars, goal, tube. path (T + 1,
     n_c), error (T, n_c).
     """
@@ -109,7 +109,7 @@ def stage(problem: ReachAvoid, path: np.ndarray, error: np.ndarray):
     return spec.compile()
 
 
-def view(problem: ReachAvoid, poses: np.ndarray, size: tuple[int, int]) -> film.View:
+def view(problem: Problem, poses: np.ndarray, size: tuple[int, int]) -> film.View:
     """A camera at rest that sees the whole way and the parked cars."""
     boxes = [bounding_box(o) for o in problem.obstacles]
     points = np.array([*poses[:, :2], *(corner for b in boxes for corner in (b.lo, b.hi))])

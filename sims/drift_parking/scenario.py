@@ -7,7 +7,7 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.problem.body import Polygon
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 from sims import rectangle
 from sims.drift_parking import params as c
 
@@ -22,7 +22,7 @@ DECAGON_SIDES = 10
 BODIES = (rectangle.BODY, "disc", "decagon")
 
 
-def problem(body: str = "disc", apart: float = APART) -> ReachAvoid:
+def problem(body: str = "disc", apart: float = APART) -> Problem:
     """The scene with the true rectangle that turns with the car ("rectangle"), the circle around it
     ("disc") or the regular decagon around that ("decagon").
 

@@ -2,7 +2,7 @@
 
 from parc_jax.common.sets.box import box
 from parc_jax.problem.body import hull
-from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid
 from sims.drone.system import CORNERS, POINTS
 
 WALL = (-1.6, -1.4)  # [m] along x
@@ -11,7 +11,7 @@ FAR = 3.0  # [m] how far the wall reaches
 GOAL = ((-0.8, -0.8, -0.6), (0.8, 0.8, 0.6))  # [m] for the whole box
 
 
-def problem() -> ReachAvoid:
+def problem() -> Problem:
     """The box is the hull of its corners; all of it must end behind the wall."""
     (left, low), (right, high) = WINDOW
     around = [

@@ -13,7 +13,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.replay import Replay, replay
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.settings import Settings
 from sims.f110.lesson import Model
 from sims.f110.rows import MANY, REPEATS, Row
@@ -33,7 +33,7 @@ class Tried(NamedTuple):
 
 
 def attempt(
-    car: F110, scene: ReachAvoid, n: int, learned: Model, key: jax.Array, quiet: bool = True
+    car: F110, scene: Problem, n: int, learned: Model, key: jax.Array, quiet: bool = True
 ) -> Tried:
     """Look for safe plans under the model's claim, drive the first one 1,000 times, and others
     1,000 times in all.

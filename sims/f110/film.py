@@ -13,7 +13,7 @@ from parc_jax.app.plot.film_file import require_kind, require_sample, write_film
 from parc_jax.app.plot.film_text import explained
 from parc_jax.app.plot.shapes import shadow
 from parc_jax.common.sets.bounding_box import bounding_box
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from sims import film as films
 from sims.f110 import params as c
 from sims.f110.car import XML
@@ -82,7 +82,7 @@ def film_of(
 
 def _film(
     out: Path,
-    scene: ReachAvoid,
+    scene: Problem,
     start,
     k,
     seed: int,
@@ -101,7 +101,7 @@ def _film(
     return write_film(out, explained(images, seconds, caption, legend), 1 / (EVERY * c.TICK))
 
 
-def stage(scene: ReachAvoid, tube: tuple[np.ndarray, np.ndarray] | None = None):
+def stage(scene: Problem, tube: tuple[np.ndarray, np.ndarray] | None = None):
     """The car's model with the parked cars of a scene, and its goal painted on the floor, with the
     tube: predicted path (T + 1, n_c) and half widths (T, n_c) [m].
     """

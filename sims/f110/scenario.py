@@ -3,7 +3,7 @@
 import math
 
 from parc_jax.common.sets.box import box
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 from sims import rectangle
 from sims.f110 import params as c
 
@@ -15,7 +15,7 @@ BODIES = (rectangle.BODY, "disc")
 GOAL_SIZE = (0.56, 0.61, 2 * math.pi / 3)  # [m, m, rad] about the space, heading about pi
 
 
-def problem(body: str = "disc") -> ReachAvoid:
+def problem(body: str = "disc") -> Problem:
     """Two parked cars of the car's own size, 1.2 m apart along x, the goal between them. Raises
     InputError.
 

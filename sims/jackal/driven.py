@@ -17,7 +17,7 @@ class Driven:
     its law, ramp and time for which a command is held. The key decides all that happens to it.
 
     A cycle of a loop is `given = robot.measured`, a plan for k = (*given, v, w) from
-    `robot.pose`, or from `robot.odometry` with a doubt, `robot.begin(v, w)` and
+    `robot.pose`, or from `robot.odometry` with an uncertainty, `robot.begin(v, w)` and
     `robot.drive(seconds)`. Without a new plan `drive` alone goes on with the manoeuvre under way,
     which ends at rest.
 

@@ -1,8 +1,8 @@
 """One manoeuvre's task: come to rest behind a gap, from whatever speeds are measured."""
 
 from parc_jax.common.sets.box import box
-from parc_jax.problem.doubt import FREE, Doubt
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 from sims.jackal import params as c
 from sims.rectangle import goal_of_centre, rectangle, require_body
 
@@ -14,7 +14,7 @@ START = ((-1.4, -0.2), (-0.8, 0.2))  # [m] of the centre
 GOAL = ((-0.3, -0.3, -1.5), (0.5, 0.3, 1.5))
 
 
-def problem(body: str = "rectangle") -> ReachAvoid:
+def problem(body: str = "rectangle") -> Problem:
     """A wall with a gap, the start before it, the goal behind. body: "rectangle" or "outside", as
     of `system`. Raises InputError.
     """
@@ -24,5 +24,5 @@ def problem(body: str = "rectangle") -> ReachAvoid:
         box([near, GAP / 2], [far, FAR]),
         box([near, -FAR], [far, -GAP / 2]),
     ]
-    measured = Doubt(given={"speed at the start": FREE, "turning at the start": FREE})
-    return reach_avoid(goal_of_centre(*GOAL), walls, rectangle(), box(*START), doubt=measured)
+    measured = Uncertainty(given={"speed at the start": FREE, "turning at the start": FREE})
+    return reach_avoid(goal_of_centre(*GOAL), walls, rectangle(), box(*START), uncertainty=measured)

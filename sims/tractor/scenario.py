@@ -4,7 +4,7 @@ on its shorter way round the corner.
 
 from parc_jax.common.sets.box import box
 from parc_jax.problem.body import body_of, hull
-from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid
 from sims.tractor.system import POINTS, TRACTOR, TRAILER
 
 BAY = ((-2.1, -1.5), (2.1, 3.9))  # [m] where the tractor must stand, all of it
@@ -15,7 +15,7 @@ BUILDINGS = (
 )  # left and right of the bay, and its end
 
 
-def problem() -> ReachAvoid:
+def problem() -> Problem:
     """Both parts of the body are rectangles between corners; the goal is over those of the
     tractor, and over its rear axle, from whose ends plans are drawn.
     """

@@ -55,7 +55,7 @@ def test_the_volume_interval_is_clopper_pearson():
 
 
 def shared(goal=OPEN, final=0.0, at=None, **asked):
-    """The safe share where no obstacle is: what the tube, the doubt and the start leave."""
+    """The safe share where no obstacle is: what the tube, the uncertainty and the start leave."""
     problem = pj.reach_avoid(goal, [], 0.1, **asked)
     return pj.Planner(line_model(4, 0.0, final)).solve(problem, KEY, SAMPLES, at=at)
 
@@ -68,15 +68,16 @@ def shared(goal=OPEN, final=0.0, at=None, **asked):
         ({"final": 0.4}, 0.04),
         ({"goal": SLANTED}, 0.5),
         ({"goal": SLANTED, "final": 0.1}, 0.18),  # its rows shrink by 0.2: (0.6)^2 / 2
-        ({"doubt": pj.Doubt(start=0.1)}, 0.64),
-        ({"doubt": pj.Doubt(goal=[0.1, 0.1])}, 0.64),
+        ({"uncertainty": pj.Uncertainty(start=0.1)}, 0.64),
+        ({"uncertainty": pj.Uncertainty(goal=[0.1, 0.1])}, 0.64),
         ({"at": (0.0, 0.0)}, 0.25),  # of the k in [-1, 1]^2
         ({"at": (0.0, 0.0), "final": 0.1}, 0.16),
     ],
     ids=str,
 )
 def test_the_safe_share_is_of_all_plans_that_were_asked_about(asked, left):
-    """A wide tube or doubt leaves little, and nothing of what it takes is left out of account."""
+    """A wide tube or uncertainty leaves little, and nothing of what it takes is left out of
+    account."""
     found = shared(**asked)
     said = found.safe_share
     assert said.at_least <= left <= said.at_most + 1e-12 and said.share <= said.reaching + 1e-12

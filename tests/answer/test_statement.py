@@ -11,9 +11,9 @@ from parc_jax.answer.statement import as_html, one_line, statement
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import tube
-from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.robust.nominal import query
-from parc_jax.safe_set.verdict.scene import laid_out
+from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.safe_set.verdict.scene import lowered
 from parc_jax.statement import nothing_found
 
 
@@ -63,10 +63,10 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
     half, final = (np.array([x[0], np.full_like(x[1], np.inf)]) for x in _widths_of(model))
     claim = weaker(model.claim, tube(model.tube.edges, half, final))
     for value, known_why in ((0.0, True), (np.nextafter(0, -1), False)):
-        asked = problem.replace(doubt=Doubt(given={"k1": value}))
+        asked = problem.replace(uncertainty=Uncertainty(given={"k1": value}))
         known = query(asked, model.replace(claim=claim)).nominal()
         empty = nothing()
-        empty = replace(empty, scene=laid_out(known))
+        empty = replace(empty, scene=lowered(known))
         said = statement(empty)
         assert (
             "that have a claim; a value on an edge is in the bins on both sides" in said

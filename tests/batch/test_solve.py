@@ -17,9 +17,9 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.planner import Planner
 from parc_jax.problem.body import Polygon
-from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import nominal_problems
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.batch import proposals
 from parc_jax.safe_set.batch import run as batch_run
 from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
@@ -29,7 +29,7 @@ from parc_jax.safe_set.batch.search import passes, stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import scene_of, sized
+from parc_jax.safe_set.verdict.scene import padded_to_class, scene_of
 
 KEY = jax.random.PRNGKey(5)
 S = 20
@@ -177,7 +177,7 @@ def test_arrays_of_boxes_are_laid_out_like_problems(body, rng):
     stacked = lay_out_boxes(boxes, model)
     for i in range(s):
         one, mine = (
-            sized(scene_of(boxes.problem(i), model)),
+            padded_to_class(scene_of(boxes.problem(i), model)),
             jax.tree.map(lambda x, i=i: x[i], stacked),
         )
         kept = np.flatnonzero(present[i])
@@ -194,14 +194,16 @@ def test_arrays_of_boxes_are_laid_out_like_problems(body, rng):
         assert mine.slack >= one.slack * (1 - 1e-9)
 
 
-def test_arrays_of_boxes_take_no_doubt_but_their_problems_do():
+def test_arrays_of_boxes_take_no_uncertainty_but_their_problems_do():
     model, goal = line_model(T=8, e=0.01), np.zeros((2, 3))
     arrays = model, goal, goal + 1, np.full((1, 2), 3.0), np.full((1, 2), 4.0), 0.1
-    with pytest.raises(TypeError, match="unexpected keyword argument 'doubt'"):
-        box_scenes(*arrays, doubt=Doubt(start=0.25))
+    with pytest.raises(TypeError, match="unexpected keyword argument 'uncertainty'"):
+        box_scenes(*arrays, uncertainty=Uncertainty(start=0.25))
     boxes = box_scenes(*arrays)
-    doubted = [boxes.problem(i).replace(doubt=Doubt(start=0.25)) for i in range(len(boxes))]
-    asked, wider = nominal_problems(doubted, model, {})
+    uncertain = [
+        boxes.problem(i).replace(uncertainty=Uncertainty(start=0.25)) for i in range(len(boxes))
+    ]
+    asked, wider = nominal_problems(uncertain, model, {})
     assert [one.goal.b.tolist() for one in asked] == [[0.75, 0.75, 1.0, -0.25, -0.25, 0.0]] * 2
     assert wider is not model
 

@@ -6,7 +6,7 @@ import pytest
 from toy_models import random_model, random_polygon, random_problem
 
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.batch.search import FEW, stack_problems
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -15,7 +15,7 @@ from parc_jax.safe_set.verdict.scene import scene_of
 KEY = jax.random.PRNGKey(3)
 
 
-def crowded(rng, model, n_near: int, n_far: int) -> ReachAvoid:
+def crowded(rng, model, n_near: int, n_far: int) -> Problem:
     """So many obstacles about the paths, and so many where no plan comes."""
     problem = random_problem(rng, model, n_near)
     sides = rng.choice([-1, 1], (n_far, 2))

@@ -27,14 +27,14 @@ from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.system import time_grid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
-from parc_jax.safe_set.verdict.scene import laid_out
+from parc_jax.safe_set.verdict.scene import lowered
 
 ENTRY = "HIDDEN_START(given v0)"
 KEY = jax.random.key(0)
 GOAL = pj.box([0.2, -0.3], [0.9, 0.3])
 SCENE = pj.reach_avoid(GOAL, [pj.box([-0.2, 0.4], [1.2, 0.6])], 0.1)
-MEASURED = SCENE.replace(doubt=pj.Doubt(given={"v0": 0.5}))
-ROUGHLY = SCENE.replace(doubt=pj.Doubt(given={"v0": (0.49, 0.51)}))
+MEASURED = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": 0.5}))
+ROUGHLY = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": (0.49, 0.51)}))
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,7 @@ def test_plans_are_replayed_from_what_was_measured(claim):
     shares = safe_volume(model, MEASURED, KEY)
     assert 0 < shares["safe"] <= shares["reaching"]
     with pytest.raises(InputError, match="which differs in points, K"):
-        pj.replay(Cart(), laid_out(query(ROUGHLY, model).nominal()), answer.samples, KEY)
+        pj.replay(Cart(), lowered(query(ROUGHLY, model).nominal()), answer.samples, KEY)
 
 
 @pytest.mark.night
@@ -109,9 +109,9 @@ def test_runs_keep_it_in_files_and_only_those_that_have_it_name_it(tmp_path):
 def test_a_question_says_what_is_measured_or_is_refused():
     model = cart_model()
     sentence = "expected v0, which cart measures at the start; got no value"
-    for doubt in (None, pj.Doubt(start=0.01), pj.Doubt(given={"v": 0.5})):
+    for uncertainty in (None, pj.Uncertainty(start=0.01), pj.Uncertainty(given={"v": 0.5})):
         with pytest.raises(InputError, match=sentence):
-            query(SCENE.replace(doubt=doubt), model).nominal()
+            query(SCENE.replace(uncertainty=uncertainty), model).nominal()
     with pytest.raises(InputError, match=sentence):
         pj.Planner(model).solve_batch([MEASURED, SCENE], KEY)
     with pytest.raises(InputError, match=sentence):
@@ -120,19 +120,22 @@ def test_a_question_says_what_is_measured_or_is_refused():
     with pytest.raises(InputError, match=sentence):
         pj.Planner(model).solve_batch(pj.box_scenes(model, *corners, *corners + 2, 0.1), KEY)
     require_fit(MEASURED, outline_of(Cart()))
-    for doubt in (pj.Doubt(given={0: (0.4, 0.6)}), pj.Doubt(unknown={"v0": (0.4, 0.6)})):
-        assert query(SCENE.replace(doubt=doubt), model).nominal().model.n_k == 1
+    for uncertainty in (
+        pj.Uncertainty(given={0: (0.4, 0.6)}),
+        pj.Uncertainty(unknown={"v0": (0.4, 0.6)}),
+    ):
+        assert query(SCENE.replace(uncertainty=uncertainty), model).nominal().model.n_k == 1
 
 
 @pytest.mark.slow
 def test_what_is_free_is_chosen_with_the_rest():
     model = cart_model()
-    free = SCENE.replace(doubt=pj.Doubt(given={"v0": "free"}))
-    assert free.doubt.is_nothing and query(free, model).nominal().model is model
-    rough = SCENE.replace(doubt=pj.Doubt(given={"v0": "free"}, k={"v0": 0.01}))
+    free = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}))
+    assert free.uncertainty.is_nothing and query(free, model).nominal().model is model
+    rough = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}, k={"v0": 0.01}))
     under = query(rough, model).nominal()
     assert under.model.n_k == 2 and under.model.given == ()
-    assert under.doubt.words == "every execution with v0 off by up to 0.01"
+    assert under.uncertainty.words == "every execution with v0 off by up to 0.01"
 
 
 EDGES = [
@@ -148,7 +151,7 @@ EDGES = [
 
 @pytest.mark.parametrize(("value", "width"), EDGES)
 def test_a_value_on_an_edge_and_a_box_across_one_have_the_wider_tube(value, width):
-    asked = SCENE.replace(doubt=pj.Doubt(given={"v0 [m/s]": value}))
+    asked = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0 [m/s]": value}))
     found = query(asked, cart_model(widths=(0.02, 0.05))).nominal().model.tube
     np.testing.assert_allclose(found.interval, width, rtol=1e-8)
 
@@ -165,7 +168,7 @@ def test_two_values_on_edges_have_the_widest_of_four_bins():
         ((0.0, 0.5), 0.02),
         ((1, 1), 0.03),
     ):
-        asked = SCENE.replace(doubt=pj.Doubt(given=dict(enumerate(given))))
+        asked = SCENE.replace(uncertainty=pj.Uncertainty(given=dict(enumerate(given))))
         np.testing.assert_allclose(
             query(asked, model).nominal().model.tube.interval, width, rtol=1e-8
         )
@@ -173,7 +176,7 @@ def test_two_values_on_edges_have_the_widest_of_four_bins():
 
 @pytest.mark.slow
 def test_plans_from_an_edge_are_proved():
-    asked = SCENE.replace(doubt=pj.Doubt(given={"v0": 0.5}))
+    asked = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": 0.5}))
     settings = pj.Settings(samples=20, samples_only=True, proof=True)
     answer = pj.Planner(cart_model()).solve(asked, KEY, settings)
     assert answer.proved and answer.refused == 0 and len(answer.samples) == 20

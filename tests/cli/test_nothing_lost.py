@@ -267,15 +267,17 @@ def test_a_question_that_does_not_fit_is_refused_before_the_first_run(
 
 
 @pytest.mark.parametrize(
-    ("doubt", "why"),
+    ("uncertainty", "why"),
     [
-        (pj.Doubt(k={"load": 0.1}), "expected parameters of the model"),
-        (pj.Doubt(heading=0.1), "declares rotation"),
-        (pj.Doubt(goal=0.5), "goal"),
+        (pj.Uncertainty(k={"load": 0.1}), "expected parameters of the model"),
+        (pj.Uncertainty(heading=0.1), "declares rotation"),
+        (pj.Uncertainty(goal=0.5), "goal"),
     ],
 )
-def test_so_is_a_doubt_about_what_there_is_not(shell, tmp_path, monkeypatch, doubt, why):
-    scene = toy_cart.problem().replace(doubt=doubt)
+def test_so_is_a_uncertainty_about_what_there_is_not(
+    shell, tmp_path, monkeypatch, uncertainty, why
+):
+    scene = toy_cart.problem().replace(uncertainty=uncertainty)
     monkeypatch.setattr(toy_cart, "problem", lambda: scene)
     code, complained = shell("run", "toy_cart", "--quiet")
     assert code == 2 and why in complained

@@ -24,7 +24,7 @@ from parc_jax.safe_set.corridors.placed import placed
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import near_scene, scene_of
+from parc_jax.safe_set.verdict.scene import pruned_scene, scene_of
 
 KEYS = [jax.random.PRNGKey(seed) for seed in range(40)]
 
@@ -71,7 +71,7 @@ def test_every_plan_is_judged_as_all_plans_are(question):
 def test_in_turn_and_side_by_side_find_the_same_plans(question):
     ways = [replace(how, round=64, rounds=1) for how in (CPU, ACCELERATOR)]
     model, problem = question()
-    asked = placed(near_scene(NominalProblem(problem, model)))
+    asked = placed(pruned_scene(NominalProblem(problem, model)))
     (device,) = asked.scene.count.devices()
     found = []
     for key in KEYS[:8]:

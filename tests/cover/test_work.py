@@ -23,7 +23,7 @@ from parc_jax.safe_set.corridors.sampling import RARE_DRAW, Draw, no_points
 from parc_jax.safe_set.corridors.search import cover
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import CORRIDORS, LEAVES, LOOKS, work_of
-from parc_jax.safe_set.verdict.scene import near_scene, scene_of
+from parc_jax.safe_set.verdict.scene import pruned_scene, scene_of
 
 KEY = jax.random.PRNGKey(3)
 MODEL, PROBLEM = toy_case(4)
@@ -92,7 +92,7 @@ class After(Limit):
 def test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached():
     """Enough is covered by what was built before; the seconds decided which corridors that are."""
     asked = {"target": 0.1, "confidence": 0.99, "work": work_of(1.0), "polytopes": False}
-    scene = near_scene(NominalProblem(PROBLEM, MODEL))
+    scene = pruned_scene(NominalProblem(PROBLEM, MODEL))
     reached = []
     for questions in range(1, 12):
         limit = After(questions)
@@ -109,7 +109,7 @@ def test_a_slow_machine_lets_as_many_plans_climb(monkeypatch):
     limit = Limit(600.0)
     limit.start()
     rng = np.random.default_rng(0)
-    asked = near_scene(NominalProblem(PROBLEM, MODEL)), rng
+    asked = pruned_scene(NominalProblem(PROBLEM, MODEL)), rng
     assert rare.where_safe(*asked, work_of(1.0).population, limit) is None and not limit.cut
     assert sizes == [512, 1024, 2048, 4096, 8192]
     assert rare.where_safe(*asked, work_of(1.0).population, After(2)) is None
@@ -120,7 +120,7 @@ def test_seconds_end_a_climb_between_its_levels(monkeypatch):
     levels = []
     monkeypatch.setattr(rare, "_margins", lambda scene, x: -np.ones(len(x)))
     monkeypatch.setattr(rare, "_moved", lambda scene, rng, plans, *_: levels.append(1) or plans)
-    scene, limit = near_scene(NominalProblem(PROBLEM, MODEL)), After(2)
+    scene, limit = pruned_scene(NominalProblem(PROBLEM, MODEL)), After(2)
     assert rare.where_safe(scene, np.random.default_rng(0), 8192, limit) is None
     assert limit.cut and len(levels) == 2
 
@@ -128,7 +128,7 @@ def test_seconds_end_a_climb_between_its_levels(monkeypatch):
 def test_seconds_end_a_climb_between_its_moves(monkeypatch):
     looks = []
     monkeypatch.setattr(rare, "_margins", lambda scene, x: looks.append(1) or -np.ones(len(x)))
-    scene, limit = near_scene(NominalProblem(PROBLEM, MODEL)), After(3)
+    scene, limit = pruned_scene(NominalProblem(PROBLEM, MODEL)), After(3)
     assert rare.where_safe(scene, np.random.default_rng(0), 8192, limit) is None
     assert limit.cut and len(looks) == 3  # the first plans, and two moves
 
@@ -148,7 +148,7 @@ def draws(monkeypatch):
 
 def test_seconds_end_draws_of_plans_alone_and_are_told(draws):
     asked = (
-        near_scene(NominalProblem(PROBLEM, MODEL)),
+        pruned_scene(NominalProblem(PROBLEM, MODEL)),
         KEY,
         np.random.default_rng(0),
         MOST + 1,

@@ -13,7 +13,7 @@ from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.problem.body import Disc, Part, body_of, hull
-from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid
 
 T = 8
 NODES = np.linspace(-1.0, 1.0, 9)  # of k_1, between which the networks are straight
@@ -65,7 +65,7 @@ def model_of_points(at: np.ndarray, points, travel, e: float) -> TrajectoryModel
     return trajectory_model(net, assumed(net, widths, points=points))
 
 
-def car(e: float = 0.01, parts: int = 1) -> tuple[TrajectoryModel, ReachAvoid]:
+def car(e: float = 0.01, parts: int = 1) -> tuple[TrajectoryModel, Problem]:
     """A car of 0.8 m by 0.4 m that turns into the gap between two walls, and the scene: all of it
     is to end in the goal. Two parts: its body, and a bumper between the front corners.
     """
@@ -78,7 +78,7 @@ def car(e: float = 0.01, parts: int = 1) -> tuple[TrajectoryModel, ReachAvoid]:
     return model, reach_avoid(goal, walls, body, spans=[None, (0, 5)])
 
 
-def drone(e: float = 0.01) -> tuple[TrajectoryModel, ReachAvoid]:
+def drone(e: float = 0.01) -> tuple[TrajectoryModel, Problem]:
     """A box of 0.6 m by 0.4 m by 0.2 m that flies between a wall and a beam, and the scene."""
     model = model_of_points(DRONE_AT, DRONE, [2.0, 0.0, 0.5], e)
     goal = goal_of_points(DRONE, box([-0.7, -0.7, -0.5], [0.7, 0.7, 0.5]), box([-1.0], [1.0]))
@@ -86,6 +86,6 @@ def drone(e: float = 0.01) -> tuple[TrajectoryModel, ReachAvoid]:
     return model, reach_avoid(goal, blocks, hull(*DRONE, radius=0.02))
 
 
-def bare_answer(model: TrajectoryModel, problem: ReachAvoid, plans) -> SimpleNamespace:
+def bare_answer(model: TrajectoryModel, problem: Problem, plans) -> SimpleNamespace:
     """What pictures of plans (n, n_p + n_k) read of an Answer, without any proof."""
     return SimpleNamespace(model=model, problem=problem, samples=np.array(plans))

@@ -20,7 +20,7 @@ def driven(turning: bool, n: int = 4, spans=None):
     else:
         model = line_model(4, 0.01, rests=True)
     loop = pj.loop.Loop(
-        model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.01), effort=PATIENT
+        model, 0.05, leave=0.5, given=(1,), uncertainty=pj.Uncertainty(start=0.01), effort=PATIENT
     )
     half, seconds = model.time.n_steps // 2, model.time.t_f / 2
     pose = np.array([0.3, -0.2, 0.7] if turning else [0.3, -0.2])

@@ -14,15 +14,15 @@ class Lidar:
     max_range: float = 6.0
     noise: float = 0.02
     angle_error: float = 0.004
-    doubt: tuple[float, float] = (0.05, 0.02)
+    uncertainty: tuple[float, float] = (0.05, 0.02)
 
     def scan(self, rng, world, truth):
         """(pose as it is believed, ranges): each error is somewhere, often at an end, of what is
         declared.
         """
         off, turn = rng.uniform(0, 2 * np.pi), rng.choice([-1.0, 1.0])
-        moved = self.doubt[0] * np.array([np.cos(off), np.sin(off)])
-        pose = truth - np.array([*moved, turn * self.doubt[1]])
+        moved = self.uncertainty[0] * np.array([np.cos(off), np.sin(off)])
+        pose = truth - np.array([*moved, turn * self.uncertainty[1]])
         wrong = self.angle_error * rng.choice([-1.0, 0.0, 1.0], len(self.angles))
         ranges = cast(world, truth, truth[2] + self.angles + wrong, self.max_range)
         return pose, np.where(ranges < self.max_range, ranges + self.noise, self.max_range)
@@ -33,7 +33,7 @@ class Lidar:
             "max_range": self.max_range,
             "noise": self.noise,
             "angle_error": self.angle_error,
-            "doubt": self.doubt,
+            "uncertainty": self.uncertainty,
         }
 
 

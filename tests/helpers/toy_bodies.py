@@ -11,7 +11,7 @@ from parc_jax.learning.bound.tube import fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.body import Disc, Part, body_of, hull
-from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid
 
 HIDDEN = (7, 6)
 
@@ -78,7 +78,7 @@ def random_faces(
     return faces(directions, centre, half, frames)
 
 
-def points_problem(rng, model: TrajectoryModel, n_obstacles: int = 2, radius=0.05) -> ReachAvoid:
+def points_problem(rng, model: TrajectoryModel, n_obstacles: int = 2, radius=0.05) -> Problem:
     """Two parts (the first half of the points as a hull, the last two grown by a disc) among boxes
     about the way, to a goal of the first point alone.
     """

@@ -16,7 +16,7 @@ from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.runs.law import law_spec, subject
 from parc_jax.learning.system import TimeGrid, time_grid
 from parc_jax.problem.body import Polygon
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 
 
 def assumed(
@@ -192,7 +192,7 @@ def rectangle(rng, centre, size: float) -> HPolytope:
 TRIANGLE = Polygon(np.array([[0.1, 0.0], [-0.05, 0.08], [-0.06, -0.07]]))
 
 
-def rectangle_problem(rng, model: TrajectoryModel, body=0.08, start: bool = False) -> ReachAvoid:
+def rectangle_problem(rng, model: TrajectoryModel, body=0.08, start: bool = False) -> Problem:
     """Two turned rectangles near the paths of the model: one compiled shape per kind of body and
     start.
     """
@@ -211,7 +211,7 @@ def rectangle_problem(rng, model: TrajectoryModel, body=0.08, start: bool = Fals
     )
 
 
-def toy_case(number: int, body=0.08, start: bool = False) -> tuple[TrajectoryModel, ReachAvoid]:
+def toy_case(number: int, body=0.08, start: bool = False) -> tuple[TrajectoryModel, Problem]:
     """A random model and scene of the one shape that most tests share, so that they share its
     compiled kernels.
     """

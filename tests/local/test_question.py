@@ -15,7 +15,7 @@ from parc_jax.drive.local.choice import Choice, near_of
 from parc_jax.learning.system import STAYS
 from parc_jax.planner import answer_to
 from parc_jax.problem.robust.nominal import query
-from parc_jax.safe_set.verdict.scene import near_scene
+from parc_jax.safe_set.verdict.scene import pruned_scene
 
 pytestmark = pytest.mark.soundness
 
@@ -30,12 +30,12 @@ def chosen(at=None):
     p0 = np.array([0.05, 0.0]) if asked.at is None else asked.at
     plan = np.concatenate([p0, [0.45, 0.5]])
     looks = Looks().declare(0.05, 2)
-    return Choice(plan, 0.0, near_scene(asked), looks, answer_to)
+    return Choice(plan, 0.0, pruned_scene(asked), looks, answer_to)
 
 
 def near(choice):
     """What the same claim once more proves of its question."""
-    query = choice.scene.asked.query.of(told(choice.model))
+    query = choice.scene.nominal.query.of(told(choice.model))
     return near_of(choice, query, choice.looks.take(), KEY, toy.SETTINGS)
 
 
@@ -99,20 +99,23 @@ def test_a_file_in_the_frame_of_the_robot_is_not_asked_again(tmp_path):
     assert again.looks.taken == 1
 
 
-def test_doubt_goes_along_and_nothing_is_chosen_under_it(tmp_path):
-    problem = toy.problem().replace(doubt=pj.Doubt(start=0.01))
+def test_uncertainty_goes_along_and_nothing_is_chosen_under_it(tmp_path):
+    problem = toy.problem().replace(uncertainty=pj.Uncertainty(start=0.01))
     asked = query(problem, toy.model())
     again = asked.of(told(toy.model(), rotation=(STAYS,)))
-    assert again.problem is problem and again.nominal().doubt == asked.nominal().doubt is not None
+    assert (
+        again.problem is problem
+        and again.nominal().uncertainty == asked.nominal().uncertainty is not None
+    )
     answer = toy.planner().solve(problem, KEY, toy.SETTINGS)
     for one in (answer, pj.load_answer(answer.save(tmp_path / "answer.json"))):
-        with pytest.raises(InputError, match="choose: expected an answer without doubt"):
+        with pytest.raises(InputError, match="choose: expected an answer without uncertainty"):
             one.choose()
 
 
 def test_a_model_without_rotation_is_not_asked_from_a_heading():
     with pytest.raises(InputError, match="a planar system that declares rotation"):
-        chosen((0.05, 0.0, 0.1)).scene.asked.query.of(toy.model())
+        chosen((0.05, 0.0, 0.1)).scene.nominal.query.of(toy.model())
 
 
 def test_what_is_derived_from_an_answer_shares_its_looks():

@@ -29,14 +29,14 @@ def driven(turning: bool):
     if turning:
         model = told(model, rotation=(TURNS,))
     loop = pj.loop.Loop(
-        model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.05), effort=PATIENT
+        model, 0.05, leave=0.5, given=(1,), uncertainty=pj.Uncertainty(start=0.05), effort=PATIENT
     )
     place, heading, path, headings, done = np.array([0.3, -0.2]), 0.7 * turning, [], [], []
     for i in range(3):
         pose = np.append(place, heading) if turning else place
         measured = np.array([0.04, -0.03, 0.0])[
             : len(pose)
-        ]  # the pose is in doubt, the tube is not
+        ]  # the pose is uncertain, the tube is not
         step = loop.step(pose + measured, [0.1], [], lambda seen: -seen.path[:, -1, 0], i * 0.5)
         done.append(step.committed)
         cosine, sine = math.cos(heading), math.sin(heading)
@@ -96,7 +96,7 @@ def a_bar(heading: float):
     b[: model.layout.n_offsets] = np.tile(ends, model.time.n_steps + 1)[2:]
     net = relu_network([*model.net.weights[:-1], W], [*model.net.biases[:-1], b])
     model = told(model, net=net, rotation=(TURNS,) * model.n_q)
-    problem = SimpleNamespace(doubt=None, body=hull(1, 2, radius=0.1))
+    problem = SimpleNamespace(uncertainty=None, body=hull(1, 2, radius=0.1))
     asked = SimpleNamespace(
         question=SimpleNamespace(model=model, problem=problem),
         pose=Pose(np.array([3.0, -1.0]), heading),
@@ -114,17 +114,17 @@ def test_a_heading_that_jumps_is_outside_by_what_the_other_points_are():
     turned = outside_tube(last, Pose(place, 0.7 + np.pi), now, k)
     assert 0.8 - 3 * wide < turned < 0.8
     assert outside_tube(last, Pose(place, 0.7 + 2 * np.pi), now, k) == 0.0
-    last.asked.query.problem.doubt = pj.Doubt(start=0.01, heading=0.1)
+    last.asked.query.problem.uncertainty = pj.Uncertainty(start=0.01, heading=0.1)
     less = outside_tube(last, Pose(place, 0.7 + np.pi), now, k)
     assert turned - 0.04 - 2 * 0.25 < less < turned - 0.04
 
 
-def test_where_a_manoeuvre_may_lead_is_all_of_the_body_its_tube_and_its_doubt():
+def test_where_a_manoeuvre_may_lead_is_all_of_the_body_its_tube_and_its_uncertainty():
     shapely = pytest.importorskip("shapely")
     last, model, _ = a_bar(0.5 * np.pi)
-    for doubt in (None, pj.Doubt(start=0.01)):
-        last.asked.query.problem.doubt = doubt
-        off = 0.0 if doubt is None else 0.02
+    for uncertainty in (None, pj.Uncertainty(start=0.01)):
+        last.asked.query.problem.uncertainty = uncertainty
+        off = 0.0 if uncertainty is None else 0.02
         for away, meets in (
             (0.5 + off - 1e-6, True),
             (0.5 + off + 3 * model.tube.interval.max(), False),

@@ -78,7 +78,7 @@ def another_tube(file):
     return "hash"
 
 
-def a_wrong_doubt(file):
+def a_wrong_uncertainty(file):
     file["doubt"] = ["-1", "0", "0", "0"]
     return "hash"
 
@@ -92,13 +92,13 @@ def a_wrong_doubt(file):
         too_long_under_way,
         something_in_the_way,
         another_tube,
-        a_wrong_doubt,
+        a_wrong_uncertainty,
     ],
 )
 def test_what_is_broken_is_rejected(broken):
     file = json.loads(json.dumps(episode_part(driven(False))))
     words = broken(file)
-    if broken not in (another_tube, a_wrong_doubt):
+    if broken not in (another_tube, a_wrong_uncertainty):
         file = sealed(file)
     with pytest.raises(checker.Rejected, match=words):
         check(file)
@@ -151,7 +151,10 @@ def test_what_is_no_episode_is_refused():
     ("options", "words"),
     [
         ({"body": 0.06}, "body is point 0 grown by 0.05 m, beside point 0 grown by 0.06 m"),
-        ({"doubt": pj.Doubt(start=0.02)}, r"doubt is ±0.01 m, ±0.01 m, ±0.0 rad, beside ±0.02 m"),
+        (
+            {"uncertainty": pj.Uncertainty(start=0.02)},
+            r"uncertainty is ±0.01 m, ±0.01 m, ±0.0 rad, beside ±0.02 m",
+        ),
         ({"model": 0.02}, "model is "),
     ],
 )
@@ -160,9 +163,14 @@ def test_a_manoeuvre_and_the_next_agree_on_all_that_they_share(options, words):
     done = []
     for own in ({}, options):
         model = line_model(4, own.get("model", 0.01), rests=True)
-        doubt = own.get("doubt", pj.Doubt(start=0.01))
+        uncertainty = own.get("uncertainty", pj.Uncertainty(start=0.01))
         loop = pj.loop.Loop(
-            model, own.get("body", 0.05), leave=0.5, given=(1,), doubt=doubt, effort=PATIENT
+            model,
+            own.get("body", 0.05),
+            leave=0.5,
+            given=(1,),
+            uncertainty=uncertainty,
+            effort=PATIENT,
         )
         step = loop.step([0.0, 0.0], [0.1], [], lambda seen: -seen.path[:, -1, 0], at=len(done))
         done.append(step.committed)

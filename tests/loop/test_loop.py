@@ -19,7 +19,7 @@ from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.robust.pose import pose_of
-from parc_jax.safe_set.verdict.scene import scene_near_path
+from parc_jax.safe_set.verdict.scene import scene_along
 
 PATIENT = pj.loop.Effort(candidates=256, deadline=300.0)
 WALL = pj.box([0.45, -2.0], [0.5, 2.0])
@@ -72,10 +72,12 @@ def test_what_moves_is_kept_away_from_until_the_rest(line):
     assert not afresh(loop, [0.0, 0.0], [0.25], toward, forward, spans=[(0, 0)]).new
 
 
-@pytest.mark.parametrize("doubt", [None, pj.Doubt(start=0.02)])
-def test_what_a_system_declares_to_be_measured_is_given_at_every_step(line, doubt):
-    declared = pj.loop.Loop(told(line, given=(1,)), 0.1, leave=0.5, doubt=doubt, effort=PATIENT)
-    said = loop_of(line, doubt=doubt)
+@pytest.mark.parametrize("uncertainty", [None, pj.Uncertainty(start=0.02)])
+def test_what_a_system_declares_to_be_measured_is_given_at_every_step(line, uncertainty):
+    declared = pj.loop.Loop(
+        told(line, given=(1,)), 0.1, leave=0.5, uncertainty=uncertainty, effort=PATIENT
+    )
+    said = loop_of(line, uncertainty=uncertainty)
     steps = [loop.step([0.0, 0.0], [0.25], [WALL], forward) for loop in (declared, said)]
     assert declared.given == (1,) and all(step.new for step in steps), steps[0].reason
     assert np.array_equal(steps[0].committed.k, steps[1].committed.k)
@@ -204,22 +206,29 @@ def test_where_the_robot_is_changes_nothing(line):
         assert there.proved()
 
 
-def test_more_doubt_never_goes_farther(line):
-    doubts = [None, pj.Doubt(start=0.0), pj.Doubt(start=0.05), pj.Doubt(start=0.1)]
-    steps = [loop_of(line, doubt=d).step([0, 0], [0.25], [WALL], forward) for d in doubts]
+def test_more_uncertainty_never_goes_farther(line):
+    uncertainties = [
+        None,
+        pj.Uncertainty(start=0.0),
+        pj.Uncertainty(start=0.05),
+        pj.Uncertainty(start=0.1),
+    ]
+    steps = [
+        loop_of(line, uncertainty=d).step([0, 0], [0.25], [WALL], forward) for d in uncertainties
+    ]
     far = [step.committed.k[0] for step in steps]
     assert far[0] == far[1] > far[2] + 0.03 > far[3] + 0.06
 
 
 @pytest.mark.slow  # compiles for a robot of three points
-def test_where_a_manoeuvre_may_end_holds_for_every_heading_of_the_doubt():
+def test_where_a_manoeuvre_may_end_holds_for_every_heading_of_the_uncertainty():
     """A run to x = k_0 ends within 0.3 of the axis wherever within 0.2 rad the heading is."""
     model = told(line_model(4, rests=True), rotation=(TURNS,))
     end = from_box(pj.box([-2.0, -0.1, -9.0], [2.0, 0.1, 9.0]))
     options = {"end": end, "given": (1,)}
     far = []
-    for doubt in (None, pj.Doubt(heading=0.2)):
-        loop = loop_of(model, doubt=doubt, **options)
+    for uncertainty in (None, pj.Uncertainty(heading=0.2)):
+        loop = loop_of(model, uncertainty=uncertainty, **options)
         committed = loop.step([0.3, 0.1, 0.5], [0.0], [], forward).committed
         far.append(committed.k[0])
         assert committed.proved()
@@ -237,7 +246,7 @@ def test_a_caller_may_say_why_the_manoeuvre_under_way_goes_on(line):
 def test_a_certificate_is_accepted_and_one_of_another_world_is_not():
     model, _ = toy_case(0)
     model = resting(told(model, rotation=(TURNS,)))
-    loop = loop_of(model, given=(0,), doubt=pj.Doubt(start=0.01))
+    loop = loop_of(model, given=(0,), uncertainty=pj.Uncertainty(start=0.01))
     around = [pj.box([1.5, 1.5], [1.6, 1.7]), pj.box([-3.0, -3.0], [-2.0, -2.0])]
     committed = loop.step(
         [0.2, 0.1, 0.5], [0.1], around, lambda seen: seen.path[:, -1, 0]
@@ -258,7 +267,7 @@ def test_a_certificate_names_directions_of_what_is_near_alone(line):
     loop = loop_of(line, candidates=np.zeros((1, 1)))
     committed = loop.step([0.0, 0.0], [0.0], [*far, near], forward).committed
     path = np.zeros((5, 2))
-    assert scene_near_path(committed.asked, committed.k, path).apart.kept.tolist() == [30]
+    assert scene_along(committed.asked, committed.k, path).apart.kept.tolist() == [30]
     assert committed.proved()
 
 
@@ -283,8 +292,8 @@ def test_the_outlook_is_what_the_network_says_turned_into_the_world():
         ({"given": (0, 1)}, "at least one parameter to choose"),
         ({"candidates": np.array([[2.0]])}, "all of them within K"),
         ({"candidates": np.zeros((0, 1))}, "at least one"),
-        ({"doubt": pj.Doubt(k={0: 0.1})}, "start and heading alone"),
-        ({"doubt": pj.Doubt(goal=0.1)}, "start and heading alone"),
+        ({"uncertainty": pj.Uncertainty(k={0: 0.1})}, "start and heading alone"),
+        ({"uncertainty": pj.Uncertainty(goal=0.1)}, "start and heading alone"),
         ({"end": from_box(pj.box([-1, -1], [1, 1]))}, "end: expected a set over 3 coordinates"),
     ],
 )

@@ -37,8 +37,14 @@ class Trouble:
 LINE = line_model(4, 0.01, rests=True)
 
 
-def loop_of(prover=None, doubt=None):
-    options = {"leave": 0.5, "given": (1,), "effort": PATIENT, "prover": prover, "doubt": doubt}
+def loop_of(prover=None, uncertainty=None):
+    options = {
+        "leave": 0.5,
+        "given": (1,),
+        "effort": PATIENT,
+        "prover": prover,
+        "uncertainty": uncertainty,
+    }
     return pj.loop.Loop(LINE, 0.1, **options)
 
 
@@ -77,7 +83,7 @@ def test_a_model_is_read_once_for_all_episodes_of_a_loop(monkeypatch):
         assert [proving.proof(one)[1:3] for one in drive(loop, 2)] == 2 * [(True, True)]
         loop.restart()
     assert len(read) == 1
-    doubtful = loop_of(doubt=pj.Doubt(start=0.01))
+    doubtful = loop_of(uncertainty=pj.Uncertainty(start=0.01))
     assert proving.proof(drive(doubtful, 1)[0]).proved and len(read) == 2
 
 

@@ -161,7 +161,7 @@ def test_a_pose_outside_of_the_tube_begins_nothing(clock):
     for x, y, believed in ((there, 0.01, True), (there, 0.0101, False), (there + 40, 0, False)):
         assert asked(x, y).new == believed
     step = asked(there + 40.0, 0.0)
-    assert "by 0.5 s; this one is 40 m beyond what tube, doubt and drift allow" in step.reason
+    assert "by 0.5 s; this one is 40 m beyond what tube, uncertainty and drift allow" in step.reason
     assert step.committed is first and "begin again with `restart`" in step.reason
     assert asked(there + 0.05, 0.0, drift=0.05).new
     assert not asked(there + 0.07, 0.0, drift=0.05).new
@@ -169,7 +169,7 @@ def test_a_pose_outside_of_the_tube_begins_nothing(clock):
         assert "drift: expected" in asked(there, 0.0, drift=drift).reason
     loop.restart()
     assert loop.step([there + 40.0, 0.0], [], [WALL], forward, at=0.5).new
-    wide = loop_of(doubt=pj.Doubt(start=0.01))
+    wide = loop_of(uncertainty=pj.Uncertainty(start=0.01))
     wide.step([0.0, 0.0], [], [WALL], forward, at=0.0)
     assert wide.step([there + 0.05, 0.0], [], [WALL], forward, at=0.5).new
 
@@ -186,7 +186,9 @@ def test_a_command_that_comes_late_is_said_to_be_late(clock, cycle):
         cart.begin((i + (i == cycle)) * HELD, steps[-1].committed.k[0])
         cart.drive(HELD)
     assert [step.new for step in steps] == [True] * (cycle + 1) + [False]
-    assert "m beyond what tube, doubt and drift allow, and where it would be" in steps[-1].reason
+    assert (
+        "m beyond what tube, uncertainty and drift allow, and where it would be" in steps[-1].reason
+    )
     assert "without the last command, which came late: see thinking" in steps[-1].reason
 
 

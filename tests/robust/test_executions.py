@@ -1,5 +1,5 @@
 """Plans that are executed roughly, and parameters that are given or unknown, against the truth in
-exact arithmetic at corners and inside of the doubt.
+exact arithmetic at corners and inside of the uncertainty.
 """
 
 from dataclasses import replace
@@ -10,9 +10,9 @@ import jax
 import numpy as np
 import pytest
 import toy_query
-from doubted import NEARLY, corners_and_inside
 from exact_oracle import exact_safe
 from toy_models import anchored_plans, fold_model, random_network, toy_case
+from uncertain import NEARLY, corners_and_inside
 
 import parc_jax as pj
 from parc_jax import checker
@@ -20,11 +20,11 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import labels
 from parc_jax.learning.network.relu import outputs
 from parc_jax.planner import Planner
-from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.robust.bend import bend, bend_by_bin
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.robust.realisations import executions_of, words
 from parc_jax.problem.robust.vertex_model import axis_of
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -32,7 +32,7 @@ from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
 SMALL = Settings(samples=8, target=0.3, budget_s=300, polytopes=True)
-ROUGH = Doubt(start=0.01, k=[0.05, 0.02])
+ROUGH = Uncertainty(start=0.01, k=[0.05, 0.02])
 
 
 def verdicts_under(problem, model, p0, k):
@@ -46,7 +46,7 @@ def test_plans_withstand_rough_execution(rng):
     p0, k = anchored_plans(rng, model, 400)
     inside = (np.abs(k) < [0.95, 0.98]).all(axis=1)
     p0, k = p0[inside], k[inside]
-    safe = verdicts_under(problem.replace(doubt=ROUGH), model, p0, k).safe
+    safe = verdicts_under(problem.replace(uncertainty=ROUGH), model, p0, k).safe
     before = verdicts(scene_of(problem, model), p0, k).safe
     assert (before | ~safe).all() and 10 < safe.sum() < before.sum()
     for i in np.flatnonzero(safe)[:6]:
@@ -61,19 +61,26 @@ def test_no_plan_under_copies_says_what_it_means():
     """The hull of the copies holds more than all executions. A proof that another test made too."""
     answer = toy_query.answer(wall=True)
     assert answer.status is pj.types.Status.NO_PLAN
-    doubts = (Doubt(k=[0.05, 0.02]), True), (Doubt(start=0.01), False), (Doubt(given={0: 0}), False)
-    for doubt, said in doubts:
+    uncertainties = (
+        (Uncertainty(k=[0.05, 0.02]), True),
+        (Uncertainty(start=0.01), False),
+        (Uncertainty(given={0: 0}), False),
+    )
+    for uncertainty, said in uncertainties:
         known = (
-            query(toy_query.gap().replace(doubt=doubt), toy_query.planner().model).nominal().doubt
+            query(toy_query.gap().replace(uncertainty=uncertainty), toy_query.planner().model)
+            .nominal()
+            .uncertainty
         )
-        answer = replace(answer, no_plan=answer.no_plan._replace(doubt=known))
+        answer = replace(answer, no_plan=answer.no_plan._replace(uncertainty=known))
         assert ("a plan that this method cannot show to withstand" in answer.statement()) == said
         assert f"Safe means here: safe for {known.words}." in answer.statement()
 
 
-def test_no_plan_under_doubt_says_what_it_is_about():
-    """This question has safe plans; that none is safe is said of those that withstand the doubt."""
-    asked = toy_query.gap().replace(doubt=Doubt(goal=0.249))
+def test_no_plan_under_uncertainty_says_what_it_is_about():
+    """This question has safe plans; that none is safe is said of those that withstand the
+    uncertainty."""
+    asked = toy_query.gap().replace(uncertainty=Uncertainty(goal=0.249))
     none = toy_query.planner().solve(asked, KEY, SMALL).no_plan
     said = none.statement()
     assert none.kind == "proved" and "Safe means here: safe for every goal moved by up to" in said
@@ -85,7 +92,7 @@ def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     """The checker looks at every vertex of every cell in the box: another proof, without copies."""
     model, problem = toy_case(0, start=True)
     few = SMALL.replace(samples=40, polytopes=False)
-    answer = Planner(model).solve(problem.replace(doubt=ROUGH), KEY, few)
+    answer = Planner(model).solve(problem.replace(uncertainty=ROUGH), KEY, few)
     assert answer.proved and len(answer.sample_parts) and answer.corridors
     context = checker.Context(*question_parts(problem, model))
     room = {"room": {"p0": ["0.01"] * 2, "k": ["0.05", "0.02"]}}
@@ -109,8 +116,8 @@ def test_little_is_lost_to_the_copies(rng):
     p0, k = anchored_plans(rng, model, 300)
     inside = (np.abs(k) < 0.9).all(axis=1)
     p0, k = p0[inside], k[inside]
-    doubt = Doubt(k=[0.05, 0.05])
-    shown = verdicts_under(problem.replace(doubt=doubt), model, p0, k).safe
+    uncertainty = Uncertainty(k=[0.05, 0.05])
+    shown = verdicts_under(problem.replace(uncertainty=uncertainty), model, p0, k).safe
     every = np.ones(len(k), bool)
     scene = scene_of(problem, model)
     for x in np.linspace(-0.05, 0.05, 5):
@@ -127,8 +134,8 @@ def test_rougher_execution_never_adds_plans(rng):
     p0, k = anchored_plans(rng, model, 600)
     before = verdicts(scene_of(problem, model), p0, k).safe
     for size in (0.005, 0.02, 0.05):
-        doubt = Doubt(start=0.01, k=[size, size])
-        safe = verdicts_under(problem.replace(doubt=doubt), model, p0, k).safe
+        uncertainty = Uncertainty(start=0.01, k=[size, size])
+        safe = verdicts_under(problem.replace(uncertainty=uncertainty), model, p0, k).safe
         assert (before | ~safe).all() and safe.sum() < before.sum()
         before = safe
 
@@ -207,7 +214,7 @@ def test_values_between_bins_meet_both():
 
 def test_a_given_parameter_is_a_model_of_the_others(rng):
     model, problem = toy_case(0)
-    asked = problem.replace(doubt=Doubt(given={"k1": 0.3}))
+    asked = problem.replace(uncertainty=Uncertainty(given={"k1": 0.3}))
     found = query(asked, model).nominal()
     assert found.model.n_k == 1 and found.model.net.hidden == model.net.hidden
     assert found.model.points == model.points and found.problem.body == problem.body
@@ -223,8 +230,8 @@ def test_a_given_parameter_is_a_model_of_the_others(rng):
 def unknown():
     """Answer to a question with a rough and an unknown parameter."""
     model, problem = toy_case(0)
-    doubt = Doubt(unknown={1: (0.1, 0.25)}, k={"k0": 0.02})
-    return Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
+    uncertainty = Uncertainty(unknown={1: (0.1, 0.25)}, k={"k0": 0.02})
+    return Planner(model).solve(problem.replace(uncertainty=uncertainty), KEY, SMALL)
 
 
 @pytest.mark.night
@@ -251,13 +258,13 @@ def test_answers_about_executions_can_be_kept(unknown, tmp_path):
 
 @pytest.mark.slow
 def test_a_measured_parameter_may_be_executed_roughly_too(rng):
-    """The two doubts add, in the box that is solved and in the words; else a run at k1 that is off
-    as was said may drive through a wall.
+    """The two uncertainties add, in the box that is solved and in the words; else a run at k1 that
+    is off as was said may drive through a wall.
     """
     model, problem = toy_case(0)
-    both = Doubt(k={"k0": 0.02, 1: 0.3}, given={"k1": (0.15, 0.25)})
-    asked = query(problem.replace(doubt=both), model).nominal()
-    answer = Planner(model).solve(problem.replace(doubt=both), KEY, SMALL)
+    both = Uncertainty(k={"k0": 0.02, 1: 0.3}, given={"k1": (0.15, 0.25)})
+    asked = query(problem.replace(uncertainty=both), model).nominal()
+    answer = Planner(model).solve(problem.replace(uncertainty=both), KEY, SMALL)
     assert answer.proved and len(answer.samples)
     for plan in answer.samples:
         for k1 in (0.25 + 0.3 * NEARLY, 0.15 - 0.3 * NEARLY, *rng.uniform(-0.15, 0.55, 3)):
@@ -268,7 +275,7 @@ def test_a_measured_parameter_may_be_executed_roughly_too(rng):
     known = executions_of(both, model).parameters[1]
     low, high = (Fraction(x) for x in known.box)
     assert low <= Fraction(0.15) - Fraction(0.3) and high >= Fraction(0.25) + Fraction(0.3)
-    given = problem.replace(doubt=Doubt(k={"k0": 0.02}, given={"k1": (low, high)}))
+    given = problem.replace(uncertainty=Uncertainty(k={"k0": 0.02}, given={"k1": (low, high)}))
     assert query(given, model).nominal().model.net.hash == asked.model.net.hash
 
 
@@ -276,7 +283,7 @@ def test_the_words_name_all_of_it():
     """And are those of the executions that were solved."""
     named = labels(2, 0, 5, k=("speed [m/s]", "angle [rad]", "load [t]", "wind [m/s]", "grip"))
     model = SimpleNamespace(labels=named, domain=pj.box([-9] * 5, [9] * 5), n_k=5)
-    doubt = Doubt(
+    uncertainty = Uncertainty(
         start=[0.1, 0.2],
         heading=0.05,
         k={1: 0.5, "load": 0.25},
@@ -285,7 +292,7 @@ def test_the_words_name_all_of_it():
         given={"load": 5, "wind": (1, 2), "grip": 0.123456789},
         unknown={0: (3, 4)},
     )
-    text = words(doubt, executions_of(doubt, model))
+    text = words(uncertainty, executions_of(uncertainty, model))
     for part in (
         "every start within ±0.1, ±0.2 m",
         "every heading within ±0.05 rad",
@@ -304,7 +311,7 @@ def test_the_words_name_all_of_it():
 def test_a_value_on_an_edge_has_plans_that_hold_for_all_bins_of_it(value, rng):
     """Between two bins, at both ends of K, and next to them: errors of the worse bin."""
     model, problem = toy_case(0)
-    asked = problem.replace(doubt=Doubt(given={"k1": value}))
+    asked = problem.replace(uncertainty=Uncertainty(given={"k1": value}))
     p0, k = anchored_plans(rng, model, 300)
     k[:, 1] = value
     found = query(asked, model).nominal()
@@ -319,17 +326,27 @@ def test_a_value_on_an_edge_has_plans_that_hold_for_all_bins_of_it(value, rng):
 
 
 REFUSED = {
-    "expected parameters of the model .k0, k1.; got 'load'": Doubt(unknown={"load": (0, 1)}),
-    r"doubt of k1: expected a box within K, \[-1, 1\]; got \[0, 3\]": Doubt(unknown={"k1": (0, 3)}),
-    r"doubt of k1: expected a box within K, \[-1, 1\]; got \[1.0000000000000002,": Doubt(
+    "expected parameters of the model .k0, k1.; got 'load'": Uncertainty(unknown={"load": (0, 1)}),
+    r"uncertainty of k1: expected a box within K, \[-1, 1\]; got \[0, 3\]": Uncertainty(
+        unknown={"k1": (0, 3)}
+    ),
+    r"uncertainty of k1: expected a box within K, \[-1, 1\]; got \[1.0000000000000002,": Uncertainty(
         given={1: np.nextafter(1, 2)}
     ),
-    r"got \[0.5, 0.5\] .measured, executed within ±0.75.": Doubt(given={1: 0.5}, k={"k1": 0.75}),
-    "at least one parameter to choose": Doubt(given={0: 0, 1: 0}),
-    "given or unknown; k1 is both": Doubt(given={"k1": 0}, unknown={1: (0, 1)}),
-    "doubt k: expected every parameter once; k1 is named twice": Doubt(k={1: 0.5, "k1": 0.001}),
-    "doubt given: expected every parameter once; k0": Doubt(given={"k0": 0.5, 0: 0.001}),
-    "doubt k of k0: expected less than half of the range of K, 1; got 1": Doubt(k=[1.0, 0]),
+    r"got \[0.5, 0.5\] .measured, executed within ±0.75.": Uncertainty(
+        given={1: 0.5}, k={"k1": 0.75}
+    ),
+    "at least one parameter to choose": Uncertainty(given={0: 0, 1: 0}),
+    "given or unknown; k1 is both": Uncertainty(given={"k1": 0}, unknown={1: (0, 1)}),
+    "uncertainty k: expected every parameter once; k1 is named twice": Uncertainty(
+        k={1: 0.5, "k1": 0.001}
+    ),
+    "uncertainty given: expected every parameter once; k0": Uncertainty(
+        given={"k0": 0.5, 0: 0.001}
+    ),
+    "uncertainty k of k0: expected less than half of the range of K, 1; got 1": Uncertainty(
+        k=[1.0, 0]
+    ),
 }
 
 
@@ -337,4 +354,4 @@ REFUSED = {
 def test_what_does_not_fit_the_model_is_refused(sentence):
     model, problem = toy_case(0)
     with pytest.raises(InputError, match=sentence):
-        query(problem.replace(doubt=REFUSED[sentence]), model).nominal()
+        query(problem.replace(uncertainty=REFUSED[sentence]), model).nominal()

@@ -7,9 +7,9 @@ from fractions import Fraction
 import jax
 import numpy as np
 import pytest
-from doubted import corners_and_inside
 from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, line_model, told, toy_case
+from uncertain import corners_and_inside
 
 import parc_jax as pj
 from parc_jax.app.plot.projections import default_pairs
@@ -17,11 +17,11 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.network.relu import outputs, relu_network
 from parc_jax.learning.system import STAYS, TURNS, rotation_of
 from parc_jax.planner import Planner
-from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.robust.pose import from_here, pose_of
 from parc_jax.problem.robust.realisations import misses_circle, turn_by
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -99,7 +99,9 @@ def test_a_scene_seen_from_a_pose_is_the_scene(rng):
 def test_plans_withstand_every_heading_within_the_angle(rng):
     model, problem = toy_case(4)
     model = told(model, rotation=(TURNS,))
-    asked = query(problem.replace(doubt=Doubt(heading=0.05, start=0.01)), model).nominal()
+    asked = query(
+        problem.replace(uncertainty=Uncertainty(heading=0.05, start=0.01)), model
+    ).nominal()
     p0, k = anchored_plans(rng, model, 400)
     safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
     before = verdicts(scene_of(problem, model), p0, k).safe
@@ -114,17 +116,17 @@ def test_plans_withstand_every_heading_within_the_angle(rng):
 
 @pytest.mark.slow
 def test_a_less_certain_heading_never_adds_plans(rng):
-    """On these plans; an angle of zero is no doubt at all."""
+    """On these plans; an angle of zero is no uncertainty at all."""
     model, problem = toy_case(4)
     model = told(model, rotation=(TURNS,))
     p0, k = anchored_plans(rng, model, 400)
-    none = query(problem.replace(doubt=Doubt(heading=0.0)), model).nominal()
-    assert none.doubt is None and none.model is model
+    none = query(problem.replace(uncertainty=Uncertainty(heading=0.0)), model).nominal()
+    assert none.uncertainty is None and none.model is model
     assert np.array_equal(none.problem.goal.b, problem.goal.b)
     before = verdicts(scene_of(problem, model), p0, k).safe
     counts = [before.sum()]
     for angle in (0.01, 0.05, 0.1):
-        asked = query(problem.replace(doubt=Doubt(heading=angle)), model).nominal()
+        asked = query(problem.replace(uncertainty=Uncertainty(heading=angle)), model).nominal()
         safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
         assert (before | ~safe).all()
         before = safe
@@ -137,9 +139,9 @@ def test_a_goal_of_named_points_is_one_of_their_copies(rng):
     """Its names are checked against the robot's own points, before there are copies."""
     model = told(points_model(rng), rotation=(STAYS,))
     problem = points_problem(rng, model, n_obstacles=0)
-    doubt = Doubt(heading=0.02, k={0: 0.01})
+    uncertainty = Uncertainty(heading=0.02, k={0: 0.01})
     asked = [
-        query(one.replace(doubt=doubt), model).nominal()
+        query(one.replace(uncertainty=uncertainty), model).nominal()
         for one in (problem, problem.replace(points=()))
     ]
     assert asked[0].problem.points == asked[0].model.points
@@ -149,7 +151,7 @@ def test_a_goal_of_named_points_is_one_of_their_copies(rng):
     p0 = rng.uniform(-0.8, 0.8, (300, 2)) - outputs(model.net, k)[:, end : end + 2]
     named, bare = (verdicts(scene_of(q.problem, q.model), p0, k).safe for q in asked)
     assert (named == bare).all() and named.any() and not named.all()
-    other = problem.replace(points=problem.points[::-1], doubt=doubt)
+    other = problem.replace(points=problem.points[::-1], uncertainty=uncertainty)
     with pytest.raises(InputError, match="goal: expected the reference points of this model, c0"):
         query(other, model).nominal()
 
@@ -208,8 +210,12 @@ def test_what_is_no_pose_is_refused(asked):
     plain_model = told(model, rotation=None)
     with pytest.raises(InputError, match="at: expected a planar system that declares rotation"):
         Planner(plain_model).solve(problem, KEY, SMALL, at=at)
-    with pytest.raises(InputError, match="doubt heading: expected a planar system that declares"):
-        Planner(plain_model).solve(problem.replace(doubt=Doubt(heading=0.1)), KEY, SMALL)
+    with pytest.raises(
+        InputError, match="uncertainty heading: expected a planar system that declares"
+    ):
+        Planner(plain_model).solve(
+            problem.replace(uncertainty=Uncertainty(heading=0.1)), KEY, SMALL
+        )
     fenced = problem.replace(start=pj.hpolytope([[1.0, 0.0]], [at[0] - 1]))
     with pytest.raises(InputError, match="at: expected a place within the start set"):
         planner.solve(fenced, KEY, SMALL, at=at)
@@ -223,7 +229,7 @@ def test_sets_of_one_parameter_are_intervals():
     """The straight robot from the origin with k_1 given reaches x in the goal for k_0 there."""
     model = line_model(T=4)
     goal = pj.box([0.2, -0.1, -1.0], [0.4, 0.1, 1.0])
-    problem = reach_avoid(goal, [], 0.1, doubt=Doubt(given={1: 0.0}))
+    problem = reach_avoid(goal, [], 0.1, uncertainty=Uncertainty(given={1: 0.0}))
     answer = Planner(model).solve(problem, KEY, SMALL, at=[0.0, 0.0])
     (only,) = answer.safe_sets()
     assert only.n == 1 and np.allclose(sorted(only.b / only.A[:, 0]), [0.2, 0.4], atol=1e-9)

@@ -1,5 +1,5 @@
-"""Questions under doubt of start, goal and obstacles, against the truth at corners and inside of
-the doubt, in exact arithmetic.
+"""Questions under uncertainty of start, goal and obstacles, against the truth at corners and inside
+of the uncertainty, in exact arithmetic.
 """
 
 from fractions import Fraction
@@ -7,10 +7,10 @@ from fractions import Fraction
 import jax
 import numpy as np
 import pytest
-from doubted import NEARLY, corners_and_inside
 from exact_oracle import exact_safe
 from toy_bodies import points_model
 from toy_models import anchored_plans, toy_case
+from uncertain import NEARLY, corners_and_inside
 
 import parc_jax as pj
 from parc_jax import checker
@@ -21,9 +21,9 @@ from parc_jax.common.sets.rational import exact_support, rational_vertices
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.network.predict import Layout
 from parc_jax.planner import Planner
-from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.robust.nominal import doubted_scene, moved_tube, query
+from parc_jax.problem.robust.nominal import moved_tube, query, robust_scene
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -33,7 +33,7 @@ KEY = jax.random.PRNGKey(0)
 SMALL = Settings(samples=12, target=0.2, budget_s=300, polytopes=True)
 TRIANGLE = hpolytope([[1.0, 1.0], [-1.0, 2.0], [0.0, -1.0]], [0.03, 0.02, 0.01])
 SQUARE = box([-0.02, -0.02], [0.02, 0.02])
-DOUBT = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=[TRIANGLE, SQUARE])
+UNCERTAINTY = Uncertainty(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=[TRIANGLE, SQUARE])
 
 
 def in_triangle(rng) -> np.ndarray:
@@ -45,15 +45,18 @@ def in_triangle(rng) -> np.ndarray:
 
 
 def truth(rng, problem):
-    """One possible truth behind a scene that is seen with DOUBT, and how far the start is off."""
+    """One possible truth behind a scene that is seen with UNCERTAINTY, and how far the start is
+    off."""
     moves = [in_triangle(rng), 0.02 * corners_and_inside(rng, 2)]
     obstacles = tuple(
         o.replace(b=o.b + o.A @ move) for o, move in zip(problem.obstacles, moves, strict=True)
     )
     goal = problem.goal
-    goal = goal.replace(b=goal.b + goal.A @ (DOUBT.of_goal(2, 1) * corners_and_inside(rng, 3)))
-    asked = problem.replace(goal=goal, obstacles=obstacles, doubt=None)
-    return asked, DOUBT.shifts(2) * corners_and_inside(rng, 2)
+    goal = goal.replace(
+        b=goal.b + goal.A @ (UNCERTAINTY.of_goal(2, 1) * corners_and_inside(rng, 3))
+    )
+    asked = problem.replace(goal=goal, obstacles=obstacles, uncertainty=None)
+    return asked, UNCERTAINTY.shifts(2) * corners_and_inside(rng, 2)
 
 
 def withstands(rng, problem, model, p0, k, draws: int) -> bool:
@@ -66,9 +69,9 @@ def withstands(rng, problem, model, p0, k, draws: int) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 4])
-def test_plans_withstand_the_doubt_and_no_more_is_given_up_than_has_to_be(number, rng):
+def test_plans_withstand_the_uncertainty_and_no_more_is_given_up_than_has_to_be(number, rng):
     model, problem = toy_case(number, start=True)
-    asked = query(problem.replace(doubt=DOUBT), model).nominal()
+    asked = query(problem.replace(uncertainty=UNCERTAINTY), model).nominal()
     p0, k = anchored_plans(rng, model, 300)
     safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
     before = verdicts(scene_of(problem, model), p0, k).safe
@@ -84,14 +87,16 @@ def test_plans_withstand_the_doubt_and_no_more_is_given_up_than_has_to_be(number
 @pytest.mark.slow
 def test_the_answer_is_proved_and_says_what_it_withstands(rng):
     model, problem = toy_case(0)
-    doubt = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=SQUARE, sensing_eps=0.001)
-    robust = Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
+    uncertainty = Uncertainty(
+        start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=SQUARE, sensing_eps=0.001
+    )
+    robust = Planner(model).solve(problem.replace(uncertainty=uncertainty), KEY, SMALL)
     assert robust.proved and robust.refused == 0
     assert len(robust.samples) and len(robust.corridors) and len(robust.polytopes)
     text = robust.statement()
     assert "every start within ±0.03, ±0.02 m" in text and "probability at most 0.001" in text
     inside = robust.sample(KEY, 40)
-    offs = np.array([doubt.shifts(2) * corners_and_inside(rng, 2) for _ in inside])
+    offs = np.array([uncertainty.shifts(2) * corners_and_inside(rng, 2) for _ in inside])
     scene = scene_of(problem, model)
     assert verdicts(scene, inside[:, :2] + offs, inside[:, 2:]).safe.all()
 
@@ -101,8 +106,8 @@ def test_the_boxes_of_doubt_of_the_plain_question_say_the_same():
     was asked.
     """
     model, problem = toy_case(0, start=True)
-    doubt = Doubt(start=[0.03, 0.02])
-    robust = Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
+    uncertainty = Uncertainty(start=[0.03, 0.02])
+    robust = Planner(model).solve(problem.replace(uncertainty=uncertainty), KEY, SMALL)
     context = checker.Context(*question_parts(problem, model))
     assert len(robust.sample_parts) > 5
     for part in robust.sample_parts:
@@ -113,23 +118,25 @@ def test_the_boxes_of_doubt_of_the_plain_question_say_the_same():
 
 
 @pytest.mark.slow
-def test_no_doubt_is_the_answer_of_today_bit_for_bit():
+def test_no_uncertainty_is_the_answer_of_today_bit_for_bit():
     model, problem = toy_case(1)
-    nothing = problem.replace(doubt=Doubt(start=0.0, goal=[0.0, 0.0, 0.0], k=[0.0, 0.0]))
+    nothing = problem.replace(
+        uncertainty=Uncertainty(start=0.0, goal=[0.0, 0.0, 0.0], k=[0.0, 0.0])
+    )
     fixed = SMALL.replace(budget_s=300, target=0.3)
     one, other = (Planner(model).solve(p, KEY, fixed).to_json() for p in (problem, nothing))
     assert one == other
 
 
-def test_more_doubt_never_adds_plans(rng):
+def test_more_uncertainty_never_adds_plans(rng):
     model, problem = toy_case(0, start=True)
     p0, k = anchored_plans(rng, model, 600)
     before = np.ones(600, bool)
     counts = []
     for size in (0.0, 0.5, 1.0, 2.0):
         square = box([-0.02 * size] * 2, [0.02 * size] * 2)
-        doubt = Doubt(start=0.02 * size, goal=0.01 * size, obstacles=square)
-        asked = query(problem.replace(doubt=doubt), model).nominal()
+        uncertainty = Uncertainty(start=0.02 * size, goal=0.01 * size, obstacles=square)
+        asked = query(problem.replace(uncertainty=uncertainty), model).nominal()
         safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
         assert (before | ~safe).all()
         before = safe
@@ -138,36 +145,40 @@ def test_more_doubt_never_adds_plans(rng):
 
 
 @pytest.mark.night
-def test_a_batch_under_doubt_answers_as_its_problems_would(rng):
+def test_a_batch_under_uncertainty_answers_as_its_problems_would(rng):
     model, problem = toy_case(0)
-    doubts = [Doubt(start=0.02, goal=0.01), Doubt(start=0.02, obstacles=SQUARE)]
-    asked = [problem.replace(doubt=d) for d in doubts]
+    uncertainties = [Uncertainty(start=0.02, goal=0.01), Uncertainty(start=0.02, obstacles=SQUARE)]
+    asked = [problem.replace(uncertainty=d) for d in uncertainties]
     batch = Planner(model).solve_batch(asked, KEY, Settings.fast(), draws=512)
     assert batch.found.all()
-    for row, doubt in enumerate(doubts):
+    for row, uncertainty in enumerate(uncertainties):
         plans = batch.plans[row]
-        off = doubt.shifts(2) * np.array([corners_and_inside(rng, 2) for _ in plans])
+        off = uncertainty.shifts(2) * np.array([corners_and_inside(rng, 2) for _ in plans])
         assert verdicts(scene_of(problem, model), plans[:, :2] + off, plans[:, 2:]).safe.all()
     with pytest.raises(InputError, match="problem 1 is under another one than problem 0"):
-        other = [asked[0], problem.replace(doubt=Doubt(start=0.03))]
+        other = [asked[0], problem.replace(uncertainty=Uncertainty(start=0.03))]
         Planner(model).solve_batch(other, KEY)
 
 
 def test_what_cannot_be_asked_is_refused():
     model, problem = toy_case(0)
-    with pytest.raises(InputError, match="less doubt of start and goal than the goal is wide"):
-        Planner(model).solve(problem.replace(doubt=Doubt(start=0.3, goal=0.3)), KEY, SMALL)
+    with pytest.raises(
+        InputError, match="less uncertainty of start and goal than the goal is wide"
+    ):
+        Planner(model).solve(
+            problem.replace(uncertainty=Uncertainty(start=0.3, goal=0.3)), KEY, SMALL
+        )
     with pytest.raises(InputError, match="one half width, or 2, one per axis, or with q; got 4"):
-        Planner(model).solve(problem.replace(doubt=Doubt(goal=[0.1] * 4)), KEY, SMALL)
+        Planner(model).solve(problem.replace(uncertainty=Uncertainty(goal=[0.1] * 4)), KEY, SMALL)
     with pytest.raises(InputError, match="scene: expected a nominal problem"):
-        scene_of(problem.replace(doubt=DOUBT), model)
+        scene_of(problem.replace(uncertainty=UNCERTAINTY), model)
 
 
-def test_an_answer_under_doubt_can_be_kept(tmp_path):
+def test_an_answer_under_uncertainty_can_be_kept(tmp_path):
     model, problem = toy_case(0)
-    answer = Planner(model).solve(problem.replace(doubt=Doubt(start=0.02)), KEY, SMALL)
+    answer = Planner(model).solve(problem.replace(uncertainty=Uncertainty(start=0.02)), KEY, SMALL)
     again = pj.load_answer(answer.save(tmp_path / "answer.json"))
-    assert again.statement() == answer.statement() and again.doubt == answer.doubt
+    assert again.statement() == answer.statement() and again.uncertainty == answer.uncertainty
     assert (again.samples == answer.samples).all()
 
 
@@ -175,7 +186,9 @@ def test_the_start_set_shrinks_and_the_goal_by_what_points_do_together():
     """Two points that move alike: what asks for their distance shrinks by nothing."""
     goal = hpolytope([[1.0, 0, 1.0, 0], [-1.0, 0, 1.0, 0], [0, 1.0, 0, 0]], [4.0, 1.0, 3.0])
     problem = pj.reach_avoid(goal, [], 0.1, start=box([0.0, 0.0], [1.0, 2.0]))
-    asked = doubted_scene(problem, Doubt(start=[0.25, 0.5], goal=[0.125, 0.0]), Layout(4, 2, 2))
+    asked = robust_scene(
+        problem, Uncertainty(start=[0.25, 0.5], goal=[0.125, 0.0]), Layout(4, 2, 2)
+    )
     assert asked.goal.b.tolist() == [4 - 0.75, 1.0, 2.5]
     assert asked.start.b.tolist() == [0.75, 1.5, -0.25, -0.5]
 
@@ -198,7 +211,7 @@ def test_obstacles_that_may_be_moved_are_sums_that_hold_all_of_it_and_hardly_mor
         obstacles.append(hpolytope(square @ turn, rng.uniform(0.5, 2, 4)))
     obstacles.append(hpolytope([*square, [1.0, 1.0]], [1.0, 1.0, 1.0, 1.0, 9.0]))
     problem = reach_avoid(box([-9.0] * 3, [9.0] * 3), obstacles, 0.1)
-    moved = doubted_scene(problem, Doubt(start=half), Layout(4, 2, 1), whole=True).obstacles
+    moved = robust_scene(problem, Uncertainty(start=half), Layout(4, 2, 1), whole=True).obstacles
     for before, after in zip(obstacles, moved, strict=True):
         for w in np.concatenate([after.A, rng.normal(size=(20, 2))]):
             exact = [Fraction(float(x)) for x in w]

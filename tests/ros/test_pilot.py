@@ -166,7 +166,7 @@ def test_a_beam_that_says_nothing_frees_nothing(reading):
         range_max=4.0,
         ranges=ranges,
     )
-    limits = {"noise": 0.01, "width": 0.1, "doubt": (0.0, 0.0)}
+    limits = {"noise": 0.01, "width": 0.1, "uncertainty": (0.0, 0.0)}
     free = seen_in(scan, np.zeros(3), **limits).region
     assert not free.contains(shapely.Point(0.5, 0.0)) and free.contains(shapely.Point(0.0, 0.5))
     ranges[360] = np.inf  # it came back from nowhere

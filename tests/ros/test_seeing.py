@@ -139,4 +139,4 @@ def test_a_pose_that_jumps_begins_nothing_and_drift_is_a_parameter():
         place, speed = sliding.after(np.zeros(2), first.k, 4)
         step = one.hear_pose(sliding.odometry(place + np.array([0.0, 0.2]), speed, 10**9 + CYCLE))
         assert step.new == believed
-        assert believed or "0.18 m beyond what tube, doubt and drift allow" in step.reason
+        assert believed or "0.18 m beyond what tube, uncertainty and drift allow" in step.reason

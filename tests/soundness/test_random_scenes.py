@@ -14,7 +14,7 @@ from toy_models import anchored_plans, random_model, random_problem
 
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.separation import segment
 from parc_jax.safe_set.verdict import pointwise as engine
 from parc_jax.safe_set.verdict.pointwise import verdicts as verdicts_of
@@ -33,7 +33,7 @@ class Case(NamedTuple):
     """
 
     models: list
-    problem: ReachAvoid
+    problem: Problem
     scene: object
     p0: np.ndarray
     k: np.ndarray
@@ -95,15 +95,15 @@ def goal_rows(goal, rng):
 def stacked(case: Case):
     nets, tubes = ([getattr(m, name) for m in case.models] for name in ("net", "tube"))
     over = lambda parts: jax.tree.map(lambda *xs: np.stack(xs), *parts)  # noqa: E731
-    laid_out = case.scene.obstacles
-    pad = ((0, 0), (0, CORNERS - laid_out.vertices.shape[1]), (0, 0))  # one compiled shape
-    laid_out = laid_out.replace(
-        vertices=np.pad(laid_out.vertices, pad, "edge"), signs=np.pad(laid_out.signs, pad, "edge")
+    lowered = case.scene.obstacles
+    pad = ((0, 0), (0, CORNERS - lowered.vertices.shape[1]), (0, 0))  # one compiled shape
+    lowered = lowered.replace(
+        vertices=np.pad(lowered.vertices, pad, "edge"), signs=np.pad(lowered.signs, pad, "edge")
     )
     return (
         over(nets),
         over(tubes),
-        case.scene.replace(obstacles=laid_out),
+        case.scene.replace(obstacles=lowered),
         case.p0,
         case.k,
     )

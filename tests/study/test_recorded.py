@@ -100,17 +100,17 @@ def test_without_a_start_there_is_no_replay(answer, runs):
     assert pj.replay_recorded(answer, outside) is None
 
 
-def test_under_doubt_there_is_no_replay(runs):
-    with pytest.raises(InputError, match="without doubt"):
-        pj.replay_recorded(SimpleNamespace(doubt="of the start"), runs)
+def test_under_uncertainty_there_is_no_replay(runs):
+    with pytest.raises(InputError, match="without uncertainty"):
+        pj.replay_recorded(SimpleNamespace(uncertainty="of the start"), runs)
 
 
 @pytest.mark.night
-def test_an_answer_under_doubt_is_not_replayed(answer, runs):
-    doubted = pj.Planner(answer.model).solve(
-        answer.problem.replace(doubt=pj.Doubt(start=(0.01, 0.01))),
+def test_an_answer_under_uncertainty_is_not_replayed(answer, runs):
+    uncertain = pj.Planner(answer.model).solve(
+        answer.problem.replace(uncertainty=pj.Uncertainty(start=(0.01, 0.01))),
         jax.random.PRNGKey(0),
         pj.Settings.fast(),
     )
-    with pytest.raises(InputError, match="without doubt"):
-        pj.replay_recorded(doubted, runs)
+    with pytest.raises(InputError, match="without uncertainty"):
+        pj.replay_recorded(uncertain, runs)

@@ -78,9 +78,11 @@ def test_a_question_is_told_the_same_of_a_robot_and_of_its_model():
     model = toy_driven.model()
     for robot in (model, outline_of(Robot())):
         require_fit(toy_driven.problem(), robot)
-        require_fit(toy_driven.problem().replace(doubt=pj.Doubt(k={0: 0.01})), robot)
+        require_fit(toy_driven.problem().replace(uncertainty=pj.Uncertainty(k={0: 0.01})), robot)
         with pytest.raises(InputError, match="axis 1 has no bound"):
             A, b = np.eye(3)[[0, 0, 1, 2, 2]] * [[1], [-1], [1], [1], [-1]], np.ones(5)
             require_fit(pj.reach_avoid(pj.hpolytope(A, b), [], 0.1), robot)
         with pytest.raises(InputError, match="expected parameters of the model"):
-            require_fit(toy_driven.problem().replace(doubt=pj.Doubt(k={"load": 0.01})), robot)
+            require_fit(
+                toy_driven.problem().replace(uncertainty=pj.Uncertainty(k={"load": 0.01})), robot
+            )

@@ -18,8 +18,8 @@ from parc_jax.problem.world.seen import seen_from  # noqa: E402
 pytestmark = pytest.mark.soundness
 WIDTH = 0.15
 BODY = np.array([[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]])
-AHEAD = Lidar(np.linspace(-2.3, 2.3, 240), doubt=(0.01, 0.003), noise=0.01, angle_error=0.001)
-AROUND = replace(AHEAD, angles=np.linspace(-np.pi, np.pi, 241)[:-1], doubt=(0.04, 0.02))
+AHEAD = Lidar(np.linspace(-2.3, 2.3, 240), uncertainty=(0.01, 0.003), noise=0.01, angle_error=0.001)
+AROUND = replace(AHEAD, angles=np.linspace(-np.pi, np.pi, 241)[:-1], uncertainty=(0.04, 0.02))
 
 
 def seen(lidar, rng, world, truth):

@@ -19,7 +19,7 @@ from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E40
 from parc_jax.problem.world.seen import seen_from  # noqa: E402
 
 pytestmark = pytest.mark.soundness
-LIDAR = Lidar(np.linspace(-2.3, 2.3, 360), doubt=(0.01, 0.003), noise=0.01, angle_error=0.001)
+LIDAR = Lidar(np.linspace(-2.3, 2.3, 360), uncertainty=(0.01, 0.003), noise=0.01, angle_error=0.001)
 BODY = np.array([[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]])
 
 
@@ -190,7 +190,7 @@ def test_holds_is_about_the_whole_body_in_one_part():
     assert not free.holds([[-0.5, 0.0], [0.9, 0.0]])
 
 
-def test_a_place_grows_by_what_is_declared_and_shrinks_by_doubt():
+def test_a_place_grows_by_what_is_declared_and_shrinks_by_uncertainty():
     hull = shapely.MultiPoint(BODY).convex_hull
     grown, left = free_place(BODY, 0.1).region, free_place(BODY, -0.1).region
     assert grown.contains(hull) and hull.buffer(0.1 + 1e-9, quad_segs=64).contains(grown)
@@ -199,7 +199,7 @@ def test_a_place_grows_by_what_is_declared_and_shrinks_by_doubt():
     assert free_place(BODY, -0.2).region.is_empty
 
 
-def test_a_body_in_doubt_keeps_its_own_place(drives):
+def test_a_body_in_uncertainty_keeps_its_own_place(drives):
     """A scan behind which nothing was seen yet does not hold a robot; what it stood on does."""
     world, _, _ = drives[0]
     pose, ranges = LIDAR.scan(np.random.default_rng(0), world, np.zeros(3))

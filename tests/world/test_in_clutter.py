@@ -16,7 +16,7 @@ from parc_jax.problem.world.seen import seen_from  # noqa: E402
 from sims.lidar import lidar, shapes  # noqa: E402
 
 ROBOT = read_footprint("[[0.21, 0.165], [0.21, -0.165], [-0.21, -0.165], [-0.21, 0.165]]")
-DOUBT = (0.01, 0.003)  # [m], [rad]
+UNCERTAINTY = (0.01, 0.003)  # [m], [rad]
 GRID, ROOM = 0.1, 0.32  # [m] corners are 0.27 m from the middle
 
 
@@ -53,10 +53,15 @@ def driven(number: int) -> tuple[np.ndarray, np.ndarray]:
     free, counts, held = None, [], []
     for truth in way(world):
         turn = rng.uniform(0, 2 * np.pi)
-        off = np.array([np.cos(turn), np.sin(turn), 0]) * DOUBT[0]
-        off[2] = rng.choice([-1, 1]) * DOUBT[1]
+        off = np.array([np.cos(turn), np.sin(turn), 0]) * UNCERTAINTY[0]
+        off[2] = rng.choice([-1, 1]) * UNCERTAINTY[1]
         scan = sensor.scan(truth, seen, rng)
-        limits = {"max_range": scan.max_range, "noise": scan.noise, "width": 0.1, "doubt": DOUBT}
+        limits = {
+            "max_range": scan.max_range,
+            "noise": scan.noise,
+            "width": 0.1,
+            "uncertainty": UNCERTAINTY,
+        }
         found = seen_from(scan.pose + off, scan.angles, scan.ranges, **limits)
         free = (free or free_place(ROBOT.corners(truth), 0.15)).add(found).within(truth, 4.0)
         assert not shapely.intersects(free.region, stands).any()

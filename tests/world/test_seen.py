@@ -24,7 +24,9 @@ LIDARS = {
     "turn": Lidar(TURN),
     "seam": Lidar(np.linspace(-np.pi, np.pi, 151)),  # its first beam is its last
     "uneven": Lidar(np.delete(np.linspace(-2.3, 2.3, 200), [20, 21, 50, 90, 91, 92])),
-    "few beams": Lidar(np.linspace(-2.3, 2.3, 40), angle_error=0.0, doubt=(0.0, 0.0), noise=0.0),
+    "few beams": Lidar(
+        np.linspace(-2.3, 2.3, 40), angle_error=0.0, uncertainty=(0.0, 0.0), noise=0.0
+    ),
 }
 
 
@@ -48,7 +50,7 @@ def test_nothing_stands_where_all_was_seen_free(name):
     assert overlaps(LIDARS[name], 40) == 0
 
 
-EXACT = {"noise": 0.0, "angle_error": 0.0, "doubt": (0.0, 0.0)}
+EXACT = {"noise": 0.0, "angle_error": 0.0, "uncertainty": (0.0, 0.0)}
 
 
 @pytest.mark.parametrize(
@@ -56,8 +58,8 @@ EXACT = {"noise": 0.0, "angle_error": 0.0, "doubt": (0.0, 0.0)}
     [
         ({"noise": 0.1}, {"noise": 0.0}),
         ({"angle_error": 0.05}, {"angle_error": 0.0}),
-        ({"doubt": (0.1, 0.0)}, {"doubt": (0.0, 0.0)}),
-        ({"doubt": (0.0, 0.05)}, {"doubt": (0.0, 0.0)}),
+        ({"uncertainty": (0.1, 0.0)}, {"uncertainty": (0.0, 0.0)}),
+        ({"uncertainty": (0.0, 0.05)}, {"uncertainty": (0.0, 0.0)}),
         ({"angles": np.linspace(-2.3, 2.3, 30)}, {"width": 4 * WIDTH}),
     ],
     ids=str,
@@ -133,13 +135,13 @@ def test_a_beam_that_says_nothing_shows_nothing():
         nothing.obstacles()
 
 
-def test_more_doubt_means_less_free_space():
+def test_more_uncertainty_means_less_free_space():
     rng = np.random.default_rng(0)
     world = a_world(rng, WIDTH)
-    pose, ranges = Lidar(FAN, doubt=(0, 0)).scan(rng, world, np.zeros(3))
+    pose, ranges = Lidar(FAN, uncertainty=(0, 0)).scan(rng, world, np.zeros(3))
     said = {"max_range": 6.0, "noise": 0.02, "width": WIDTH, "tolerance": 0.0}
-    doubts = [(0.0, 0.0), (0.02, 0.0), (0.02, 0.01), (0.05, 0.05)]
-    regions = [seen_from(pose, FAN, ranges, doubt=d, **said).region for d in doubts]
+    uncertainties = [(0.0, 0.0), (0.02, 0.0), (0.02, 0.01), (0.05, 0.05)]
+    regions = [seen_from(pose, FAN, ranges, uncertainty=d, **said).region for d in uncertainties]
     for more, less in pairwise(regions):  # but for arcs, which are chords here and there
         assert less.difference(more).area < 1e-3 and less.area < more.area
 
@@ -159,8 +161,8 @@ def test_more_doubt_means_less_free_space():
         ({"noise": -0.1}, "noise >= 0"),
         ({"width": 0.0}, "width > 0"),
         ({"max_range": np.inf}, "max_range > 0"),
-        ({"doubt": (-1.0, 0.0)}, "doubt"),
-        ({"doubt": 0.1}, "doubt"),
+        ({"uncertainty": (-1.0, 0.0)}, "uncertainty"),
+        ({"uncertainty": 0.1}, "uncertainty"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )

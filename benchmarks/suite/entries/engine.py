@@ -62,7 +62,7 @@ def between(task: kit.Task):
     return DISCRETE_TIME if speed is None else SpeedBound(speed)
 
 
-def scene(task: kit.Task, path) -> pj.types.ReachAvoid:
+def scene(task: kit.Task, path) -> pj.types.Problem:
     """The scene as parc_jax reads it, whose goals bound every further state."""
     asked = pj.exchange.load_problem(path, points=tuple(task.told["points"]))
     told = task.n_p * (len(task.told["points"]) if asked.points else 1)
@@ -90,7 +90,7 @@ def reserve(task: kit.Task) -> int:
     return max(math.prod(looks(task)), none if none <= task.budget // 3 else 0)
 
 
-def polytopes(planner: pj.Planner, asked: pj.types.ReachAvoid, few: pj.Settings, rng) -> list[dict]:
+def polytopes(planner: pj.Planner, asked: pj.types.Problem, few: pj.Settings, rng) -> list[dict]:
     """The largest of the safe polytopes around safe plans, as the suite spells them. They are
     compared by the boxes around them: to triangulate them, as `safe_sets` does, takes minutes in
     six dimensions; and looks that tell what they cover, as `with_polytopes` has, do so too. few:
@@ -123,7 +123,7 @@ def _spelled(polytope: pj.types.HPolytope, inside: np.ndarray) -> dict | None:
 
 
 def published(
-    model: pj.types.TrajectoryModel, asked: pj.types.ReachAvoid, samples: int
+    model: pj.types.TrajectoryModel, asked: pj.types.Problem, samples: int
 ) -> list[list[float]]:
     """Plans of the published search, so many draws a region. Raises InputError where it has no word
     for the scene.

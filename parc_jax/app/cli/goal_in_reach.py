@@ -13,14 +13,14 @@ from parc_jax.learning.labels import degrees_hint
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid, box_of_rows, finite_box, goal_box
+from parc_jax.problem.problem import Problem, box_of_rows, finite_box, goal_box
 
 ODD = 1000  # a body smaller than all else by this factor gets a word
 MOST_CORNERS = 729  # of K, where ways of a model are looked at
 MOST_PARAMETERS = 6  # of the exact enumeration of regions
 
 
-def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
+def require_goal_in_reach(problem: Problem, planner: Planner) -> None:
     """Raise InputError when the goal lies inside one obstacle, or no plan of the model ends in it
     at all.
 
@@ -61,7 +61,7 @@ def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
         )
 
 
-def odd_size(problem: ReachAvoid, model: TrajectoryModel) -> str | None:
+def odd_size(problem: Problem, model: TrajectoryModel) -> str | None:
     """A word where the body is larger than all else, or next to nothing beside it: as if its size
     were told in another unit than metres. None where it is not.
     """
@@ -83,7 +83,7 @@ def odd_size(problem: ReachAvoid, model: TrajectoryModel) -> str | None:
     return None
 
 
-def _ends(problem: ReachAvoid, planner: Planner) -> tuple[np.ndarray, np.ndarray]:
+def _ends(problem: Problem, planner: Planner) -> tuple[np.ndarray, np.ndarray]:
     """Box of predicted final (p, q): a piecewise affine map takes its extremes at vertices of its
     regions.
     """

@@ -7,10 +7,10 @@ from parc_jax.app.cli.offer import Offer
 from parc_jax.app.cli.shell import Shell
 from parc_jax.safe_set.settings import Settings
 
-DOUBT = Offer(
-    "problem.doubt.Doubt",
+UNCERTAINTY = Offer(
+    "problem.uncertainty.Uncertainty",
     left_out="the scene's, or ",
-    named={name: f"doubt_{name}" for name in ("start", "heading", "k", "goal")},
+    named={name: f"uncertainty_{name}" for name in ("start", "heading", "k", "goal")},
     kinds={
         "start": tuple[float, ...],
         "heading": float,
@@ -34,7 +34,7 @@ def solve(
     method: Literal["exact", "paper", "paper-lp"] = "exact",
     at: str | None = None,
     first: bool = False,
-    doubt: Annotated[dict, DOUBT],
+    uncertainty: Annotated[dict, UNCERTAINTY],
     shell: Annotated[Shell, Offer("app.cli.shell.Shell")],
 ) -> int:
     """Find and prove the safe starts and parameters of a scene. Example: parc-jax solve
@@ -43,8 +43,8 @@ def solve(
     With files of your own: parc-jax solve model.npz scene.toml
 
     A scene file names a goal, obstacles, a body and optionally a start set; `parc-jax systems NAME`
-    prints one. --doubt-..., --given, --unknown and --sensing-eps replace entries of its table
-    [doubt].
+    prints one. --uncertainty-..., --given, --unknown and --sensing-eps replace entries of its table
+    [uncertainty].
 
     Args:
         model: A model of `parc-jax learn` or `parc-jax run`, or a system of `parc-jax systems`
@@ -60,12 +60,12 @@ def solve(
     """
     import sys
 
-    from parc_jax.app.cli.doubt import numbers_of_option, under_doubt
     from parc_jax.app.cli.goal_in_reach import odd_size, require_goal_in_reach
     from parc_jax.app.cli.help import fitted
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.cli.saying import COMPILING, SEARCHING, saying
     from parc_jax.app.cli.systems import model_of, scene_of
+    from parc_jax.app.cli.uncertainty import numbers_of_option, under_uncertainty
     from parc_jax.app.cli.verdict import as_json, verdict
     from parc_jax.app.study.cache import keep_compiled
     from parc_jax.common.errors import InputError
@@ -88,7 +88,7 @@ def solve(
         asked = scene_of(learned)
     else:
         asked, learned = load_problem(scene, learned.points), labelled(learned, scene)
-    problem = under_doubt(asked, doubt)
+    problem = under_uncertainty(asked, uncertainty)
     planner = Planner(learned)
     if not first:
         require_goal_in_reach(problem, planner)

@@ -19,10 +19,10 @@ from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.planner import answer_to
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.problem.robust.realisations import withstood_of_json
+from parc_jax.problem.robust.realisations import robustness_of_json
 from parc_jax.proof.absence.prove_no_plan import PROVED, UNDECIDED, NoPlan
 from parc_jax.proof.certificate.read import corridor_of
 from parc_jax.proof.certificate.write import FORMAT
@@ -33,7 +33,7 @@ from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import Scene, near_scene
+from parc_jax.safe_set.verdict.scene import Scene, pruned_scene
 
 
 def load_answer(path) -> Answer:
@@ -66,7 +66,7 @@ def load_answer(path) -> Answer:
 def _answer(data: dict, report) -> Answer:
     model, problem, meta = model_of_file(data), problem_of_file(data["problem"]), data["meta"]
     asked = _asked(problem, model, meta)
-    scene = near_scene(asked)
+    scene = pruned_scene(asked)
     samples = np.array(
         [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
     )
@@ -85,7 +85,7 @@ def _answer(data: dict, report) -> Answer:
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within, ended=ended)
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
     if no_plan is not None:
-        no_plan = no_plan._replace(reason=why_none(scene), doubt=asked.doubt)
+        no_plan = no_plan._replace(reason=why_none(scene), uncertainty=asked.uncertainty)
     looks = looks_of_json(meta.get("looks"))
     whole = float(meta["volume_of_all"]) if "volume_of_all" in meta else None
     return Answer(
@@ -101,14 +101,14 @@ def _answer(data: dict, report) -> Answer:
     )
 
 
-def _asked(problem: ReachAvoid, model: TrajectoryModel, meta: dict) -> NominalProblem:
+def _asked(problem: Problem, model: TrajectoryModel, meta: dict) -> NominalProblem:
     """The plain question of a file; as it was asked where that is the same but for a place."""
-    doubt = withstood_of_json(meta.get("doubt"))
+    uncertainty = robustness_of_json(meta.get("doubt"))
     at = np.array(nearest_floats(meta["at"])) if "at" in meta else None
     pose = _pose(meta)
     here = at is None if pose is None else pose.heading is None
-    asked = Query(problem, model, pose) if here and doubt is None else None
-    return NominalProblem(problem, model, doubt, at, pose, asked)
+    asked = Query(problem, model, pose) if here and uncertainty is None else None
+    return NominalProblem(problem, model, uncertainty, at, pose, asked)
 
 
 def _pose(meta: dict) -> Pose | None:
@@ -167,7 +167,7 @@ def _each(pairs, i: int):
     return pairs[i] if isinstance(pairs, tuple) else [_each(part, i) for part in pairs]
 
 
-def problem_of_file(asked: dict) -> ReachAvoid:
+def problem_of_file(asked: dict) -> Problem:
     """The problem in the parsed part `problem` of an answer file, in float64."""
     body = asked["body"]
     return reach_avoid(

@@ -13,7 +13,7 @@ from parc_jax.checker.episode import EPISODE, KIND, summary_of_episode
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import nearest_floats
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.pose import Pose
 
 
@@ -24,7 +24,7 @@ class Manoeuvre(NamedTuple):
 
     begin: Fraction
     pose: Pose
-    problem: ReachAvoid
+    problem: Problem
     p0: np.ndarray
     k: np.ndarray
 

@@ -24,7 +24,7 @@ from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.proof.certificate.write import by_pair
 from parc_jax.safe_set.separation.directions import Multiplier
-from parc_jax.safe_set.verdict.scene import whole_scene
+from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 
 class NetworkQuestion(NamedTuple):
@@ -104,7 +104,7 @@ def _margins(answer: Answer, sample: int, bins: np.ndarray):
     offset, with the most that the errors of these bins may take.
     """
     problem, model = answer.problem, answer.model
-    scene = whole_scene(answer.scene)
+    scene = unpruned_scene(answer.scene)
     n_p, n_c, T, tube = model.n_p, model.n_c, model.time.n_steps, model.tube
     n_in = n_p + model.net.n_out
     rows, offsets = [], []

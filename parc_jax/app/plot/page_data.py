@@ -14,7 +14,7 @@ from parc_jax.problem.body import Disc, numbered
 from parc_jax.proof.certificate.read import corridor_of
 from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.safe_set.corridors.corridor import Corridor
-from parc_jax.safe_set.verdict.scene import whole_scene
+from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 DIGITS = 6  # significant digits of an outline: enough for a screen
 
@@ -85,7 +85,7 @@ def _plans(answer) -> dict:
     n_p, problem = answer.model.n_p, answer.problem
     active = _active(problem, len(problem.parts), answer.model.time.n_steps)
     directions = _DirectionTable(active)
-    scene = whole_scene(answer.scene)
+    scene = unpruned_scene(answer.scene)
 
     def whole(corridor: Corridor) -> Corridor:
         if corridor.apart is None:

@@ -11,7 +11,7 @@ from parc_jax.checker import number
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.error_set import ErrorBox
-from parc_jax.safe_set.verdict.scene import whole_scene
+from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 SHORT = 0.035  # runs shorter than this share of the horizon have no room for an arrow
 
@@ -94,7 +94,7 @@ def _clearances(answer, path: np.ndarray, errors) -> np.ndarray:
     """Gap (o, t) [m] of a path (t + 1, n_c) with errors (t, n_points) from every obstacle, the
     least over the parts; NaN while the obstacle does not exist.
     """
-    obstacles = whole_scene(answer.scene).obstacles
+    obstacles = unpruned_scene(answer.scene).obstacles
     n_parts = len(answer.problem.parts)
     n = len(answer.problem.obstacles)
     with x64():

@@ -14,7 +14,7 @@ from parc_jax.common.sets.polygons import corners_of_many
 from parc_jax.common.sets.qhull import convex_hull
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.problem.body import Disc, Part
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.pose import Pose
 
 VIEW = 20.0  # [m] around a manoeuvre that is drawn
@@ -58,7 +58,7 @@ def obstacle_triangles(obstacles: Sequence[HPolytope], about: np.ndarray) -> np.
     return np.concatenate([np.zeros((0, 3, len(lo))), *drawn])
 
 
-def goal_triangles(problem: ReachAvoid, n_p: int) -> np.ndarray:
+def goal_triangles(problem: Problem, n_p: int) -> np.ndarray:
     """(t, 3, n_p) where the first reference point is to end; none where that is not bounded."""
     try:
         part, at = linked(problem.goal, range(n_p))

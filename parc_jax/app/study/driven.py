@@ -18,7 +18,7 @@ from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import fit
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 
 NEAREST = 60  # training runs around a plan: enough for an affine map, and for a narrow tube
 LOOKS = 2  # this very plan, and a claim near it
@@ -56,7 +56,7 @@ def drive(
     }
 
 
-def compile_near(problem: ReachAvoid, train: RolloutBatch, k: np.ndarray) -> Thread:
+def compile_near(problem: Problem, train: RolloutBatch, k: np.ndarray) -> Thread:
     """Begin to compile what a query near k (n_k,) needs; join the thread before that. Programs
     depend on shapes alone, so a stand-in does for the model; what is found with it is dropped.
     """

@@ -25,7 +25,7 @@ from parc_jax.learning.learn import Learned, final_error, learn
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import RegionTable, enumerate_regions
 from parc_jax.safe_set.settings import Search, Settings
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
@@ -49,7 +49,7 @@ class Studied(NamedTuple):
 
 def run_study(
     system,
-    problem: ReachAvoid,
+    problem: Problem,
     study: Study,
     out: Path,
     seed: int,
@@ -115,12 +115,12 @@ def run_study(
     _replace_older(out, model, answer)
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
-    driven = study.driven and answer.found and answer.doubt is None
+    driven = study.driven and answer.found and answer.uncertainty is None
     ahead = None
     if driven and learned is not None and len(answer.samples):
         ahead = compile_near(problem, learned.train, answer.samples[0, model.n_p :])
     runs = None
-    if len(answer.samples) and not (answer.doubt and answer.doubt.copies):
+    if len(answer.samples) and not (answer.uncertainty and answer.uncertainty.copies):
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)

@@ -51,13 +51,13 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
     """Move every recorded run to starts from which the answer proves its k safe, at most STARTS
     each; None where no run has one.
 
-    Raises InputError for an answer under doubt, or runs on another time grid or of other points;
-    SoundnessError when a run that stays in the tube misses the goal or touches an obstacle.
+    Raises InputError for an answer under uncertainty, or runs on another time grid or of other
+    points; SoundnessError when a run that stays in the tube misses the goal or touches an obstacle.
     """
-    if answer.doubt is not None:
+    if answer.uncertainty is not None:
         raise InputError(
-            "replay_recorded: expected an answer without doubt, since recorded runs were executed "
-            "as they are; solve the same problem with doubt=None."
+            "replay_recorded: expected an answer without uncertainty, since recorded runs were "
+            "executed as they are; solve the same problem with uncertainty=None."
         )
     plans, row = starts_of(answer, runs)
     if not len(plans):

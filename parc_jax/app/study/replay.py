@@ -19,7 +19,7 @@ from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.realisations import executions_of
 from parc_jax.safe_set.verdict.outcomes import outcomes, reached_and_touched
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import Scene, whole_scene
+from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
 CHUNK = 256
@@ -57,7 +57,7 @@ def replay(
     recorded runs of other k, on another time grid or of other points.
     """
     runs, inside = _driven(system, scene, plans, key, quiet)
-    path, reached, distance = outcomes(whole_scene(scene), runs, plans[:, : scene.model.n_p])
+    path, reached, distance = outcomes(unpruned_scene(scene), runs, plans[:, : scene.model.n_p])
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
     _refuse_contradictions(plans, out.inside & out.failed)
     return out
@@ -68,7 +68,7 @@ def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[s
     reads. Raises SoundnessError as `replay` does.
     """
     runs, inside = _driven(system, scene, plans, key, quiet=True)
-    scene = whole_scene(scene)
+    scene = unpruned_scene(scene)
     reached, touched = reached_and_touched(scene, runs, plans[:, : scene.model.n_p])
     _refuse_contradictions(plans, inside & (touched | ~reached))
     return {
@@ -132,10 +132,10 @@ def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]
     """The model that was asked and all parameters (n, n_k) of its plans, where k (n, chosen) are
     what is left to choose of them, and the rest is given exactly; else what the scene says.
     """
-    asked = scene.asked.query
-    if asked is None or asked.problem.doubt is None or asked.model.n_k == scene.model.n_k:
+    asked = scene.nominal.query
+    if asked is None or asked.problem.uncertainty is None or asked.model.n_k == scene.model.n_k:
         return scene.model, k
-    executions = executions_of(asked.problem.doubt, asked.model)
+    executions = executions_of(asked.problem.uncertainty, asked.model)
     return (asked.model, executions.whole(k)) if executions.exact else (scene.model, k)
 
 

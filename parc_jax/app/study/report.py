@@ -104,7 +104,7 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
         if runs is not None and study.repeats > 1:
             drawn.append(out / "spread.png")
             spread_of_runs(answer, runs, study.repeats, drawn[-1])
-    if answer.doubt is None and 2 <= answer.model.n_k <= 3:
+    if answer.uncertainty is None and 2 <= answer.model.n_k <= 3:
         drawn.append(out / "regions.png")
         verdicts = region_verdicts(answer, outcome.table)
         when = region_seconds(answer, outcome.table) if answer.polytopes else None

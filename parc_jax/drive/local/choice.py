@@ -22,7 +22,7 @@ from parc_jax.learning.system import System, check_system
 from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import Scene, whole_scene
+from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 from parc_jax.statement import about_pose
 
 # how a question is answered: (question, key, settings, looks) -> Answer
@@ -101,7 +101,7 @@ class Choice:
             raise InputError(f"run: expected at least one run; got {n}.")
         look = self.looks.take()
         # all obstacles, those too that no run inside the tube comes near
-        scene = whole_scene(self.scene)
+        scene = unpruned_scene(self.scene)
         seen = run_plan(system, scene, self.p0, self.k, key, look, eps, n, quiet)
         return replace(self, tested=seen)
 
@@ -127,7 +127,7 @@ class Choice:
         asked = Local() if asked is None else asked
         if not isinstance(asked, Local):
             raise InputError(expected("claim_near", "a Local", asked, "pj.Local(share=1e-3)"))
-        question = self.scene.asked.query
+        question = self.scene.nominal.query
         if question is None or self.solve is None:
             raise InputError(
                 "claim_near: expected an answer that knows its question; a file that was told in "
@@ -146,8 +146,8 @@ class Choice:
         start = ", ".join(f"{x:.4f}" for x in self.p0)
         k = ", ".join(f"{x:.6g}" for x in self.k)
         lines = [f"The plan chosen: p0 = ({start}), k = ({k})."]
-        if self.scene.asked.pose is not None:
-            lines.append(about_pose(*self.scene.asked.pose))
+        if self.scene.nominal.pose is not None:
+            lines.append(about_pose(*self.scene.nominal.pose))
         if self.tested is None:
             lines.append("This very plan: not run since it was chosen, so no statement.")
         else:

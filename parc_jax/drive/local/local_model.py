@@ -26,7 +26,7 @@ from parc_jax.learning.runs.batch import RolloutBatch, concatenate
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec
 from parc_jax.learning.system import System
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.verdict.scene import scene_of
 
 BINS = 1  # per axis of so small a box: the error hardly ever changes in it
@@ -132,7 +132,7 @@ def best_claimed(
     delta: Fraction,
     asked: Local,
     shapes: tuple[str, ...],
-    problem: ReachAvoid,
+    problem: Problem,
 ) -> TrajectoryModel:
     """As `local_model`, with the network and the shape of the tube that leave a problem most room
     by training and shape runs; the holdout sees the chosen one alone, so it is one look. [T1]

@@ -26,11 +26,11 @@ from parc_jax.drive.local.safe_box import box_around, share_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import System
 from parc_jax.method import Exact
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import laid_out, scene_of
+from parc_jax.safe_set.verdict.scene import lowered, scene_of
 
 _log = logging.getLogger(__name__)
 
@@ -141,7 +141,7 @@ def refine(
         stages.append(bought)
         say(_line(bought))
         if answer is not None and answer.corridors:
-            choice = Choice(*answer.best("room"), laid_out(question.nominal()), looks, solve)
+            choice = Choice(*answer.best("room"), lowered(question.nominal()), looks, solve)
             choice = replace(choice, near=near_by(choice, local, answer, look))
             return Refined(choice, tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
@@ -158,7 +158,7 @@ def _line(stage: Bought) -> str:
 
 def _zoom(
     model: TrajectoryModel,
-    problem: ReachAvoid,
+    problem: Problem,
     system: System,
     key: jax.Array,
     asked: Refine,

@@ -14,7 +14,7 @@ from parc_jax.proof.certificate.write import corridor_part
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.search import cover_around
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import Scene, whole_scene
+from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 HALVINGS = 24  # of the box of all K, until a box of safe plans is found
 LOOKED_AT = 256  # plans of a box that are judged before a corridor is asked to hold all of it
@@ -58,7 +58,7 @@ def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None
     """
     model = scene.model
     rng = np.random.default_rng(0)
-    scene = whole_scene(scene)
+    scene = unpruned_scene(scene)
     if not verdicts(scene, p0[None], k[None]).safe.all():
         return None
     scale = _of_safe_plans(scene, p0, k, within, rng)

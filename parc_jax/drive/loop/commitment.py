@@ -9,7 +9,7 @@ from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part, sample_part
 from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import scene_near_path
+from parc_jax.safe_set.verdict.scene import scene_along
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Commitment:
     def part(self) -> dict:
         """Its certificate, a sample of the checker."""
         path = paths_of(self.asked.model, self.asked.at[None], self.k[None])[0]
-        scene = scene_near_path(self.asked, self.k, path)
+        scene = scene_along(self.asked, self.k, path)
         return sample_part(scene, scene.model.tube, self.asked.at, self.k, path)
 
 

@@ -33,7 +33,7 @@ def left_tube(
     commitments: Sequence[Commitment], path: ArrayLike, heading: ArrayLike | None = None
 ) -> bool:
     """Did the robot leave a tube in an episode, at any record of what was driven of a manoeuvre? In
-    doubt yes: a run that rounding might have put outside, or that is not finite, counts.
+    uncertainty yes: a run that rounding might have put outside, or that is not finite, counts.
 
     commitments: of one loop, in their order. path: where it truly was at the clock's times 0, d,
     2 d, ..., d the time between records of the model: places of its reference points
@@ -71,11 +71,11 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     the clock: of its reference points the farthest. 0 for none. [T38]
 
     k (n_k,): any with what was measured with the pose; its start says where the other points are.
-    What may be is a box around the tube, grown by the doubt of both poses and ROUNDED. A heading
-    shows in the other points alone: of a robot of one point it is not looked at.
+    What may be is a box around the tube, grown by the uncertainty of both poses and ROUNDED. A
+    heading shows in the other points alone: of a robot of one point it is not looked at.
     """
     asked, begun = last.asked.query, last.asked.pose
-    model, doubt = asked.model, asked.problem.doubt
+    model, uncertainty = asked.model, asked.problem.uncertainty
     tube, n_p, steps = model.tube, model.n_p, model.time.n_steps
     (knots, starts), _ = trajectories(model.net, model.layout, np.stack([last.k, k]))
     passed = min(float((at - last.begin) / Fraction(model.time.dt)), float(steps))
@@ -88,24 +88,24 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     at_start[:n_p] = 0.0  # of the first point, which is where the pose is
     allowed = tube.interval[tube.bins_of(last.k[None])[0], before].max(axis=0) + at_start
     allowed = allowed.reshape(-1, n_p) + ROUNDED
-    if doubt is not None:
+    if uncertainty is not None:
         far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
-        turned = float(doubt.heading or 0.0) * far[:, None]
-        allowed = allowed + 2 * doubt.shifts(n_p).sum() + turned
+        turned = float(uncertainty.heading or 0.0) * far[:, None]
+        allowed = allowed + 2 * uncertainty.shifts(n_p).sum() + turned
     beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)
     return float(np.linalg.norm(beyond, axis=1).max())
 
 
 def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
-    """May any of the body be in a region of the plane during a manoeuvre? In doubt yes: the hull of
-    all its points in each interval, grown by all that tube, doubt and body allow.
+    """May any of the body be in a region of the plane during a manoeuvre? If unsure, yes: the hull
+    of all its points in each interval, grown by all that tube, uncertainty and body allow.
     """
     if region.is_empty:
         return False
     from shapely import MultiPoint
 
     asked, begun = last.asked.query, last.asked.pose
-    model, doubt = asked.model, asked.problem.doubt
+    model, uncertainty = asked.model, asked.problem.uncertainty
     knots, _ = trajectories(model.net, model.layout, last.k[None])
     away = knots[0].reshape(-1, model.n_points, model.n_p)
     places = begun.place + _turned(away, -(begun.heading or 0.0))
@@ -114,9 +114,9 @@ def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
         one.radius if isinstance(one, Disc) else np.linalg.norm(one.vertices, axis=1).max()
         for one in shapes
     )
-    if doubt is not None:
+    if uncertainty is not None:
         far = np.linalg.norm(away, axis=-1).max()
-        grown += doubt.shifts(model.n_p).sum() + float(doubt.heading or 0.0) * far
+        grown += uncertainty.shifts(model.n_p).sum() + float(uncertainty.heading or 0.0) * far
     widths = model.tube.interval[model.tube.bins_of(last.k[None])[0]].max(axis=0)
     for both, width in zip(pairwise(places), widths, strict=True):
         off = np.linalg.norm(width.reshape(model.n_points, -1), axis=1).max()

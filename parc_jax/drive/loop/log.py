@@ -50,16 +50,16 @@ def episode_part(
 def met_with(asked: NominalProblem, entry: dict) -> Premises:
     """What a manoeuvre, an entry of the file, and the next one have in common."""
     model = asked.model
-    start, heading = doubt_of(asked)
+    start, heading = uncertainty_of(asked)
     parts = entry["problem"]["body"]["parts"]
     frame = IN_THE_WORLD if asked.pose.heading is None else ON_THE_ROBOT
-    doubt = [f"±{x} m" for x in start.tolist()] + [f"±{heading} rad"]
+    uncertainty = [f"±{x} m" for x in start.tolist()] + [f"±{heading} rad"]
     return premises(
         [
             ("model", CHECKED, [model.net.hash, model.tube.hash, model.claim.hash]),
             ("body", CHECKED, [part_of(part, copies_of(asked)) for part in parts]),
             ("frame", CHECKED, frame),
-            ("doubt", ASSUMED, doubt),
+            ("doubt", ASSUMED, uncertainty),
         ]
     )
 
@@ -69,12 +69,12 @@ def copies_of(asked: NominalProblem) -> int:
     return asked.model.n_points // asked.query.model.n_points
 
 
-def doubt_of(asked: NominalProblem) -> tuple[np.ndarray, float]:
+def uncertainty_of(asked: NominalProblem) -> tuple[np.ndarray, float]:
     """Half widths (n_p,) [m] of the start, and [rad] of the heading."""
-    doubt = asked.query.problem.doubt
-    if doubt is None:
+    uncertainty = asked.query.problem.uncertainty
+    if uncertainty is None:
         return np.zeros(asked.model.n_p), 0.0
-    return doubt.shifts(asked.model.n_p), float(doubt.heading or 0.0)
+    return uncertainty.shifts(asked.model.n_p), float(uncertainty.heading or 0.0)
 
 
 def head_part(first: NominalProblem, drift: float = 0.0) -> dict:
@@ -84,7 +84,7 @@ def head_part(first: NominalProblem, drift: float = 0.0) -> dict:
     model = first.model
     _, network, tube = question_parts(first.problem, model)
     hashes = {"network_hash": part_hash(network), "tube_hash": part_hash(tube)}
-    start, heading = doubt_of(first)
+    start, heading = uncertainty_of(first)
     return {
         "network": network,
         "tube": tube,

@@ -28,9 +28,9 @@ from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.systems.chained import hand_over_of
 from parc_jax.problem.body import Body, Disc, Polygon
-from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose, pose_of
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.corridors.first import preferred
 
 if TYPE_CHECKING:
@@ -74,18 +74,20 @@ class Loop:
     model: whose manoeuvres carry their stop: at the end of each the robot rests, and stays. body:
     as of `reach_avoid`. leave: [s] after the start of a manoeuvre from when on it may be left for
     the next one. given: parameters of k that are measured at the start, names or numbers; by
-    default those that the system declares, and where the claim rests on runs just these. doubt: of
-    the start and heading, the same at every step. end: where a manoeuvre may end, a set over all
-    points and q seen from its start with the heading that is measured, whichever within its doubt
-    it has; None for anywhere. candidates (b, chosen parameters): that are looked at, at every step;
-    by default `effort.candidates` of them, even over K. prover: proves every commitment exactly in
-    a second process; while it is far behind, and after it rejected one, nothing is committed to.
+    default those that the system declares, and where the claim rests on runs just these.
+    uncertainty: of the start and heading, the same at every step. end: where a manoeuvre may end, a
+    set over all points and q seen from its start with the heading that is measured, whichever
+    within its uncertainty it has; None for anywhere. candidates (b, chosen parameters): that are
+    looked at, at every step; by default `effort.candidates` of them, even over K. prover: proves
+    every commitment exactly in a second process; while it is far behind, and after it rejected one,
+    nothing is committed to.
     thinking: that every run of the model waits for the next command; None where the new one is
     followed from the very moment of measuring, as in a simulation that waits. Raises InputError for
     what does not fit the model, also for one that at some k of many (`require_rest`) does not rest
     at its end, and for a time to leave at which no run of its claim was left.
 
-    A pose outside of the tube of the manoeuvre under way, by more than its doubt and drift, begins
+    A pose outside of the tube of the manoeuvre under way, by more than its uncertainty and drift,
+    begins
     nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre goes on to
     its stop, with a sentence by how far, until `restart` says that another episode begins.
     """
@@ -97,7 +99,7 @@ class Loop:
         *,
         leave: float,
         given: Sequence[str | int] | None = None,
-        doubt: Doubt | None = None,
+        uncertainty: Uncertainty | None = None,
         end: HPolytope | None = None,
         candidates: np.ndarray | None = None,
         effort: Effort | None = None,
@@ -107,10 +109,10 @@ class Loop:
         check_model(model)
         require_sound_arithmetic()
         self.model, self.prover = model, prover
-        self.doubt = Doubt() if doubt is None else doubt
+        self.uncertainty = Uncertainty() if uncertainty is None else uncertainty
         self.effort = Effort() if effort is None else effort
         self.given = given_axes(model, given)
-        self._scenes = Scenes(model, body, end, self.doubt)
+        self._scenes = Scenes(model, body, end, self.uncertainty)
         dt = Fraction(model.time.dt)
         self.leave = round(leave / model.time.dt)
         if not 0 < self.leave <= model.time.n_steps:
@@ -160,8 +162,8 @@ class Loop:
         the moment of the pose, as of `reach_avoid`; those of `moving` move. Nothing is told of them
         after the manoeuvre's rest: they may run into a robot that rests [T38]. drift: [m] by which
         the pose may be off against the one at which the manoeuvre under way began, as odometry's
-        may, beside the doubt of both. gone: as of `FreeSpace.gone`, for the sentence. Whatever is
-        wrong with what was measured ends in the manoeuvre under way, with a sentence.
+        may, beside the uncertainty of both. gone: as of `FreeSpace.gone`, for the sentence.
+        Whatever is wrong with what was measured ends in the manoeuvre under way, with a sentence.
         """
         begin = time.perf_counter()
         trouble = "" if self.prover is None else self.prover.trouble()
@@ -202,7 +204,7 @@ class Loop:
             if len(found.rows):
                 i = int(np.argmax(np.minimum(found.clearance, self.effort.room)))
                 chosen = k[rows[found.rows[i]]]
-                return self._commit(scene.asked, chosen, found.clearance[i], judged, at)
+                return self._commit(scene.nominal, chosen, found.clearance[i], judged, at)
         more = ""
         if judged < len(order):
             which = "looks" if judged < most else "judged"
@@ -237,7 +239,7 @@ class Loop:
         preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
         if self.prover is not None:
             zero = Fraction(0)
-            self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.asked))
+            self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.nominal))
 
     def _commit(
         self, asked: NominalProblem, k: np.ndarray, clearance: float, judged: int, at: Fraction
@@ -317,8 +319,8 @@ class Loop:
             late = ", and where it would be without the last command, which came late: see thinking"
         raise InputError(
             f"at: expected a pose to which the manoeuvre under way may have led by {float(at):g} "
-            f"s; this one is {outside:.3g} m beyond what tube, doubt and drift allow{late}. At "
-            "rest, begin again with `restart`."
+            f"s; this one is {outside:.3g} m beyond what tube, uncertainty and drift allow{late}. "
+            "At rest, begin again with `restart`."
         )
 
     def _all_of_k(self, given: ArrayLike) -> np.ndarray:

@@ -106,8 +106,8 @@ class Proving:
 
     def _chain_of(self, one: Commitment) -> checker.Chain:
         """The chain that it goes on with; a first commitment follows nothing."""
-        doubt = one.asked.query.problem.doubt
-        about = one.asked.model, None if doubt is None else doubt.of_model
+        uncertainty = one.asked.query.problem.uncertainty
+        about = one.asked.model, None if uncertainty is None else uncertainty.of_model
         known = self._about and about[0] is self._about[0] and about[1] == self._about[1]
         if self._chain is None or not known:
             self._about, self._chain = about, checker.Chain(head_part(one.asked))

@@ -23,13 +23,12 @@ from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
-from parc_jax.problem.doubt import Doubt
-from parc_jax.problem.problem import ReachAvoid, require_dimensions
+from parc_jax.problem.problem import Problem, require_dimensions
 from parc_jax.problem.robust.pose import Pose, from_here, pose_of, require_rotation
 from parc_jax.problem.robust.realisations import (
     Executions,
+    Robustness,
     Turn,
-    Withstood,
     executions_of,
     no_turn,
     require_given,
@@ -37,6 +36,7 @@ from parc_jax.problem.robust.realisations import (
     withstood,
 )
 from parc_jax.problem.robust.vertex_model import copied_model, copied_problem
+from parc_jax.problem.uncertainty import Uncertainty
 
 CACHED = 16  # robust models that a planner caches
 UP = 1 + 2.0**-50  # pays for a sum of two products
@@ -53,7 +53,7 @@ class Query:
     pose: of the robot; None for plans from any start.
     """
 
-    problem: ReachAvoid
+    problem: Problem
     model: TrajectoryModel
     pose: Pose | None = None
 
@@ -75,33 +75,33 @@ class Query:
         Raises InputError if the uncertainty does not fit the model or leaves no goal.
         """
         problem, model, pose = self.problem, self.model, self.pose
-        doubt = problem.doubt
-        require_given(doubt, model)
-        if doubt is not None and doubt.is_nothing:
-            doubt, problem = None, replace(problem, doubt=None)
-        if doubt is None and pose is None:
+        uncertainty = problem.uncertainty
+        require_given(uncertainty, model)
+        if uncertainty is not None and uncertainty.is_nothing:
+            uncertainty, problem = None, replace(problem, uncertainty=None)
+        if uncertainty is None and pose is None:
             return NominalProblem(problem, model, query=self)
         require_dimensions(problem, model.n_p, model.n_q, model.points)
         robust, promise, at = model, None, None
-        if doubt is not None:
-            executions, turn = executions_of(doubt, model), _turn(doubt, model)
-            problem = doubted_scene(problem, doubt, model.layout, whole=pose is not None)
+        if uncertainty is not None:
+            executions, turn = executions_of(uncertainty, model), _turn(uncertainty, model)
+            problem = robust_scene(problem, uncertainty, model.layout, whole=pose is not None)
         if pose is not None:
             problem = from_here(problem, model, pose)
             at = pose.place if pose.heading is None else np.zeros(model.n_p)
-        if doubt is not None:
+        if uncertainty is not None:
             n_v, n_r = len(executions.corners), len(turn.maps)
             problem = copied_problem(problem, model, n_v, n_r)
             # with a pose the obstacles have grown by the start box, so the tube need not
-            start = doubt.shifts(model.n_p) * (pose is None)
-            key = (*doubt.of_model, pose is None)
+            start = uncertainty.shifts(model.n_p) * (pose is None)
+            key = (*uncertainty.of_model, pose is None)
             cache = {} if cache is None else cache
             if key not in cache:
                 while len(cache) >= CACHED:
                     cache.pop(next(iter(cache)))
                 cache[key] = _robust_model(model, executions, turn, start)
             robust = cache[key]
-            promise = withstood(doubt, executions, model, copies=max(n_v, n_r) > 1)
+            promise = withstood(uncertainty, executions, model, copies=max(n_v, n_r) > 1)
         return NominalProblem(problem, robust, promise, at, pose, self)
 
 
@@ -112,28 +112,28 @@ class NominalProblem:
     problem: grown obstacles, shrunken goal and start set; in the robot frame if the pose has a
         heading.
     model: with the points, the network and the tube of all vertex realisations.
-    doubt: uncertainty that its safe plans are robust to, None for none.
+    uncertainty: uncertainty that its safe plans are robust to, None for none.
     at: (n_p,) [m] the one start of its plans, None for any.
     pose: the pose behind it.
     query: the query behind it; None where a file has the nominal problem alone.
     """
 
-    problem: ReachAvoid
+    problem: Problem
     model: TrajectoryModel
-    doubt: Withstood | None = None
+    uncertainty: Robustness | None = None
     at: np.ndarray | None = None
     pose: Pose | None = None
     query: Query | None = None
 
 
-def query(problem: ReachAvoid, model: TrajectoryModel, at=None) -> Query:
+def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
     """A problem asked of a model. at: the pose of the robot, as of `pose_of`. Raises InputError."""
     return Query(problem, model, None if at is None else pose_of(at, model))
 
 
 def nominal_problems(
-    problems: Sequence[ReachAvoid], model: TrajectoryModel, cache: Cache
-) -> tuple[list[ReachAvoid], TrajectoryModel]:
+    problems: Sequence[Problem], model: TrajectoryModel, cache: Cache
+) -> tuple[list[Problem], TrajectoryModel]:
     """The nominal problems of a batch, and the one robust model that they share.
 
     cache: as of `Query.nominal`.
@@ -148,17 +148,18 @@ def nominal_problems(
     for row, other in enumerate(nominal):
         if other.model is not nominal[0].model:
             raise InputError(
-                "solve_batch: expected problems under one doubt of start, heading and parameters; "
-                f"problem {row} is under another one than problem 0. Ask in two batches."
+                "solve_batch: expected problems under one uncertainty of start, heading and "
+                f"parameters; problem {row} is under another one than problem 0. Ask in two "
+                "batches."
             )
     return [one.problem for one in nominal], (nominal[0].model if nominal else model)
 
 
-def _turn(doubt: Doubt, model: TrajectoryModel) -> Turn:
-    if not doubt.heading:
+def _turn(uncertainty: Uncertainty, model: TrajectoryModel) -> Turn:
+    if not uncertainty.heading:
         return no_turn(model.n_p, model.n_q)
-    require_rotation(model, "doubt heading")
-    return turn_by(doubt.heading, model.rotation or ())
+    require_rotation(model, "uncertainty heading")
+    return turn_by(uncertainty.heading, model.rotation or ())
 
 
 def _robust_model(
@@ -170,7 +171,7 @@ def _robust_model(
     if not start.any():
         return model
     wider = moved_tube(model.tube, start)
-    return model.replace(claim=weaker(model.claim, wider, start_doubt=start.tolist()))
+    return model.replace(claim=weaker(model.claim, wider, start_uncertainty=start.tolist()))
 
 
 def moved_tube(given: Tube, start: np.ndarray) -> Tube:
@@ -186,19 +187,20 @@ def moved_tube(given: Tube, start: np.ndarray) -> Tube:
     return fitted_tube(given.edges, during.with_half(half), at_end)
 
 
-def doubted_scene(
-    problem: ReachAvoid, doubt: Doubt, layout: Layout, whole: bool = False
-) -> ReachAvoid:
-    """The problem robust to doubt of start, goal and obstacles, except that the points move with
+def robust_scene(
+    problem: Problem, uncertainty: Uncertainty, layout: Layout, whole: bool = False
+) -> Problem:
+    """The problem robust to uncertainty of start, goal and obstacles, except that the points move
+    with
     the start before the end: the tube has to allow for that.
 
     whole: allow for that too, by obstacles that grow by the box of the start.
     Raises InputError where nothing is left of the goal.
     """
     n_p, n_q = layout.n_p, problem.goal.n - layout.n_c
-    start = doubt.shifts(n_p)
-    seen_goal = doubt.of_goal(n_p, n_q)
-    seen = doubt.of_obstacles(len(problem.obstacles))
+    start = uncertainty.shifts(n_p)
+    seen_goal = uncertainty.of_goal(n_p, n_q)
+    seen = uncertainty.of_obstacles(len(problem.obstacles))
     goal = _shrunken_goal(problem.goal, layout, start, seen_goal)
     starts = problem.start
     if starts is not None and start.any():
@@ -210,7 +212,7 @@ def doubted_scene(
     for j, by in enumerate(seen):
         if by is not None:
             obstacles[j] = _sum(obstacles[j], by, f"obstacle {j}")
-    return replace(problem, goal=goal, obstacles=tuple(obstacles), start=starts, doubt=None)
+    return replace(problem, goal=goal, obstacles=tuple(obstacles), start=starts, uncertainty=None)
 
 
 def _shrunken_goal(
@@ -240,8 +242,9 @@ def _require_room(shrunken: HPolytope, goal: HPolytope) -> None:
         if j is not None and shrunken.b[i] + shrunken.b[j] < 0:
             wide, taken = goal.b[i] + goal.b[j], (goal.b - shrunken.b)[[i, j]].sum()
             raise InputError(
-                f"doubt: expected less doubt of start and goal than the goal is wide; row {i} of "
-                f"the goal leaves {wide:.3g}, and the doubt takes {taken:.3g} of it."
+                f"uncertainty: expected less uncertainty of start and goal than the goal is wide; "
+                f"row {i} of the goal leaves {wide:.3g}, and the uncertainty takes {taken:.3g} of "
+                "it."
             )
 
 
@@ -288,7 +291,9 @@ def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
     """
     corners = [rational_vertices(s, name) for s in (obstacle, by)]
     if not all(corners):
-        raise InputError(f"{name}: expected sets with points in them, also of doubt; one is empty.")
+        raise InputError(
+            f"{name}: expected sets with points in them, also of uncertainty; one is empty."
+        )
     A = np.concatenate([obstacle.A, by.A])
     _, first = np.unique(A, axis=0, return_index=True)
     A = A[np.sort(first)]  # without normals that have come before

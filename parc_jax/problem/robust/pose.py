@@ -18,7 +18,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.rounding import rounding_bound
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import Polygon
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 
 ROUNDING = 2.0**-44  # of the terms of a row: far more than the rounding of a few products
 
@@ -59,7 +59,7 @@ def require_rotation(model: TrajectoryModel, what: str) -> None:
         )
 
 
-def from_here(problem: ReachAvoid, model: TrajectoryModel, pose: Pose) -> ReachAvoid:
+def from_here(problem: Problem, model: TrajectoryModel, pose: Pose) -> Problem:
     """The problem in the frame of a robot at this pose, without a start set: the start is the pose.
 
     Raises InputError for a pose outside of the start set.
@@ -67,8 +67,8 @@ def from_here(problem: ReachAvoid, model: TrajectoryModel, pose: Pose) -> ReachA
     start = problem.start
     if start is not None and not start.contains(pose.place):
         raise InputError(
-            "at: expected a place within the start set of the scene, less the doubt of the start; "
-            f"{', '.join(f'{x:g}' for x in pose.place)} is outside. Leave the start set out."
+            "at: expected a place within the start set of the scene, less the uncertainty of the "
+            f"start; {', '.join(f'{x:g}' for x in pose.place)} is outside. Leave the start set out."
         )
     problem = replace(problem, start=None)
     if pose.heading is None:
@@ -109,7 +109,7 @@ def _turned(
     return tuple(HPolytope(rows, offsets) for rows, offsets in own)
 
 
-def _farthest(problem: ReachAvoid, model: TrajectoryModel) -> float:
+def _farthest(problem: Problem, model: TrajectoryModel) -> float:
     """[m] bound of the coordinates of all points of the robot, from its start."""
     tube = model.tube
     widths = [w[tube.claimed].max(initial=0.0) for w in (tube.interval, tube.final)]

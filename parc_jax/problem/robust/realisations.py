@@ -22,7 +22,7 @@ from parc_jax.common.spelling import listed
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS
-from parc_jax.problem.doubt import FREE, Doubt, Interval, require_once
+from parc_jax.problem.uncertainty import FREE, Interval, Uncertainty, require_once
 
 MOST = 64  # reference points that the checker takes, each execution with its own
 
@@ -120,18 +120,18 @@ class Executions:
         return [f"every execution with {off}"] if off else [], known
 
 
-def executions_of(doubt: Doubt, model: TrajectoryModel) -> Executions:
-    """The executions of a model's plans under a doubt. Raises InputError for parameters that are
-    missing or named twice, and for boxes outside of K.
+def executions_of(uncertainty: Uncertainty, model: TrajectoryModel) -> Executions:
+    """The executions of a model's plans under an uncertainty. Raises InputError for parameters that
+    are missing or named twice, and for boxes outside of K.
     """
     names = [name_of(label) for label in model.labels.k]
-    off = _by_axis("doubt k", doubt.k, names)
-    given = _by_axis("doubt given", doubt.given, names)
+    off = _by_axis("uncertainty k", uncertainty.k, names)
+    given = _by_axis("uncertainty given", uncertainty.given, names)
     given = {axis: value for axis, value in given.items() if value != FREE}
-    unknown = _by_axis("doubt unknown", doubt.unknown, names)
+    unknown = _by_axis("uncertainty unknown", uncertainty.unknown, names)
     for axis in given.keys() & unknown.keys():
         raise InputError(
-            f"doubt: expected a parameter to be given or unknown; {names[axis]} is both."
+            f"uncertainty: expected a parameter to be given or unknown; {names[axis]} is both."
         )
     parameters = []
     for axis, name in enumerate(names):
@@ -140,24 +140,25 @@ def executions_of(doubt: Doubt, model: TrajectoryModel) -> Executions:
         parameters.append(Parameter(name, known, value, off.get(axis, 0.0)))
         _require_inside(parameters[-1], model.domain.lo[axis], model.domain.hi[axis])
     if all(p.known for p in parameters):
-        raise InputError("doubt: expected at least one parameter to choose; all are given.")
+        raise InputError("uncertainty: expected at least one parameter to choose; all are given.")
     return Executions(tuple(parameters))
 
 
-def require_given(doubt: Doubt | None, model: TrajectoryModel) -> None:
+def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> None:
     """Raises InputError for a query without a value of a parameter that the model's system measures
     at the start: no plan chooses it, unless the query calls it free. [T37]
     """
     names = [name_of(label) for label in model.labels.k]
     said: set[int] = set()
-    if doubt is not None:
+    if uncertainty is not None:
         for word in ("given", "unknown"):
-            said |= _by_axis(f"doubt {word}", getattr(doubt, word), names).keys()
+            said |= _by_axis(f"uncertainty {word}", getattr(uncertainty, word), names).keys()
     missing = [names[axis] for axis in model.given if axis not in said]
     if missing:
         raise InputError(
-            f"doubt given: expected {listed(missing)}, which {model.system or 'this robot'} "
-            f"measures at the start; got no value. Say Doubt(given={{{missing[0]!r}: 0.5}}), or "
+            f"uncertainty given: expected {listed(missing)}, which {model.system or 'this robot'} "
+            f"measures at the start; got no value. Say "
+            f"Uncertainty(given={{{missing[0]!r}: 0.5}}), or "
             f'"{FREE}" in place of a value to look for starts too.'
         )
 
@@ -171,8 +172,9 @@ def require_few(points: int, executions: int) -> None:
     """Raises InputError for more points than a certificate may have."""
     if points * executions > MOST:
         raise InputError(
-            f"doubt: expected at most {MOST} reference points, each with all its executions; got "
-            f"{points} with {executions}. Bound the doubt of fewer parameters, or use fewer points."
+            f"uncertainty: expected at most {MOST} reference points, each with all its "
+            f"executions; got {points} with {executions}. Bound the uncertainty of fewer "
+            "parameters, or use fewer points."
         )
 
 
@@ -196,14 +198,14 @@ def _require_inside(p: Parameter, lo: float, hi: float) -> None:
     low, high = p.box
     if p.known is None and 2 * p.off >= hi - lo:
         raise InputError(
-            f"doubt k of {p.name}: expected less than half of the range of K, {(hi - lo) / 2:g}; "
-            f"got {p.off:g}."
+            f"uncertainty k of {p.name}: expected less than half of the range of K, "
+            f"{(hi - lo) / 2:g}; got {p.off:g}."
         )
     if p.known is not None and not (lo <= low and high <= hi):
         rough = f", executed within ±{told(p.off)}" if p.off else ""
         value = ", ".join(told(x) for x in p.value)
         raise InputError(
-            f"doubt of {p.name}: expected a box within K, [{lo:g}, {hi:g}]; got [{value}] "
+            f"uncertainty of {p.name}: expected a box within K, [{lo:g}, {hi:g}]; got [{value}] "
             f"({p.known}{rough}). Narrow it, or learn a model of more."
         )
 
@@ -265,12 +267,12 @@ def misses_circle(a: Fraction, b: Fraction, g: Fraction) -> bool:
 
 
 OF_COPIES = (
-    "Under this doubt of execution or heading a few executions stand for all, and more than all: "
-    "what is not safe is a plan that this method cannot show to withstand it."
+    "Under this uncertainty of execution or heading a few executions stand for all, and more than "
+    "all: what is not safe is a plan that this method cannot show to withstand it."
 )
 
 
-class Withstood(NamedTuple):
+class Robustness(NamedTuple):
     """The uncertainty that an answer is robust to.
 
     words: "every start within ...", for sentences.
@@ -308,26 +310,28 @@ class Withstood(NamedTuple):
 
 
 def withstood(
-    doubt: Doubt, executions: Executions, model: TrajectoryModel, copies: bool
-) -> Withstood:
-    """The record of a doubt about a model's plans. copies: as of `Withstood`."""
+    uncertainty: Uncertainty, executions: Executions, model: TrajectoryModel, copies: bool
+) -> Robustness:
+    """The record of an uncertainty about a model's plans. copies: as of `Robustness`."""
     volume = float(np.prod(model.domain.hi - model.domain.lo))
     parameters = (model.n_k, len(executions.chosen))
-    return Withstood(words(doubt, executions), doubt.sensing_eps, parameters, volume, copies)
+    return Robustness(
+        words(uncertainty, executions), uncertainty.sensing_eps, parameters, volume, copies
+    )
 
 
-def words(doubt: Doubt, executions: Executions) -> str:
+def words(uncertainty: Uncertainty, executions: Executions) -> str:
     """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
     rough, known = executions.words
     parts = []
-    if any(doubt.start):
-        parts.append(f"every start within {_spread(doubt.start)} m of the one asked about")
-    if doubt.heading:
-        parts.append(f"every heading within ±{told(doubt.heading)} rad")
+    if any(uncertainty.start):
+        parts.append(f"every start within {_spread(uncertainty.start)} m of the one asked about")
+    if uncertainty.heading:
+        parts.append(f"every heading within ±{told(uncertainty.heading)} rad")
     parts += rough
-    if any(doubt.goal):
-        parts.append(f"every goal moved by up to {_spread(doubt.goal)}")
-    if any(s is not None for s in doubt.obstacles):
+    if any(uncertainty.goal):
+        parts.append(f"every goal moved by up to {_spread(uncertainty.goal)}")
+    if any(s is not None for s in uncertainty.obstacles):
         parts.append("every place of the obstacles that fits what was seen of them")
     return "; ".join([*parts, *known])
 
@@ -336,11 +340,11 @@ def _spread(widths: Sequence[float]) -> str:
     return ", ".join(f"±{told(w)}" for w in widths)
 
 
-def withstood_of_json(data: dict | None) -> Withstood | None:
+def robustness_of_json(data: dict | None) -> Robustness | None:
     """The record that `to_json` wrote."""
     if data is None:
         return None
     n_k, chosen = data["parameters"]
     eps = Fraction(data["sensing_eps"])
     copies = data.get("copies", False)
-    return Withstood(data["words"], eps, (n_k, chosen), float(data["k_volume"]), copies)
+    return Robustness(data["words"], eps, (n_k, chosen), float(data["k_volume"]), copies)

@@ -27,7 +27,7 @@ from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.network.rounding import TINY, UNIT
 from parc_jax.problem.body import Body, Part, numbered
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.bend import bend_by_bin
 from parc_jax.problem.robust.realisations import Executions, Turn, require_few
 
@@ -102,7 +102,7 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     return model.replace(net=one.net, claim=derived(model.claim, **changes, evidence=about))
 
 
-def copied_problem(problem: ReachAvoid, model: TrajectoryModel, n_v: int, n_r: int) -> ReachAvoid:
+def copied_problem(problem: Problem, model: TrajectoryModel, n_v: int, n_r: int) -> Problem:
     """The problem about all vertex realisations: hulls over their points, and a goal for each.
 
     model: before they were added. n_v, n_r: number of executions and of maps.

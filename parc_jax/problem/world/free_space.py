@@ -159,8 +159,8 @@ class FreeSpace:
             return ""
         return (
             f"{counted(self.refuting, 'beam')} ended within what was known to be free: something "
-            f"came, or the pose is off by more than its doubt; {self.gone.area:.2g} m² are not "
-            "known to be free any more, until they are seen again"
+            f"came, or the pose is off by more than its uncertainty; {self.gone.area:.2g} m² are "
+            "not known to be free any more, until they are seen again"
         )
 
     def _refuted(self, region: "shapely.Geometry"):
@@ -237,15 +237,16 @@ class FreeSpace:
             )
         return min(found, key=lambda one: len(one._edges()))
 
-    def holds(self, corners: npt.ArrayLike, doubt: float = 0.0) -> bool:
+    def holds(self, corners: npt.ArrayLike, uncertainty: float = 0.0) -> bool:
         """Does a body lie inside, in one part? It must at the start. [T41]
 
-        corners: (n, 2) [m], the body is their hull. doubt: [m] bound of the error of its place.
+        corners: (n, 2) [m], the body is their hull. uncertainty: [m] bound of the error of its
+        place.
         Raises InputError.
         """
         shapely = package("shapely", CALL)
         body = shapely.MultiPoint(_corners(corners)).convex_hull
-        gap = _length("doubt", doubt) + TOLERANCES.outline
+        gap = _length("uncertainty", uncertainty) + TOLERANCES.outline
         border = self.region.boundary
         return bool(self.region.contains(body) and not shapely.dwithin(border, body, gap))
 

@@ -25,7 +25,7 @@ def seen_from(
     noise: float,
     width: float,
     angle_error: float = 0.0,
-    doubt: tuple[float, float] = (0.0, 0.0),
+    uncertainty: tuple[float, float] = (0.0, 0.0),
     tolerance: float = 0.005,
 ) -> FreeSpace:
     """The region that one scan proves free; added to an older region, it refutes parts of that.
@@ -36,26 +36,26 @@ def seen_from(
     ranges: (n,) [m] finite; max_range or more for a beam without a return, free up to there; 0 for
         a failed or blocked beam.
     noise: [m] bound of |range - truth|. angle_error: [rad] bound for each beam.
-    doubt: ([m], [rad]) bounds of the error of the pose; the region shrinks by as much.
+    uncertainty: ([m], [rad]) bounds of the error of the pose; the region shrinks by as much.
     tolerance: [m] by which the region may shrink to save corners.
 
-    Assumed: the world stands still, and so does the sensor while its beams sweep, but for `doubt`;
-    errors satisfy their bounds; all that a body may touch stands in the lidar's plane; and no
-    object is narrower than `width` [m]: each is a union of discs of this diameter and squares of
-    this side, however turned, so corners are not sharper than a square's. Between two beams with
-    the gap g the nearer range R then holds, less how far a corner can reach out between them:
-    R (cos g/2 - sin g/2), as far as they are closer to each other than width / √2. [T41b] A closed
-    circle of beams is closed.
+    Assumed: the world stands still, and so does the sensor while its beams sweep, but for
+    `uncertainty`; errors satisfy their bounds; all that a body may touch stands in the lidar's
+    plane; and no object is narrower than `width` [m]: each is a union of discs of this diameter and
+    squares of this side, however turned, so corners are not sharper than a square's. Between two
+    beams with the gap g the nearer range R then holds, less how far a corner can reach out between
+    them: R (cos g/2 - sin g/2), as far as they are closer to each other than width / √2. [T41b] A
+    closed circle of beams is closed.
 
-    Algorithm: a polygon with a corner a beam; the doubt of heading and beams by the least of all
-    gaps that a direction may lie in, the doubt of place by `shrunk`. [T41c]
+    Algorithm: a polygon with a corner a beam; the uncertainty of heading and beams by the least of
+    all gaps that a direction may lie in, the uncertainty of place by `shrunk`. [T41c]
     """
     shapely = package("shapely", CALL)
     pose = as_float64(f"{CALL} pose (x, y, heading)", pose, (3,))
     require_near(f"{CALL} pose", pose[:2])
     angles = as_float64(f"{CALL} angles", angles, (None,))
     ranges = _finite(ranges, angles.shape)
-    moved, turned = as_float64(f"{CALL} doubt ([m], [rad])", doubt, (2,))
+    moved, turned = as_float64(f"{CALL} uncertainty ([m], [rad])", uncertainty, (2,))
     _check(angles, ranges, moved, turned)
     limits = {"noise": noise, "angle_error": angle_error, "tolerance": tolerance}
     for name, value in limits.items():
@@ -152,4 +152,6 @@ def _check(angles: np.ndarray, ranges: np.ndarray, moved: float, turned: float) 
     if (ranges < 0).any():
         raise InputError(f"{CALL}: expected ranges >= 0 m; got {ranges.min():g}.")
     if moved < 0 or turned < 0:
-        raise InputError(f"{CALL}: expected a doubt of lengths >= 0; got ({moved:g}, {turned:g}).")
+        raise InputError(
+            f"{CALL}: expected an uncertainty of lengths >= 0; got ({moved:g}, {turned:g})."
+        )

@@ -17,7 +17,7 @@ import numpy as np
 from parc_jax.common.spelling import fraction_text, hex_text
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.body import Disc
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.absence.contact_errors import ContactErrors
 from parc_jax.safe_set.separation.pairs import vertices_of
 
@@ -109,7 +109,7 @@ class PolygonBody:
 class Contacts:
     """Finds contacts of one part of the body with one obstacle of a problem."""
 
-    def __init__(self, problem: ReachAvoid, obstacle: int, part: int = 0):
+    def __init__(self, problem: Problem, obstacle: int, part: int = 0):
         poly = problem.obstacles[obstacle]
         length = np.linalg.norm(poly.A, axis=1)
         self.A = poly.A / length[:, None]

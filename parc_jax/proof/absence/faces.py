@@ -12,13 +12,13 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import Basis, round_up
 from parc_jax.common.spelling import fraction_text, hex_text
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.absence.bin_errors import BinErrors, bin_errors
 
 MOST_COMBINATIONS = 50_000  # bases of goal rows tried per face
 
 
-def goal_faces(problem: ReachAvoid, model: TrajectoryModel) -> tuple[np.ndarray, np.ndarray, list]:
+def goal_faces(problem: Problem, model: TrajectoryModel) -> tuple[np.ndarray, np.ndarray, list]:
     """Box lo, hi (n_p,) of z and the certificate's `faces`, from the goal shrunken by errors at the
     end that all bins allow.
 

@@ -16,7 +16,7 @@ from parc_jax import checker
 from parc_jax.common.spelling import decimal_text, rounded_up
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.robust.realisations import Withstood
+from parc_jax.problem.robust.realisations import Robustness
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound, Found
 from parc_jax.proof.absence.faces import goal_faces
 from parc_jax.proof.absence.tree import Node
@@ -45,8 +45,9 @@ class NoPlan(NamedTuple):
     certificate: the `no_plan` entry of answer.json, None when the checker refused it.
     leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
     seconds: [s] of the search.
-    reason: why none is safe, where a sentence can say it, else None. doubt: what a safe plan here
-        withstands; None where there was no doubt. ended: by what, None if not known.
+    reason: why none is safe, where a sentence can say it, else None. uncertainty: what a safe plan
+    here
+        withstands; None where there was no uncertainty. ended: by what, None if not known.
     """
 
     kind: str
@@ -58,13 +59,13 @@ class NoPlan(NamedTuple):
     safe_plan: tuple[np.ndarray, np.ndarray] | None = None
     seconds: float = 0.0
     reason: Why | None = None
-    doubt: Withstood | None = None
+    uncertainty: Robustness | None = None
     ended: Ended | None = Ended.TARGET
 
     def statement(self) -> str:
         """What is true of the model and its tube, and of which plans that is said."""
         told = self._told()
-        return told if self.doubt is None else self.doubt.of_none(told)
+        return told if self.uncertainty is None else self.uncertainty.of_none(told)
 
     def _told(self) -> str:
         if self.kind == PROVED:

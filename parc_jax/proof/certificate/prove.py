@@ -8,7 +8,7 @@ import numpy as np
 from parc_jax import checker
 from parc_jax.common.errors import InputError
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.certificate.write import (
     corridor_part,
     polytope_part,
@@ -18,7 +18,7 @@ from parc_jax.proof.certificate.write import (
 
 
 def prove(
-    problem: ReachAvoid, model: TrajectoryModel, samples: list[dict], corridors=(), polytopes=()
+    problem: Problem, model: TrajectoryModel, samples: list[dict], corridors=(), polytopes=()
 ):
     """Which sample certificates, which corridors and which polytopes the checker accepts: three
     bool arrays.
@@ -39,7 +39,7 @@ def prove(
     )
 
 
-def proves_box(problem: ReachAvoid, model: TrajectoryModel, part: dict) -> bool:
+def proves_box(problem: Problem, model: TrajectoryModel, part: dict) -> bool:
     """Whether the checker accepts a box of plans, each of them safe: a part as `check_doubt` takes
     it. [T21] Raises InputError as `prove` does.
     """
@@ -47,7 +47,7 @@ def proves_box(problem: ReachAvoid, model: TrajectoryModel, part: dict) -> bool:
     return _accepts(lambda entry: checker.check_doubt(context, entry), part)
 
 
-def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
+def _context(problem: Problem, model: TrajectoryModel) -> checker.Context:
     """The checker's exact form of the question. Networks and tubes of the last few models are read
     once.
     """

@@ -21,7 +21,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.problem.body import Disc, Polygon, numbered
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.certificate.templates import end_part, rows_part
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.polytope import SafePolytope
@@ -32,7 +32,7 @@ from parc_jax.safe_set.verdict.scene import Scene
 FORMAT = "parc_jax.answer/2"
 
 
-def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
+def problem_part(problem: Problem, model: TrajectoryModel) -> dict:
     """The question."""
     obstacles = []
     for poly, span in zip(problem.obstacles, problem.all_spans, strict=True):
@@ -91,7 +91,7 @@ def fitted_tube_part(tube: Tube, templates: Templates, goal: HPolytope) -> dict:
     }
 
 
-def question_parts(problem: ReachAvoid, model: TrajectoryModel) -> tuple[dict, dict, dict]:
+def question_parts(problem: Problem, model: TrajectoryModel) -> tuple[dict, dict, dict]:
     """Problem, network and tube."""
     if model.tube.templates is None:
         tube = tube_part(model.tube)
@@ -101,7 +101,7 @@ def question_parts(problem: ReachAvoid, model: TrajectoryModel) -> tuple[dict, d
 
 
 def answer_part(
-    problem: ReachAvoid,
+    problem: Problem,
     model: TrajectoryModel,
     samples: list[dict],
     corridors,
@@ -191,7 +191,7 @@ def polytope_part(polytope: SafePolytope) -> dict:
     }
 
 
-def corridor_part(corridor: Corridor, problem: ReachAvoid) -> dict:
+def corridor_part(corridor: Corridor, problem: Problem) -> dict:
     """Certificate of a corridor: its directions and one plan that keeps to it."""
     return {
         "p0": hex_text(corridor.p0),
@@ -205,7 +205,7 @@ def _nearest(scene: Scene, o: int, path, errors: ErrorSet, t: int) -> np.ndarray
     return scene.obstacles.gap(o, path[t], path[t + 1], at(errors, t))[1]
 
 
-def separation_part(runs_by_pair: list, problem: ReachAvoid) -> list:
+def separation_part(runs_by_pair: list, problem: Problem) -> list:
     """What a certificate says of each pair of an obstacle and a part, by obstacle and by part."""
     spelled = [
         [
@@ -223,7 +223,7 @@ def by_pair(sep: list) -> list:
     return [runs for parts in sep for runs in parts]
 
 
-def _body(problem: ReachAvoid, model: TrajectoryModel) -> dict:
+def _body(problem: Problem, model: TrajectoryModel) -> dict:
     parts = numbered(problem.body, model.points)
     return {"parts": [{"points": list(part.points)} | _shape(part.shape) for part in parts]}
 

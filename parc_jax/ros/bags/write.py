@@ -25,7 +25,7 @@ from parc_jax.drive.loop.log import episode_part
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.body import numbered
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.ros.bags import messages as m
 from parc_jax.ros.bags.messages import Messages, mcap
@@ -170,7 +170,7 @@ def _manoeuvre(
 
 def _scene(
     says: Messages,
-    problem: ReachAvoid,
+    problem: Problem,
     model: TrajectoryModel,
     pose,
     near: np.ndarray,

@@ -14,7 +14,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.body import Body, Disc, Polygon, numbered
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import Problem, reach_avoid
 from parc_jax.safe_set.separation.pairs import Obstacles, obstacles_of
 from parc_jax.safe_set.verdict.scene import (
     CORNERS,
@@ -48,7 +48,7 @@ class BoxScenes:
     def __len__(self) -> int:
         return len(self.goal_lo)
 
-    def problem(self, i: int) -> ReachAvoid:
+    def problem(self, i: int) -> Problem:
         """Scene i as `Planner.solve` takes it."""
         kept = np.flatnonzero(self.present[i])
         free = not np.isfinite(self.start_lo[i]).all()

@@ -14,21 +14,21 @@ from parc_jax.common.arrays import x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
 from parc_jax.safe_set.batch.proposals import PROPOSED, Best, along_fan
 from parc_jax.safe_set.batch.run import make_pool, rewarm_many, run, search_many
 from parc_jax.safe_set.verdict.scene import (
     SceneArrays,
-    apart_from_plans,
+    padded_to_class,
+    prune,
     scene_arrays,
     size_class,
-    sized,
 )
 
 FEW = 4  # obstacles, up to which pruning costs more than it saves
 
-Problems = Sequence[ReachAvoid] | BoxScenes | SceneArrays
+Problems = Sequence[Problem] | BoxScenes | SceneArrays
 
 
 class SizeClass(NamedTuple):
@@ -85,7 +85,7 @@ def search_batch(
     return best, drawn, seconds
 
 
-def problem_of(problems: Problems, row: int) -> ReachAvoid:
+def problem_of(problems: Problems, row: int) -> Problem:
     """One problem of a batch, as `Planner.solve` takes it. Raises InputError for stacked arrays."""
     if isinstance(problems, SceneArrays):
         raise InputError(
@@ -185,7 +185,7 @@ def _warm(warm: Any, s: int, dims: int):
     return plans
 
 
-def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> list[SizeClass]:
+def stack_problems(problems: Sequence[Problem], model: TrajectoryModel) -> list[SizeClass]:
     """Stacked arrays of a list of problems by padded size, pruned. Raises InputError that names the
     first bad one.
 
@@ -196,7 +196,7 @@ def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> li
     for row, problem in enumerate(problems):
         try:
             few = len(problem.obstacles) <= FEW
-            one = scene_arrays(problem, model, None if few else apart_from_plans(problem, model))
+            one = scene_arrays(problem, model, None if few else prune(problem, model))
         except InputError as error:
             raise InputError(f"problem {row} of the batch: {error}") from None
         alike.setdefault(size_class(len(problem.obstacles)), []).append((row, one))
@@ -205,7 +205,7 @@ def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> li
         # all padded to the largest: pruning must not make more programs
         most = size_class(max(len(one.obstacles.active) for _, one in some))
         for row, one in some:
-            padded = sized(one, most)
+            padded = padded_to_class(one, most)
             groups.setdefault(shape_of(padded), []).append((row, padded))
     return [
         SizeClass(

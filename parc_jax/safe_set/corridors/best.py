@@ -15,7 +15,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.safe_set.corridors.plan_set import PlanSet
 from parc_jax.safe_set.corridors.union import SafeUnion
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import whole_scene
+from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 DRAWS = 2048  # first look over the whole set
 KEPT = 4  # plans around which the closer search draws: of these, then the best so far
@@ -97,7 +97,7 @@ def _value(plans: PlanSet, objective: Objective):
     n_p = plans.model.n_p
     if isinstance(objective, str):
         # of all obstacles, those too that no plan comes near
-        scene = whole_scene(plans.scene)
+        scene = unpruned_scene(plans.scene)
 
         def named(x: Float[ArrayLike, "b n"]):
             return getattr(verdicts(scene, x[:, :n_p], x[:, n_p:]), objective)

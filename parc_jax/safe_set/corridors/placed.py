@@ -9,7 +9,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.corridors.sampling import BinEnds, ends_of
 from parc_jax.safe_set.verdict.pointwise import end_network
-from parc_jax.safe_set.verdict.scene import ROOM, Scene, SceneArrays, roomy
+from parc_jax.safe_set.verdict.scene import ROOM, Scene, SceneArrays, padded
 
 
 @struct.dataclass
@@ -37,7 +37,7 @@ def placed(scene: Scene) -> Placed:
 def _placed(scene: Scene, device: jax.Device | None) -> Placed:
     about = once(scene.model, _of_model, device)
     corners_of_a_box = 2**scene.model.n_p
-    own = (roomy(scene, ROOM, corners_of_a_box).arrays, ends_of(scene), scene.at)
+    own = (padded(scene, ROOM, corners_of_a_box).arrays, ends_of(scene), scene.at)
     with x64(), jax.transfer_guard_host_to_device("allow"):
         return Placed(*about, *_moved(own))
 

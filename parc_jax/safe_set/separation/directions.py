@@ -19,7 +19,7 @@ from jaxtyping import Float
 from parc_jax.common import struct
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.problem.body import Disc, Polygon
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.separation.pairs import bucket, corners, numbered_pairs
 
 Cones = Sequence[tuple[int, ...]]  # rows of an obstacle that meet in a corner, n_p each
@@ -101,7 +101,7 @@ class DirectionTable:
 
 
 def direction_table(
-    problem: ReachAvoid, n_p: int, kept: Sequence[int] | np.ndarray | None = None, size: int = 0
+    problem: Problem, n_p: int, kept: Sequence[int] | np.ndarray | None = None, size: int = 0
 ) -> DirectionTable:
     """Facet normals and evenly spread directions in the normal cone of every corner of every
     obstacle, for every part of the body; or of the pairs of these numbers alone. size: pairs that

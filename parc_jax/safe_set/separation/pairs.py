@@ -26,7 +26,7 @@ from parc_jax.common.shapes import Index, Knot, Path, Vector
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.network.predict import Layout, by_point
 from parc_jax.problem.body import Disc, Polygon, numbered
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.separation import distance, segment
 
 FARTHEST = 10**100  # [m] a corner beyond this is taken for a direction left open
@@ -199,7 +199,7 @@ _gap_on_host = jax.jit(lambda pairs, o, *of: pairs.only(o).gap(*of))
 
 
 def obstacles_of(
-    problem: ReachAvoid,
+    problem: Problem,
     points: tuple[str, ...],
     layout: Layout,
     closed: bool = False,
@@ -241,7 +241,7 @@ def obstacles_of(
     return pairs
 
 
-def exists(problem: ReachAvoid, j: int, n_steps: int) -> np.ndarray:
+def exists(problem: Problem, j: int, n_steps: int) -> np.ndarray:
     """(T,) bool: the intervals in which obstacle j exists. Raises InputError."""
     first, last = problem.all_spans[j] or (0, n_steps - 1)
     if last >= n_steps:
@@ -251,7 +251,7 @@ def exists(problem: ReachAvoid, j: int, n_steps: int) -> np.ndarray:
 
 
 def numbered_pairs(
-    problem: ReachAvoid, kept: Sequence[int] | np.ndarray | None = None
+    problem: Problem, kept: Sequence[int] | np.ndarray | None = None
 ) -> list[tuple[int, int]]:
     """(obstacle, part) of the pairs with these numbers, of all where none are given."""
     n_parts = len(problem.parts)

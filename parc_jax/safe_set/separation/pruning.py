@@ -24,7 +24,7 @@ from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.network.rounding import UNIT
 from parc_jax.problem.body import Part
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.separation.directions import Multiplier, Run, body_support
 from parc_jax.safe_set.separation.inequality import excess
 
@@ -173,7 +173,7 @@ def extent_of(
     return Extent(np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]), errors.reshape(shape))
 
 
-def apart(problem: ReachAvoid, parts: Sequence[Part], extent: Extent, slack: float) -> Apart:
+def apart(problem: Problem, parts: Sequence[Part], extent: Extent, slack: float) -> Apart:
     """Prune the pairs that one row separates.
 
     parts: of the body, with the numbers of their points.
@@ -202,14 +202,14 @@ def apart(problem: ReachAvoid, parts: Sequence[Part], extent: Extent, slack: flo
     )
 
 
-def spans_of(problem: ReachAvoid, n_steps: int) -> np.ndarray:
+def spans_of(problem: Problem, n_steps: int) -> np.ndarray:
     """(o, 2) first and last interval in which each obstacle exists."""
     every = (0, n_steps - 1)
     return np.array([span or every for span in problem.all_spans], int).reshape(-1, 2)
 
 
 def _settled(
-    problem: ReachAvoid,
+    problem: Problem,
     some: np.ndarray,
     part: Part,
     extent: Extent,

@@ -39,7 +39,7 @@ def why_none(scene: Scene) -> Why | None:
     start set, no plan of the model gets from there to the goal, or the tube is wider than the goal.
     None where nothing of this is so, which says nothing.
     """
-    sure = scene.asked.doubt is None
+    sure = scene.nominal.uncertainty is None
     words = _touching(scene, of_model=False)
     if words is not None:
         return Why(words, True, sure)

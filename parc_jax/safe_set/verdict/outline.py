@@ -10,8 +10,8 @@ from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.runs.law import BOX, LawSpec, given_of, law_of
 from parc_jax.learning.system import System, TimeGrid, points_of, rotation_of
 from parc_jax.problem.body import numbered
-from parc_jax.problem.problem import ReachAvoid, goal_box, require_dimensions
-from parc_jax.problem.robust.nominal import doubted_scene
+from parc_jax.problem.problem import Problem, goal_box, require_dimensions
+from parc_jax.problem.robust.nominal import robust_scene
 from parc_jax.problem.robust.pose import require_rotation
 from parc_jax.problem.robust.realisations import executions_of, require_given
 from parc_jax.safe_set.separation.pairs import exists
@@ -70,21 +70,21 @@ def outline_of(system: System) -> Outline:
     )
 
 
-def require_fit(problem: ReachAvoid, robot: Outline | TrajectoryModel) -> None:
-    """Refuse a question that this robot cannot be asked: goal, body, obstacles, doubt. All that a
-    query refuses later, so that nothing is run or learned for it. Raises InputError.
+def require_fit(problem: Problem, robot: Outline | TrajectoryModel) -> None:
+    """Refuse a question that this robot cannot be asked: goal, body, obstacles, uncertainty. All
+    that a query refuses later, so that nothing is run or learned for it. Raises InputError.
     """
     require_dimensions(problem, robot.n_p, robot.n_q, robot.points)
     numbered(problem.body, robot.points)
     for j in range(len(problem.obstacles)):
         exists(problem, j, robot.time.n_steps)
-    doubt = problem.doubt
-    require_given(doubt, robot)
-    if doubt is not None and not doubt.is_nothing:
-        if doubt.heading:
-            require_rotation(robot, "doubt heading")
-        executions_of(doubt, robot)
-        problem = doubted_scene(problem, doubt, robot.layout)
+    uncertainty = problem.uncertainty
+    require_given(uncertainty, robot)
+    if uncertainty is not None and not uncertainty.is_nothing:
+        if uncertainty.heading:
+            require_rotation(robot, "uncertainty heading")
+        executions_of(uncertainty, robot)
+        problem = robust_scene(problem, uncertainty, robot.layout)
     goal_box(problem.goal, robot.layout)
 
 

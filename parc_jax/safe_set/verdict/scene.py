@@ -20,7 +20,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.rounding import UNIT, rounding_bound
 from parc_jax.problem.body import Body, numbered
-from parc_jax.problem.problem import ReachAvoid, box_of_rows, goal_box, require_dimensions
+from parc_jax.problem.problem import Problem, box_of_rows, goal_box, require_dimensions
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.separation.directions import DirectionTable, direction_table
 from parc_jax.safe_set.separation.pairs import (
@@ -103,7 +103,7 @@ class Scene(SceneArrays):
         return self.asked.model
 
     @property
-    def problem(self) -> ReachAvoid:
+    def problem(self) -> Problem:
         """The nominal problem's sets, for certificates and proofs."""
         return self.asked.problem
 
@@ -136,12 +136,12 @@ class Scene(SceneArrays):
         return once(self, _table)
 
 
-def scene_of(problem: ReachAvoid, model: TrajectoryModel) -> Scene:
+def scene_of(problem: Problem, model: TrajectoryModel) -> Scene:
     """The scene of a problem without uncertainty, all obstacles. Raises InputError."""
-    return laid_out(NominalProblem(problem, model))
+    return lowered(NominalProblem(problem, model))
 
 
-def laid_out(asked: NominalProblem, apart: Apart | None = None) -> Scene:
+def lowered(asked: NominalProblem, apart: Apart | None = None) -> Scene:
     """The scene of a nominal problem, at its own size.
 
     apart: obstacles to leave out.
@@ -152,17 +152,17 @@ def laid_out(asked: NominalProblem, apart: Apart | None = None) -> Scene:
     return Scene(**(vars(arrays) | {"count": count}), asked=asked, apart=apart)
 
 
-def near_scene(asked: NominalProblem) -> Scene:
+def pruned_scene(asked: NominalProblem) -> Scene:
     """The padded scene of a nominal problem, without the obstacles that are proved separated from
     every plan that ends in the goal. [T11, T14]
 
     Raises InputError where the problem does not fit the model.
     """
-    found = apart_from_plans(asked.problem, asked.model)
+    found = prune(asked.problem, asked.model)
     return _pruned(asked, found)
 
 
-def scene_near_path(asked: NominalProblem, k: np.ndarray, path: np.ndarray) -> Scene:
+def scene_along(asked: NominalProblem, k: np.ndarray, path: np.ndarray) -> Scene:
     """The padded scene of one plan, without the obstacles that one row separates from it.
 
     k: (n_k,) parameters of the plan. path: (T + 1, n_c) [m] prediction of it.
@@ -180,18 +180,18 @@ def scene_near_path(asked: NominalProblem, k: np.ndarray, path: np.ndarray) -> S
     return _pruned(asked, found)
 
 
-def whole_scene(scene: Scene) -> Scene:
+def unpruned_scene(scene: Scene) -> Scene:
     """The padded scene with all obstacles, for margins of each, or of plans that miss the goal."""
     return scene if scene.apart is None else once(scene, _with_all)
 
 
 def _with_all(scene: Scene) -> Scene:
-    return roomy(laid_out(scene.asked))
+    return padded(lowered(scene.nominal))
 
 
 def _pruned(asked: NominalProblem, found: Apart) -> Scene:
-    scene = laid_out(asked, found if np.isfinite(found.beyond) else None)
-    return roomy(scene)
+    scene = lowered(asked, found if np.isfinite(found.beyond) else None)
+    return padded(scene)
 
 
 def _table(scene: Scene) -> DirectionTable:
@@ -206,13 +206,13 @@ def _alike(scene: Scene) -> Alike:
 
 
 def scene_arrays(
-    problem: ReachAvoid, model: TrajectoryModel, apart: Apart | None = None
+    problem: Problem, model: TrajectoryModel, apart: Apart | None = None
 ) -> SceneArrays:
     """The arrays of a problem without uncertainty, as a batch takes them. Raises InputError."""
-    if problem.doubt is not None:
+    if problem.uncertainty is not None:
         raise InputError(
-            "scene: expected a nominal problem; this one is under doubt. Ask a planner, or reduce "
-            "it by `Query.nominal`."
+            "scene: expected a nominal problem; this one is under uncertainty. Ask a planner, or "
+            "reduce it by `Query.nominal`."
         )
     require_dimensions(problem, model.n_p, model.n_q, model.points)
     box_lo, box_hi = goal_box(problem.goal, model.layout)
@@ -244,7 +244,7 @@ def volume_of_all(scene: Scene) -> float:
     return k if scene.at is not None else k * float(np.prod(scene.z_hi - scene.z_lo))
 
 
-def in_closed_form(problem: ReachAvoid, model: TrajectoryModel) -> bool:
+def in_closed_form(problem: Problem, model: TrajectoryModel) -> bool:
     """Is the distance of obstacles known in closed form? So it is for one point in the plane whose
     errors are boxes.
     """
@@ -283,9 +283,9 @@ def _terms(tube: Tube) -> float:
     return max(float(at(e, tube.claimed).largest.max()) for e in sets)
 
 
-def apart_from_plans(problem: ReachAvoid, model: TrajectoryModel) -> Apart:
+def prune(problem: Problem, model: TrajectoryModel) -> Apart:
     """The obstacles that every plan that reaches is separated from by one row. Raises InputError as
-    `near_scene` does.
+    `pruned_scene` does.
     """
     require_dimensions(problem, model.n_p, model.n_q, model.points)
     _check_obstacles(problem, model.time.n_steps)
@@ -294,7 +294,7 @@ def apart_from_plans(problem: ReachAvoid, model: TrajectoryModel) -> Apart:
     return apart(problem, parts, extent, slack)
 
 
-def extent_in(problem: ReachAvoid, model: TrajectoryModel) -> tuple[Extent, float]:
+def extent_in(problem: Problem, model: TrajectoryModel) -> tuple[Extent, float]:
     """The reachable envelope of the points of plans that reach, and the slack [m] of inequalities
     about it.
 
@@ -319,7 +319,7 @@ def extent_in(problem: ReachAvoid, model: TrajectoryModel) -> tuple[Extent, floa
     return extent_of(ways, ends, starts, widest, 2 * slack, n_p), slack
 
 
-def _check_obstacles(problem: ReachAvoid, n_steps: int) -> None:
+def _check_obstacles(problem: Problem, n_steps: int) -> None:
     """Raises InputError for an obstacle that exists too late, is empty or unbounded."""
     for j in np.flatnonzero(spans_of(problem, n_steps)[:, 1] >= n_steps):
         exists(problem, int(j), n_steps)
@@ -342,7 +342,7 @@ def size_class(n: int, least: int = 1) -> int:
     return max(least, 1 << max(n - 1, 0).bit_length())
 
 
-def sized(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
+def padded_to_class(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
     """One scene of a batch padded to its size class.
 
     least_obstacles: least number of obstacles after padding.
@@ -351,7 +351,7 @@ def sized(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
     return _padded(scene, size_class(n_o, least_obstacles), size_class(n_m, 2**n_p))
 
 
-def roomy(scene: Scene, pairs: int = LEAST_OBSTACLES, corners: int = 0) -> Scene:
+def padded(scene: Scene, pairs: int = LEAST_OBSTACLES, corners: int = 0) -> Scene:
     """One scene padded for more obstacles and rows, so that another scene with a few more, or
     fewer, compiles nothing.
 

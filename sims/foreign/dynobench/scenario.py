@@ -4,7 +4,7 @@ import numpy as np
 
 from parc_jax.common.sets.box import Box, box
 from parc_jax.problem.body import Body, body_of, hull
-from parc_jax.problem.problem import GoalOfPoints, ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import GoalOfPoints, Problem, goal_of_points, reach_avoid
 from sims.foreign.dynobench.robots import BEND, ROBOTS, TRAILER_CORNERS, Robot
 from sims.foreign.dynobench.scenes import Scene, scene
 from sims.rectangle import CORNERS
@@ -12,12 +12,12 @@ from sims.rectangle import CORNERS
 NEAR, TURNED = 0.1, 0.2  # [m], [rad]: dynobench's goal is a state, ours all within this of it
 
 
-def problem(robot: str = "unicycle1_v0", name: str = "parallelpark_0") -> ReachAvoid:
+def problem(robot: str = "unicycle1_v0", name: str = "parallelpark_0") -> Problem:
     """A scene by its name; ask it `at=` a pose. Raises InputError."""
     return problem_of(scene(robot, name))
 
 
-def problem_of(asked: Scene) -> ReachAvoid:
+def problem_of(asked: Scene) -> Problem:
     """The question of a scene."""
     robot = ROBOTS[asked.robot]
     return reach_avoid(goal_of(robot, asked.goal), obstacles(asked), body(robot))

@@ -3,7 +3,7 @@ touched none.
 """
 
 from parc_jax.common.sets.box import box
-from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid
 from sims.foreign.husky import params as c
 from sims.rectangle import POINTS, rectangle
 
@@ -12,9 +12,7 @@ WALL = 0.3  # [m] thickness
 FAR = 3.0  # [m] no run is longer than 1.6 m
 
 
-def problem(
-    width: float = BAY_WIDTH, length: float = BAY_LENGTH, outside: bool = False
-) -> ReachAvoid:
+def problem(width: float = BAY_WIDTH, length: float = BAY_LENGTH, outside: bool = False) -> Problem:
     """A bay, open behind the robot: walls on its left and right and ahead. Starts are anywhere, or
     wholly outside, before the open side. The frame is the robot's own as it stands at the start,
     ahead along x.

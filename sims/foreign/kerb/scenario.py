@@ -1,7 +1,7 @@
 """The task: between two parked cars, all of the car inside the bay, and not onto the kerb."""
 
 from parc_jax.common.sets.box import box
-from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid
 from sims.rectangle import CORNERS, POINTS, rectangle
 
 ROOM = 9.5  # [m] between the parked cars
@@ -12,7 +12,7 @@ HEADING = 0.15  # [rad] most that the car may stand askew
 START = ((-30.0, 2.0), (-8.0, 5.0))  # [m] of the centre: in the lane, before the bay
 
 
-def problem() -> ReachAvoid:
+def problem() -> Problem:
     """The origin is between the parked cars, on the line through their middles, the kerb below. The
     body is the true rectangle.
     """

@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.common.sets.box import Box, box
 from parc_jax.problem.body import hull
-from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid
 from sims.foreign.slot.system import CORNERS, POINTS
 
 WIDTH = 0.1  # [m] of the slot; a level drone needs 0.141
@@ -19,7 +19,7 @@ ROOM = (0.3, 0.2, 0.15)  # [m] half of the one in which all corners do
 SPEED = 0.25  # [m/s] most along each axis at the end
 
 
-def problem(width: float = WIDTH) -> ReachAvoid:
+def problem(width: float = WIDTH) -> Problem:
     """A wall of four slabs around a slot of this width [m]. All corners of the drone must end
     behind it, at hardly any speed.
     """

@@ -2,7 +2,7 @@
 
 from parc_jax.common.sets.box import box
 from parc_jax.problem.body import hull
-from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid
 from sims.foreign.towers import params as c
 from sims.foreign.towers.flight import POINTS
 
@@ -13,7 +13,7 @@ GOAL = ((520.0, -200.0), (700.0, 200.0))  # [m] where the nose must end
 CLIMB = (25.0, 150.0)  # [m]
 
 
-def problem() -> ReachAvoid:
+def problem() -> Problem:
     """Towers that reach higher than the flight, seen from above: their outlines, and that of the
     aeroplane, the hull of its points grown by ROUND.
     """

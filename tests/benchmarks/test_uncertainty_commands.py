@@ -1,4 +1,4 @@
-"""The commands behind the tables of doubt, on a few plans."""
+"""The commands behind the tables of uncertainty, on a few plans."""
 
 import pytest
 

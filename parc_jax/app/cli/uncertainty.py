@@ -1,25 +1,25 @@
-"""What the shell says of doubt, on top of what the scene says."""
+"""What the shell says of uncertainty, on top of what the scene says."""
 
 import dataclasses
 
 from parc_jax.common.errors import InputError
-from parc_jax.problem.doubt import FREE, Doubt
-from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 
 
-def under_doubt(problem: ReachAvoid, asked: dict) -> ReachAvoid:
-    """The problem with these entries of its doubt, where there are any, in place of the scene's;
-    those of parameters as words of the shell. Raises InputError.
+def under_uncertainty(problem: Problem, asked: dict) -> Problem:
+    """The problem with these entries of its uncertainty, where there are any, in place of the
+    scene's; those of parameters as words of the shell. Raises InputError.
     """
     asked = dict(asked)
-    for name, option in (("k", "doubt-k"), ("given", "given"), ("unknown", "unknown")):
+    for name, option in (("k", "uncertainty-k"), ("given", "given"), ("unknown", "unknown")):
         if name in asked:
             asked[name] = _by_name(option, asked[name])
     if not asked:
         return problem
-    own = problem.doubt or Doubt()
-    kept = {field.name: getattr(own, field.name) for field in dataclasses.fields(Doubt)}
-    return problem.replace(doubt=Doubt(**kept | asked))
+    own = problem.uncertainty or Uncertainty()
+    kept = {field.name: getattr(own, field.name) for field in dataclasses.fields(Uncertainty)}
+    return problem.replace(uncertainty=Uncertainty(**kept | asked))
 
 
 def numbers_of_option(option: str, text: str) -> list[float]:

@@ -1,13 +1,13 @@
-"""Doubt in scene files: read as it stands, written and read again alike."""
+"""Uncertainty in scene files: read as it stands, written and read again alike."""
 
 import numpy as np
 import pytest
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.problem_file import load_problem, problem_of_text, save_problem
+from parc_jax.problem.uncertainty import Uncertainty
 
 SCENE = """
 [goal]
@@ -21,10 +21,10 @@ hi = [3, 1]
 [[obstacles]]
 lo = [-3, -1]
 hi = [-2, 1]
-doubt = { A = [[1.0, 1.0], [-1.0, 0.0], [0.0, -1.0]], b = [0.1, 0.1, 0.1] }
+uncertainty = { A = [[1.0, 1.0], [-1.0, 0.0], [0.0, -1.0]], b = [0.1, 0.1, 0.1] }
 """
-DOUBT = """
-[doubt]
+UNCERTAINTY = """
+[uncertainty]
 start = [0.05, 0.02]
 heading = 0.03
 k = { speed = 0.1, 1 = 0.2 }
@@ -36,7 +36,7 @@ sensing_eps = 0.001
 """
 
 
-def same(a: Doubt, b: Doubt) -> bool:
+def same(a: Uncertainty, b: Uncertainty) -> bool:
     plain = ("start", "heading", "k", "goal", "given", "unknown", "sensing_eps")
     sets = zip(a.obstacles, b.obstacles, strict=True)
     return all(getattr(a, name) == getattr(b, name) for name in plain) and all(
@@ -45,42 +45,48 @@ def same(a: Doubt, b: Doubt) -> bool:
 
 
 def test_the_table_says_what_it_says():
-    doubt = problem_of_text(SCENE + DOUBT, "scene").doubt
-    asked = Doubt(
+    uncertainty = problem_of_text(SCENE + UNCERTAINTY, "scene").uncertainty
+    asked = Uncertainty(
         start=[0.05, 0.02],
         heading=0.03,
         k={"speed": 0.1, 1: 0.2},
         goal=0.1,
-        obstacles=[box([-0.1] * 2, [0.1] * 2), doubt.obstacles[1]],
+        obstacles=[box([-0.1] * 2, [0.1] * 2), uncertainty.obstacles[1]],
         given={"load": 3.5, "wind": (1, 2), "v0": "free"},
         unknown={"grip": (0.7, 0.9)},
         sensing_eps="0.001",
     )
-    assert same(doubt, asked) and len(doubt.obstacles[1].b) == 3
-    alone = problem_of_text(SCENE, "scene").doubt
+    assert same(uncertainty, asked) and len(uncertainty.obstacles[1].b) == 3
+    alone = problem_of_text(SCENE, "scene").uncertainty
     assert alone.obstacles[0] is None and alone.start == ()
 
 
 @pytest.mark.parametrize("suffix", ["toml", "json"])
 def test_what_is_written_is_read_again(suffix, tmp_path):
-    first = problem_of_text(SCENE + DOUBT, "scene")
+    first = problem_of_text(SCENE + UNCERTAINTY, "scene")
     again = load_problem(save_problem(tmp_path / f"scene.{suffix}", first))
-    assert same(first.doubt, again.doubt)
-    box_of_all = Doubt(obstacles=box([-0.1] * 2, [0.1] * 2))
-    one = reach_avoid(first.goal, first.obstacles, 0.1, doubt=box_of_all)
-    again = load_problem(save_problem(tmp_path / f"one.{suffix}", one)).doubt
+    assert same(first.uncertainty, again.uncertainty)
+    box_of_all = Uncertainty(obstacles=box([-0.1] * 2, [0.1] * 2))
+    one = reach_avoid(first.goal, first.obstacles, 0.1, uncertainty=box_of_all)
+    again = load_problem(save_problem(tmp_path / f"one.{suffix}", one)).uncertainty
     assert len(again.obstacles) == 2 and again.obstacles[0] is not None
 
 
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("[doubt]\nstrat = 1", "doubt: expected start, heading, .*; got 'strat'"),
-        ("[doubt]\nk = { 1 = 0.5, 01 = 0.001 }", "doubt k: expected every parameter once; 1 is"),
-        ("[doubt]\nstart = [[1]]", "doubt start: expected a list of numbers"),
-        ("[doubt]\nunknown = { load = 1 }", "doubt unknown of load: expected a box"),
-        ("[doubt]\nheading = [1]", "doubt heading: expected one number"),
-        ("[doubt]\nobstacles = { lo = [0] }", "doubt obstacles: expected `lo` and `hi`"),
+        ("[uncertainty]\nstrat = 1", "uncertainty: expected start, heading, .*; got 'strat'"),
+        (
+            "[uncertainty]\nk = { 1 = 0.5, 01 = 0.001 }",
+            "uncertainty k: expected every parameter once; 1 is",
+        ),
+        ("[uncertainty]\nstart = [[1]]", "uncertainty start: expected a list of numbers"),
+        ("[uncertainty]\nunknown = { load = 1 }", "uncertainty unknown of load: expected a box"),
+        ("[uncertainty]\nheading = [1]", "uncertainty heading: expected one number"),
+        (
+            "[uncertainty]\nobstacles = { lo = [0] }",
+            "uncertainty obstacles: expected `lo` and `hi`",
+        ),
     ],
 )
 def test_bad_tables_are_refused_by_name(text, sentence):
@@ -89,6 +95,6 @@ def test_bad_tables_are_refused_by_name(text, sentence):
 
 
 def test_an_entry_of_json_stands_once():
-    twice = '{"goal": {}, "doubt": {"k": {"speed": 0.5, "speed": 0.001}}}'
+    twice = '{"goal": {}, "uncertainty": {"k": {"speed": 0.5, "speed": 0.001}}}'
     with pytest.raises(InputError, match="scene in JSON; the entry 'speed' stands twice"):
         problem_of_text(twice, "scene", is_json=True)

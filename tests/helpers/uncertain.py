@@ -2,7 +2,7 @@
 
 import numpy as np
 
-NEARLY = 1 - 1e-12  # so that the rounding of a moved scene leaves it within the doubt
+NEARLY = 1 - 1e-12  # so that the rounding of a moved scene leaves it within the uncertainty
 
 
 def corners_and_inside(rng, n: int) -> np.ndarray:

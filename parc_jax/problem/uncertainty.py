@@ -20,9 +20,9 @@ FREE = "free"  # in place of the value of a given parameter: plans choose it nev
 
 
 @dataclass(frozen=True)
-class Doubt:
-    """Uncertainty that a safe plan is robust to: `reach_avoid(..., doubt=Doubt(...))`. By default
-    all is exact. Raises InputError.
+class Uncertainty:
+    """Uncertainty that a safe plan is robust to: `reach_avoid(..., uncertainty=Uncertainty(...))`.
+    By default all is exact. Raises InputError.
     """
 
     # more types are accepted than stored: tuples of floats, of pairs (name, value), of sets
@@ -52,12 +52,12 @@ class Doubt:
     """Probability that a true value lies outside of these boxes."""
 
     def __post_init__(self) -> None:
-        self._set("start", _widths("doubt start", self.start))
-        self._set("goal", _widths("doubt goal", self.goal))
-        self._set("k", _by_name("doubt k", self.k, lambda n, v: _widths(n, v, 1)[0], True))
+        self._set("start", _widths("uncertainty start", self.start))
+        self._set("goal", _widths("uncertainty goal", self.goal))
+        self._set("k", _by_name("uncertainty k", self.k, lambda n, v: _widths(n, v, 1)[0], True))
         self._set("heading", _heading(self.heading))
-        self._set("given", _by_name("doubt given", self.given, _value_or_box))
-        self._set("unknown", _by_name("doubt unknown", self.unknown, _box))
+        self._set("given", _by_name("uncertainty given", self.given, _value_or_box))
+        self._set("unknown", _by_name("uncertainty unknown", self.unknown, _box))
         self._set("obstacles", _seen(self.obstacles))
         self._set("sensing_eps", _probability(self.sensing_eps))
 
@@ -74,19 +74,19 @@ class Doubt:
 
     @property
     def of_model(self) -> tuple:
-        """The fields that change the model: equal for doubts that share a robust model."""
+        """The fields that change the model: equal for uncertainties that share a robust model."""
         return self.start, self.heading, self.k, self.given, self.unknown
 
     def shifts(self, n: int) -> np.ndarray:
         """(n,) half widths of the start. Raises InputError."""
-        return _fitted("doubt start", self.start, n, "one per axis of the workspace")
+        return _fitted("uncertainty start", self.start, n, "one per axis of the workspace")
 
     def of_goal(self, n_p: int, n_q: int) -> np.ndarray:
         """(n_p + n_q,) half widths of the goal. Raises InputError."""
         if n_q and len(self.goal) == n_p + n_q:
             return np.array(self.goal)
         return np.concatenate(
-            [_fitted("doubt goal", self.goal, n_p, "one per axis, or with q"), np.zeros(n_q)]
+            [_fitted("uncertainty goal", self.goal, n_p, "one per axis, or with q"), np.zeros(n_q)]
         )
 
     def of_obstacles(self, n: int) -> tuple[HPolytope | None, ...]:
@@ -97,7 +97,7 @@ class Doubt:
             return self.obstacles * n
         if len(self.obstacles) != n:
             raise InputError(
-                f"doubt obstacles: expected one set for all or one for each of {n}; got "
+                f"uncertainty obstacles: expected one set for all or one for each of {n}; got "
                 f"{len(self.obstacles)}."
             )
         return self.obstacles
@@ -179,9 +179,9 @@ def _box(name: str, value) -> Interval:
 
 
 def _heading(value) -> float:
-    angle = _widths("doubt heading", value, 1)[0]
+    angle = _widths("uncertainty heading", value, 1)[0]
     if angle >= 1:
-        raise InputError(f"doubt heading: expected a half angle below 1 rad; got {angle:g}.")
+        raise InputError(f"uncertainty heading: expected a half angle below 1 rad; got {angle:g}.")
     return angle
 
 
@@ -191,7 +191,7 @@ def _seen(value) -> tuple[HPolytope | None, ...]:
     for i, one in enumerate(sets):
         if not (one is None or isinstance(one, Box | HPolytope)):
             raise InputError(
-                f"doubt of obstacle {i}: expected a Box or HPolytope, or None; got "
+                f"uncertainty of obstacle {i}: expected a Box or HPolytope, or None; got "
                 f"{type(one).__name__}."
             )
         out.append(from_box(one) if isinstance(one, Box) else one)
@@ -204,5 +204,7 @@ def _probability(value) -> Fraction:
     except (ValueError, ZeroDivisionError):
         exact = Fraction(-1)
     if not 0 <= exact < 1:
-        raise InputError(f"doubt sensing_eps: expected a probability in [0, 1); got {value!r:.60}.")
+        raise InputError(
+            f"uncertainty sensing_eps: expected a probability in [0, 1); got {value!r:.60}."
+        )
     return exact

@@ -1,0 +1,107 @@
+"""Uncertainty: what may be said, and what is refused in one sentence."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.uncertainty import Uncertainty
+
+GOAL = box([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0])
+WALL = box([2.0, -1.0], [3.0, 1.0])
+
+REFUSED = {
+    "a negative start": (
+        {"start": [-0.1, 0.1]},
+        "uncertainty start: expected half widths >= 0; got -0.1",
+    ),
+    "a negative tolerance": (
+        {"k": {"speed": -1.0}},
+        "uncertainty k of speed: expected half widths >= 0",
+    ),
+    "a negative goal": ({"goal": -1.0}, "uncertainty goal: expected half widths >= 0"),
+    "words for a start": ({"start": "wide"}, "uncertainty start: expected half widths, numbers"),
+    "an endless start": ({"start": np.inf}, "uncertainty start: expected finite half widths"),
+    "half a turn": ({"heading": 3.0}, "uncertainty heading: expected a half angle below 1 rad"),
+    "unknown in no box": (
+        {"unknown": {"load": None}},
+        r"uncertainty unknown of load: expected a box \(lo",
+    ),
+    "unknown as a number": (
+        {"unknown": {"load": 3.0}},
+        "uncertainty unknown of load: expected a box",
+    ),
+    "a box inside out": (
+        {"given": {"load": (2, 1)}},
+        "uncertainty given of load: expected a box lo <= hi",
+    ),
+    "no names": ({"given": 3.0}, "uncertainty given: expected parameters by name"),
+    "a number twice": (
+        {"k": {"1": 0.5, 1: 0.1}},
+        "uncertainty k: expected every parameter once; 1 is",
+    ),
+    "a name twice": (
+        {"k": (("a", 0.5), ("a", 0.1))},
+        "uncertainty k: expected every parameter once; a",
+    ),
+    "no parameter": (
+        {"k": {True: 0.5}},
+        "uncertainty k: expected parameters by name, or by number",
+    ),
+    "obstacles by a number": ({"obstacles": [0.1]}, "uncertainty of obstacle 0: expected a Box"),
+    "more than certain": (
+        {"sensing_eps": 1.5},
+        r"uncertainty sensing_eps: expected a probability in",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_no_uncertainty_is_refused(case):
+    given, sentence = REFUSED[case]
+    with pytest.raises(InputError, match=sentence):
+        Uncertainty(**given)
+
+
+def test_uncertainty_must_fit_the_scene():
+    small = box([-0.1], [0.1])
+    cases = {
+        "uncertainty start: expected one half width, or 2": Uncertainty(start=[0.1, 0.1, 0.1]),
+        "one set for all or one for each of 1; got 2": Uncertainty(obstacles=[None, None]),
+        "uncertainty of obstacle 0: expected a set in the 2-D": Uncertainty(obstacles=small),
+    }
+    for sentence, uncertainty in cases.items():
+        with pytest.raises(InputError, match=sentence):
+            reach_avoid(GOAL, [WALL], 0.1, uncertainty=uncertainty)
+    with pytest.raises(InputError, match="uncertainty: expected an Uncertainty; got float"):
+        reach_avoid(GOAL, [WALL], 0.1, uncertainty=0.1)
+
+
+def test_nothing_is_nothing_and_something_is_not():
+    assert Uncertainty().is_nothing
+    assert Uncertainty(
+        start=0, k=[0.0, 0.0], goal=[0, 0], obstacles=[None], sensing_eps=0.5
+    ).is_nothing
+    for one in (
+        {"start": 0.1},
+        {"heading": 0.1},
+        {"k": [0, 0.1]},
+        {"goal": 0.1},
+        {"obstacles": WALL},
+        {"given": {"load": 0}},
+        {"unknown": {"load": (0, 1)}},
+    ):
+        assert not Uncertainty(**one).is_nothing
+
+
+def test_one_number_serves_all_axes_and_names_are_kept():
+    uncertainty = Uncertainty(start=0.1, k={"speed": 0.2, 1: 0.3}, given={"load": 5, 2: (1, 2)})
+    assert uncertainty.shifts(3).tolist() == [0.1] * 3
+    assert uncertainty.k == (("speed", 0.2), (1, 0.3))
+    assert uncertainty.given == (("load", (5.0, 5.0)), (2, (1.0, 2.0)))
+    assert Uncertainty(goal=[1, 2, 3]).of_goal(2, 1).tolist() == [1, 2, 3]
+    assert Uncertainty(goal=[1, 2]).of_goal(2, 1).tolist() == [1, 2, 0]
+    assert Uncertainty(sensing_eps="1e-3").sensing_eps == Fraction(1, 1000)
