@@ -324,9 +324,8 @@ UNCERTAINTY_ENTRIES = tuple(field.name for field in dataclasses.fields(Uncertain
 def uncertainty_of(data: dict, obstacles: list) -> Uncertainty | None:
     """The uncertainty of a scene file, None where it has none. Raises InputError.
 
-    [uncertainty]      the fields of `Uncertainty`: numbers and lists, parameters by name in tables,
-    obstacles a
-        set: lo and hi, A and b, or vertices.
+    [uncertainty] the fields of `Uncertainty`: numbers and lists, parameters by name in tables,
+        obstacles a set: lo and hi, A and b, or vertices.
     [[obstacles]] uncertainty = {lo = ..., hi = ...}: of this one alone.
     """
     own = [part.get("uncertainty") for part in obstacles]
