@@ -252,11 +252,9 @@ class Answer(Findings):
     @cached_property
     def _share_of_k(self) -> float:
         share = self._plans.share_of_k()
-        return (
-            share
-            if self.uncertainty is None
-            else share * self.uncertainty.share_of_k(self.model.domain)
-        )
+        if self.uncertainty is None:
+            return share
+        return share * self.uncertainty.share_of_k(self.model.domain)
 
     @property
     def density(self) -> float:

@@ -87,9 +87,8 @@ class Loop:
     at its end, and for a time to leave at which no run of its claim was left.
 
     A pose outside of the tube of the manoeuvre under way, by more than its uncertainty and drift,
-    begins
-    nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre goes on to
-    its stop, with a sentence by how far, until `restart` says that another episode begins.
+    begins nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre goes
+    on to its stop, with a sentence by how far, until `restart` says that another episode begins.
     """
 
     def __init__(

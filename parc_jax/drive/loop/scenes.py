@@ -27,8 +27,9 @@ CORNERS = 8  # of an obstacle in the plane, that scenes have room for without co
 
 
 class Scenes:
-    """Of one model and body. end, uncertainty: as of `Loop`. Raises InputError where they do not
-    fit."""
+    """Of one model and body. end, uncertainty: as of `Loop`. Raises InputError if they do not
+    fit.
+    """
 
     def __init__(
         self,

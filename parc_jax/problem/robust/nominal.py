@@ -191,8 +191,7 @@ def robust_scene(
     problem: Problem, uncertainty: Uncertainty, layout: Layout, whole: bool = False
 ) -> Problem:
     """The problem robust to uncertainty of start, goal and obstacles, except that the points move
-    with
-    the start before the end: the tube has to allow for that.
+    with the start before the end: the tube has to allow for that.
 
     whole: allow for that too, by obstacles that grow by the box of the start.
     Raises InputError where nothing is left of the goal.
@@ -242,9 +241,8 @@ def _require_room(shrunken: HPolytope, goal: HPolytope) -> None:
         if j is not None and shrunken.b[i] + shrunken.b[j] < 0:
             wide, taken = goal.b[i] + goal.b[j], (goal.b - shrunken.b)[[i, j]].sum()
             raise InputError(
-                f"uncertainty: expected less uncertainty of start and goal than the goal is wide; "
-                f"row {i} of the goal leaves {wide:.3g}, and the uncertainty takes {taken:.3g} of "
-                "it."
+                "uncertainty: expected less uncertainty of start and goal than the goal is wide; "
+                f"row {i} of the goal leaves {wide:.3g}, and {taken:.3g} of it are uncertain."
             )
 
 

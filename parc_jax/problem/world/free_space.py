@@ -240,8 +240,8 @@ class FreeSpace:
     def holds(self, corners: npt.ArrayLike, uncertainty: float = 0.0) -> bool:
         """Does a body lie inside, in one part? It must at the start. [T41]
 
-        corners: (n, 2) [m], the body is their hull. uncertainty: [m] bound of the error of its
-        place.
+        corners: (n, 2) [m], the body is their hull.
+        uncertainty: [m] bound of the error of its place.
         Raises InputError.
         """
         shapely = package("shapely", CALL)
