@@ -90,33 +90,33 @@ class Tabled(SceneArrays):
 class Scene(SceneArrays):
     """The arrays of one nominal problem; derived data is memoized on it. On the host.
 
-    asked: the nominal problem.
+    nominal: the nominal problem.
     apart: the pruned obstacles; None where nothing was pruned.
     """
 
-    asked: NominalProblem = struct.field(pytree_node=False)
+    nominal: NominalProblem = struct.field(pytree_node=False)
     apart: Apart | None = struct.field(pytree_node=False)
 
     @property
     def model(self) -> TrajectoryModel:
         """The model of the nominal problem."""
-        return self.asked.model
+        return self.nominal.model
 
     @property
     def problem(self) -> Problem:
         """The nominal problem's sets, for certificates and proofs."""
-        return self.asked.problem
+        return self.nominal.problem
 
     @property
     def at(self) -> np.ndarray | None:
         """(n_p,) [m] the one start of all plans, None for any."""
-        return self.asked.at
+        return self.nominal.at
 
     def under(self, model: TrajectoryModel) -> "Scene":
         """The same arrays with another model of the same layout: to rank plans. The slack is that
         of the first model, so a "safe" of this scene is no verdict.
         """
-        return self.replace(asked=dataclasses.replace(self.asked, model=model))
+        return self.replace(nominal=dataclasses.replace(self.nominal, model=model))
 
     @property
     def arrays(self) -> SceneArrays:
@@ -141,43 +141,43 @@ def scene_of(problem: Problem, model: TrajectoryModel) -> Scene:
     return lowered(NominalProblem(problem, model))
 
 
-def lowered(asked: NominalProblem, apart: Apart | None = None) -> Scene:
+def lowered(nominal: NominalProblem, apart: Apart | None = None) -> Scene:
     """The scene of a nominal problem, at its own size.
 
     apart: obstacles to leave out.
     Raises InputError where the problem does not fit the model.
     """
-    arrays = scene_arrays(asked.problem, asked.model, apart)
-    count = np.int32(len(numbered_pairs(asked.problem, None if apart is None else apart.kept)))
-    return Scene(**(vars(arrays) | {"count": count}), asked=asked, apart=apart)
+    arrays = scene_arrays(nominal.problem, nominal.model, apart)
+    count = np.int32(len(numbered_pairs(nominal.problem, None if apart is None else apart.kept)))
+    return Scene(**(vars(arrays) | {"count": count}), nominal=nominal, apart=apart)
 
 
-def pruned_scene(asked: NominalProblem) -> Scene:
+def pruned_scene(nominal: NominalProblem) -> Scene:
     """The padded scene of a nominal problem, without the obstacles that are proved separated from
     every plan that ends in the goal. [T11, T14]
 
     Raises InputError where the problem does not fit the model.
     """
-    found = prune(asked.problem, asked.model)
-    return _pruned(asked, found)
+    found = prune(nominal.problem, nominal.model)
+    return _pruned(nominal, found)
 
 
-def scene_along(asked: NominalProblem, k: np.ndarray, path: np.ndarray) -> Scene:
+def scene_along(nominal: NominalProblem, k: np.ndarray, path: np.ndarray) -> Scene:
     """The padded scene of one plan, without the obstacles that one row separates from it.
 
     k: (n_k,) parameters of the plan. path: (T + 1, n_c) [m] prediction of it.
     Raises InputError.
     """
-    problem, tube = asked.problem, asked.model.tube
-    _check_obstacles(problem, asked.model.time.n_steps)
-    places = path.reshape(len(path), -1, asked.model.n_p)
+    problem, tube = nominal.problem, nominal.model.tube
+    _check_obstacles(problem, nominal.model.time.n_steps)
+    places = path.reshape(len(path), -1, nominal.model.n_p)
     error = tube.interval[tube.bins_of(k[None])[0]].max(axis=0).reshape(places[1:].shape)
-    slack = float(float_slack(asked.model, np.abs(places).max()))
+    slack = float(float_slack(nominal.model, np.abs(places).max()))
     lo = np.minimum(places[:-1], places[1:]) - 2 * slack
     hi = np.maximum(places[:-1], places[1:]) + 2 * slack
-    parts = numbered(problem.body, asked.model.points)
+    parts = numbered(problem.body, nominal.model.points)
     found = apart(problem, parts, Extent(lo, hi, error), slack)
-    return _pruned(asked, found)
+    return _pruned(nominal, found)
 
 
 def unpruned_scene(scene: Scene) -> Scene:
@@ -189,8 +189,8 @@ def _with_all(scene: Scene) -> Scene:
     return padded(lowered(scene.nominal))
 
 
-def _pruned(asked: NominalProblem, found: Apart) -> Scene:
-    scene = lowered(asked, found if np.isfinite(found.beyond) else None)
+def _pruned(nominal: NominalProblem, found: Apart) -> Scene:
+    scene = lowered(nominal, found if np.isfinite(found.beyond) else None)
     return padded(scene)
 
 
