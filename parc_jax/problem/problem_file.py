@@ -46,7 +46,7 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
     points       the robot's reference points in the order that the goal was made for, optional, in
         front of the tables. A robot with others, or in another order, is refused.
     [labels]     for people, optional: p, q, k, a list of names with units each; see `labelled`.
-    [uncertainty]      what is not known exactly, optional; see docs/uncertainty.md.
+    [uncertainty] optional; see docs/uncertainty.md.
 
     points: names of the robot's reference points, as `model.points`, for a goal that names some in
     a file that does not have them all; and to be compared with those that it has.

@@ -330,7 +330,7 @@ REFUSED = {
     r"uncertainty of k1: expected a box within K, \[-1, 1\]; got \[0, 3\]": Uncertainty(
         unknown={"k1": (0, 3)}
     ),
-    r"uncertainty of k1: expected a box within K, \[-1, 1\]; got \[1.0000000000000002,": Uncertainty(
+    r"of k1: expected a box within K, \[-1, 1\]; got \[1.0000000000000002,": Uncertainty(
         given={1: np.nextafter(1, 2)}
     ),
     r"got \[0.5, 0.5\] .measured, executed within ±0.75.": Uncertainty(
