@@ -153,7 +153,7 @@ def test_what_is_no_episode_is_refused():
         ({"body": 0.06}, "body is point 0 grown by 0.05 m, beside point 0 grown by 0.06 m"),
         (
             {"uncertainty": pj.Uncertainty(start=0.02)},
-            r"uncertainty is ±0.01 m, ±0.01 m, ±0.0 rad, beside ±0.02 m",
+            r"doubt is ±0.01 m, ±0.01 m, ±0.0 rad, beside ±0.02 m",
         ),
         ({"model": 0.02}, "model is "),
     ],
