@@ -98,7 +98,7 @@ def a_bar(heading: float):
     model = told(model, net=net, rotation=(TURNS,) * model.n_q)
     problem = SimpleNamespace(uncertainty=None, body=hull(1, 2, radius=0.1))
     asked = SimpleNamespace(
-        question=SimpleNamespace(model=model, problem=problem),
+        query=SimpleNamespace(model=model, problem=problem),
         pose=Pose(np.array([3.0, -1.0]), heading),
     )
     k = (model.domain.lo + model.domain.hi) / 2
