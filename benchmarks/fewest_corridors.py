@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import tyro
-from parc_jax.problem.robust.nominal import NominalProblem
 
 from parc_jax.app.cli.systems import build, find, study_of
 from parc_jax.app.study.cache import keep_compiled
 from parc_jax.learning.model import load
 from parc_jax.problem.problem_file import load_problem
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.corridors.build import CALL, greedy, nothing_built
 from parc_jax.safe_set.corridors.build import _around as around
 from parc_jax.safe_set.corridors.build import _with_neighbours as with_neighbours
@@ -51,7 +51,7 @@ def main(options: Options) -> dict:
     problem = build(module, "problem", body=study_of(module).body)
     if options.scene is not None:
         problem = load_problem(options.scene, model.points)
-    scene, rng = pruned_scene(Plain(problem, model)), np.random.default_rng(0)
+    scene, rng = pruned_scene(NominalProblem(problem, model)), np.random.default_rng(0)
     known, fresh = (draw(scene, rng, options.drawn).safe for _ in range(2))
     corridors, kept = pool(scene, rng, known, options.seeds)
     kept_fresh = corridors.kept(fresh.path, fresh.bin)

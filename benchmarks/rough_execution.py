@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import tyro
-from parc_jax.problem.robust.nominal import plain
 
 from parc_jax.learning.model import load
 from parc_jax.learning.network.relu import outputs
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -50,7 +50,7 @@ def main(options: Options) -> list[tuple[int, int]]:
         for step in itertools.product(np.linspace(-1, 1, 5), repeat=2):
             safe = verdicts(goal, p0, k + np.array(step) * tolerance).safe
             p0, k = p0[safe], k[safe]
-        robust = plain(asked.replace(uncertainty=Uncertainty(k=list(tolerance))), model)
+        robust = query(asked.replace(uncertainty=Uncertainty(k=list(tolerance))), model).nominal()
         shown = verdicts(scene_of(robust.problem, robust.model), p0, k).safe
         found.append((len(k), int(shown.sum())))
         print(f"±{tolerance}: {found[-1][1]} of {found[-1][0]}, {shown.mean():.0%}")

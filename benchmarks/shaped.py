@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import jax
 import numpy as np
-from parc_jax.problem.robust.nominal import NominalProblem
 
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope
@@ -18,6 +17,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import Problem, reach_avoid
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.corridors.search import cover, draw_safe_plans
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import work_of
@@ -124,13 +124,15 @@ def processor_times(scenes: dict, n_first: int, n_corridors: int) -> dict:
 def _first(model: TrajectoryModel, problem: Problem, seed: int):
     begin = time.process_time()
     key, rng = jax.random.PRNGKey(seed), np.random.default_rng(seed)
-    found = draw_safe_plans(pruned_scene(Plain(problem, model)), key, rng, 1, 0.99, Limit(600.0))
+    found = draw_safe_plans(
+        pruned_scene(NominalProblem(problem, model)), key, rng, 1, 0.99, Limit(600.0)
+    )
     return time.process_time() - begin, found
 
 
 def _corridors(model: TrajectoryModel, problem: Problem, seed: int):
     begin = time.process_time()
-    scene, rng = pruned_scene(Plain(problem, model)), np.random.default_rng(seed)
+    scene, rng = pruned_scene(NominalProblem(problem, model)), np.random.default_rng(seed)
     asked = {"target": 0.01, "confidence": 0.99, "work": work_of(1.0), "limit": Limit(600.0)}
     found = cover(scene, rng, **asked)
     return time.process_time() - begin, found

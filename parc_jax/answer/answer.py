@@ -83,7 +83,7 @@ class Answer:
 
     @property
     def problem(self) -> Problem:
-        """The nominal problem, which allows for all uncertainty; `scene.nominal.question` has the
+        """The nominal problem, which allows for all uncertainty; `scene.nominal.query` has the
         problem as it was posed.
         """
         return self.scene.nominal.problem
@@ -382,12 +382,12 @@ def volume_of_plans(scene: Scene) -> float:
     times the goal's box, or of K alone where there is one start. [T15]
     """
     asked = scene.nominal
-    if asked.uncertainty is None or asked.question is None:
+    if asked.uncertainty is None or asked.query is None:
         return volume_of_all(scene)
     volume = asked.uncertainty.volume_of_k(asked.model.domain)
     if scene.at is not None:
         return volume
-    lo, hi = goal_box(asked.question.problem.goal, asked.question.model.layout)
+    lo, hi = goal_box(asked.query.problem.goal, asked.query.model.layout)
     return volume * float(np.prod((hi - lo)[: asked.model.n_p]))
 
 

@@ -1,1 +1,1 @@
-"""What is asked: goal, obstacles, body, what of them is uncertain, and the names of coordinates."""
+"""The problem: goal, obstacles, body, maps, uncertainty; lowered to one nominal problem."""

@@ -19,8 +19,8 @@ class Disc:
 
 @struct.dataclass
 class Polygon:
-    """The convex hull of vertices (v, n_p) [m], which does not turn with the robot; as its body,
-    about its first reference point.
+    """The convex hull of vertices (v, n_p) [m], which does not turn with the robot; as the body of
+    a robot, about its first reference point.
     """
 
     vertices: np.ndarray
@@ -31,7 +31,7 @@ class Polygon:
 
 @struct.dataclass
 class Part:
-    """The convex hull of some reference points, and every point of it grown by a shape.
+    """The convex hull of some reference points, grown by a shape (Minkowski sum).
 
     points: names of reference points, or their numbers from 0.
     """
@@ -95,7 +95,10 @@ def parts_of(robot: Disc | Polygon | Body) -> tuple[Part, ...]:
 
 
 def numbered(robot: Disc | Polygon | Body, points: Sequence[str]) -> tuple[Part, ...]:
-    """The parts, with the numbers of their points among the robot's (names). Raises InputError."""
+    """The parts, with numbers of their points in place of names. points: names of the robot's.
+
+    Raises InputError.
+    """
     out = []
     for i, part in enumerate(parts_of(robot)):
         numbers = tuple(number_of(p, points, f"part {i} of the body") for p in part.points)
@@ -104,9 +107,7 @@ def numbered(robot: Disc | Polygon | Body, points: Sequence[str]) -> tuple[Part,
 
 
 def number_of(point: str | int, points: Sequence[str], name: str) -> int:
-    """The number of a reference point given by name or number. Raises InputError that names those
-    there are.
-    """
+    """The number of a reference point given by name or number. Raises InputError."""
     if isinstance(point, str) and point in points:
         return tuple(points).index(point)
     if isinstance(point, int | np.integer) and 0 <= point < len(points):

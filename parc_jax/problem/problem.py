@@ -1,4 +1,4 @@
-"""The question: goal, obstacles, body, start set."""
+"""The problem: goal, obstacles, body, start set."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -6,17 +6,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from parc_jax.common import struct
+from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.spelling import counted
+from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
 from parc_jax.problem.uncertainty import Uncertainty
 
 
 @struct.dataclass
 class GoalOfPoints(HPolytope):
-    """A goal over the ends of the named reference points, in this order, then q. Build with
+    """A goal over the ends of the named reference points, in this order, then q; see
     `goal_of_points`.
     """
 
@@ -27,15 +30,15 @@ class GoalOfPoints(HPolytope):
 class Problem:
     """Reach the goal at t_f, never touch an obstacle. Build with `reach_avoid`, which validates.
 
-    goal: polytope over (p_f, q_f), closed; of a robot with several reference points over the ends
-        of all of them, point by point, then q_f. obstacles: polytopes over p, closed.
+    goal: closed polytope over (p_f, q_f); of a robot with several reference points over the ends
+        of all of them, point by point, then q_f.
+    obstacles: closed polytopes over p.
+    body: Disc or Polygon about the first reference point, or a Body of several parts.
+    start: polytope over p0, or None for anywhere.
     spans: per obstacle (first, last) interval in which it exists, or None for always.
-    body: Disc or Polygon about the first reference point, or a Body of several parts. start:
-        polytope over p0, or None for anywhere.
-    uncertainty: what is not known exactly; `robust` turns it into a plain problem that allows for
-    it.
-    points: names of the reference points whose ends the goal is over, in its order, from
-        `goal_of_points`; a model with others, or in another order, is refused. () = not said.
+    uncertainty: uncertainty that safe plans are robust to; `Query.nominal` reduces it.
+    points: names of the reference points that the goal is about, in its order; a model with others,
+        or in another order, is refused. () = not given.
     """
 
     goal: HPolytope
@@ -48,18 +51,16 @@ class Problem:
 
     @property
     def all_spans(self) -> tuple[tuple[int, int] | None, ...]:
-        """`spans`, one entry per obstacle also when none were given."""
+        """`spans`, one entry per obstacle also if none were given."""
         return self.spans or (None,) * len(self.obstacles)
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """The parts of the body, of whatever kind it is."""
+        """The parts of the body, of any kind."""
         return parts_of(self.body)
 
     def replace(self, **changes) -> "Problem":
-        """The problem with some entries changed, given as `reach_avoid` takes them. Raises
-        InputError.
-        """
+        """The problem with changed entries, as `reach_avoid` takes them. Raises InputError."""
         names = [field.name for field in dataclasses.fields(self)]
         if unknown := [name for name in changes if name not in names]:
             raise InputError(
@@ -92,9 +93,7 @@ def reach_avoid(
     spans: Sequence | None = None,
     uncertainty: Uncertainty | None = None,
 ) -> Problem:
-    """Validated problem. Boxes become polytopes; a number is taken as a disc radius. Raises
-    InputError.
-    """
+    """A validated problem. Boxes become polytopes, a number [m] a disc. Raises InputError."""
     points = goal.points if isinstance(goal, GoalOfPoints) else ()
     goal = _polytope("goal", goal)
     obstacles = tuple(_polytope("obstacle", o) for o in obstacles)
@@ -143,13 +142,40 @@ def require_points(problem: Problem, points: Sequence[str]) -> None:
         )
 
 
+def require_dimensions(problem: Problem, n_p: int, n_q: int, points: Sequence[str]) -> None:
+    """Raises InputError where the problem has other dimensions or points than a robot's model.
+
+    n_p, n_q: dimensions of the workspace and of the further goal states.
+    points: names of the robot's reference points.
+    """
+    require_points(problem, points)
+    n_y = len(points) * n_p + n_q
+    if problem.goal.n != n_y:
+        of_all, hint = "", "Give bounds for every one of them."
+        if len(points) > 1:
+            of_all = f" of each of its {len(points)} points"
+            q = f", q=...), q over {counted(n_q, 'coordinate')}." if n_q else ")."
+            hint = f"Make it with goal_of_points(model.points, where{q}"
+        raise InputError(
+            f"goal: expected a set over the {n_p} workspace coordinates{of_all} and "
+            f"{n_q} further goal coordinates of this model ({n_y}); got {problem.goal.n} "
+            f"dimensions. {hint}"
+        )
+    named = [(f"obstacle {j}", o) for j, o in enumerate(problem.obstacles)]
+    for name, part in [*named, *([("start", problem.start)] if problem.start else [])]:
+        if part.n != n_p:
+            raise InputError(
+                f"{name}: expected a set in the {n_p}-D workspace; got {part.n} dimensions."
+            )
+
+
 def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
     """A goal over the ends of several reference points, for `reach_avoid`. Raises InputError.
 
-    points: names of all points of the robot, as `model.points`. where: one Box or HPolytope that
-    all of them end in ("the whole car inside the bay"), or a dict with such a set for each point
-    that is asked for, by name. q: Box or HPolytope of the further goal states, for none leave it
-    out. The first point needs a bounded set: plans are drawn by where it ends.
+    points: names of all points of the robot, as `model.points`.
+    where: one Box or HPolytope for the ends of all of them ("the car inside the bay"), or a dict
+        of such sets by name. The first point needs a bounded set: plans are drawn by its end.
+    q: Box or HPolytope of the further goal states, if any.
     """
     given = where if isinstance(where, dict) else dict.fromkeys(points, where)
     if not given:
@@ -177,9 +203,78 @@ def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
     return GoalOfPoints(rows.A, rows.b, tuple(points))
 
 
+def finite_box(
+    poly: HPolytope, name: str, needed: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """The smallest box around a polytope, as corners lo, hi (n,).
+
+    needed: (n,) bool, axes along which it must be bounded; by default all.
+    Raises InputError where it is unbounded there, or empty.
+    """
+    needed = np.ones(poly.n, bool) if needed is None else needed
+    lo, hi = box_of_rows(poly)
+    # rows along one axis are read off, others need LPs
+    if (np.count_nonzero(poly.A, axis=1) != 1).any():
+        try:
+            around = bounding_box(poly)
+        except InputError:
+            raise InputError(
+                f"{name}: expected a set with points in it; its rows contradict each other."
+            ) from None
+        lo, hi = np.maximum(lo, around.lo), np.minimum(hi, around.hi)
+    return _bounded(lo, hi, needed, name)
+
+
+def goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """A box around the goal, as corners lo, hi (n_c + n_q,). The first reference point and q must
+    be bounded, others may be infinite. Raises InputError.
+    """
+    return once(goal, _goal_box, layout)  # it may take LPs, and a query needs it three times
+
+
+def _goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    if layout.n_points == 1:
+        return finite_box(goal, "goal")
+    needed = np.ones(goal.n, bool)
+    needed[layout.n_p : layout.n_c] = False
+    lo, hi = box_of_rows(goal)
+    if (np.isfinite(lo) & np.isfinite(hi))[needed].all():
+        return _bounded(lo, hi, needed, "goal")
+    return finite_box(goal, "goal", needed)
+
+
+def box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:
+    """The box of the rows along one axis each, as corners lo, hi (n,); infinite where none is."""
+    lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
+    single = np.count_nonzero(poly.A, axis=1) == 1
+    for row, offset in zip(poly.A[single], poly.b[single], strict=True):
+        axis = int(np.flatnonzero(row)[0])
+        if row[axis] > 0:
+            hi[axis] = min(hi[axis], offset / row[axis])
+        else:
+            lo[axis] = max(lo[axis], offset / row[axis])
+    return lo, hi
+
+
+def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
+    """lo, hi, if the needed axes are bounded and none is empty. Raises InputError."""
+    open_ = needed & ~(np.isfinite(lo) & np.isfinite(hi))
+    if open_.any():
+        axis = int(np.argmax(open_))
+        raise InputError(
+            f"{name}: expected a bounded set; axis {axis} has no bound. Add the missing rows."
+        )
+    if (lo > hi).any():
+        axis = int(np.argmax(lo > hi))
+        span = f"[{lo[axis]:g}, {hi[axis]:g}]"
+        raise InputError(
+            f"{name}: expected a set with points in it; axis {axis} asks for a value in {span}."
+        )
+    return lo, hi
+
+
 def _check_uncertainty(uncertainty: Uncertainty, n_p: int, obstacles) -> None:
-    """Raises InputError for uncertainty about other dimensions or other obstacles than there
-    are."""
+    """Raises InputError for uncertainty of another dimension or number of obstacles."""
     if not isinstance(uncertainty, Uncertainty):
         raise InputError(f"uncertainty: expected an Uncertainty; got {type(uncertainty).__name__}.")
     uncertainty.shifts(n_p)
@@ -192,7 +287,7 @@ def _check_uncertainty(uncertainty: Uncertainty, n_p: int, obstacles) -> None:
 
 
 def _workspace(goal: HPolytope, obstacles, body, start) -> int:
-    """Dimension of the workspace, from whatever names it."""
+    """Dimension of the workspace: of obstacles, start, body or goal."""
     if obstacles or start is not None:
         return obstacles[0].n if obstacles else start.n
     polygons = [p.shape for p in parts_of(body) if isinstance(p.shape, Polygon)]

@@ -1,7 +1,8 @@
-"""Scenes as small TOML or JSON files. A decimal is the float64 nearest to it, in the proof too,
-which spells that float exactly; one that a float64 does not print again is refused.
+"""Scenes as small TOML or JSON files. A decimal is the float64 nearest to it, in the proof too; one
+that a float64 does not print again is refused.
 """
 
+import dataclasses
 import json
 import tomllib
 from collections.abc import Sequence
@@ -19,8 +20,8 @@ from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.system import check_points
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
 from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid, require_points
-from parc_jax.problem.problem_file import own_uncertainty, spelled_uncertainty, uncertainty_of
 from parc_jax.problem.scene_values import grown_set_of, numbers_of, set_of, spelled_set, table_of
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 
 # the fields of a problem, but that an interval of time stands with its obstacle
 ENTRIES = (*(f.name for f in fields(Problem) if f.name != "spans"), "labels")
@@ -45,8 +46,7 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
     points       the robot's reference points in the order that the goal was made for, optional, in
         front of the tables. A robot with others, or in another order, is refused.
     [labels]     for people, optional: p, q, k, a list of names with units each; see `labelled`.
-    [uncertainty]      what is not known exactly, optional; see `io.uncertainty_file` and
-    docs/uncertainty.md.
+    [uncertainty] optional; see docs/uncertainty.md.
 
     points: names of the robot's reference points, as `model.points`, for a goal that names some in
     a file that does not have them all; and to be compared with those that it has.
@@ -86,7 +86,7 @@ def _text(path) -> str:
 
 
 def _data(text: str, name: str, is_json: bool):
-    """What a file called `name` spells, with decimals as they stand."""
+    """The data of a file called `name`, with exact decimals."""
     try:
         return (
             json.loads(text, parse_float=Decimal, object_pairs_hook=_once)
@@ -102,7 +102,7 @@ def _data(text: str, name: str, is_json: bool):
 
 
 def _once(pairs: list) -> dict:
-    """A table of JSON, in which no entry may stand twice."""
+    """A table of JSON without duplicate entries."""
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
@@ -118,9 +118,11 @@ def save_problem(
     points: Sequence[str] | None = None,
 ) -> Path:
     """Write a .toml or .json file that `load_problem` reads back with equal numbers; complete or
-    not at all. named: labels to go with it. points: names of the robot's reference points, where
-    the problem does not have them already; the file keeps them. Raises InputError where it has
-    others.
+    not at all.
+
+    named: labels for the file.
+    points: names of the robot's reference points, for a problem without them.
+    Raises InputError for a problem with other points.
     """
     path = Path(path)
     parts = _parts(problem, named, points)
@@ -251,8 +253,8 @@ def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None)
 
 
 def _goal_by_point(problem: Problem, points: Sequence[str]) -> dict | None:
-    """The goal by names of points, where it asks the same of each point that it asks for, and of q
-    apart from them; else None.
+    """The goal by names of points, where its points share one set and its rows are about one point,
+    or q, each; else None.
     """
     goal = problem.goal
     n_p = problem.obstacles[0].n if problem.obstacles else None
@@ -309,8 +311,87 @@ def _toml(parts: dict):
 
 
 def _inline(value) -> str:
-    """A value as TOML spells it on one line."""
+    """A value as one line of TOML."""
     if isinstance(value, dict):
         pairs = [f"{_inline(key)} = {_inline(part)}" for key, part in value.items()]
         return "{ " + ", ".join(pairs) + " }"
     return json.dumps(value, ensure_ascii=False)
+
+
+UNCERTAINTY_ENTRIES = tuple(field.name for field in dataclasses.fields(Uncertainty))
+
+
+def uncertainty_of(data: dict, obstacles: list) -> Uncertainty | None:
+    """The uncertainty of a scene file, None where it has none. Raises InputError.
+
+    [uncertainty] the fields of `Uncertainty`: numbers and lists, parameters by name in tables,
+        obstacles a set: lo and hi, A and b, or vertices.
+    [[obstacles]] uncertainty = {lo = ..., hi = ...}: of this one alone.
+    """
+    own = [part.get("uncertainty") for part in obstacles]
+    if data.get("uncertainty") is None and not any(own):
+        return None
+    entries = table_of("uncertainty", data.get("uncertainty") or {}, UNCERTAINTY_ENTRIES)
+    seen = None
+    if "obstacles" in entries:
+        seen = grown_set_of("uncertainty obstacles", entries["obstacles"])
+    sets = [
+        seen if o is None else grown_set_of(f"uncertainty of obstacle {i}", o)
+        for i, o in enumerate(own)
+    ]
+    words = {
+        name: _numbers(f"uncertainty {name}", entries[name])
+        for name in ("start", "goal", "k", "given", "unknown")
+        if name in entries
+    }
+    eps = entries.get("sensing_eps", 0)
+    return Uncertainty(
+        **words,
+        heading=float(numbers_of("uncertainty heading", entries.get("heading", 0), 0)),
+        obstacles=sets if any(s is not None for s in sets) else (),
+        sensing_eps=str(eps) if not isinstance(eps, list | dict) else eps,
+    )
+
+
+def spelled_uncertainty(uncertainty: Uncertainty) -> tuple[dict, list]:
+    """The table of an uncertainty, and that of each obstacle, None for an exact one; one entry is
+    for all.
+    """
+    spelled: dict = {}
+    if any(uncertainty.start):
+        spelled["start"] = list(uncertainty.start)
+    if uncertainty.heading:
+        spelled["heading"] = uncertainty.heading
+    if any(uncertainty.goal):
+        spelled["goal"] = list(uncertainty.goal)
+    for name in ("k", "given", "unknown"):
+        pairs = getattr(uncertainty, name)
+        if pairs:
+            spelled[name] = {str(p): _listed(value) for p, value in pairs}
+    if uncertainty.sensing_eps:
+        spelled["sensing_eps"] = float(uncertainty.sensing_eps)
+    return spelled, [None if s is None else spelled_set(s) for s in uncertainty.obstacles]
+
+
+def _numbers(name: str, value):
+    """A number, a list of numbers, or a table of such by name."""
+    if isinstance(value, dict):
+        pairs = value.items()
+        return tuple((key, _numbers(f"{name} of {key}", part)) for key, part in pairs)
+    if value == FREE:
+        return FREE
+    array = numbers_of(name, value, 1 if isinstance(value, list) else 0)
+    return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
+
+
+def _listed(value):
+    if isinstance(value, tuple):
+        return value[0] if value[0] == value[1] else list(value)
+    return value
+
+
+def own_uncertainty(sets: list, n: int) -> list:
+    """The table of each of n obstacles."""
+    if sets and len(sets) not in (1, n):
+        raise InputError(f"uncertainty: expected a set for each of {n} obstacles; got {len(sets)}.")
+    return sets * n if len(sets) == 1 else sets or [None] * n

@@ -1,5 +1,5 @@
-"""Sets, numbers and tables of a scene file: what stands there, exactly, or one sentence that names
-the entry.
+"""Sets, numbers and tables of a scene file: read exactly, or refused in one sentence that names the
+entry.
 """
 
 from decimal import Decimal
@@ -15,8 +15,8 @@ KINDS = "`lo` and `hi`, or rows `A` and `b`"
 
 
 def grown_set_of(name: str, part, further: tuple[str, ...] = ()) -> HPolytope:
-    """The set of a table that may be a little larger than it says, as an obstacle may: as `set_of`,
-    or the hull of vertices. Raises InputError.
+    """The set of a table as `set_of`, or the hull of vertices, which may come out a little larger,
+    as an obstacle may. Raises InputError.
     """
     if not (isinstance(part, dict) and "vertices" in part):
         return set_of(name, part, further, kinds=f"{KINDS}, or `vertices`")
@@ -47,7 +47,7 @@ def set_of(name: str, part, further: tuple[str, ...] = (), kinds: str = KINDS) -
 
 
 def table_of(name: str, part, known: tuple[str, ...], needed: tuple[str, ...] = ()) -> dict:
-    """The table itself, if its entries are known and those needed are there. Raises InputError."""
+    """The table, if all its entries are allowed and none needed is missing. Raises InputError."""
     if not isinstance(part, dict):
         raise InputError(f"{name}: expected a table with {', '.join(known)}; got {part!r:.60}.")
     foreign = sorted(set(part) - set(known))

@@ -1,5 +1,5 @@
-"""What is not known exactly when a plan is driven: measured poses, rough execution, obstacles and
-goals seen with error, parameters that nobody chooses. [T21, T22]
+"""Uncertainty in the execution of a plan: measured poses, execution errors, measured obstacles and
+goals, parameters that no plan chooses. [T21, T22]
 """
 
 import math
@@ -16,40 +16,40 @@ from parc_jax.common.sets.hpolytope import HPolytope, from_box
 
 Parameter = str | int  # a name of a parameter, or its number from 0
 Interval = tuple[float, float]
-FREE = "free"  # said of a given parameter that a plan may choose all the same
+FREE = "free"  # in place of the value of a given parameter: plans choose it nevertheless
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Uncertainty that a safe plan withstands: `reach_avoid(..., uncertainty=Uncertainty(...))`.
-    Nothing is uncertain where nothing is given. Raises InputError.
+    """Uncertainty that a safe plan is robust to: `reach_avoid(..., uncertainty=Uncertainty(...))`.
+    By default all is exact. Raises InputError.
     """
 
-    # more is taken than is kept: tuples of floats, of pairs (name, value), of sets
+    # more types are accepted than stored: tuples of floats, of pairs (name, value), of sets
     start: Any = ()
-    """Half widths [m] of a box around the start that is asked about, within which it may be: one
-    number, or one per axis."""
+    """Half widths [m] of a box around the start, which holds the true one: one number, or one per
+    axis."""
     heading: float = 0.0
     """Half angle [rad] around the heading at the start, below 1; the system must declare rotation
     invariance."""
     k: Any = ()
-    """Half widths by which parameters may be executed wrongly: (n_k,), or by name, in the shell
-    speed=0.1; of one that is also given or unknown, on top of what it may be."""
+    """Half widths of execution errors of parameters: (n_k,), or by name, in the shell speed=0.1;
+    added to the box of a parameter that is also given or unknown."""
     goal: Any = ()
-    """Half widths [m, .] by which the goal may be seen wrongly: one number, one per axis, or with
-    those of q."""
+    """Half widths [m, .] of the error of the measured goal: one number, one per axis, or with those
+    of q."""
     obstacles: Any = ()
-    """Polytope by which obstacles are seen wrongly (true place = seen place + a point of it): one
-    for all, or one for each, None for an exact one."""
+    """Polytope of the error of measured obstacles (true place = measured place + a point of it):
+    one for all, or one for each, None for an exact one."""
     given: Any = ()
     """Parameters that are measured and not chosen, by name: a number, or its lowest and highest
     value, in the shell speed=9.2 load=1:2; "free" for one that a system measures at the start and a
-    plan chooses all the same."""
+    plan chooses nevertheless."""
     unknown: Any = ()
-    """Parameters that nobody chooses or measures, by name: their lowest and highest value, in the
-    shell wind=-1:1; a plan is safe for all of it."""
+    """Parameters that are neither chosen nor measured, by name: their lowest and highest value, in
+    the shell wind=-1:1; a plan is safe for all of it."""
     sensing_eps: Any = 0
-    """Probability with which what was measured lies outside of these boxes."""
+    """Probability that a true value lies outside of these boxes."""
 
     def __post_init__(self) -> None:
         self._set("start", _widths("uncertainty start", self.start))
@@ -66,7 +66,7 @@ class Uncertainty:
 
     @property
     def is_nothing(self) -> bool:
-        """Nothing at all is in uncertainty: the question is the plain one."""
+        """All is exact: the problem is its own nominal problem."""
         wide = [*self.start, *self.goal, *(width for _, width in self.k), self.heading]
         exact = all(s is None for s in self.obstacles)
         known = [value for _, value in self.given if value != FREE]
@@ -74,8 +74,7 @@ class Uncertainty:
 
     @property
     def of_model(self) -> tuple:
-        """What of it changes the model, and not only the scene; equal for uncertainties that share
-        one."""
+        """The fields that change the model: equal for uncertainties that share a robust model."""
         return self.start, self.heading, self.k, self.given, self.unknown
 
     def shifts(self, n: int) -> np.ndarray:
@@ -91,7 +90,7 @@ class Uncertainty:
         )
 
     def of_obstacles(self, n: int) -> tuple[HPolytope | None, ...]:
-        """What each of n obstacles is seen wrongly by. Raises InputError."""
+        """The error set of each of n obstacles, None for exact ones. Raises InputError."""
         if not self.obstacles:
             return (None,) * n
         if len(self.obstacles) == 1:
@@ -126,13 +125,11 @@ def _fitted(name: str, widths: tuple[float, ...], n: int, what: str) -> np.ndarr
 
 
 def _by_name(name: str, given, read, listed: bool = False) -> tuple:
-    """((parameter, value), ...), each parameter once, read from a mapping or from pairs, or by
-    number from a list.
-    """
+    """((parameter, value), ...), each parameter once, from a mapping, pairs or a list."""
     if isinstance(given, Mapping):
         pairs = list(given.items())
     elif isinstance(given, tuple) and all(isinstance(e, tuple) and len(e) == 2 for e in given):
-        pairs = list(given)  # as it is kept here
+        pairs = list(given)  # as it is stored
     elif listed and not isinstance(given, str) and np.ndim(given) == 1:
         pairs = list(enumerate(given))
     else:
@@ -151,7 +148,7 @@ def require_once(name: str, parameters: Sequence[Parameter]) -> None:
 
 
 def _parameter(name: str, given) -> Parameter:
-    """A name, or a number, which text may spell."""
+    """A name, or a number, which may be text."""
     if isinstance(given, str):
         return int(given) if given.isdecimal() else given
     if isinstance(given, int | np.integer) and not isinstance(given, bool):

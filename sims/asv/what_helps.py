@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import jax
 import numpy as np
-from parc_jax.problem.robust.nominal import plain
 
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import Stage, generator, stream
@@ -22,6 +21,7 @@ from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.problem import Problem
+from parc_jax.problem.robust.nominal import query
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.verdict.scene import lowered, volume_of_all
@@ -85,7 +85,7 @@ def helps(only: list[int] | None = None) -> None:
 
 def safe_volume(model: TrajectoryModel, problem: Problem, key: jax.Array) -> dict[str, float]:
     """Shares of all (p0, k) over K and the goal's box: `reaching` the goal in the model, `safe`."""
-    scene = lowered(plain(problem, model))
+    scene = lowered(query(problem, model).nominal())
     drawn = draw(scene, generator(stream(key, Stage.SEARCH)), COMPARED)
     share = drawn.volume / volume_of_all(scene) / drawn.drawn
     return {"reaching": drawn.reaching * share, "safe": len(drawn.safe.k) * share}

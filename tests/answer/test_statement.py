@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from parc_jax.problem.robust.nominal import plain
 from toy_models import told, toy_case
 from toy_query import answer
 
@@ -11,6 +10,7 @@ from parc_jax.common.premises import ASSUMED
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import tube
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.verdict.scene import lowered
 from parc_jax.statement import nothing_found
@@ -64,7 +64,7 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
     claim = weaker(model.claim, tube(model.tube.edges, half, final))
     for value, known_why in ((0.0, True), (np.nextafter(0, -1), False)):
         asked = problem.replace(uncertainty=Uncertainty(given={"k1": value}))
-        known = plain(asked, model.replace(claim=claim))
+        known = query(asked, model.replace(claim=claim)).nominal()
         empty = nothing()
         empty = replace(empty, scene=lowered(known))
         said = empty.details()

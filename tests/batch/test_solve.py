@@ -9,8 +9,6 @@ from functools import partial
 import jax
 import numpy as np
 import pytest
-from parc_jax.problem.robust.nominal import plain_problems
-from parc_jax.safe_set.batch.search import passes, stack_problems
 from toy_models import line_model, random_model, random_problem, rectangle_problem
 
 from parc_jax.common.backend import ACCELERATOR, CPU
@@ -20,12 +18,14 @@ from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.robust.nominal import nominal_problems
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.batch import proposals
 from parc_jax.safe_set.batch import run as batch_run
 from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
 from parc_jax.safe_set.batch.proposals import Best, along_fan
 from parc_jax.safe_set.batch.run import Calls, run, search_many
+from parc_jax.safe_set.batch.search import passes, stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -203,7 +203,7 @@ def test_arrays_of_boxes_take_no_uncertainty_but_their_problems_do():
     uncertain = [
         boxes.problem(i).replace(uncertainty=Uncertainty(start=0.25)) for i in range(len(boxes))
     ]
-    asked, wider = plain_problems(uncertain, model, {})
+    asked, wider = nominal_problems(uncertain, model, {})
     assert [one.goal.b.tolist() for one in asked] == [[0.75, 0.75, 1.0, -0.25, -0.25, 0.0]] * 2
     assert wider is not model
 

@@ -3,11 +3,11 @@
 import jax
 import numpy as np
 import pytest
-from parc_jax.safe_set.batch.search import FEW, stack_problems
 from toy_models import random_model, random_polygon, random_problem
 
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import Problem
+from parc_jax.safe_set.batch.search import FEW, stack_problems
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

@@ -7,7 +7,6 @@ import json
 import jax
 import numpy as np
 import pytest
-from parc_jax.problem.robust.nominal import plain
 from toy_models import assumed, told
 from toy_running import Cart, H, cart_model, settled_network
 
@@ -25,6 +24,7 @@ from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.runs.law import given_of
 from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.system import time_grid
+from parc_jax.problem.robust.nominal import query
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 from parc_jax.safe_set.verdict.scene import lowered
 from sims.asv.what_helps import safe_volume
@@ -77,7 +77,7 @@ def test_plans_are_replayed_from_what_was_measured(claim):
     shares = safe_volume(model, MEASURED, KEY)
     assert 0 < shares["safe"] <= shares["reaching"]
     with pytest.raises(InputError, match="which differs in points, K"):
-        pj.replay(Cart(), lowered(plain(ROUGHLY, model)), answer.samples, KEY)
+        pj.replay(Cart(), lowered(query(ROUGHLY, model).nominal()), answer.samples, KEY)
 
 
 @pytest.mark.night
@@ -113,7 +113,7 @@ def test_a_question_says_what_is_measured_or_is_refused():
     sentence = "expected v0, which cart measures at the start; got no value"
     for uncertainty in (None, pj.Uncertainty(start=0.01), pj.Uncertainty(given={"v": 0.5})):
         with pytest.raises(InputError, match=sentence):
-            plain(SCENE.replace(uncertainty=uncertainty), model)
+            query(SCENE.replace(uncertainty=uncertainty), model).nominal()
     with pytest.raises(InputError, match=sentence):
         pj.Planner(model).solve_batch([MEASURED, SCENE], KEY)
     with pytest.raises(InputError, match=sentence):
@@ -126,16 +126,16 @@ def test_a_question_says_what_is_measured_or_is_refused():
         pj.Uncertainty(given={0: (0.4, 0.6)}),
         pj.Uncertainty(unknown={"v0": (0.4, 0.6)}),
     ):
-        assert plain(SCENE.replace(uncertainty=uncertainty), model).model.n_k == 1
+        assert query(SCENE.replace(uncertainty=uncertainty), model).nominal().model.n_k == 1
 
 
 @pytest.mark.slow
 def test_what_is_free_is_chosen_with_the_rest():
     model = cart_model()
     free = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}))
-    assert free.uncertainty.is_nothing and plain(free, model).model is model
+    assert free.uncertainty.is_nothing and query(free, model).nominal().model is model
     rough = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}, k={"v0": 0.01}))
-    under = plain(rough, model)
+    under = query(rough, model).nominal()
     assert under.model.n_k == 2 and under.model.given == ()
     assert under.uncertainty.words == "every execution with v0 off by up to 0.01"
 
@@ -154,7 +154,7 @@ EDGES = [
 @pytest.mark.parametrize(("value", "width"), EDGES)
 def test_a_value_on_an_edge_and_a_box_across_one_have_the_wider_tube(value, width):
     asked = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0 [m/s]": value}))
-    found = plain(asked, cart_model(widths=(0.02, 0.05))).model.tube
+    found = query(asked, cart_model(widths=(0.02, 0.05))).nominal().model.tube
     np.testing.assert_allclose(found.interval, width, rtol=1e-8)
 
 
@@ -171,7 +171,9 @@ def test_two_values_on_edges_have_the_widest_of_four_bins():
         ((1, 1), 0.03),
     ):
         asked = SCENE.replace(uncertainty=pj.Uncertainty(given=dict(enumerate(given))))
-        np.testing.assert_allclose(plain(asked, model).model.tube.interval, width, rtol=1e-8)
+        np.testing.assert_allclose(
+            query(asked, model).nominal().model.tube.interval, width, rtol=1e-8
+        )
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ def test_a_command_tells_what_it_does_only_when_asked(solve, monkeypatch):
     assert quiet[0] == 0 and quiet[2] == ""
     code, said, told = solve("--verbose")
     assert code == 0 and said == quiet[1]
-    assert "planner.prepared: searched for" in told and "proved in exact arithmetic" in told
+    assert "planner: searched for" in told and "proved in exact arithmetic" in told
     monkeypatch.setenv("PARC_JAX_LOG", "info")
     assert "searched for" in solve()[2]
     monkeypatch.setenv("PARC_JAX_LOG", "loud")

@@ -8,7 +8,6 @@ import jax
 import numpy as np
 import pytest
 from compilations import compiled_by
-from parc_jax.problem.robust.nominal import NominalProblem
 from scipy.stats import ks_2samp
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_polygon, rectangle, toy_case
@@ -18,6 +17,7 @@ from parc_jax.common.backend import ACCELERATOR, CPU
 from parc_jax.common.sets.box import box
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.corridors import first as first_module
 from parc_jax.safe_set.corridors.first import MOST, first_draw, first_safe
 from parc_jax.safe_set.corridors.placed import placed
@@ -71,7 +71,7 @@ def test_every_plan_is_judged_as_all_plans_are(question):
 def test_in_turn_and_side_by_side_find_the_same_plans(question):
     ways = [replace(how, round=64, rounds=1) for how in (CPU, ACCELERATOR)]
     model, problem = question()
-    asked = placed(pruned_scene(Plain(problem, model)))
+    asked = placed(pruned_scene(NominalProblem(problem, model)))
     (device,) = asked.scene.count.devices()
     found = []
     for key in KEYS[:8]:

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from parc_jax.problem.robust.nominal import query
 from toy_models import random_polygon, toy_case
 
 from parc_jax.drive.loop.scenes import everywhere
+from parc_jax.problem.robust.nominal import query
 from parc_jax.safe_set.corridors.first import MOST, preferred
 from parc_jax.safe_set.verdict.pointwise import paths_of, verdicts
 from parc_jax.safe_set.verdict.scene import lowered
@@ -24,7 +24,7 @@ def crowd():
     places = paths[np.arange(8), rng.integers(2, paths.shape[1], 8)] + rng.normal(0, 0.35, (8, 2))
     posts = [random_polygon(rng, place, 0.05) for place in places]
     problem = problem.replace(goal=everywhere(model), start=None, obstacles=posts, spans=())
-    scene = lowered(question(problem, model, start).plain())
+    scene = lowered(query(problem, model, start).nominal())
     return scene, k, verdicts(scene, np.tile(start, (N, 1)), k)
 
 

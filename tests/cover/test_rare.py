@@ -3,12 +3,12 @@
 import jax
 import numpy as np
 import pytest
-from parc_jax.problem.robust.nominal import NominalProblem
 from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.app.cli.scene import verdict
 from parc_jax.common.errors import InputError
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.corridors.place import Place, place_around
 from parc_jax.safe_set.corridors.rare import where_around, where_safe
 from parc_jax.safe_set.corridors.sampling import FEW, HOPELESS, Counts, draw
@@ -33,7 +33,7 @@ def slit(half: float = HALF):
 
 def volume(half: float) -> float:
     """Of the safe set in a place that was found, from 200,000 draws in it."""
-    scene = pruned_scene(Plain(slit(half), MODEL))
+    scene = pruned_scene(NominalProblem(slit(half), MODEL))
     rng = np.random.default_rng(1)
     one = draw(scene, rng, 200_000, where_safe(scene, rng, 1, Limit(300.0)))
     assert len(one.safe.k) > 5000
@@ -113,7 +113,7 @@ def test_samples_alone_are_found_too():
 
 
 def test_around_one_plan(answer):
-    scene = pruned_scene(Plain(slit(), MODEL))
+    scene = pruned_scene(NominalProblem(slit(), MODEL))
     p0, k = answer.samples[0, :2], answer.samples[0, 2:]
     rng = np.random.default_rng(2)
     one = draw(scene, rng, 50_000, where_around(scene, rng, p0, k, Limit(300.0)))
@@ -122,7 +122,7 @@ def test_around_one_plan(answer):
 
 
 def test_where_nothing_is_safe_a_climb_ends():
-    scene = pruned_scene(Plain(slit(-1e-3), MODEL))
+    scene = pruned_scene(NominalProblem(slit(-1e-3), MODEL))
     assert where_safe(scene, np.random.default_rng(0), 1, Limit(300.0)) is None
 
 

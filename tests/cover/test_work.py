@@ -9,7 +9,6 @@ import sys
 import jax
 import numpy as np
 import pytest
-from parc_jax.problem.robust.nominal import NominalProblem
 from toy_models import line_model, toy_case
 
 import parc_jax as pj
@@ -17,6 +16,7 @@ from parc_jax import method as methods
 from parc_jax.answer.answer import answer_data
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.status import Ended
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors import rare, search
 from parc_jax.safe_set.corridors.first import MOST
@@ -93,7 +93,7 @@ class After(Limit):
 def test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached():
     """Enough is covered by what was built before; the seconds decided which corridors that are."""
     asked = {"target": 0.1, "confidence": 0.99, "work": work_of(1.0)}
-    scene = pruned_scene(Plain(PROBLEM, MODEL))
+    scene = pruned_scene(NominalProblem(PROBLEM, MODEL))
     reached = []
     for questions in range(1, 12):
         limit = After(questions)
@@ -110,7 +110,7 @@ def test_a_slow_machine_lets_as_many_plans_climb(monkeypatch):
     limit = Limit(600.0)
     limit.start()
     rng = np.random.default_rng(0)
-    asked = pruned_scene(Plain(PROBLEM, MODEL)), rng
+    asked = pruned_scene(NominalProblem(PROBLEM, MODEL)), rng
     assert rare.where_safe(*asked, work_of(1.0).population, limit) is None and not limit.cut
     assert sizes == [512, 1024, 2048, 4096, 8192]
     assert rare.where_safe(*asked, work_of(1.0).population, After(2)) is None
@@ -121,7 +121,7 @@ def test_seconds_end_a_climb_between_its_levels(monkeypatch):
     levels = []
     monkeypatch.setattr(rare, "_margins", lambda scene, x: -np.ones(len(x)))
     monkeypatch.setattr(rare, "_moved", lambda scene, rng, plans, *_: levels.append(1) or plans)
-    scene, limit = pruned_scene(Plain(PROBLEM, MODEL)), After(2)
+    scene, limit = pruned_scene(NominalProblem(PROBLEM, MODEL)), After(2)
     assert rare.where_safe(scene, np.random.default_rng(0), 8192, limit) is None
     assert limit.cut and len(levels) == 2
 
@@ -129,7 +129,7 @@ def test_seconds_end_a_climb_between_its_levels(monkeypatch):
 def test_seconds_end_a_climb_between_its_moves(monkeypatch):
     looks = []
     monkeypatch.setattr(rare, "_margins", lambda scene, x: looks.append(1) or -np.ones(len(x)))
-    scene, limit = pruned_scene(Plain(PROBLEM, MODEL)), After(3)
+    scene, limit = pruned_scene(NominalProblem(PROBLEM, MODEL)), After(3)
     assert rare.where_safe(scene, np.random.default_rng(0), 8192, limit) is None
     assert limit.cut and len(looks) == 3  # the first plans, and two moves
 
@@ -148,7 +148,13 @@ def draws(monkeypatch):
 
 
 def test_seconds_end_draws_of_plans_alone_and_are_told(draws):
-    asked = pruned_scene(Plain(PROBLEM, MODEL)), KEY, np.random.default_rng(0), MOST + 1, 0.99
+    asked = (
+        pruned_scene(NominalProblem(PROBLEM, MODEL)),
+        KEY,
+        np.random.default_rng(0),
+        MOST + 1,
+        0.99,
+    )
     whole = search.draw_safe_plans(*asked, Limit(600.0))
     assert whole.ended is Ended.WORK and whole.hopeless and max(draws) == RARE_DRAW
     draws.clear()

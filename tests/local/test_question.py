@@ -6,7 +6,6 @@ import jax
 import numpy as np
 import pytest
 import toy_driven as toy
-from parc_jax.problem.robust.nominal import query
 from synthetic_plants import Plant, plant
 from toy_models import told
 
@@ -17,6 +16,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.drive.local.choice import Choice
 from parc_jax.learning.system import STAYS
+from parc_jax.problem.robust.nominal import query
 from parc_jax.safe_set.verdict.scene import pruned_scene
 
 pytestmark = pytest.mark.soundness
@@ -28,7 +28,7 @@ P0 = pj.box([0.0, -0.1], [0.1, 0.1])
 def chosen(at=None):
     """A plan in the middle of the goal, from the start set of its scene, or from where we are."""
     model = told(toy.model(), rotation=(STAYS,))
-    asked = question(toy.problem().replace(start=from_box(P0)), model, at).plain()
+    asked = query(toy.problem().replace(start=from_box(P0)), model, at).nominal()
     p0 = np.array([0.05, 0.0]) if asked.at is None else asked.at
     plan = np.concatenate([p0, [0.45, 0.5]])
     looks = Looks().declare(0.05, 2)
@@ -96,7 +96,7 @@ def test_a_claim_near_a_pose_is_told_from_it():
 def test_a_file_in_the_frame_of_the_robot_is_not_asked_again(tmp_path):
     there = near(chosen((0.05, 0.0, 0.1))).answer
     loaded = pj.load_answer(there.save(tmp_path / "answer.json"))
-    assert loaded.scene.nominal.question is None and loaded.scene.nominal.pose.heading == 0.1
+    assert loaded.scene.nominal.query is None and loaded.scene.nominal.pose.heading == 0.1
     again = loaded.choose(delta=0.05, looks=2)
     with pytest.raises(InputError, match="an answer that knows its question"):
         again.localise(turning(), KEY)
@@ -105,11 +105,11 @@ def test_a_file_in_the_frame_of_the_robot_is_not_asked_again(tmp_path):
 
 def test_uncertainty_goes_along_and_nothing_is_chosen_under_it(tmp_path):
     problem = toy.problem().replace(uncertainty=pj.Uncertainty(start=0.01))
-    asked = question(problem, toy.model())
+    asked = query(problem, toy.model())
     again = asked.of(told(toy.model(), rotation=(STAYS,)))
     assert (
         again.problem is problem
-        and again.plain().uncertainty == asked.plain().uncertainty is not None
+        and again.nominal().uncertainty == asked.nominal().uncertainty is not None
     )
     answer = toy.planner().solve(problem, KEY, toy.SETTINGS)
     for one in (answer, pj.load_answer(answer.save(tmp_path / "answer.json"))):
@@ -119,7 +119,7 @@ def test_uncertainty_goes_along_and_nothing_is_chosen_under_it(tmp_path):
 
 def test_a_model_without_rotation_is_not_asked_from_a_heading():
     with pytest.raises(InputError, match="a planar system that declares rotation"):
-        chosen((0.05, 0.0, 0.1)).scene.nominal.question.of(toy.model())
+        chosen((0.05, 0.0, 0.1)).scene.nominal.query.of(toy.model())
 
 
 def test_what_is_derived_from_an_answer_shares_its_looks():
@@ -143,6 +143,6 @@ def test_a_loaded_answer_goes_on_with_its_looks(tmp_path):
     with pytest.raises(InputError, match="all 2 that were declared are spent"):
         loaded.choose(delta=0.05, looks=2).looks.take()
     fresh = pj.load_answer(toy.answer().save(tmp_path / "other.json"))
-    assert fresh.looks.delta is None and fresh.scene.nominal.question is not None
+    assert fresh.looks.delta is None and fresh.scene.nominal.query is not None
     assert near(fresh.choose()).answer.cover.proved
     assert fresh.looks.taken == fresh.looks.planned == 1

@@ -98,7 +98,7 @@ def a_bar(heading: float):
     model = told(model, net=net, rotation=(TURNS,) * model.n_q)
     problem = SimpleNamespace(uncertainty=None, body=hull(1, 2, radius=0.1))
     asked = SimpleNamespace(
-        question=SimpleNamespace(model=model, problem=problem),
+        query=SimpleNamespace(model=model, problem=problem),
         pose=Pose(np.array([3.0, -1.0]), heading),
     )
     k = (model.domain.lo + model.domain.hi) / 2
@@ -114,7 +114,7 @@ def test_a_heading_that_jumps_is_outside_by_what_the_other_points_are():
     turned = outside_tube(last, Pose(place, 0.7 + np.pi), now, k)
     assert 0.8 - 3 * wide < turned < 0.8
     assert outside_tube(last, Pose(place, 0.7 + 2 * np.pi), now, k) == 0.0
-    last.asked.question.problem.uncertainty = pj.Uncertainty(start=0.01, heading=0.1)
+    last.asked.query.problem.uncertainty = pj.Uncertainty(start=0.01, heading=0.1)
     less = outside_tube(last, Pose(place, 0.7 + np.pi), now, k)
     assert turned - 0.04 - 2 * 0.25 < less < turned - 0.04
 
@@ -123,7 +123,7 @@ def test_where_a_manoeuvre_may_lead_is_all_of_the_body_its_tube_and_its_uncertai
     shapely = pytest.importorskip("shapely")
     last, model, _ = a_bar(0.5 * np.pi)
     for uncertainty in (None, pj.Uncertainty(start=0.01)):
-        last.asked.question.problem.uncertainty = uncertainty
+        last.asked.query.problem.uncertainty = uncertainty
         off = 0.0 if uncertainty is None else 0.02
         for away, meets in (
             (0.5 + off - 1e-6, True),

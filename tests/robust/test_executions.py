@@ -11,9 +11,6 @@ import numpy as np
 import pytest
 import toy_query
 from exact_oracle import exact_safe
-from parc_jax.problem.robust.nominal import plain
-from parc_jax.problem.robust.realisations import executions_of, words
-from parc_jax.problem.robust.vertex_model import axis_of
 from toy_models import anchored_plans, fold_model, random_network, toy_case
 from uncertain import NEARLY, corners_and_inside
 
@@ -24,6 +21,9 @@ from parc_jax.learning.labels import labels
 from parc_jax.learning.network.relu import outputs
 from parc_jax.planner import Planner
 from parc_jax.problem.robust.bend import bend, bend_by_bin
+from parc_jax.problem.robust.nominal import query
+from parc_jax.problem.robust.realisations import executions_of, words
+from parc_jax.problem.robust.vertex_model import axis_of
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.settings import Settings
@@ -36,7 +36,7 @@ ROUGH = Uncertainty(start=0.01, k=[0.05, 0.02])
 
 
 def verdicts_under(problem, model, p0, k):
-    asked = plain(problem, model)
+    asked = query(problem, model).nominal()
     return verdicts(scene_of(asked.problem, asked.model), p0, k)
 
 
@@ -67,9 +67,10 @@ def test_no_plan_under_copies_says_what_it_means():
         (Uncertainty(given={0: 0}), False),
     )
     for uncertainty, said in uncertainties:
-        known = plain(
+        nominal = query(
             toy_query.gap().replace(uncertainty=uncertainty), toy_query.planner().model
-        ).uncertainty
+        ).nominal()
+        known = nominal.uncertainty
         answer = replace(answer, absence=answer.absence._replace(uncertainty=known))
         assert ("a plan that this method cannot show to withstand" in answer.details()) == said
         assert f"Safe means here: safe for {known.words}." in answer.details()
@@ -213,7 +214,7 @@ def test_values_between_bins_meet_both():
 def test_a_given_parameter_is_a_model_of_the_others(rng):
     model, problem = toy_case(0)
     asked = problem.replace(uncertainty=Uncertainty(given={"k1": 0.3}))
-    found = plain(asked, model)
+    found = query(asked, model).nominal()
     assert found.model.n_k == 1 and found.model.net.hidden == model.net.hidden
     assert found.model.points == model.points and found.problem.body == problem.body
     p0, k = anchored_plans(rng, model, 300)
@@ -261,7 +262,7 @@ def test_a_measured_parameter_may_be_executed_roughly_too(rng):
     """
     model, problem = toy_case(0)
     both = Uncertainty(k={"k0": 0.02, 1: 0.3}, given={"k1": (0.15, 0.25)})
-    asked = plain(problem.replace(uncertainty=both), model)
+    asked = query(problem.replace(uncertainty=both), model).nominal()
     answer = Planner(model).solve(problem.replace(uncertainty=both), KEY, SMALL)
     assert answer.cover.proved and len(answer.samples)
     for plan in answer.samples:
@@ -274,7 +275,7 @@ def test_a_measured_parameter_may_be_executed_roughly_too(rng):
     low, high = (Fraction(x) for x in known.box)
     assert low <= Fraction(0.15) - Fraction(0.3) and high >= Fraction(0.25) + Fraction(0.3)
     given = problem.replace(uncertainty=Uncertainty(k={"k0": 0.02}, given={"k1": (low, high)}))
-    assert plain(given, model).model.net.hash == asked.model.net.hash
+    assert query(given, model).nominal().model.net.hash == asked.model.net.hash
 
 
 def test_the_words_name_all_of_it():
@@ -312,7 +313,7 @@ def test_a_value_on_an_edge_has_plans_that_hold_for_all_bins_of_it(value, rng):
     asked = problem.replace(uncertainty=Uncertainty(given={"k1": value}))
     p0, k = anchored_plans(rng, model, 300)
     k[:, 1] = value
-    found = plain(asked, model)
+    found = query(asked, model).nominal()
     safe = verdicts_under(asked, model, p0, k[:, :1]).safe
     assert safe.sum() > 10
     for i in np.flatnonzero(safe)[:5]:
@@ -328,7 +329,7 @@ REFUSED = {
     r"uncertainty of k1: expected a box within K, \[-1, 1\]; got \[0, 3\]": Uncertainty(
         unknown={"k1": (0, 3)}
     ),
-    r"uncertainty of k1: expected a box within K, \[-1, 1\]; got \[1.0000000000000002,": Uncertainty(
+    r"of k1: expected a box within K, \[-1, 1\]; got \[1.0000000000000002,": Uncertainty(
         given={1: np.nextafter(1, 2)}
     ),
     r"got \[0.5, 0.5\] .measured, executed within ±0.75.": Uncertainty(
@@ -352,4 +353,4 @@ REFUSED = {
 def test_what_does_not_fit_the_model_is_refused(sentence):
     model, problem = toy_case(0)
     with pytest.raises(InputError, match=sentence):
-        plain(problem.replace(uncertainty=REFUSED[sentence]), model)
+        query(problem.replace(uncertainty=REFUSED[sentence]), model).nominal()

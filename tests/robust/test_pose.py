@@ -7,8 +7,6 @@ from fractions import Fraction
 import jax
 import numpy as np
 import pytest
-from parc_jax.problem.robust.nominal import plain
-from parc_jax.problem.robust.realisations import misses_circle, turn_by
 from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, line_model, told, toy_case
 from uncertain import corners_and_inside
@@ -20,7 +18,9 @@ from parc_jax.learning.network.relu import outputs, relu_network
 from parc_jax.learning.system import STAYS, TURNS, rotation_of
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.robust.pose import from_here, pose_of
+from parc_jax.problem.robust.realisations import misses_circle, turn_by
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -99,7 +99,9 @@ def test_a_scene_seen_from_a_pose_is_the_scene(rng):
 def test_plans_withstand_every_heading_within_the_angle(rng):
     model, problem = toy_case(4)
     model = told(model, rotation=(TURNS,))
-    asked = plain(problem.replace(uncertainty=Uncertainty(heading=0.05, start=0.01)), model)
+    asked = query(
+        problem.replace(uncertainty=Uncertainty(heading=0.05, start=0.01)), model
+    ).nominal()
     p0, k = anchored_plans(rng, model, 400)
     safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
     before = verdicts(scene_of(problem, model), p0, k).safe
@@ -118,13 +120,13 @@ def test_a_less_certain_heading_never_adds_plans(rng):
     model, problem = toy_case(4)
     model = told(model, rotation=(TURNS,))
     p0, k = anchored_plans(rng, model, 400)
-    none = plain(problem.replace(uncertainty=Uncertainty(heading=0.0)), model)
+    none = query(problem.replace(uncertainty=Uncertainty(heading=0.0)), model).nominal()
     assert none.uncertainty is None and none.model is model
     assert np.array_equal(none.problem.goal.b, problem.goal.b)
     before = verdicts(scene_of(problem, model), p0, k).safe
     counts = [before.sum()]
     for angle in (0.01, 0.05, 0.1):
-        asked = plain(problem.replace(uncertainty=Uncertainty(heading=angle)), model)
+        asked = query(problem.replace(uncertainty=Uncertainty(heading=angle)), model).nominal()
         safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
         assert (before | ~safe).all()
         before = safe
@@ -139,7 +141,7 @@ def test_a_goal_of_named_points_is_one_of_their_copies(rng):
     problem = points_problem(rng, model, n_obstacles=0)
     uncertainty = Uncertainty(heading=0.02, k={0: 0.01})
     asked = [
-        plain(one.replace(uncertainty=uncertainty), model)
+        query(one.replace(uncertainty=uncertainty), model).nominal()
         for one in (problem, problem.replace(points=()))
     ]
     assert asked[0].problem.points == asked[0].model.points
@@ -151,7 +153,7 @@ def test_a_goal_of_named_points_is_one_of_their_copies(rng):
     assert (named == bare).all() and named.any() and not named.all()
     other = problem.replace(points=problem.points[::-1], uncertainty=uncertainty)
     with pytest.raises(InputError, match="goal: expected the reference points of this model, c0"):
-        plain(other, model)
+        query(other, model).nominal()
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ import jax
 import numpy as np
 import pytest
 from exact_oracle import exact_safe
-from parc_jax.problem.robust.nominal import moved_tube, plain, robust_scene
 from toy_bodies import points_model
 from toy_models import anchored_plans, toy_case
 from uncertain import NEARLY, corners_and_inside
@@ -24,6 +23,7 @@ from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.network.predict import Layout
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.robust.nominal import moved_tube, query, robust_scene
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.settings import Settings
@@ -72,7 +72,7 @@ def withstands(rng, problem, model, p0, k, draws: int) -> bool:
 @pytest.mark.parametrize("number", [0, 4])
 def test_plans_withstand_the_uncertainty_and_no_more_is_given_up_than_has_to_be(number, rng):
     model, problem = toy_case(number, start=True)
-    asked = plain(problem.replace(uncertainty=UNCERTAINTY), model)
+    asked = query(problem.replace(uncertainty=UNCERTAINTY), model).nominal()
     p0, k = anchored_plans(rng, model, 300)
     safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
     before = verdicts(scene_of(problem, model), p0, k).safe
@@ -137,7 +137,7 @@ def test_more_uncertainty_never_adds_plans(rng):
     for size in (0.0, 0.5, 1.0, 2.0):
         square = box([-0.02 * size] * 2, [0.02 * size] * 2)
         uncertainty = Uncertainty(start=0.02 * size, goal=0.01 * size, obstacles=square)
-        asked = plain(problem.replace(uncertainty=uncertainty), model)
+        asked = query(problem.replace(uncertainty=uncertainty), model).nominal()
         safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
         assert (before | ~safe).all()
         before = safe
@@ -171,7 +171,7 @@ def test_what_cannot_be_asked_is_refused():
         )
     with pytest.raises(InputError, match="one half width, or 2, one per axis, or with q; got 4"):
         Planner(model).solve(problem.replace(uncertainty=Uncertainty(goal=[0.1] * 4)), KEY, SMALL)
-    with pytest.raises(InputError, match="scene: expected a plain problem"):
+    with pytest.raises(InputError, match="scene: expected a nominal problem"):
         scene_of(problem.replace(uncertainty=UNCERTAINTY), model)
 
 

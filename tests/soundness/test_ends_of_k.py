@@ -11,7 +11,6 @@ import jax
 import numpy as np
 import pytest
 from needs import need
-from parc_jax.problem.robust.nominal import plain
 from toy_file import answer_file, save
 from toy_models import line_model, model_of, uniform_tube
 
@@ -23,6 +22,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import hex_text
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import (
@@ -124,7 +124,7 @@ def test_a_plan_on_an_edge_is_safe_when_it_is_with_the_errors_of_every_bin(k, bi
 def test_a_value_given_on_an_edge_has_the_plans_of_every_bin(k, bins):
     """The same plans, with the first parameter measured."""
     asked, worst = of_widths(), max(WIDTHS[bin] for bin in bins)
-    found = plain(PROBLEM.replace(uncertainty=Uncertainty(given={0: k[0]})), asked)
+    found = query(PROBLEM.replace(uncertainty=Uncertainty(given={0: k[0]})), asked).nominal()
     p0 = np.array([[-k[0], -k[1] + 0.3 - worst + by] for by in (-1e-3, 1e-3)])
     scene = scene_of(found.problem, found.model)
     assert verdicts(scene, p0, np.full((2, 1), k[1])).safe.tolist() == [True, False]

@@ -4,7 +4,6 @@ import jax
 import numpy as np
 import pytest
 import toy_models
-from parc_jax.problem.robust.nominal import query
 from toy_bodies import points_model
 from toy_models import fold_model, line_model, random_network
 
@@ -16,6 +15,7 @@ from parc_jax.learning.network.rounding import outputs_within
 from parc_jax.planner import Planner
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors.stopping import Limit
@@ -147,7 +147,7 @@ def test_points_that_the_model_places_at_the_start_are_looked_at(rng):
 def test_an_obstacle_that_uncertainty_made_larger_makes_nothing_sure():
     model = line_model(half=8.0)
     problem = reach_avoid(GOAL, [WALL], 2.01, uncertainty=Uncertainty(start=(0.1, 0.1)))
-    found = why_none(lowered(question(problem, model).plain({})))
+    found = why_none(lowered(query(problem, model).nominal({})))
     assert found.of_scene and not found.sure
 
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from parc_jax.problem.robust.nominal import NominalProblem
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_model, random_polygon, random_problem
 
@@ -12,6 +11,7 @@ from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part
 from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
@@ -55,7 +55,7 @@ CASES = [
 @pytest.mark.parametrize(("kind", "seed"), CASES)
 def test_verdicts_are_those_of_the_whole_scene(kind, seed):
     model, problem, rng = crowded(kind, seed)
-    near, whole = pruned_scene(Plain(problem, model)), scene_of(problem, model)
+    near, whole = pruned_scene(NominalProblem(problem, model)), scene_of(problem, model)
     assert 0 < len(near.apart.kept) < len(near.apart.row)
     p0, k = plans_of(model, whole, rng)
     mine, theirs = verdicts(near, p0, k), verdicts(whole, p0, k)
@@ -74,7 +74,7 @@ def test_a_clearance_tells_no_more_than_what_was_left_out_allows():
     """Nothing is left in the scene, and what was left out is at a distance all the same."""
     model = line_model(4, 0.0)
     problem = reach_avoid(GOAL, [box([4.0, 4.0], [5.0, 5.0])], 0.1)
-    near, whole = pruned_scene(Plain(problem, model)), scene_of(problem, model)
+    near, whole = pruned_scene(NominalProblem(problem, model)), scene_of(problem, model)
     assert len(near.apart.kept) == 0 and 1 < float(near.beyond) < 5
     p0, k = plans_of(model, whole, np.random.default_rng(0))
     mine, theirs = verdicts(near, p0, k), verdicts(whole, p0, k)
@@ -102,7 +102,7 @@ def test_all_plans_that_reach_stay_within_their_reach(kind, seed):
 @pytest.mark.parametrize(("kind", "seed"), CASES[:3])
 def test_what_is_left_out_is_proved_in_every_certificate(kind, seed):
     model, problem, rng = crowded(kind, seed)
-    near = pruned_scene(Plain(problem, model))
+    near = pruned_scene(NominalProblem(problem, model))
     p0, k = plans_of(model, near, rng)
     e = verdicts(near, p0, k)
     i = int(np.flatnonzero(e.safe)[0])
@@ -138,7 +138,7 @@ def line_scene(obstacle, e: float = 0.0, span=None, body=0.25):
 )
 def test_an_obstacle_is_left_out_where_no_plan_comes_and_no_sooner(left, e, span, apart):
     problem, model = line_scene(box([left, -9.0], [left + 1, 9.0]), e, span)
-    scene = pruned_scene(Plain(problem, model))
+    scene = pruned_scene(NominalProblem(problem, model))
     assert (scene.apart is not None) == apart
     if apart:
         assert scene.apart.kept.size == 0 and not scene.obstacles.active.any()
@@ -159,8 +159,8 @@ def test_every_point_of_a_part_counts_and_each_part_by_itself():
     wall = hpolytope([[1, 0], [-1, 0], [0, 1], [0, -1]], [x + 1, -x, 50, 50])
     both = model.points[0], model.points[far]
     problem = problem.replace(obstacles=(wall,), spans=(None,), body=hull(*both))
-    assert pruned_scene(Plain(problem, model)).apart is None
-    alone = pruned_scene(Plain(problem.replace(body=hull(both[0])), model))
+    assert pruned_scene(NominalProblem(problem, model)).apart is None
+    alone = pruned_scene(NominalProblem(problem.replace(body=hull(both[0])), model))
     assert alone.apart is not None and alone.apart.kept.size == 0
 
 
@@ -182,14 +182,14 @@ def test_every_point_of_a_part_counts_and_each_part_by_itself():
 )
 def test_far_obstacles_are_checked_as_near_ones_are(obstacles, spans, words):
     with pytest.raises(InputError, match=words):
-        pruned_scene(Plain(reach_avoid(GOAL, obstacles, 0.1, spans=spans), line_model()))
+        pruned_scene(NominalProblem(reach_avoid(GOAL, obstacles, 0.1, spans=spans), line_model()))
 
 
 def test_a_thousand_obstacles_are_as_many_rows_as_matter():
     model = line_model(4, 0.01)
     boxes = [box([4.0 + i, 5.0], [4.5 + i, 6.0]) for i in range(999)]
     near = pruned_scene(
-        Plain(reach_avoid(GOAL, [box([0.8, -0.2], [1.0, 0.2]), *boxes], 0.1), model)
+        NominalProblem(reach_avoid(GOAL, [box([0.8, -0.2], [1.0, 0.2]), *boxes], 0.1), model)
     )
     assert near.apart.kept.tolist() == [0] and near.count == 1
     assert len(near.directions.multipliers) == 1 and len(near.apart.spans) == 1000

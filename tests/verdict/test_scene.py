@@ -12,9 +12,8 @@ from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.rounding import UNIT
 from parc_jax.problem.body import hull
-from parc_jax.problem.problem import goal_of_points, reach_avoid
+from parc_jax.problem.problem import finite_box, goal_box, goal_of_points, reach_avoid
 from parc_jax.safe_set.separation.pairs import BUCKETS
-from parc_jax.problem.problem import finite_box, goal_box
 from parc_jax.safe_set.verdict.scene import float_slack, scene_of
 
 GOAL = box([-0.5, -0.5, -1], [0.5, 0.5, 1])

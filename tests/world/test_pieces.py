@@ -7,7 +7,7 @@ from needs import need
 
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.common.sets.rational import area, rational_vertices
-from parc_jax.problem.world import pieces
+from parc_jax.problem.world import outlines as pieces
 from parc_jax.problem.world.outlines import convex_pieces, thin_pieces
 
 need("shapely")

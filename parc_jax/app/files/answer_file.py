@@ -12,7 +12,7 @@ from parc_jax.common.spelling import hex_floats, nearest_floats
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
-from parc_jax.problem.robust.nominal import NominalProblem, Question
+from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.realisations import robustness_of_json
 from parc_jax.proof.absence.prove_no_plan import PROVED, UNDECIDED, NoPlan
@@ -90,14 +90,14 @@ def _answer(data: dict, report) -> Answer:
     return Answer(scene, cover, samples, data["samples"], no_plan, looks)
 
 
-def _asked(problem: Problem, model: TrajectoryModel, meta: dict) -> Plain:
+def _asked(problem: Problem, model: TrajectoryModel, meta: dict) -> NominalProblem:
     """The nominal problem of a file, with the query where that differs in its place alone."""
     uncertainty = robustness_of_json(meta.get("doubt"))
     at = np.array(nearest_floats(meta["at"])) if "at" in meta else None
     pose = _pose(meta)
     here = at is None if pose is None else pose.heading is None
-    asked = Question(problem, model, pose) if here and uncertainty is None else None
-    return Plain(problem, model, uncertainty, at, pose, asked)
+    asked = Query(problem, model, pose) if here and uncertainty is None else None
+    return NominalProblem(problem, model, uncertainty, at, pose, asked)
 
 
 def _pose(meta: dict) -> Pose | None:

@@ -138,7 +138,7 @@ def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]
     """The model of the query and all parameters (n, n_k) of its plans, where k (n, chosen) are the
     free ones and the rest is given exactly; else the model of the scene and k.
     """
-    query = scene.nominal.question
+    query = scene.nominal.query
     if query is None or query.problem.uncertainty is None or query.model.n_k == scene.model.n_k:
         return scene.model, k
     executions = executions_of(query.problem.uncertainty, query.model)

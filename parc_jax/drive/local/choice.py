@@ -252,7 +252,7 @@ class Choice:
         local = Local() if local is None else local
         if not isinstance(local, Local):
             raise InputError(expected("localise", "a Local", local, "pj.Local(share=1e-3)"))
-        question = self.scene.nominal.question
+        question = self.scene.nominal.query
         if question is None:
             raise InputError(
                 "localise: expected an answer that knows its question; a file that was told in "

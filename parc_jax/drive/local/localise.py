@@ -37,7 +37,7 @@ from parc_jax.learning.system import System
 from parc_jax.method import Exact
 from parc_jax.planner import Planner, answer_to
 from parc_jax.problem.problem import Problem
-from parc_jax.problem.robust.nominal import Question
+from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -80,7 +80,7 @@ class LocalAnswer(NamedTuple):
 
 
 def localise(
-    question: Question,
+    question: Query,
     system: System,
     start: StartTrial,
     box: Box,

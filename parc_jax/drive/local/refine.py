@@ -32,7 +32,7 @@ from parc_jax.drive.local.search import (
     spaced,
 )
 from parc_jax.learning.system import System
-from parc_jax.problem.robust.nominal import Question
+from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import lowered, scene_of
@@ -90,7 +90,7 @@ class Refined:
 
 
 def refine(
-    question: Question,
+    question: Query,
     system: System,
     key: jax.Array,
     local: Local,
@@ -124,13 +124,13 @@ def refine(
         note(_bought(found, model.domain, local))
         answer = found.answer
         if answer is not None and answer.corridors:
-            choice = Choice(*answer.best("room"), lowered(question.plain()), looks)
+            choice = Choice(*answer.best("room"), lowered(question.nominal()), looks)
             return Refined(choice.under(found), tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
 
 
 def _zoom(
-    question: Question,
+    question: Query,
     system: System,
     key: jax.Array,
     shares: Sequence[float],

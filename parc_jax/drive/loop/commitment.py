@@ -49,7 +49,7 @@ class Commitment:
     k: np.ndarray
     clearance: float
     judged: int
-    asked: Plain
+    asked: NominalProblem
 
     def __repr__(self) -> str:
         values = ", ".join(f"{x:.3g}" for x in self.k)
@@ -108,8 +108,8 @@ def left_tube(
     """
     if not commitments:
         return False
-    model = commitments[0].asked.question.model
-    if any(one.asked.question.model is not model for one in commitments):
+    model = commitments[0].asked.query.model
+    if any(one.asked.query.model is not model for one in commitments):
         raise InputError("left_tube: expected commitments of one loop; got some of another model.")
     turns = commitments[0].asked.pose.heading is not None
     path = _path(model, path)
@@ -139,7 +139,7 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     The places are a box around the tube, grown by the uncertainty of both poses and ROUNDED. A
     heading shows in the other points alone, so it is ignored for a robot of one point.
     """
-    asked, begun = last.asked.question, last.asked.pose
+    asked, begun = last.asked.query, last.asked.pose
     model, uncertainty = asked.model, asked.problem.uncertainty
     tube, n_p, steps = model.tube, model.n_p, model.time.n_steps
     (knots, starts), _ = trajectories(model.net, model.layout, np.stack([last.k, k]))
@@ -169,7 +169,7 @@ def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
         return False
     from shapely import MultiPoint
 
-    asked, begun = last.asked.question, last.asked.pose
+    asked, begun = last.asked.query, last.asked.pose
     model, uncertainty = asked.model, asked.problem.uncertainty
     knots, _ = trajectories(model.net, model.layout, last.k[None])
     away = knots[0].reshape(-1, model.n_points, model.n_p)

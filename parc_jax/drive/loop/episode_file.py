@@ -54,7 +54,7 @@ def episode_part(
     return {"format": EPISODE, "hash": hashes, **part, "meta": plain(meta)}
 
 
-def _common(asked: Plain, entry: dict) -> Premises:
+def _common(asked: NominalProblem, entry: dict) -> Premises:
     """Premises that all manoeuvres (entries of the file) have in common."""
     model = asked.model
     start, heading = _uncertainty(asked)
@@ -71,20 +71,20 @@ def _common(asked: Plain, entry: dict) -> Premises:
     )
 
 
-def _copies(asked: Plain) -> int:
+def _copies(asked: NominalProblem) -> int:
     """Vertex realisations: points of the plain question for each point of the robot."""
-    return asked.model.n_points // asked.question.model.n_points
+    return asked.model.n_points // asked.query.model.n_points
 
 
-def _uncertainty(asked: Plain) -> tuple[np.ndarray, float]:
+def _uncertainty(asked: NominalProblem) -> tuple[np.ndarray, float]:
     """Half widths (n_p,) [m] of the start, and [rad] of the heading."""
-    uncertainty = asked.question.problem.uncertainty
+    uncertainty = asked.query.problem.uncertainty
     if uncertainty is None:
         return np.zeros(asked.model.n_p), 0.0
     return uncertainty.shifts(asked.model.n_p), float(uncertainty.heading or 0.0)
 
 
-def head_part(first: Plain, drift: float = 0.0) -> dict:
+def head_part(first: NominalProblem, drift: float = 0.0) -> dict:
     """The entries of an episode about all its manoeuvres. first: question of the first one. drift:
     [m] as of `episode_part`.
     """

@@ -92,9 +92,8 @@ class Loop:
     (`require_rest`), and for a time to leave at which no run of its claim was left.
 
     A pose outside of the tube of the manoeuvre under way, by more than its uncertainty and drift,
-    begins
-    nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre continues to
-    its stop, with a sentence by how far, until `restart` begins another episode.
+    begins nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre
+    continues to its stop, with a sentence by how far, until `restart` begins another episode.
     """
 
     def __init__(
@@ -248,7 +247,7 @@ class Loop:
             self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.nominal))
 
     def _commit(
-        self, asked: Plain, k: np.ndarray, clearance: float, judged: int, at: Fraction
+        self, asked: NominalProblem, k: np.ndarray, clearance: float, judged: int, at: Fraction
     ) -> Step:
         one = Commitment(self._n, at, at + self.lasts, k, float(clearance), judged, asked)
         if self.prover is not None:

@@ -224,7 +224,7 @@ class Proving:
 
     def _chain_of(self, one: Commitment) -> checker.Chain:
         """The chain that it continues; a first commitment follows nothing."""
-        uncertainty = one.asked.question.problem.uncertainty
+        uncertainty = one.asked.query.problem.uncertainty
         about = one.asked.model, None if uncertainty is None else uncertainty.of_model
         known = self._about and about[0] is self._about[0] and about[1] == self._about[1]
         if self._chain is None or not known:

@@ -56,9 +56,9 @@ class Scenes:
         uncertainty = replace(self.uncertainty, given={axis: FREE for axis in self.model.given})
         goal = any_goal(self.model)
         problem = reach_avoid(goal, obstacles, self.body, spans=spans, uncertainty=uncertainty)
-        asked = question(problem, self.model)
+        asked = query(problem, self.model)
         # the goal is set only now: in the robot's frame, for the model under uncertainty
-        asked = replace(asked, pose=pose).plain(self._models)
+        asked = replace(asked, pose=pose).nominal(self._models)
         goal = moved_goal(self._end(asked.model), asked.model, asked.at)
         asked = replace(asked, problem=asked.problem.replace(goal=goal))
         return padded(lowered(asked), ROOM, CORNERS)

@@ -1,3 +1,3 @@
-"""A question under uncertainty as a plain question: poses measured, commands executed roughly,
-obstacles and goals seen with error. [T21, T22]
+"""Uncertainty lowered: a query with measured poses, execution errors, measured obstacles and goals
+becomes a nominal problem. [T21, T22]
 """

@@ -31,8 +31,10 @@ class _Intervals(NamedTuple):
 
 
 def bend_by_bin(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """(b, n_out) the same, looked at in parts of every box [lo, hi] (b, n_k) as fine as the boxes
-    that are meant, or as PARTS allows: a box near one kink is not near all others of its bin.
+    """(b, n_out) bound of `bend` for all boxes of full width (n_k,) within bins [lo, hi] (b, n_k).
+
+    Bins are split into parts as fine as the width, or as PARTS allows: a box near one kink is not
+    near all others of its bin.
     """
     if not width.any():
         return np.zeros((len(lo), net.n_out))
@@ -50,10 +52,10 @@ def bend_by_bin(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndar
 
 
 def _parts(lo: np.ndarray, hi: np.ndarray, width: np.ndarray, most: int) -> np.ndarray:
-    """(n_k,) into how many parts each axis of the boxes is cut, `most` in all."""
+    """(n_k,) number of parts along each axis of the boxes, `most` in all."""
     free = np.maximum((hi - lo).max(axis=0) - width, 0)
     wanted = np.ceil(free / np.where(width > 0, width, free + 1)).clip(1, most)
-    # an axis on which nothing is uncertain is cut as finely as the others are
+    # an axis without uncertainty is split as finely as the others
     wanted = np.where((width > 0) | (free == 0), wanted, wanted.max())
     counts = np.ones(len(width), int)
     while True:
@@ -66,7 +68,7 @@ def _parts(lo: np.ndarray, hi: np.ndarray, width: np.ndarray, most: int) -> np.n
 
 def bend(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndarray) -> np.ndarray:
     """(b, n_out) bound, for every box of the given full width (n_k,) within [lo, hi] (b, n_k), of
-    how far a value is from the mixture of those at its corners with the same weights.
+    the distance of a value from the mixture of the corners' values with the same weights.
     """
     layers = list(zip(net.weights, net.biases, strict=True))
     middle = (lo + hi) / 2

@@ -1,4 +1,4 @@
-"""A scene in the world, told in the frame of a robot that stands at a measured pose. [T22]
+"""A scene of the world in the frame of a robot at a measured pose. [T22]
 
 The robot starts at the origin of its frame with heading 0, as all runs do that the model was
 learned from. Rows are rounded; obstacles grow and the goal shrinks by more than that can matter
@@ -6,6 +6,7 @@ where a robot of this model can be.
 """
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,8 +24,10 @@ ROUNDING = 2.0**-44  # of the terms of a row: far more than the rounding of a fe
 
 
 class Pose(NamedTuple):
-    """Where the robot is: place (n_p,) [m] of its first reference point, heading [rad] from that of
-    the model's runs, None where nothing turns.
+    """A pose of the robot.
+
+    place: (n_p,) [m] of its first reference point.
+    heading: [rad] from that of the model's runs; None where nothing turns.
     """
 
     place: np.ndarray
@@ -32,8 +35,9 @@ class Pose(NamedTuple):
 
 
 def pose_of(at, model: TrajectoryModel) -> Pose:
-    """A pose from x, y (and z), in the plane maybe followed by a heading. Raises InputError, also
-    for a heading that the model knows nothing of.
+    """A pose from x, y (and z), in the plane optionally followed by a heading.
+
+    Raises InputError, also for a heading where the model's system declares no rotation.
     """
     values = as_float64("at", at, (None,))
     n_p = model.n_p
@@ -47,9 +51,7 @@ def pose_of(at, model: TrajectoryModel) -> Pose:
 
 
 def require_rotation(model: TrajectoryModel, what: str) -> None:
-    """Raises InputError for a model whose system does not declare that runs turn with the
-    heading.
-    """
+    """Raises InputError for a model whose system does not declare rotation invariance."""
     if model.rotation is None or model.n_p != 2:
         raise InputError(
             f"{what}: expected a planar system that declares rotation invariance (`rotation`, a "
@@ -58,8 +60,9 @@ def require_rotation(model: TrajectoryModel, what: str) -> None:
 
 
 def from_here(problem: Problem, model: TrajectoryModel, pose: Pose) -> Problem:
-    """The plain problem as a robot at this pose sees it, without a start set: the start is the
-    pose. Raises InputError for a pose outside of the set.
+    """The problem in the frame of a robot at this pose, without a start set: the start is the pose.
+
+    Raises InputError for a pose outside of the start set.
     """
     start = problem.start
     if start is not None and not start.contains(pose.place):
@@ -67,7 +70,7 @@ def from_here(problem: Problem, model: TrajectoryModel, pose: Pose) -> Problem:
             "at: expected a place within the start set of the scene, less the uncertainty of the "
             f"start; {', '.join(f'{x:g}' for x in pose.place)} is outside. Leave the start set out."
         )
-    problem = problem.replace(start=None)
+    problem = replace(problem, start=None)
     if pose.heading is None:
         return problem
     if any(isinstance(part.shape, Polygon) for part in problem.parts):
@@ -88,13 +91,13 @@ def from_here(problem: Problem, model: TrajectoryModel, pose: Pose) -> Problem:
     terms = terms + np.abs(problem.goal.b) + np.abs(further).sum(axis=1) * abs(pose.heading)
     bounds = problem.goal.b - shift - angle - ROUNDING * terms
     goal = HPolytope(np.concatenate([turned, further], axis=1), bounds)
-    return problem.replace(goal=goal, obstacles=_turned(problem.obstacles, turn, pose.place, far))
+    return replace(problem, goal=goal, obstacles=_turned(problem.obstacles, turn, pose.place, far))
 
 
 def _turned(
     obstacles: tuple[HPolytope, ...], turn: np.ndarray, place: np.ndarray, far: float
 ) -> tuple[HPolytope, ...]:
-    """The rows of all at once."""
+    """All obstacles in the robot's frame. far: [m] bound of coordinates, as of `_farthest`."""
     if not obstacles:
         return ()
     A = np.concatenate([o.A for o in obstacles])
@@ -107,7 +110,7 @@ def _turned(
 
 
 def _farthest(problem: Problem, model: TrajectoryModel) -> float:
-    """[m] bound of the coordinates of whatever belongs to the robot, seen from its start."""
+    """[m] bound of the coordinates of all points of the robot, from its start."""
     tube = model.tube
     widths = [w[tube.claimed].max(initial=0.0) for w in (tube.interval, tube.final)]
     body = max(float(part.shape.radius) for part in problem.parts)

@@ -1,12 +1,10 @@
-"""What stands around the robot: outlines, maps, and only what a lidar saw, as few convex obstacles
-that cover it. Shapely and the like (the extra `maps`) are loaded when something is asked of it.
+"""The world around the robot: outlines, maps and lidar scans as few convex obstacles that cover it.
+Shapely and the like (the extra `maps`) are loaded on first use.
 """
 
-from parc_jax.problem.world.outlines import Footprint, read_footprint
 from parc_jax.problem.world.free_space import FreeSpace, free_place
-from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
-from parc_jax.problem.world.grid_map import load_map
-from parc_jax.problem.world.outlines import convex_pieces
+from parc_jax.problem.world.grid_map import GridMap, load_map, occupancy_grid
+from parc_jax.problem.world.outlines import Footprint, convex_pieces, read_footprint
 from parc_jax.problem.world.seen import seen_from
 
 __all__ = [

@@ -1,21 +1,109 @@
-"""Places known to be free, and the obstacles that keep a robot among them. [T41, T44]"""
+"""Free space, and the obstacles that keep a robot inside it. [T41, T44]"""
 
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import counted
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.problem.world.free_space import ROUND, STANDS, Beams
 from parc_jax.problem.world.outlines import THIN, package, require_near, thin_pieces
 
 if TYPE_CHECKING:
     import shapely
+
+ROUND = 1.05  # chords of a quarter circle of four are nearer than its radius by 2 %, GEOS adds 1 %
+SPLIT = 3  # parts of a gap, so that one of any angle is inside of chords
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """Beams of one scan; none (`STANDS`) of a place where the body stands.
+
+    place: (2,) [m] of the sensor.
+    angles: (n,) [rad] of the beams in the frame of the place, increasing.
+    reach: (n,) [m] up to which both gaps beside a beam are free.
+    ends: (n,) [m] ranges of hits, infinite without a hit.
+    off: (n,) [m] bound of the error of a hit.
+    grown: [m] bound of the error of the place.
+    more: bound of the error of a direction, in beams.
+    closed: the last beam is the first.
+    """
+
+    place: np.ndarray
+    angles: Float[np.ndarray, " n"]
+    reach: Float[np.ndarray, " n"]
+    ends: Float[np.ndarray, " n"]
+    off: Float[np.ndarray, " n"]
+    grown: float
+    more: int
+    closed: bool
+
+    def refuted(self, region: "shapely.Geometry"):
+        """The part of a free region that this scan refutes: hits near its border; new obstacles and
+        all that they hide; the number of beams that hit new obstacles.
+
+        Algorithm: a hit in the region removes its place, with its errors. If all of that lies in
+        the region, no obstacle that stood still can have caused it: in the gaps beside it only the
+        free part of the scan itself is left. Errors remove more, never less.
+        """
+        shapely = package("shapely", "free space")
+        shapely.prepare(region)
+        places = self._at(np.where(np.isfinite(self.ends), self.ends, 0.0))
+        met = np.flatnonzero(np.isfinite(self.ends) & shapely.contains_xy(region, places))
+        spots, off = shapely.points(places[met]), self.off[met]
+        discs = shapely.buffer(spots, ROUND * off, quad_segs=4)
+        came = shapely.contains(region, shapely.buffer(spots, off))
+        gone = shapely.Polygon()
+        if came.any():
+            dark = np.zeros(len(self.ends), bool)
+            dark[met] = came
+            grown = ROUND * (self.grown + TOLERANCES.outline)
+            behind = self._behind(region, dark).buffer(grown, quad_segs=4)
+            gone = region.intersection(shapely.union_all([behind, *discs[came]]))
+        return shapely.union_all(discs[~came]), gone, int(came.sum())
+
+    def drifted(self, by: float) -> "Beams":
+        """The same beams with a place that is less certain by so much [m]."""
+        return replace(self, grown=self.grown + by, off=self.off + by)
+
+    def _behind(self, region: "shapely.Geometry", dark: np.ndarray) -> "shapely.Geometry":
+        """The area beyond the free part, in the gaps beside beams (n,) bool."""
+        shapely = package("shapely", "free space")
+        if self.closed:
+            dark[[0, -1]] = dark[0] | dark[-1]
+        for _ in range(self.more):
+            ring = np.pad(dark[:-1] if self.closed else dark, 1, "wrap" if self.closed else "edge")
+            wider = ring[:-2] | ring[1:-1] | ring[2:]
+            dark = np.append(wider, wider[0]) if self.closed else wider
+        gaps = np.flatnonzero(dark[:-1] | dark[1:])
+        x0, y0, x1, y1 = region.bounds
+        beyond = np.abs([[x0, y0], [x1, y1]] - self.place).max(axis=0)
+        share = np.linspace(0, 1, SPLIT + 1)
+        found = []
+        for i in gaps:
+            one, other = self.angles[i : i + 2]
+            angles = one + share * (other - one)
+            far = max(np.hypot(*beyond), *self.reach[i : i + 2])
+            rim = (far + 1.0) / np.cos((other - one) / SPLIT / 2)
+            outer = self.place + rim * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+            inner = self._at(self.reach)[[i + 1, i]]
+            found.append(shapely.Polygon(np.concatenate([outer, inner])))
+        return shapely.union_all(found)
+
+    def _at(self, ranges: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
+        along = np.stack([np.cos(self.angles), np.sin(self.angles)], axis=1)
+        return self.place + ranges[:, None] * along
+
+
+NOTHING = np.zeros(0)
+STANDS = Beams(np.zeros(2), NOTHING, NOTHING, NOTHING, NOTHING, 0.0, 0, False)
+
 
 CALL = "free space"
 FLATTEST = 100.0  # ratio of the axes of an ellipse, at most, so that rounding stays small
@@ -23,13 +111,14 @@ FLATTEST = 100.0  # ratio of the axes of an ellipse, at most, so that rounding s
 
 @dataclass(frozen=True, eq=False)
 class FreeSpace:
-    """A closed region of the plane that is truly free of (static) obstacles: what a lidar saw free
-    (`seen_from`), where the body stood (`free_place`), a map (`GridMap.free_space`), and unions.
+    """A closed region of the plane that is truly free of (static) obstacles: from a lidar
+    (`seen_from`), under the body (`free_place`), of a map (`GridMap.free_space`), and unions.
 
-    region: a Shapely Polygon or MultiPolygon [m]. width: [m] no obstacle is narrower than this, as
-    in `seen_from`; 0 where nothing is assumed. gone: what was free until something came, and was
-    not seen free since. refuting: beams that did, of the last scan that was added. beams: of what
-    is known now, a scan or where the body stands; None of what is remembered.
+    region: a Shapely Polygon or MultiPolygon [m].
+    width: [m] least width of an obstacle, as in `seen_from`; 0 without an assumption.
+    gone: area that was refuted, and not measured free since.
+    refuting: number of beams that refuted some of it, of the last scan that was added.
+    beams: of the current scan, `STANDS` under the body; None of a memory.
     """
 
     region: Any
@@ -43,12 +132,12 @@ class FreeSpace:
             object.__setattr__(self, "gone", package("shapely", CALL).Polygon())
 
     def add(self, other: "FreeSpace") -> "FreeSpace":
-        """Both together, remembered. A hole in which no obstacle of the assumed width has room is
-        free. [T41d]
+        """The union, as a memory. A hole too small for an obstacle of the assumed width is free.
+        [T41d]
 
-        What a scan refutes of the other one leaves: places where its beams ended in what was free,
-        and what lies behind, until a scan that is added later has seen it free. [T44] Two scans
-        refute one another: which is the newer is not asked.
+        The part that a scan refutes leaves: places of its hits inside the other region, and the
+        area behind them, until a later scan measures it free. [T44] Two scans refute one another,
+        in either order.
         """
         widths = [w for w in (self.width, other.width) if w]
         width = min(widths, default=0.0)
@@ -65,7 +154,7 @@ class FreeSpace:
 
     @property
     def said(self) -> str:
-        """What the last scan that was added refutes, for people; empty for nothing."""
+        """A sentence about the part that the last scan refuted; empty for none."""
         if not self.refuting:
             return ""
         return (
@@ -75,14 +164,14 @@ class FreeSpace:
         )
 
     def _refuted(self, region: "shapely.Geometry"):
-        """As of `Beams.refuted`."""
+        """`Beams.refuted` of its beams, if any."""
         if self.beams is None or self.beams is STANDS:
             return package("shapely", CALL).Polygon(), package("shapely", CALL).Polygon(), 0
         return self.beams.refuted(region)
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
-        """What of it lies in the square of half width reach [m] around a place (x, y), or (x, y,
-        heading). Raises InputError.
+        """The part in the square of half width reach [m] around a place (x, y), or (x, y, heading).
+        Raises InputError.
         """
         shapely = package("shapely", CALL)
         (x, y), reach = _place(place), _length("reach", reach)
@@ -93,12 +182,13 @@ class FreeSpace:
     def drifted(
         self, place: npt.ArrayLike, moved: float | tuple[float, float], turned: float
     ) -> "FreeSpace":
-        """What of it is free for sure after the frame that it is told in has drifted, as that of
-        odometry does: by at most moved [m] at a place (x, y) and by at most turned [rad]. What is
-        far away loses more: keep what is near (`within`). [T41e] Raises InputError.
+        """The part that is still free after its frame has drifted, as that of odometry does. [T41e]
 
-        moved: a radius, or of a place (x, y, heading) the half axes of an ellipse, along the
-        heading and across it: a robot on wheels is told worse how far it went than where to.
+        place: (x, y) [m] at which the drift is bounded, or (x, y, heading).
+        moved: [m] bound, a radius, or half axes of an ellipse along the heading and across it:
+            odometry of wheels is worse along.
+        turned: [rad] bound. Far parts lose more: restrict it first (`within`).
+        Raises InputError.
         """
         middle = package("shapely", CALL).Point(_place(place))
         along, across = (_length("moved", most) for most in np.broadcast_to(moved, 2).tolist())
@@ -121,14 +211,14 @@ class FreeSpace:
     def near(
         self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64
     ) -> "FreeSpace":
-        """The part of it around a place, with few corners: its `obstacles` go to `reach_avoid`.
+        """The part around a place, with few corners: its `obstacles` go to `reach_avoid`.
 
-        place: (x, y), or (x, y, heading), of the robot. reach: [m] half width of the square around
-        it that is kept. The sides of the square become obstacles as well, so nothing is assumed of
-        how far a manoeuvre goes; one that leaves the square is not safe. tolerance: [m] the most
-        that its boundary moves inwards, never outwards. most: pieces; where there are more, the
-        tolerance is doubled, at most twice. Raises InputError where the place has no free space
-        around it.
+        place: (x, y), or (x, y, heading), of the robot.
+        reach: [m] half width of the square around it. The sides of the square become obstacles as
+            well: a manoeuvre that leaves it is not safe.
+        tolerance: [m] bound by which the boundary moves inwards; it never moves outwards.
+        most: pieces; where there are more, the tolerance is doubled, at most twice.
+        Raises InputError where the place has no free space around it.
         """
         shapely = package("shapely", CALL)
         base, middle = self.within(place, reach), shapely.Point(_place(place))
@@ -148,8 +238,11 @@ class FreeSpace:
         return min(found, key=lambda one: len(one._edges()))
 
     def holds(self, corners: npt.ArrayLike, uncertainty: float = 0.0) -> bool:
-        """Does a body, the hull of its corners (n, 2) [m], lie in it, in one part, wherever within
-        an uncertainty [m] it is? It must at the start. [T41] Raises InputError.
+        """Does a body lie inside, in one part? It must at the start. [T41]
+
+        corners: (n, 2) [m], the body is their hull.
+        uncertainty: [m] bound of the error of its place.
+        Raises InputError.
         """
         shapely = package("shapely", CALL)
         body = shapely.MultiPoint(_corners(corners)).convex_hull
@@ -164,7 +257,7 @@ class FreeSpace:
         return tuple(thin_pieces(self._edges(), _length("half_width", half_width)))
 
     def _edges(self) -> np.ndarray:
-        """(n, 2 ends, 2) all edges of all rings. Raises InputError where there are none."""
+        """(n, 2 ends, 2) edges of all rings. Raises InputError if there are none."""
         shapely = package("shapely", CALL)
         rings = shapely.get_rings(shapely.get_parts(self.region))
         places, ring = shapely.get_coordinates(rings, return_index=True)
@@ -179,10 +272,10 @@ class FreeSpace:
 
 
 def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
-    """The hull of corners (n, 2) [m] that is known to be free: where the body stood, or stands.
+    """The free space under a body, the hull of its corners (n, 2) [m].
 
-    margin: [m] grown by this, as a person declares who has looked around a robot before its start;
-    or negative, shrunk by it: what is left for sure of a body whose pose is uncertain by so much.
+    margin: [m] grown by this, declared by a person who has looked around the robot before its
+        start; negative: shrunk by the uncertainty of the pose.
     Raises InputError.
     """
     hull = package("shapely", "free_place").MultiPoint(_corners(corners)).convex_hull
@@ -197,8 +290,8 @@ def shrunk(region: "shapely.Geometry", by: float, tolerance: float):
     """Polygons inside of a region, `by` [m] from its boundary and not above tolerance [m] more
     where that is possible, with few corners.
 
-    Algorithm: what Shapely proposes counts where its predicates, which are exact or bounded by
-    floats, show that it lies inside, so far from the boundary; of what fails nothing is left.
+    Algorithm: a proposal of Shapely counts if its predicates, which are exact or bounded by
+    floats, show that it lies inside, so far from the boundary; else nothing is left.
     """
     shapely = package("shapely", CALL)
     if not region.is_valid:
@@ -218,8 +311,7 @@ def shrunk(region: "shapely.Geometry", by: float, tolerance: float):
 
 
 def _shifted(region: "shapely.Geometry", place: np.ndarray, along: float, across: float):
-    """What is left wherever within an ellipse it is shifted, half axes along the heading of a place
-    (3,) and across it. [T41e]
+    """The erosion by an ellipse with half axes along the heading of a place (3,) and across. [T41e]
 
     Algorithm: in a frame that is turned to the longer axis and shortened along it, the ellipse is a
     disc.
@@ -237,7 +329,7 @@ def _shifted(region: "shapely.Geometry", place: np.ndarray, along: float, across
 
 
 def _areas(geometry: "shapely.Geometry"):
-    """Its polygons alone: lines and points that operations leave over hold no body."""
+    """Its polygons only: lines and points left over by operations hold no body."""
     shapely = package("shapely", CALL)
     if geometry.geom_type == "Polygon":
         return geometry
@@ -247,7 +339,7 @@ def _areas(geometry: "shapely.Geometry"):
 
 
 def _filled(region: "shapely.Geometry", width: float):
-    """Without holes that have no room for a disc of diameter width. [T41d]"""
+    """The region without holes too small for a disc of diameter width. [T41d]"""
     shapely = package("shapely", CALL)
     if not width or not shapely.get_num_interior_rings(shapely.get_parts(region)).any():
         return region

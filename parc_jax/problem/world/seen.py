@@ -1,4 +1,4 @@
-"""What a lidar saw free, for sure, whatever its errors do. [T41, T44]"""
+"""The region that a lidar scan proves free under bounded errors. [T41, T44]"""
 
 from types import ModuleType
 
@@ -28,19 +28,19 @@ def seen_from(
     uncertainty: tuple[float, float] = (0.0, 0.0),
     tolerance: float = 0.005,
 ) -> FreeSpace:
-    """The region that one scan shows to be free, for sure; what it refutes of a region that was
-    held free before leaves that where both are added. Raises InputError.
+    """The region that one scan proves free; added to an older region, it refutes parts of that.
+    Raises InputError.
 
-    pose: (x, y, heading) of the sensor [m, rad], in a frame that stays. angles: (n,) of the beams
-    against its heading [rad], increasing, over a full turn at most. ranges: (n,) [m] finite; a beam
-    that came back from nowhere reads max_range, or more, and is free up to there; one that says
-    nothing, or is blocked nearer than the sensor can tell, reads 0. noise: [m] bound of
-    |range - truth|. angle_error: [rad] bound for each beam. uncertainty: ([m], [rad]) how far the
-    pose may be from the truth; it shrinks what was seen by as much. tolerance: [m] what may be
-    given up to save corners.
+    pose: (x, y, heading) [m, rad] of the sensor, in a fixed frame.
+    angles: (n,) [rad] of the beams against its heading, increasing, over a full turn at most.
+    ranges: (n,) [m] finite; max_range or more for a beam without a return, free up to there; 0 for
+        a failed or blocked beam.
+    noise: [m] bound of |range - truth|. angle_error: [rad] bound for each beam.
+    uncertainty: ([m], [rad]) bounds of the error of the pose; the region shrinks by as much.
+    tolerance: [m] by which the region may shrink to save corners.
 
     Assumed: the world stands still, and so does the sensor while its beams sweep, but for
-    `uncertainty`; errors keep to their bounds; all that a body may touch stands in the lidar's
+    `uncertainty`; errors satisfy their bounds; all that a body may touch stands in the lidar's
     plane; and no object is narrower than `width` [m]: each is a union of discs of this diameter and
     squares of this side, however turned, so corners are not sharper than a square's. Between two
     beams with the gap g the nearer range R then holds, less how far a corner can reach out between
@@ -78,12 +78,12 @@ def seen_from(
 
 
 def _off(angles: Float[np.ndarray, " n"], by: float) -> int:
-    """Beams by which a direction may be another one's."""
+    """The bound of the error of a direction [rad], in beams."""
     return int(min(np.ceil(by / np.diff(angles).min() - 1e-9), len(angles) - 1))
 
 
 def _closed(angles: Float[np.ndarray, " n"], sure: Float[np.ndarray, " n"]):
-    """With the first beam again a turn later, where that gap is like the others."""
+    """Beams with the first one repeated after a full turn, if that gap is like the others."""
     rest = angles[0] + 2 * np.pi - angles[-1]
     if rest > 1.5 * np.diff(angles).max():
         return angles, sure, False
@@ -101,7 +101,7 @@ def _between(
     width: float,
     closed: bool,
 ):
-    """(n,) [m] at each beam, up to where both gaps beside it are free. [T41b]"""
+    """(n,) [m] range up to which both gaps beside a beam are free. [T41b]"""
     gaps = np.diff(angles)
     half = gaps / 2 + angle_error
     near = np.minimum(sure[:-1], sure[1:])

@@ -46,8 +46,7 @@ class NoPlan(NamedTuple):
     leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
     seconds: [s] of the search.
     reason: why none is safe, where a sentence can say it, else None. uncertainty: what a safe plan
-    here
-        withstands; None where there was no uncertainty. ended: by what, None if not known.
+        here withstands; None where there was no uncertainty. ended: by what, None if not known.
     """
 
     kind: str

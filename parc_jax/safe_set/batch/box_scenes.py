@@ -49,7 +49,7 @@ class BoxScenes:
         return len(self.goal_lo)
 
     def problem(self, i: int) -> Problem:
-        """SceneArrays i as a problem of its own, as `Planner.solve` takes it."""
+        """Scene i as `Planner.solve` takes it."""
         kept = np.flatnonzero(self.present[i])
         free = not np.isfinite(self.start_lo[i]).all()
         start = None if free else box(self.start_lo[i], self.start_hi[i])
@@ -149,8 +149,8 @@ def _of_every_scene(name: str, value: ArrayLike, s: int, n_p: int) -> np.ndarray
 
 
 def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> SceneArrays:
-    """Stacked arrays, equal to those of `scene` for every problem up to one rounding of corners of
-    a polygon body.
+    """Stacked arrays, equal to those of every problem up to one rounding of corners of a polygon
+    body.
     """
     obstacles = _obstacles(boxes, model)
     bounds = np.concatenate([boxes.goal_lo, boxes.goal_hi], axis=1)
@@ -171,6 +171,7 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> SceneArrays:
         obstacles=obstacles,
         slack=float_slack(model, size),
         beyond=np.full(s, np.inf),
+        count=None,
     )
 
 

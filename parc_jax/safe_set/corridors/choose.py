@@ -22,8 +22,7 @@ from parc_jax.learning.bound.reach import errors_of, numbered, reach
 from parc_jax.learning.network.predict import by_point
 from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
 from parc_jax.safe_set.separation.pairs import Pair
-from parc_jax.safe_set.verdict.scene import Scene, Tabled
-from parc_jax.safe_set.verdict.scene import size_class
+from parc_jax.safe_set.verdict.scene import Scene, Tabled, size_class
 
 MOST_BYTES = 2**29  # along a scene's table: what is more is worked out wherever it is asked
 LEAST_KNOWN = 256  # directions that are told, if that is not much more

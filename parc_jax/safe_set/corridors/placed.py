@@ -9,7 +9,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.corridors.sampling import BinEnds, ends_of
 from parc_jax.safe_set.verdict.pointwise import end_network
-from parc_jax.safe_set.verdict.scene import ROOM, OneScene, Scene, padded
+from parc_jax.safe_set.verdict.scene import ROOM, Scene, SceneArrays, padded
 
 
 @struct.dataclass
@@ -24,7 +24,7 @@ class Placed:
     net: ReLUNetwork
     end: ReLUNetwork
     tube: Tube
-    scene: OneScene
+    scene: SceneArrays
     ends: BinEnds
     at: jax.Array | None
 

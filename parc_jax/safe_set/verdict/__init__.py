@@ -1,3 +1,3 @@
-"""One plan's verdict: a question laid out for a model, and whether a plan is safe for every run
-inside the tube. [T11, T14]
+"""One plan's verdict: a nominal problem as arrays, and whether a plan is safe for every run inside
+the tube. [T11, T14]
 """

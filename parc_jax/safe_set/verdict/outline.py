@@ -10,7 +10,7 @@ from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.runs.law import BOX, LawSpec, given_of, law_of
 from parc_jax.learning.system import System, TimeGrid, points_of, rotation_of
 from parc_jax.problem.body import numbered
-from parc_jax.problem.problem import Problem, check_fits, goal_box
+from parc_jax.problem.problem import Problem, goal_box, require_dimensions
 from parc_jax.problem.robust.nominal import robust_scene
 from parc_jax.problem.robust.pose import require_rotation
 from parc_jax.problem.robust.realisations import executions_of, require_given
@@ -74,7 +74,7 @@ def require_fit(problem: Problem, robot: Outline | TrajectoryModel) -> None:
     """Refuse a question that this robot cannot be asked: goal, body, obstacles, uncertainty. All
     that a query refuses later, so that nothing is run or learned for it. Raises InputError.
     """
-    check_fits(problem.replace(uncertainty=None), robot.n_p, robot.n_q, robot.points)
+    require_dimensions(problem, robot.n_p, robot.n_q, robot.points)
     numbered(problem.body, robot.points)
     for j in range(len(problem.obstacles)):
         exists(problem, j, robot.time.n_steps)

@@ -32,7 +32,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import moved_to, predict, trajectories
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.separation.pairs import Obstacles, Pair
-from parc_jax.safe_set.verdict.scene import OneScene, Scene, SceneArrays
+from parc_jax.safe_set.verdict.scene import Scene, SceneArrays
 
 CHUNK = 512  # points per compiled verdict: intermediates stay in cache, two calls run on two cores
 CHUNK_ANCHOR = 2048  # points per compiled look at the goal alone, which is cheap
@@ -150,7 +150,7 @@ def verdict(
 def verdict_in_turn(
     net: ReLUNetwork,
     tube: Tube,
-    scene: OneScene,
+    scene: SceneArrays,
     p0: Vector,
     k: Params,
     bin: Index,
@@ -185,7 +185,7 @@ def verdict_in_turn(
     return Verdicts(*seen, nearest), touched, looks
 
 
-def _away(scene: OneScene, path: Path, errors: ErrorSet):
+def _away(scene: SceneArrays, path: Path, errors: ErrorSet):
     """`Obstacles.away`, a few at a time, of those that are there: room for more costs nothing."""
     n = len(scene.obstacles.active)
     few = min(n, AT_ONCE)
@@ -205,7 +205,7 @@ def clearance(scene: SceneArrays, path: Path, errors: ErrorSet):
     """Smallest gap [m] of a path with errors (T, n_points) from all active obstacles,
     less the slack; of a plan that reaches the goal.
     """
-    if not isinstance(scene, OneScene):  # of a batch, where all are looked at side by side
+    if scene.count is None:  # of a batch, where all are looked at side by side
         return jnp.minimum(_nearest(scene, scene.obstacles, path, errors), _far(scene, path))
 
     def look(o: Index, nearest: Scalar):
@@ -218,7 +218,7 @@ def _first_of(away: jax.Array) -> jax.Array:
     return jnp.argmin(away).astype(jnp.int32)
 
 
-def _nearer(scene: OneScene, o: Index, path: Path, errors: ErrorSet, nearest: Scalar):
+def _nearer(scene: SceneArrays, o: Index, path: Path, errors: ErrorSet, nearest: Scalar):
     return jnp.minimum(nearest, _nearest(scene, scene.obstacles.only(o), path, errors))
 
 

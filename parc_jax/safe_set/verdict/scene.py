@@ -1,4 +1,8 @@
-"""A problem as arrays for one model: everything a query needs, padded to few compiled shapes."""
+"""A nominal problem as arrays of kernels: pruned once, padded to few compiled shapes. [T11, T14]
+
+Obstacles that no plan comes near are proved separated once, and cost nothing after that. Padding
+never rejects a plan: rows 0 x <= FREE, obstacles that are never active.
+"""
 
 import dataclasses
 
@@ -7,14 +11,16 @@ from jaxtyping import ArrayLike, Float
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64, once
+from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.polygons import corners_of_many
 from parc_jax.learning.bound.error_set import ErrorBox, at
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.rounding import UNIT, rounding_bound
-from parc_jax.problem.body import Body
-from parc_jax.problem.problem import Problem, check_fits, goal_box
+from parc_jax.problem.body import Body, numbered
+from parc_jax.problem.problem import Problem, box_of_rows, goal_box, require_dimensions
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.separation.directions import DirectionTable, direction_table
 from parc_jax.safe_set.separation.pairs import (
@@ -22,13 +28,21 @@ from parc_jax.safe_set.separation.pairs import (
     Obstacles,
     alike,
     bucket,
+    corners,
+    exists,
     numbered_pairs,
     obstacles_of,
 )
-from parc_jax.safe_set.separation.pruning import Apart
+from parc_jax.safe_set.separation.pruning import Apart, Extent, apart, extent_of, spans_of, ways_of
 
 # [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`
 CORNERS = 17
+LEAST_ROWS = 8  # of goal and start, so that most scenes agree; a row costs little
+LEAST_OBSTACLES = 8  # to which a single scene is padded
+# pairs of an obstacle and a part up to which first plans and loops compile nothing anew: their
+# kernels loop over the first `count` pairs, so that padding costs nothing
+ROOM = 128
+FREE = 1e30  # [row units] offset of a row that rejects nothing, and is no plan's least margin
 
 
 @struct.dataclass
@@ -36,13 +50,16 @@ class SceneArrays:
     """Padded arrays of a problem, as kernels and batches take it. A padding row is 0 x <= 1, which
     always holds. The kernels of `pointwise` take stacks of them too.
 
-    goal_A (g, n_c + n_q), goal_b (g,): rows of the goal. start_A (s, n_p), start_b (s,): rows of
-    P0. z_lo, z_hi (n_p,): box around where the goal lets the first point end, from which end
-    points are drawn. k_lo, k_hi (n_k,): K, whose ends belong to it.
-    obstacles: grown by the body, with which every part of it is kept clear of them.
+    goal_A: (g, n_c + n_q), goal_b: (g,) rows of the goal.
+    start_A: (s, n_p), start_b: (s,) rows of P0.
+    z_lo, z_hi: (n_p,) [m] box around the end points of the first reference point.
+    k_lo, k_hi: (n_k,) K, a closed box.
+    obstacles: grown by the body, with the part of the body that each is separated from.
     slack: () [m or row units] float margin [T11]: a verdict that clears it in float64 holds in
         real arithmetic.
-    beyond: () [m] what is not among the obstacles stays farther away from every plan that reaches.
+    beyond: () [m] pruned obstacles stay farther away from every plan that reaches.
+    count: () number of obstacles before padding, for kernels that loop over them; None in a batch,
+        where all are tested side by side.
     """
 
     goal_A: np.ndarray
@@ -56,20 +73,11 @@ class SceneArrays:
     obstacles: Obstacles
     slack: np.ndarray
     beyond: np.ndarray
+    count: np.ndarray | None
 
 
 @struct.dataclass
-class OneScene(SceneArrays):
-    """The arrays of one scene whose obstacles are looked at one after another.
-
-    count: () the first so many of the obstacles are no padding.
-    """
-
-    count: np.ndarray
-
-
-@struct.dataclass
-class Tabled(OneScene):
+class Tabled(SceneArrays):
     """The same with directions of all obstacles: for facets, corridors and proofs. alike: the pairs
     by kind, for what is worked out once for a kind.
     """
@@ -79,44 +87,46 @@ class Tabled(OneScene):
 
 
 @struct.dataclass
-class Scene(OneScene):
-    """A plain question laid out, once; what is derived of it hangs from it. On the host.
+class Scene(SceneArrays):
+    """The arrays of one nominal problem; derived data is memoized on it. On the host.
 
-    asked: the question. apart: what is not among the obstacles; None where nothing was left out.
+    nominal: the nominal problem.
+    apart: the pruned obstacles; None where nothing was pruned.
     """
 
-    asked: Plain = struct.field(pytree_node=False)
+    nominal: NominalProblem = struct.field(pytree_node=False)
     apart: Apart | None = struct.field(pytree_node=False)
 
     @property
     def model(self) -> TrajectoryModel:
-        """That is asked."""
-        return self.asked.model
+        """The model of the nominal problem."""
+        return self.nominal.model
 
     @property
     def problem(self) -> Problem:
-        """That is asked of it, for certificates and proofs."""
-        return self.asked.problem
+        """The nominal problem's sets, for certificates and proofs."""
+        return self.nominal.problem
 
     @property
     def at(self) -> np.ndarray | None:
-        """(n_p,) [m] the one start of all plans that are asked for, None for any."""
-        return self.asked.at
+        """(n_p,) [m] the one start of all plans, None for any."""
+        return self.nominal.at
 
     def under(self, model: TrajectoryModel) -> "Scene":
-        """The same arrays, asked of another model with the same layout: to rank plans. The slack is
-        that of the first model, so what is called safe then is not shown.
+        """The same arrays with another model of the same layout: to rank plans. The slack is that
+        of the first model, so a "safe" of this scene is no verdict.
         """
-        return self.replace(asked=dataclasses.replace(self.asked, model=model))
+        return self.replace(nominal=dataclasses.replace(self.nominal, model=model))
 
     @property
-    def arrays(self) -> OneScene:
-        """What a kernel takes: it compiles once for all scenes of a size."""
-        return OneScene(**{f.name: getattr(self, f.name) for f in dataclasses.fields(OneScene)})
+    def arrays(self) -> SceneArrays:
+        """Input of a kernel, which compiles once for all scenes of a size."""
+        names = (f.name for f in dataclasses.fields(SceneArrays))
+        return SceneArrays(**{name: getattr(self, name) for name in names})
 
     @property
     def tabled(self) -> Tabled:
-        """What a kernel takes that looks along given directions."""
+        """Input of a kernel that tests given directions."""
         tabled = self.directions.arrays
         return Tabled(**vars(self.arrays), directions=tabled, alike=once(self, _alike))
 
@@ -127,19 +137,61 @@ class Scene(OneScene):
 
 
 def scene_of(problem: Problem, model: TrajectoryModel) -> Scene:
-    """Check the problem against the model and lay it out with all of its obstacles. Raises
-    InputError when they do not fit.
+    """The scene of a problem without uncertainty, all obstacles. Raises InputError."""
+    return lowered(NominalProblem(problem, model))
+
+
+def lowered(nominal: NominalProblem, apart: Apart | None = None) -> Scene:
+    """The scene of a nominal problem, at its own size.
+
+    apart: obstacles to leave out.
+    Raises InputError where the problem does not fit the model.
     """
-    return lowered(Plain(problem, model))
+    arrays = scene_arrays(nominal.problem, nominal.model, apart)
+    count = np.int32(len(numbered_pairs(nominal.problem, None if apart is None else apart.kept)))
+    return Scene(**(vars(arrays) | {"count": count}), nominal=nominal, apart=apart)
 
 
-def lowered(asked: Plain, apart: Apart | None = None) -> Scene:
-    """The scene of a plain question, without the obstacles that are apart. Raises InputError."""
-    problem, model = asked.problem, asked.model
-    kept = None if apart is None else apart.kept
-    arrays = scene_arrays(problem, model, apart)
-    count = np.int32(len(numbered_pairs(problem, kept)))
-    return Scene(**vars(arrays), count=count, asked=asked, apart=apart)
+def pruned_scene(nominal: NominalProblem) -> Scene:
+    """The padded scene of a nominal problem, without the obstacles that are proved separated from
+    every plan that ends in the goal. [T11, T14]
+
+    Raises InputError where the problem does not fit the model.
+    """
+    found = prune(nominal.problem, nominal.model)
+    return _pruned(nominal, found)
+
+
+def scene_along(nominal: NominalProblem, k: np.ndarray, path: np.ndarray) -> Scene:
+    """The padded scene of one plan, without the obstacles that one row separates from it.
+
+    k: (n_k,) parameters of the plan. path: (T + 1, n_c) [m] prediction of it.
+    Raises InputError.
+    """
+    problem, tube = nominal.problem, nominal.model.tube
+    _check_obstacles(problem, nominal.model.time.n_steps)
+    places = path.reshape(len(path), -1, nominal.model.n_p)
+    error = tube.interval[tube.bins_of(k[None])[0]].max(axis=0).reshape(places[1:].shape)
+    slack = float(float_slack(nominal.model, np.abs(places).max()))
+    lo = np.minimum(places[:-1], places[1:]) - 2 * slack
+    hi = np.maximum(places[:-1], places[1:]) + 2 * slack
+    parts = numbered(problem.body, nominal.model.points)
+    found = apart(problem, parts, Extent(lo, hi, error), slack)
+    return _pruned(nominal, found)
+
+
+def unpruned_scene(scene: Scene) -> Scene:
+    """The padded scene with all obstacles, for margins of each, or of plans that miss the goal."""
+    return scene if scene.apart is None else once(scene, _with_all)
+
+
+def _with_all(scene: Scene) -> Scene:
+    return padded(lowered(scene.nominal))
+
+
+def _pruned(nominal: NominalProblem, found: Apart) -> Scene:
+    scene = lowered(nominal, found if np.isfinite(found.beyond) else None)
+    return padded(scene)
 
 
 def _table(scene: Scene) -> DirectionTable:
@@ -156,8 +208,13 @@ def _alike(scene: Scene) -> Alike:
 def scene_arrays(
     problem: Problem, model: TrajectoryModel, apart: Apart | None = None
 ) -> SceneArrays:
-    """The same for a batch. Raises InputError."""
-    check_fits(problem, model.n_p, model.n_q, model.points)
+    """The arrays of a problem without uncertainty, as a batch takes them. Raises InputError."""
+    if problem.uncertainty is not None:
+        raise InputError(
+            "scene: expected a nominal problem; this one is under uncertainty. Ask a planner, or "
+            "reduce it by `Query.nominal`."
+        )
+    require_dimensions(problem, model.n_p, model.n_q, model.points)
     box_lo, box_hi = goal_box(problem.goal, model.layout)
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
     kept = None if apart is None else apart.kept
@@ -165,27 +222,26 @@ def scene_arrays(
     bounds = np.array([*box_lo, *box_hi])
     size = np.abs(bounds[np.isfinite(bounds)]).max() + CORNERS * grown.size
     z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
-    goal, first = _padded(problem.goal), _padded(start)
+    goal, first = _rows(problem.goal), _rows(start)
     k_lo, k_hi = model.domain.lo, model.domain.hi
     beyond = np.float64(np.inf if apart is None else apart.beyond)
     slack = float_slack(model, size)
-    return SceneArrays(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, slack, beyond)
+    return SceneArrays(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, slack, beyond, None)
 
 
-def volume_of_all(scene: Scene) -> float:
-    """Of all plans of a question, in units of p0 and k multiplied: of the (p0, k) whose first
-    point ends in the goal's box, that is of K times this box; of K alone where all plans have one
-    start. [T15]
-    """
-    k = float(scene.model.domain.volume)
-    return k if scene.at is not None else k * float(np.prod(scene.z_hi - scene.z_lo))
-
-
-def _padded(poly: HPolytope):
+def _rows(poly: HPolytope):
     rows = bucket(max(1, len(poly.b)))
     A, b = np.zeros((rows, poly.A.shape[1])), np.ones(rows)
     A[: len(poly.b)], b[: len(poly.b)] = poly.A, poly.b
     return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
+
+
+def volume_of_all(scene: Scene) -> float:
+    """Volume of all plans of a query, in units of p0 and k multiplied: K times the box around the
+    goal of the first point; of K alone where all plans have one start. [T15]
+    """
+    k = float(scene.model.domain.volume)
+    return k if scene.at is not None else k * float(np.prod(scene.z_hi - scene.z_lo))
 
 
 def in_closed_form(problem: Problem, model: TrajectoryModel) -> bool:
@@ -225,3 +281,122 @@ def _terms(tube: Tube) -> float:
     """Largest sum of the terms of a support between the faces of a tube."""
     sets = (tube.errors, tube.final_errors)
     return max(float(at(e, tube.claimed).largest.max()) for e in sets)
+
+
+def prune(problem: Problem, model: TrajectoryModel) -> Apart:
+    """The obstacles that every plan that reaches is separated from by one row. Raises InputError as
+    `pruned_scene` does.
+    """
+    require_dimensions(problem, model.n_p, model.n_q, model.points)
+    _check_obstacles(problem, model.time.n_steps)
+    parts = numbered(problem.body, model.points)
+    extent, slack = extent_in(problem, model)
+    return apart(problem, parts, extent, slack)
+
+
+def extent_in(problem: Problem, model: TrajectoryModel) -> tuple[Extent, float]:
+    """The reachable envelope of the points of plans that reach, and the slack [m] of inequalities
+    about it.
+
+    Such a plan ends in the goal with any error that its bin allows, so it is predicted to end in
+    the goal's box moved back by all of these errors.
+    """
+    tube, n_p = model.tube, model.n_p
+    claimed = tube.claimed  # in the other bins nothing reaches
+    goal_lo, goal_hi = (x[:n_p] for x in goal_box(problem.goal, model.layout))
+    final = at(tube.final_errors, (claimed, None))
+    axes = np.eye(n_p, tube.final.shape[1])
+    most = final.support(axes).max(axis=0, initial=0.0)
+    least = -final.support(-axes).max(axis=0, initial=0.0)
+    starts = np.full(n_p, -np.inf), np.full(n_p, np.inf)
+    if problem.start is not None:
+        starts = box_of_rows(problem.start)
+    sizes = np.abs([goal_lo, goal_hi, most, least, *starts])
+    slack = float(float_slack(model, sizes[np.isfinite(sizes)].max()))
+    ways = once(model, ways_of)
+    ends = goal_lo - most, goal_hi - least
+    widest = tube.interval[claimed].max(axis=0, initial=0.0)
+    return extent_of(ways, ends, starts, widest, 2 * slack, n_p), slack
+
+
+def _check_obstacles(problem: Problem, n_steps: int) -> None:
+    """Raises InputError for an obstacle that exists too late, is empty or unbounded."""
+    for j in np.flatnonzero(spans_of(problem, n_steps)[:, 1] >= n_steps):
+        exists(problem, int(j), n_steps)
+    # polygons with corners, and boxes as `from_box` writes them, are neither: no need for LPs
+    sides = np.zeros((0, 0))
+    known = corners_of_many(problem.obstacles)
+    for j, obstacle in enumerate(problem.obstacles):
+        n = obstacle.n
+        if known[j] is not None:
+            continue
+        if len(sides) != 2 * n:
+            sides = np.concatenate([np.eye(n), -np.eye(n)])
+        boxed = obstacle.A.shape == sides.shape and (obstacle.A == sides).all()
+        if not (boxed and (obstacle.b[:n] >= -obstacle.b[n:]).all()):
+            corners(obstacle, f"obstacle {j}")
+
+
+def size_class(n: int, least: int = 1) -> int:
+    """Padded size for n rows, obstacles or corners: the next power of two."""
+    return max(least, 1 << max(n - 1, 0).bit_length())
+
+
+def padded_to_class(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
+    """One scene of a batch padded to its size class.
+
+    least_obstacles: least number of obstacles after padding.
+    """
+    n_o, n_m, n_p = scene.obstacles.vertices.shape
+    return _padded(scene, size_class(n_o, least_obstacles), size_class(n_m, 2**n_p))
+
+
+def padded(scene: Scene, pairs: int = LEAST_OBSTACLES, corners: int = 0) -> Scene:
+    """One scene padded for more obstacles and rows, so that another scene with a few more, or
+    fewer, compiles nothing.
+
+    pairs: least number of pairs of an obstacle and a part after padding.
+    corners: least number of corners of an obstacle.
+    """
+    # grown by a box, the corner that is farthest along an axis becomes two
+    n_m = corners + 4 if corners and scene.obstacles.closed else corners
+    return _padded(scene, size_class(len(scene.obstacles.active), pairs), n_m)
+
+
+def more_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows A (..., h, n), b (..., h) with padding rows up to their size class."""
+    n = size_class(b.shape[-1], LEAST_ROWS)
+    return _longer(A, n, 0.0, axis=-2), _longer(b, n, FREE, axis=-1)
+
+
+def _padded(scene: SceneArrays, n_o: int, n_m: int):
+    """The scene with n_o obstacles, of at least n_m corners, and rows up to their size class."""
+    goal_A, goal_b = more_rows(scene.goal_A, scene.goal_b)
+    start_A, start_b = more_rows(scene.start_A, scene.start_b)
+    obstacles = scene.obstacles
+
+    def around(corners: np.ndarray):
+        return _longer(_longer(corners, n_o), n_m, axis=1)
+
+    grown = Obstacles(
+        vertices=around(obstacles.vertices),
+        signs=around(obstacles.signs) if obstacles.closed else _longer(obstacles.signs, n_o),
+        radius=_longer(obstacles.radius, n_o, 0.0),
+        points=_longer(obstacles.points, n_o),
+        active=_longer(obstacles.active, n_o, False),
+    )
+    rows = {"goal_A": goal_A, "goal_b": goal_b, "start_A": start_A, "start_b": start_b}
+    return scene.replace(**rows, obstacles=grown)
+
+
+def _longer(x: np.ndarray, n: int, fill: float | None = None, axis: int = 0) -> np.ndarray:
+    """x with at least n entries along an axis: copies of the last one, or of `fill`."""
+    have = x.shape[axis]
+    if have >= n:
+        return x
+    if fill is None:
+        return np.take(x, np.minimum(np.arange(n), have - 1), axis=axis)
+    # a tenth of the time of numpy.pad, which counts where a scene is new
+    shape = list(x.shape)
+    shape[axis] = n - have
+    return np.concatenate([x, np.full(shape, fill, x.dtype)], axis=axis)

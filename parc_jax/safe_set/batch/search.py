@@ -1,4 +1,6 @@
-"""Hundreds to a million problems against one model in a few compiled calls."""
+"""Safe plans of hundreds to a million problems against one model, in a few compiled calls: scenes
+of one padded size share a program. [T15]
+"""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -11,123 +13,80 @@ from numpy.typing import ArrayLike
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, key_data, stream
-from parc_jax.common.status import Status
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
-from parc_jax.problem.robust.nominal import NominalProblem
-from parc_jax.problem.robust.realisations import require_given
-from parc_jax.proof.certificate.prove import prove
-from parc_jax.proof.certificate.write import sample_part
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
 from parc_jax.safe_set.batch.proposals import PROPOSED, Best, along_fan
 from parc_jax.safe_set.batch.run import make_pool, rewarm_many, run, search_many
-from parc_jax.safe_set.batch.search import SizeClass, check_stack, stack_problems
-from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import SceneArrays, pruned_scene
+from parc_jax.safe_set.verdict.scene import (
+    SceneArrays,
+    padded_to_class,
+    prune,
+    scene_arrays,
+    size_class,
+)
+
+FEW = 4  # obstacles, up to which pruning costs more than it saves
 
 Problems = Sequence[Problem] | BoxScenes | SceneArrays
 
 
-class BatchAnswer(NamedTuple):
-    """The answer to s problems. Row i belongs to problem i.
+class SizeClass(NamedTuple):
+    """Scenes of one padded size.
 
-    found: (s,) bool: a safe plan is in hand. Not found means not found within the draws, never that
-        none exists.
-    plans: (s, samples, n_p + n_k), largest clearance first, NaN where fewer were found.
-    clearance: (s, samples) [m] kept by each plan for every trajectory inside the tube, rounding
-        paid; NaN likewise.
-    draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None
-        when not asked.
-    seconds: of layout, search and proof, apart.
-    answers: full answers of the problems in `whole`, by row.
+    rows: (s,) their rows in the batch.
+    scenes: stacked, with a leading axis s.
     """
 
-    found: np.ndarray
-    plans: np.ndarray
-    clearance: np.ndarray
-    draws: np.ndarray
-    proved: np.ndarray | None
-    seconds: dict[str, float]
-    answers: dict
-
-    @property
-    def status(self) -> np.ndarray:
-        """(s,) Status: PROVED where the exact checker accepted the best plan, else BOUNDED [T11],
-        or NOT_FOUND.
-        """
-        out = np.where(self.found, Status.BOUNDED, Status.NOT_FOUND)
-        if self.proved is not None:
-            out[self.proved] = Status.PROVED
-        return out
-
-    def __repr__(self) -> str:
-        proved = "" if self.proved is None else f", {int(self.proved.sum())} proved"
-        return f"<BatchAnswer: {int(self.found.sum())} of {len(self.found)} found{proved}>"
-
-    @property
-    def best(self) -> np.ndarray:
-        """(s, n_p + n_k): the plan of the largest clearance of every problem, NaN where none was
-        found.
-        """
-        return self.plans[:, 0]
+    rows: np.ndarray
+    scenes: SceneArrays
 
 
-def solve_batch(
+def search_batch(
     model: TrajectoryModel,
     problems: Problems,
     key: jax.Array,
-    *,
     samples: int,
     draws: int,
     pool: int,
     numbers: ArrayLike | None,
     warm: Any,
-    proof: bool,
     mesh: jax.sharding.Mesh | None,
-) -> BatchAnswer:
-    """See `Planner.solve_batch`."""
+) -> tuple[Best, np.ndarray, float]:
+    """The best safe plans of s nominal problems. Arguments as of `Planner.solve_batch`.
+
+    Returns plans (s, samples, n_p + n_k) and clearances (s, samples) [m], NaN where fewer were
+    found; plans proposed (s,); seconds of the lowering to arrays. Raises InputError.
+    """
     if samples < 1 or draws < 1 or pool < 1:
         raise InputError(
             f"solve_batch: expected samples, draws, pool >= 1; got {samples}, {draws}, {pool}."
         )
-    if isinstance(problems, BoxScenes | SceneArrays):
-        require_given(None, model)
-    if proof and isinstance(problems, SceneArrays):
-        problem_of(problems, 0)
     begin = time.perf_counter()
     classes = _size_classes(problems, model)
     s = sum(len(one.rows) for one in classes)
     dims = model.n_p + model.n_k
     numbers = _numbers(numbers, s)
     warm = _warm(warm, s, dims)
-    stacked = time.perf_counter()
-    plans = np.full((s, samples, dims), np.nan)
-    clearance = np.full((s, samples), -np.inf)
+    seconds = time.perf_counter() - begin
+    best = Best(np.full((s, samples, dims), np.nan), np.full((s, samples), -np.inf))
     drawn = np.zeros(s, np.int64)
     for one in classes:
-        begin_with = None if warm is None else warm[one.rows]
-        best, rounds = _search(
-            model, one.scenes, numbers[one.rows], begin_with, key, samples, draws, pool, mesh
+        rows = one.rows
+        begin_with = None if warm is None else warm[rows]
+        part, rounds = _search(
+            model, one.scenes, numbers[rows], begin_with, key, samples, draws, pool, mesh
         )
-        plans[one.rows] = best.plans
-        clearance[one.rows] = best.clearance
-        drawn[one.rows] = rounds * PROPOSED
-    found = clearance[:, 0] > 0
-    none = ~(clearance > 0)
-    plans[none] = np.nan
-    clearance[none] = np.nan
-    searched = time.perf_counter()
-    proved = _proved(model, problems, plans[:, 0], found) if proof else None
-    seconds = {
-        "layout": stacked - begin,
-        "search": searched - stacked,
-        "proof": time.perf_counter() - searched,
-    }
-    return BatchAnswer(found, plans, clearance, drawn, proved, seconds, {})
+        best.plans[rows], best.clearance[rows] = part.plans, part.clearance
+        drawn[rows] = rounds * PROPOSED
+    none = ~(best.clearance > 0)
+    best.plans[none] = np.nan
+    best.clearance[none] = np.nan
+    return best, drawn, seconds
 
 
 def problem_of(problems: Problems, row: int) -> Problem:
-    """One problem of a batch, for `Planner.solve`. Raises InputError for stacked arrays."""
+    """One problem of a batch, as `Planner.solve` takes it. Raises InputError for stacked arrays."""
     if isinstance(problems, SceneArrays):
         raise InputError(
             "solve_batch: proof and answers need problems or BoxScenes; stacked arrays spell none."
@@ -146,8 +105,8 @@ def _size_classes(problems: Problems, model: TrajectoryModel) -> list[SizeClass]
 
 
 def passes(rounds: int) -> Iterator[tuple[int, int]]:
-    """Rounds first..last - 1 of every pass, each of which meets a fresh pool: one round first, then
-    always up to four times the rounds so far.
+    """Rounds (first, last), last excluded, of every pass over a fresh pool: one round first, then
+    up to four times as many in all.
     """
     first, last = 0, 1
     while first < rounds:
@@ -166,8 +125,10 @@ def _search(
     pool: int,
     mesh: jax.sharding.Mesh | None,
 ) -> tuple[Best, np.ndarray]:
-    """All rounds of one size class; scenes that are done leave, the others meet fresh pools and
-    more rounds. warm: (s, w, n_p + n_k) earlier plans, or None. Returns rounds (s,) as well.
+    """All rounds of one size class; solved scenes leave, the others go on with fresh pools.
+
+    warm: (s, w, n_p + n_k) earlier plans, or None.
+    Returns the best plans, and the rounds (s,).
     """
     s = len(numbers)
     dims = model.n_p + model.n_k
@@ -213,7 +174,7 @@ def _warm(warm: Any, s: int, dims: int):
     """(s, w, dims) earlier plans, or None."""
     if warm is None:
         return None
-    plans = np.asarray(warm.plans if isinstance(warm, BatchAnswer) else warm, np.float64)
+    plans = np.asarray(getattr(warm, "plans", warm), np.float64)
     plans = plans[:, None] if plans.ndim == 2 else plans
     if plans.ndim != 3 or plans.shape[::2] != (s, dims) or not 1 <= plans.shape[1] <= PROPOSED:
         raise InputError(
@@ -223,20 +184,59 @@ def _warm(warm: Any, s: int, dims: int):
     return plans
 
 
-def _proved(
-    model: TrajectoryModel, problems: Problems, plans: np.ndarray, found: np.ndarray
-) -> np.ndarray:
-    """(s,) bool: which best plans the independent checker accepts, in exact arithmetic; one problem
-    at a time.
+def stack_problems(problems: Sequence[Problem], model: TrajectoryModel) -> list[SizeClass]:
+    """Stacked arrays of a list of problems by padded size, pruned. Raises InputError that names the
+    first bad one.
+
+    About a millisecond of Python per problem: the corners of grown obstacles are exact.
+    `box_scenes` has no such cost.
     """
-    out = np.zeros(len(found), bool)
-    rows = np.flatnonzero(found)
-    p0 = plans[rows, : model.n_p]
-    k = plans[rows, model.n_p :]
-    paths = paths_of(model, p0, k)
-    for i, row in enumerate(rows):
-        problem = problem_of(problems, row)
-        scene = pruned_scene(Plain(problem, model))
-        part = sample_part(scene, model.tube, p0[i], k[i], paths[i])
-        out[row] = prove(problem, model, [part])[0][0]
-    return out
+    alike: dict[int, list[tuple[int, SceneArrays]]] = {}
+    for row, problem in enumerate(problems):
+        try:
+            few = len(problem.obstacles) <= FEW
+            one = scene_arrays(problem, model, None if few else prune(problem, model))
+        except InputError as error:
+            raise InputError(f"problem {row} of the batch: {error}") from None
+        alike.setdefault(size_class(len(problem.obstacles)), []).append((row, one))
+    groups: dict[tuple, list[tuple[int, SceneArrays]]] = {}
+    for some in alike.values():
+        # all padded to the largest: pruning must not make more programs
+        most = size_class(max(len(one.obstacles.active) for _, one in some))
+        for row, one in some:
+            padded = padded_to_class(one, most)
+            groups.setdefault(shape_of(padded), []).append((row, padded))
+    return [
+        SizeClass(
+            np.array([row for row, _ in group]),
+            jax.tree.map(lambda *x: np.stack(x), *(one for _, one in group)),
+        )
+        for group in groups.values()
+    ]
+
+
+def shape_of(scenes: SceneArrays) -> tuple:
+    """Shapes of all arrays: scenes that agree in it can be stacked."""
+    return tuple(np.shape(x) for x in jax.tree.leaves(scenes))
+
+
+def check_stack(scenes: SceneArrays, model: TrajectoryModel) -> int:
+    """Number of scenes in stacked arrays. Raises InputError if they do not fit the model."""
+    leaves = jax.tree.leaves(scenes)
+    counts = {np.shape(x)[0] if np.ndim(x) else None for x in leaves}
+    if scenes.count is not None or len(counts) != 1 or None in counts:
+        raise InputError(
+            "solve_batch: expected stacked scenes, every array with the same leading axis; "
+            f"got {sorted(map(str, counts))}. Build them with box_scenes or stack_problems."
+        )
+    want = (model.time.n_steps, model.n_p, model.n_k)
+    have = (
+        scenes.obstacles.active.shape[-1],
+        scenes.z_lo.shape[-1],
+        scenes.k_lo.shape[-1],
+    )
+    if want != have:
+        raise InputError(
+            f"solve_batch: expected scenes of this model, (T, n_p, n_k) = {want}; got {have}."
+        )
+    return counts.pop()

@@ -1,0 +1,443 @@
+"""The planner: one model, any number of queries: one alone, many at once, or one prepared."""
+
+import logging
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.answer.answer import Answer, volume_of_plans
+from parc_jax.answer.looks import Looks
+from parc_jax.common.errors import InputError, expected
+from parc_jax.common.keys import Stage, as_key, stream
+from parc_jax.common.probes import require_sound_arithmetic
+from parc_jax.common.status import Ended, Status
+from parc_jax.learning.model import TrajectoryModel, check_model
+from parc_jax.learning.system import System, check_system
+from parc_jax.method import Exact
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.robust.nominal import NominalProblem, Query, nominal_problems, query
+from parc_jax.problem.robust.realisations import require_given
+from parc_jax.proof.absence.prove_no_plan import NoPlan
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import sample_part
+from parc_jax.proof.regions import RegionTable, regions_of
+from parc_jax.safe_set.batch.box_scenes import BoxScenes
+from parc_jax.safe_set.batch.search import Problems, problem_of, search_batch
+from parc_jax.safe_set.corridors.first import MOST, first_safe
+from parc_jax.safe_set.corridors.found import Cover
+from parc_jax.safe_set.corridors.placed import placed
+from parc_jax.safe_set.corridors.sampling import Points
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.outline import require_same
+from parc_jax.safe_set.verdict.pointwise import paths_of
+from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene
+
+if TYPE_CHECKING:
+    from parc_jax.drive.local.localise import Local
+    from parc_jax.drive.local.refine import Refined
+
+COLD_WORK = 0.03  # two looks, with corridors between: `warm_up` wants the compiled programs alone
+
+_log = logging.getLogger(__name__)
+
+
+class BatchAnswer(NamedTuple):
+    """The answer to s problems. Row i belongs to problem i.
+
+    found: (s,) bool: a safe plan was found; False never says that none exists.
+    plans: (s, samples, n_p + n_k), largest clearance first, NaN where fewer were found.
+    clearance: (s, samples) [m] kept by each plan for every trajectory inside the tube, rounding
+        paid; NaN likewise.
+    draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None
+        when not asked.
+    seconds: of layout, search and proof, apart.
+    answers: full answers of the problems in `whole`, by row.
+    """
+
+    found: np.ndarray
+    plans: np.ndarray
+    clearance: np.ndarray
+    draws: np.ndarray
+    proved: np.ndarray | None
+    seconds: dict[str, float]
+    answers: dict
+
+    @property
+    def status(self) -> np.ndarray:
+        """(s,) Status: PROVED where the exact checker accepted the best plan, else BOUNDED [T11],
+        or NOT_FOUND.
+        """
+        out = np.where(self.found, Status.BOUNDED, Status.NOT_FOUND)
+        if self.proved is not None:
+            out[self.proved] = Status.PROVED
+        return out
+
+    def __repr__(self) -> str:
+        proved = "" if self.proved is None else f", {int(self.proved.sum())} proved"
+        return f"<BatchAnswer: {int(self.found.sum())} of {len(self.found)} found{proved}>"
+
+    @property
+    def best(self) -> np.ndarray:
+        """(s, n_p + n_k): the plan of the largest clearance of every problem, NaN where none was
+        found.
+        """
+        return self.plans[:, 0]
+
+
+class FirstPlans(NamedTuple):
+    """Safe plans in the order of their draws: uniform over the safe set, each verified in float64
+    with the margin that covers rounding. An empty array does not say that there are none.
+
+    plans: (n, n_p + n_k).
+    clearance: (n,) [m] from every obstacle, of every run inside the tube.
+    drawn: number of plans that were tested.
+    """
+
+    plans: np.ndarray
+    clearance: np.ndarray
+    drawn: int
+
+
+class Prepared:
+    """A problem lowered to arrays for one model. Made by `Planner.prepare`."""
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+
+    def __repr__(self) -> str:
+        return f"Prepared({self.scene.problem!r})"
+
+    def first(self, key: jax.Array, n: int = 1) -> FirstPlans:
+        """The first n safe plans of a few draws, in one compiled call: fewer, or none, where safe
+        plans are rarer than about one in a hundred; `solve` searches on.
+
+        key: its SEARCH stream is used. n: at most 16. Raises InputError.
+        """
+        if not 1 <= n <= MOST:
+            raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
+        safe, _ = first_safe(placed(self.scene), stream(key, Stage.SEARCH), n)
+        safe = safe.fetched()
+        return FirstPlans(safe.plans, safe.clearance, safe.judged)
+
+    def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
+        """The answer that `Planner.solve` gives. Raises InputError."""
+        settings = Settings.whole() if settings is None else settings
+        if not isinstance(settings, Settings):
+            raise InputError(expected("solve", "Settings", settings, "pj.Settings.fast()"))
+        return self._solve(key, settings, time.perf_counter())
+
+    def _solve(
+        self, key: jax.Array, settings: Settings, begin: float, looks: Looks | None = None
+    ) -> Answer:
+        """begin: [s] of the clock, from which the times of the answer count. looks: an account that
+        the answer shares; None for a new one.
+        """
+        scene = self.scene
+        method = settings.method or Exact()
+        cover, no_plan = method.search(scene, stream(key, Stage.SEARCH), settings)
+        covered = time.perf_counter()
+        _log.info(
+            "searched for %.1f s: %d safe points, %d corridors",
+            covered - begin,
+            cover.safe,
+            len(cover.corridors),
+        )
+        chosen = cover.points
+        samples = np.concatenate([chosen.p0, chosen.k], axis=1)
+
+        def certificates() -> list[dict]:
+            return _certificates(scene, chosen)
+
+        written = certificates
+        if settings.proof:
+            parts = certificates()
+            accepted, held, _ = prove(scene.problem, scene.model, parts, cover.corridors)
+            refused = int((~accepted).sum() + (~held).sum())
+            samples, written = samples[accepted], _those(parts, accepted)
+            # where a corridor is refused the looks judged more than is returned: nothing is stated
+            coverage = cover.coverage if held.all() else cover.coverage._replace(at_least=0.0)
+            cover = cover._replace(
+                corridors=_those(cover.corridors, held),
+                coverage=coverage,
+                proved=True,
+                refused=refused,
+            )
+            took = time.perf_counter() - covered
+            _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
+        timings = {
+            "first_sample_s": cover.first_sample_s,
+            "first_corridor_s": cover.first_corridor_s,
+            "corridors_s": cover.corridors_s,
+            "cover_s": covered - begin,
+            "proof_s": time.perf_counter() - covered,
+        }
+        found = len(samples) + len(cover.corridors) > 0
+        cover = cover._replace(
+            ended=_ended(cover, no_plan, found),
+            total_volume=volume_of_plans(scene),
+            timings=timings,
+        )
+        if no_plan is not None:
+            no_plan = no_plan._replace(uncertainty=scene.nominal.uncertainty)
+        return Answer(scene, cover, samples, written, no_plan, Looks() if looks is None else looks)
+
+
+class Planner:
+    """Answers reach-avoid queries about one model.
+
+    model: network and claim. Raises InputError for anything else, and for a claim about another
+    network, or with a part of another claim.
+    """
+
+    def __init__(self, model: TrajectoryModel):
+        if not isinstance(model, TrajectoryModel):
+            raise InputError(expected("Planner", "a TrajectoryModel", model, "pj.load(path)"))
+        check_model(model)
+        self.model = model
+        self._robust_models: dict[tuple, TrajectoryModel] = {}
+
+    def __repr__(self) -> str:
+        return f"Planner({self.model!r})"
+
+    @property
+    def regions(self) -> RegionTable:
+        """All regions of the network over K, enumerated once."""
+        return regions_of(self.model)
+
+    def solve(
+        self, problem: Problem, key: jax.Array, settings: Settings | None = None, *, at=None
+    ) -> Answer:
+        """The safe set of one problem: samples and corridors, with certificates.
+
+        problem: from `reach_avoid` or `load_problem`; all plans of the answer are robust to its
+            uncertainty.
+        key: from `jax.random`; its SEARCH stream is used.
+        settings: sizes, work and method; by default `Settings.whole()`.
+        at: pose of the robot, x, y or x, y, heading, for plans from there: sets in k alone; with a
+            heading, which needs a system that declares `rotation`, in the robot's frame.
+        Raises InputError when the problem does not fit the model, SoundnessError when this
+        installation computes wrong numbers.
+        """
+        settings = _checked("solve", problem, settings, Settings.whole())
+        as_key(key)
+        require_sound_arithmetic()
+        begin = time.perf_counter()
+        return self.prepare(problem, at=at)._solve(key, settings, begin)
+
+    def prepare(self, problem: Problem, *, at=None) -> Prepared:
+        """The problem lowered for this model, for many queries: safe plans from one compiled call
+        each, or full answers.
+
+        problem, at: as of `solve`. Raises as `solve` does.
+        """
+        _checked("prepare", problem, None, Settings.whole())
+        require_sound_arithmetic()
+        nominal = query(problem, self.model, at).nominal(self._robust_models)
+        return Prepared(pruned_scene(nominal))
+
+    def warm_up(
+        self,
+        problem: Problem,
+        settings: Settings | None = None,
+        *,
+        at=None,
+        proof: bool = False,
+    ) -> Answer:
+        """Compile the programs of a query of this size, so that the times of the next `solve` are
+        those of a search.
+
+        Returns the answer of a query with next to no work, from a separate random stream: its plans
+        are safe, and proved with `proof`, but cover little.
+        """
+        settings = _checked("warm_up", problem, settings, Settings.whole())
+        cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
+        apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
+        return self.solve(problem, apart, cold, at=at)
+
+    def refine(
+        self,
+        problem: Problem,
+        system: System,
+        key: jax.Array,
+        local: "Local | None" = None,
+        *,
+        shares: Sequence[float] = (2e-3, 2e-4, 2e-5, 2e-6),
+        centres: int = 12,
+        runs: int = 200,
+        around: Sequence[Sequence[float]] = (),
+        looks: int = 2,
+        delta: float = 1e-3,
+        settings: Settings | None = None,
+        say: Callable[[str], None] | None = None,
+    ) -> "Refined":
+        """Search for a small box of K with new runs where plans of a problem are, or nearly are;
+        then a plan, a claim about its box, and everything proved again under it. [T23, T24]
+
+        For scenes too narrow for a model of the whole of K, and plans close to something.
+        system: the black box of this model. key: only its DRIVEN stream is used, by no other call.
+        local: sizes of the claims; its share and shape are not used, the shape of the tube is
+        selected before the calibration runs. shares: of K that the boxes of each round take,
+        falling. centres, runs: boxes a round, and runs of each. around: values of k (n_k,) that the
+        first round samples too. looks: claims that may be made; delta: error probability of all of
+        them together. settings: of the query under a claim. say: called with a line of progress.
+        Raises InputError.
+        """
+        # imported late: queries alone need no trainer
+        from parc_jax.drive.local.localise import Local
+        from parc_jax.drive.local.refine import refine
+
+        settings = _checked("refine", problem, settings, Settings.whole())
+        if problem.uncertainty is not None:
+            raise InputError(
+                "refine: expected a problem without uncertainty; set uncertainty=None."
+            )
+        check_system(system)
+        require_same(system, self.model)
+        local = Local() if local is None else local
+        if not isinstance(local, Local):
+            raise InputError(expected("refine", "a Local", local, "pj.Local(eps=1e-3)"))
+        require_sound_arithmetic()
+        return refine(
+            query(problem, self.model),
+            system,
+            key,
+            local,
+            shares=tuple(shares),
+            centres=centres,
+            runs=runs,
+            around=around,
+            looks=Looks().declare(delta, looks),
+            settings=settings,
+            say=say,
+        )
+
+    def solve_batch(
+        self,
+        problems: Problems,
+        key: jax.Array,
+        settings: Settings | None = None,
+        *,
+        draws: int = 4096,
+        pool: int = 1024,
+        numbers=None,
+        warm=None,
+        whole: Sequence[int] = (),
+        mesh=None,
+    ) -> BatchAnswer:
+        """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
+
+        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. A
+            list may be under uncertainty, the same for all but for goal and obstacles.
+        settings: by default `Settings.fast()`; of its fields samples (safe plans per problem) and
+            proof (exact check of every best plan, some ten milliseconds each) count here.
+        draws: most plans to propose per problem; solved ones stop early.
+        pool: values of k shared by all.
+        numbers: (s,) a number per problem, by default 0, 1, ...: with the key it decides an answer,
+            which so does not depend on the rest of the batch.
+        warm: an earlier BatchAnswer of the same problems, or plans.
+        whole: rows that `solve` answers as well, with these settings, or with `Settings.whole()`
+            where these are for samples only.
+        mesh: devices to spread over (`distributed.mesh`).
+        Raises as `solve` does.
+        """
+        settings = Settings.fast() if settings is None else settings
+        if not isinstance(settings, Settings):
+            raise InputError(expected("solve_batch", "Settings", settings, "pj.Settings.fast()"))
+        if isinstance(problems, Problem):
+            raise InputError("solve_batch: expected several problems; got one. Use `solve`.")
+        require_sound_arithmetic()
+        chosen = {int(i): problem_of(problems, i) for i in whole}
+        model = self.model
+        if isinstance(problems, BoxScenes | SceneArrays):
+            require_given(None, model)
+        else:
+            problems, model = nominal_problems(problems, model, self._robust_models)
+        if settings.proof and isinstance(problems, SceneArrays):
+            problem_of(problems, 0)
+        begin = time.perf_counter()
+        best, draws, seconds = search_batch(
+            model, problems, key, settings.samples, draws, pool, numbers, warm, mesh
+        )
+        found = best.clearance[:, 0] > 0
+        searched = time.perf_counter()
+        proved = _proved(model, problems, best.plans[:, 0], found) if settings.proof else None
+        seconds = {
+            "layout": seconds,
+            "search": searched - begin - seconds,
+            "proof": time.perf_counter() - searched,
+        }
+        each = Settings.whole() if settings.samples_only else settings
+        answers = {i: self.solve(p, key, each) for i, p in chosen.items()}
+        return BatchAnswer(found, best.plans, best.clearance, draws, proved, seconds, answers)
+
+
+def answer_to(
+    asked: Query, key: jax.Array, settings: Settings | None = None, looks: Looks | None = None
+) -> Answer:
+    """The answer to a query.
+
+    settings: as of `Planner.solve`.
+    looks: the account of the answer behind the query; None for a new one.
+    Raises as `Planner.solve` does.
+    """
+    settings = _checked("solve", asked.problem, settings, Settings.whole())
+    require_sound_arithmetic()
+    begin = time.perf_counter()
+    check_model(asked.model)
+    return Prepared(pruned_scene(asked.nominal()))._solve(key, settings, begin, looks)
+
+
+def _checked(call: str, problem, settings, default: Settings) -> Settings:
+    """The settings, or the default. Raises InputError for types that users mix up."""
+    if not isinstance(problem, Problem):
+        hint = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
+        raise InputError(expected(call, "a problem", problem, hint))
+    if settings is None:
+        return default
+    if not isinstance(settings, Settings):
+        hint = "pj.Settings(samples=10) or pj.Settings.fast()"
+        raise InputError(expected(call, "Settings", settings, hint))
+    return settings
+
+
+def _ended(cover: Cover, no_plan: NoPlan | None, found: bool) -> Ended | None:
+    """The end of the search: the limit in seconds wherever it cut something off, else that of the
+    proof where no plan was found.
+    """
+    proof = None if no_plan is None else no_plan.ended
+    if Ended.SECONDS in (cover.ended, proof):
+        return Ended.SECONDS
+    return cover.ended if found or proof is None else proof
+
+
+def _certificates(scene: Scene, chosen: Points) -> list[dict]:
+    """The certificates of plans, one each."""
+    each = (chosen.p0, chosen.k, chosen.path)
+    return [
+        sample_part(scene, scene.model.tube, *plan_and_path)
+        for plan_and_path in zip(*each, strict=True)
+    ]
+
+
+def _those(parts, accepted) -> list:
+    return [part for part, keep in zip(parts, accepted, strict=True) if keep]
+
+
+def _proved(
+    model: TrajectoryModel, problems: Problems, plans: np.ndarray, found: np.ndarray
+) -> np.ndarray:
+    """(s,) bool: the independent checker accepts the best plan, in exact arithmetic."""
+    out = np.zeros(len(found), bool)
+    rows = np.flatnonzero(found)
+    p0 = plans[rows, : model.n_p]
+    k = plans[rows, model.n_p :]
+    paths = paths_of(model, p0, k)
+    for i, row in enumerate(rows):
+        problem = problem_of(problems, row)
+        scene = pruned_scene(NominalProblem(problem, model))
+        part = sample_part(scene, model.tube, p0[i], k[i], paths[i])
+        out[row] = prove(problem, model, [part])[0][0]
+    return out

@@ -1,0 +1,299 @@
+"""A query under uncertainty as a nominal problem, of which every safe plan is safe for every
+realisation of the uncertainty. [T21, T22]
+
+Obstacles grow, goal and start set shrink, the tube grows, the network predicts several vertex
+realisations at once. Nothing else has to know of uncertainty: samples, corridors, batches, volumes
+and certificates are those of the nominal problem. Offsets are computed in exact rationals and
+rounded once, to the safe side; for many polygons at once in floats, whose rounding is paid for.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.exact import round_down, round_up
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.polygons import OFF, alike, corners_of_many
+from parc_jax.common.sets.rational import exact_support, rational_vertices
+from parc_jax.learning.bound.claim import weaker
+from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import Layout
+from parc_jax.problem.problem import Problem, require_dimensions
+from parc_jax.problem.robust.pose import Pose, from_here, pose_of, require_rotation
+from parc_jax.problem.robust.realisations import (
+    Executions,
+    Robustness,
+    Turn,
+    executions_of,
+    no_turn,
+    require_given,
+    turn_by,
+    withstood,
+)
+from parc_jax.problem.robust.vertex_model import copied_model, copied_problem
+from parc_jax.problem.uncertainty import Uncertainty
+
+CACHED = 16  # robust models that a planner caches
+UP = 1 + 2.0**-50  # pays for a sum of two products
+
+Cache = dict[tuple, TrajectoryModel]
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """A problem asked of a model, in the world frame. Made by `query`.
+
+    problem: with its uncertainty and its start set.
+    model: network and error bound.
+    pose: of the robot; None for plans from any start.
+    """
+
+    problem: Problem
+    model: TrajectoryModel
+    pose: Pose | None = None
+
+    def of(self, model: TrajectoryModel) -> "Query":
+        """The same query of another model.
+
+        Raises InputError if the pose has a heading and the model's system declares no rotation.
+        """
+        if self.pose is not None and self.pose.heading is not None:
+            require_rotation(model, "at")
+        return replace(self, model=model)
+
+    def nominal(self, cache: Cache | None = None) -> "NominalProblem":
+        """Reduce a problem with uncertainty and an initial pose to a nominal problem. [T21, T22]
+
+        Every plan that is safe for the result is safe for every realisation of the uncertainty.
+        cache: robust models, keyed by uncertainty; updated in place.
+        Returns the problem in the robot frame if the pose has a heading, else in the world frame.
+        Raises InputError if the uncertainty does not fit the model or leaves no goal.
+        """
+        problem, model, pose = self.problem, self.model, self.pose
+        uncertainty = problem.uncertainty
+        require_given(uncertainty, model)
+        if uncertainty is not None and uncertainty.is_nothing:
+            uncertainty, problem = None, replace(problem, uncertainty=None)
+        if uncertainty is None and pose is None:
+            return NominalProblem(problem, model, query=self)
+        require_dimensions(problem, model.n_p, model.n_q, model.points)
+        robust, promise, at = model, None, None
+        if uncertainty is not None:
+            executions, turn = executions_of(uncertainty, model), _turn(uncertainty, model)
+            problem = robust_scene(problem, uncertainty, model.layout, whole=pose is not None)
+        if pose is not None:
+            problem = from_here(problem, model, pose)
+            at = pose.place if pose.heading is None else np.zeros(model.n_p)
+        if uncertainty is not None:
+            n_v, n_r = len(executions.corners), len(turn.maps)
+            problem = copied_problem(problem, model, n_v, n_r)
+            # with a pose the obstacles have grown by the start box, so the tube need not
+            start = uncertainty.shifts(model.n_p) * (pose is None)
+            key = (*uncertainty.of_model, pose is None)
+            cache = {} if cache is None else cache
+            if key not in cache:
+                while len(cache) >= CACHED:
+                    cache.pop(next(iter(cache)))
+                cache[key] = _robust_model(model, executions, turn, start)
+            robust = cache[key]
+            promise = withstood(uncertainty, executions, model, copies=max(n_v, n_r) > 1)
+        return NominalProblem(problem, robust, promise, at, pose, self)
+
+
+@dataclass(frozen=True, eq=False)
+class NominalProblem:
+    """A problem without uncertainty and the model it is asked of; `Scene` holds its arrays.
+
+    problem: grown obstacles, shrunken goal and start set; in the robot frame if the pose has a
+        heading.
+    model: with the points, the network and the tube of all vertex realisations.
+    uncertainty: uncertainty that its safe plans are robust to, None for none.
+    at: (n_p,) [m] the one start of its plans, None for any.
+    pose: the pose behind it.
+    query: the query behind it; None where a file has the nominal problem alone.
+    """
+
+    problem: Problem
+    model: TrajectoryModel
+    uncertainty: Robustness | None = None
+    at: np.ndarray | None = None
+    pose: Pose | None = None
+    query: Query | None = None
+
+
+def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
+    """A problem asked of a model. at: the pose of the robot, as of `pose_of`. Raises InputError."""
+    return Query(problem, model, None if at is None else pose_of(at, model))
+
+
+def nominal_problems(
+    problems: Sequence[Problem], model: TrajectoryModel, cache: Cache
+) -> tuple[list[Problem], TrajectoryModel]:
+    """The nominal problems of a batch, and the one robust model that they share.
+
+    cache: as of `Query.nominal`.
+    Raises InputError where their uncertainties ask for different models.
+    """
+    nominal = []
+    for row, problem in enumerate(problems):
+        try:
+            nominal.append(Query(problem, model).nominal(cache))
+        except InputError as error:
+            raise InputError(f"problem {row} of the batch: {error}") from None
+    for row, other in enumerate(nominal):
+        if other.model is not nominal[0].model:
+            raise InputError(
+                "solve_batch: expected problems under one uncertainty of start, heading and "
+                f"parameters; problem {row} is under another one than problem 0. Ask in two "
+                "batches."
+            )
+    return [one.problem for one in nominal], (nominal[0].model if nominal else model)
+
+
+def _turn(uncertainty: Uncertainty, model: TrajectoryModel) -> Turn:
+    if not uncertainty.heading:
+        return no_turn(model.n_p, model.n_q)
+    require_rotation(model, "uncertainty heading")
+    return turn_by(uncertainty.heading, model.rotation or ())
+
+
+def _robust_model(
+    model: TrajectoryModel, executions: Executions, turn: Turn, start: np.ndarray
+) -> TrajectoryModel:
+    """The model of all vertex realisations, from every start within half widths (n_p,) [m]."""
+    if not executions.plain or len(turn.maps) > 1:
+        model = copied_model(model, executions, turn)
+    if not start.any():
+        return model
+    wider = moved_tube(model.tube, start)
+    return model.replace(claim=weaker(model.claim, wider, start_uncertainty=start.tolist()))
+
+
+def moved_tube(given: Tube, start: np.ndarray) -> Tube:
+    """The tube of points that all move by one vector within half widths start (n_p,) [m].
+
+    At the end it stays: there the goal shrinks instead, by less, since all points move equally.
+    """
+    if given.templates is None:
+        wide = given.interval + np.tile(start, given.n_points)
+        return tube(given.edges, np.nextafter(wide, np.inf), given.final, given.n_points)
+    during, at_end = given.templates
+    half = np.nextafter(during.half + during.half_around(start), np.inf)
+    return fitted_tube(given.edges, during.with_half(half), at_end)
+
+
+def robust_scene(
+    problem: Problem, uncertainty: Uncertainty, layout: Layout, whole: bool = False
+) -> Problem:
+    """The problem robust to uncertainty of start, goal and obstacles, except that the points move
+    with the start before the end: the tube has to allow for that.
+
+    whole: allow for that too, by obstacles that grow by the box of the start.
+    Raises InputError where nothing is left of the goal.
+    """
+    n_p, n_q = layout.n_p, problem.goal.n - layout.n_c
+    start = uncertainty.shifts(n_p)
+    seen_goal = uncertainty.of_goal(n_p, n_q)
+    seen = uncertainty.of_obstacles(len(problem.obstacles))
+    goal = _shrunken_goal(problem.goal, layout, start, seen_goal)
+    starts = problem.start
+    if starts is not None and start.any():
+        rows = [[Fraction(x) for x in row] for row in starts.A]
+        starts = _less_a_box(starts, rows, [Fraction(x) for x in start])
+    obstacles = list(problem.obstacles)
+    if whole and start.any():
+        obstacles = _around_box(obstacles, start)
+    for j, by in enumerate(seen):
+        if by is not None:
+            obstacles[j] = _sum(obstacles[j], by, f"obstacle {j}")
+    return replace(problem, goal=goal, obstacles=tuple(obstacles), start=starts, uncertainty=None)
+
+
+def _shrunken_goal(
+    goal: HPolytope, layout: Layout, start: np.ndarray, seen: np.ndarray
+) -> HPolytope:
+    """The goal that is met from every start, wherever it truly is. start, seen: half widths."""
+    # all points move equally with the start, and with the goal: of a row only their sum counts
+    if not (start.any() or seen.any()):
+        return goal
+    n_p, n_c = layout.n_p, layout.n_c
+    widths = [Fraction(x) for x in np.concatenate([start + 0.0, np.zeros(goal.n - n_c)])]
+    widths = [a + Fraction(b) for a, b in zip(widths, seen, strict=True)]
+    rows = []
+    for row in goal.A:
+        sums = [sum(map(Fraction, filter(None, row[axis:n_c:n_p]))) for axis in range(n_p)]
+        rows.append([*sums, *map(Fraction, row[n_c:])])
+    shrunken = _less_a_box(goal, rows, widths)
+    _require_room(shrunken, goal)
+    return shrunken
+
+
+def _require_room(shrunken: HPolytope, goal: HPolytope) -> None:
+    """Raises InputError where two rows of the goal that face each other leave nothing."""
+    rows = {tuple(row): i for i, row in enumerate(goal.A.tolist())}
+    for i, row in enumerate(goal.A):
+        j = rows.get(tuple((-row).tolist()))
+        if j is not None and shrunken.b[i] + shrunken.b[j] < 0:
+            wide, taken = goal.b[i] + goal.b[j], (goal.b - shrunken.b)[[i, j]].sum()
+            raise InputError(
+                "uncertainty: expected less uncertainty of start and goal than the goal is wide; "
+                f"row {i} of the goal leaves {wide:.3g}, and {taken:.3g} of it are uncertain."
+            )
+
+
+def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
+    """The Pontryagin difference of a set and the box of these half widths, rounded down.
+
+    rows: exact rationals, to which the box is applied in place of the set's own.
+    """
+    bounds = []
+    for row, bound in zip(rows, given.b, strict=True):
+        support = sum((abs(a) * w for a, w in zip(row, widths, strict=True) if a), Fraction(0))
+        bounds.append(round_down(Fraction(bound) - support))
+    return given.replace(b=np.array(bounds))
+
+
+def _around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]:
+    """The Minkowski sum of each obstacle and the box of half widths (n_p,) [m]: rows of both, as of
+    `_sum`; for polygons in floats, a few roundings larger.
+    """
+    known = corners_of_many(obstacles)
+    out = [
+        _sum(obstacle, from_box(box(-half, half)), f"obstacle {j}") if own is None else obstacle
+        for j, (obstacle, own) in enumerate(zip(obstacles, known, strict=True))
+    ]
+    axes = np.concatenate([np.eye(2), -np.eye(2)])
+    planar = [j for j, own in enumerate(known) if own is not None]
+    for some, A, b in alike([obstacles[j] for j in planar]):
+        corners = np.stack([known[planar[i]] for i in some])
+        farther = np.nextafter(b + (np.abs(A) * half).sum(axis=2) * UP, np.inf)
+        ends = np.concatenate([corners.max(axis=1), -corners.min(axis=1)], axis=1)
+        off = 2 * OFF * np.abs(corners).max(axis=(1, 2))[:, None]
+        beside = np.nextafter(ends + (np.tile(half, 2) + off) * UP, np.inf)
+        there = (A[:, :, None] == axes).all(axis=3).any(axis=1)
+        for i, rows, own, new, more in zip(some, A, farther, beside, ~there, strict=True):
+            out[planar[i]] = HPolytope(
+                np.concatenate([rows, axes[more]]), np.concatenate([own, new[more]])
+            )
+    return out
+
+
+def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
+    """The Minkowski sum of an obstacle and a set; in space a little more (rows of both, without
+    those that cross two edges). Offsets are rounded up.
+    """
+    corners = [rational_vertices(s, name) for s in (obstacle, by)]
+    if not all(corners):
+        raise InputError(
+            f"{name}: expected sets with points in them, also of uncertainty; one is empty."
+        )
+    A = np.concatenate([obstacle.A, by.A])
+    _, first = np.unique(A, axis=0, return_index=True)
+    A = A[np.sort(first)]  # without normals that have come before
+    offsets = [round_up(sum(exact_support(points, w) for points in corners)) for w in A]
+    return hpolytope(A, np.array(offsets))

@@ -1,0 +1,350 @@
+"""The vertex realisations that stand for all: corners of the box in which k is executed, maps whose
+mixtures are all turns, and the words for what a plan withstands. [T21, T22]
+
+In between, the network is the same mixture of its values at the corners, but for its kinks
+(`bend`).
+"""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.exact import round_down, round_up
+from parc_jax.common.sets.box import Box
+from parc_jax.common.spelling import listed
+from parc_jax.learning.labels import name_of
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.system import TURNS
+from parc_jax.problem.uncertainty import FREE, Interval, Uncertainty, require_once
+
+MOST = 64  # reference points that the checker takes, each execution with its own
+
+
+class Parameter(NamedTuple):
+    """One parameter while a plan is executed; queries and sentences both come from this record.
+
+    known: "measured" or "unknown" within value; None of a parameter that a plan chooses.
+    value: its lowest and highest value; (0, 0) of a chosen one.
+    off: half width of its execution error.
+    """
+
+    name: str
+    known: str | None
+    value: Interval
+    off: float
+
+    @property
+    def box(self) -> Interval:
+        """Values that an execution adds to a chosen parameter, or that another one has; rounded
+        outward.
+        """
+        (lo, hi), off = self.value, Fraction(self.off)
+        return round_down(Fraction(lo) - off), round_up(Fraction(hi) + off)
+
+    @property
+    def words(self) -> str:
+        """Of a parameter that no plan chooses: "every load from 1 to 2 (measured)"."""
+        lo, hi = self.value
+        if not self.off and lo == hi:
+            return f"{self.name} = {told(lo)} ({self.known})"
+        values = told(lo) if lo == hi else f"what is from {told(lo)} to {told(hi)}"
+        if self.off:
+            off = told(self.off)
+            return f"every {self.name} within ±{off} of {values} ({self.known}, executed roughly)"
+        return f"every {self.name} from {told(lo)} to {told(hi)} ({self.known})"
+
+
+@dataclass(frozen=True, eq=False)
+class Executions:
+    """The execution of plans: one `Parameter` per axis of k."""
+
+    parameters: tuple[Parameter, ...]
+
+    @cached_property
+    def chosen(self) -> tuple[int, ...]:
+        """Axes of k that a plan chooses."""
+        return tuple(axis for axis, p in enumerate(self.parameters) if p.known is None)
+
+    @cached_property
+    def lo(self) -> np.ndarray:
+        """(n_k,) least value that an execution adds on chosen axes, least values on others."""
+        return np.array([p.box[0] for p in self.parameters])
+
+    @cached_property
+    def hi(self) -> np.ndarray:
+        """(n_k,) the largest, likewise."""
+        return np.array([p.box[1] for p in self.parameters])
+
+    @property
+    def plain(self) -> bool:
+        """All parameters are chosen, and executed exactly."""
+        return not any(p.known or p.off for p in self.parameters)
+
+    @property
+    def exact(self) -> bool:
+        """There is one execution: each parameter has one value."""
+        return bool((self.lo == self.hi).all())
+
+    def whole(self, k: np.ndarray) -> np.ndarray:
+        """(n, n_k) all parameters of plans that choose k (n, chosen), where there is one
+        execution.
+        """
+        out = np.tile(self.lo, (len(k), 1))
+        out[:, list(self.chosen)] = k
+        return out
+
+    @property
+    def widths(self) -> np.ndarray:
+        """(n_k,) full widths of the box, rounded up."""
+        return np.where(self.hi > self.lo, np.nextafter(self.hi - self.lo, np.inf), 0.0)
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """(V, n_k) corners of the box; an axis without width has one end."""
+        ends = [(a,) if a == b else (a, b) for a, b in zip(self.lo, self.hi, strict=True)]
+        return np.array(list(itertools.product(*ends)))
+
+    @property
+    def words(self) -> tuple[list[str], list[str]]:
+        """Sentence parts about execution errors, and about parameters that no plan chooses."""
+        of_chosen = [p for p in self.parameters if p.known is None and p.off]
+        off = ", ".join(f"{p.name} off by up to {told(p.off)}" for p in of_chosen)
+        known = [p.words for p in self.parameters if p.known is not None]
+        return [f"every execution with {off}"] if off else [], known
+
+
+def executions_of(uncertainty: Uncertainty, model: TrajectoryModel) -> Executions:
+    """The executions of a model's plans under an uncertainty. Raises InputError for parameters that
+    are missing or named twice, and for boxes outside of K.
+    """
+    names = [name_of(label) for label in model.labels.k]
+    off = _by_axis("uncertainty k", uncertainty.k, names)
+    given = _by_axis("uncertainty given", uncertainty.given, names)
+    given = {axis: value for axis, value in given.items() if value != FREE}
+    unknown = _by_axis("uncertainty unknown", uncertainty.unknown, names)
+    for axis in given.keys() & unknown.keys():
+        raise InputError(
+            f"uncertainty: expected a parameter to be given or unknown; {names[axis]} is both."
+        )
+    parameters = []
+    for axis, name in enumerate(names):
+        known = "measured" if axis in given else "unknown" if axis in unknown else None
+        value = (given | unknown).get(axis, (0.0, 0.0))
+        parameters.append(Parameter(name, known, value, off.get(axis, 0.0)))
+        _require_inside(parameters[-1], model.domain.lo[axis], model.domain.hi[axis])
+    if all(p.known for p in parameters):
+        raise InputError("uncertainty: expected at least one parameter to choose; all are given.")
+    return Executions(tuple(parameters))
+
+
+def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> None:
+    """Raises InputError for a query without a value of a parameter that the model's system measures
+    at the start: no plan chooses it, unless the query calls it free. [T37]
+    """
+    names = [name_of(label) for label in model.labels.k]
+    said: set[int] = set()
+    if uncertainty is not None:
+        for word in ("given", "unknown"):
+            said |= _by_axis(f"uncertainty {word}", getattr(uncertainty, word), names).keys()
+    missing = [names[axis] for axis in model.given if axis not in said]
+    if missing:
+        raise InputError(
+            f"uncertainty given: expected {listed(missing)}, which {model.system or 'this robot'} "
+            f"measures at the start; got no value. Say "
+            f"Uncertainty(given={{{missing[0]!r}: 0.5}}), or "
+            f'"{FREE}" in place of a value to look for starts too.'
+        )
+
+
+def told(x: float) -> str:
+    """The shortest decimal that reads back as this float."""
+    return repr(float(x)).removesuffix(".0")
+
+
+def require_few(points: int, executions: int) -> None:
+    """Raises InputError for more points than a certificate may have."""
+    if points * executions > MOST:
+        raise InputError(
+            f"uncertainty: expected at most {MOST} reference points, each with all its "
+            f"executions; got {points} with {executions}. Bound the uncertainty of fewer "
+            "parameters, or use fewer points."
+        )
+
+
+def _by_axis(word: str, pairs: tuple, names: Sequence[str]) -> dict:
+    """Values of named parameters, by axis of k."""
+    axes = []
+    for name, _ in pairs:
+        plain = name_of(name) if isinstance(name, str) else name
+        axis = names.index(plain) if plain in names else name
+        if not (isinstance(axis, int) and 0 <= axis < len(names)):
+            raise InputError(
+                f"{word}: expected parameters of the model ({', '.join(names)}); got {name!r}."
+            )
+        axes.append(axis)
+    require_once(word, [names[axis] for axis in axes])
+    return {axis: value for axis, (_, value) in zip(axes, pairs, strict=True)}
+
+
+def _require_inside(p: Parameter, lo: float, hi: float) -> None:
+    """Raises InputError for executions that leave K, which is [lo, hi] here."""
+    low, high = p.box
+    if p.known is None and 2 * p.off >= hi - lo:
+        raise InputError(
+            f"uncertainty k of {p.name}: expected less than half of the range of K, "
+            f"{(hi - lo) / 2:g}; got {p.off:g}."
+        )
+    if p.known is not None and not (lo <= low and high <= hi):
+        rough = f", executed within ±{told(p.off)}" if p.off else ""
+        value = ", ".join(told(x) for x in p.value)
+        raise InputError(
+            f"uncertainty of {p.name}: expected a box within K, [{lo:g}, {hi:g}]; got [{value}] "
+            f"({p.known}{rough}). Narrow it, or learn a model of more."
+        )
+
+
+BITS = 48  # of the entries of the maps
+LEAST = 1e-4  # [rad] a smaller angle is taken for this one
+
+
+class Turn(NamedTuple):
+    """Vertex realisations of a heading.
+
+    maps: (R, n_p, n_p) every turn by at most the angle is a mixture of them.
+    sine: an upper bound of the angle's.
+    of_q: (n_q,) [rad] turns of the further goal states.
+    """
+
+    maps: np.ndarray
+    sine: float
+    of_q: np.ndarray
+
+    def widened(self, widths: np.ndarray) -> np.ndarray:
+        """Half widths (..., n_p) [m] of errors that turn with the robot."""
+        if not self.sine:
+            return widths
+        return widths + self.sine * widths[..., ::-1]
+
+
+def no_turn(n_p: int, n_q: int) -> Turn:
+    """The turn of an exact heading."""
+    return Turn(np.eye(n_p)[None], 0.0, np.zeros(n_q))
+
+
+def turn_by(angle: float, rotation: tuple[str, ...]) -> Turn:
+    """All turns of the plane by at most an angle [rad] below 1.
+
+    rotation: a word per further goal state, TURNS for one that turns.
+    Raises InputError.
+    """
+    if not 0 < angle < 1:
+        raise InputError(f"heading: expected a half angle between 0 and 1 rad; got {angle:g}.")
+    # as complex numbers, turns are an arc of the unit circle, in the triangle of a + ib, a - ib and
+    # g: a is no larger than the cosine, and the lines from a ± ib to g miss the circle
+    unit = Fraction(1, 2**BITS)
+    # less than the cosine, however that was rounded
+    a = math.floor((math.cos(max(angle, LEAST)) - 2.0**-46) / unit) * unit
+    b = unit * (math.isqrt(math.floor((1 - a * a) / unit**2)) + 2)
+    g = math.ceil(a / (1 - b * b) / unit) * unit
+    if not (a * a + b * b >= 1 and misses_circle(a, b, g)):
+        raise InputError(f"heading: expected an angle that a triangle holds; got {angle:g}.")
+    a, b, g = float(a), float(b), float(g)
+    maps = np.array([[[a, -b], [b, a]], [[a, b], [-b, a]], [[g, 0.0], [0.0, g]]])
+    turns = np.array([word == TURNS for word in rotation], float)
+    return Turn(maps, b, turns * math.nextafter(angle, math.inf))
+
+
+def misses_circle(a: Fraction, b: Fraction, g: Fraction) -> bool:
+    """The line through a + ib and g is at least 1 away from the origin, which lies before it."""
+    return 0 < a < g and b > 0 and g * g * b * b >= b * b + (g - a) ** 2
+
+
+OF_COPIES = (
+    "Under this uncertainty of execution or heading a few executions stand for all, and more than "
+    "all: what is not safe is a plan that this method cannot show to withstand it."
+)
+
+
+class Robustness(NamedTuple):
+    """The uncertainty that an answer is robust to.
+
+    words: "every start within ...", for sentences.
+    sensing_eps: probability that the truth lies outside of the measured boxes.
+    parameters: (all of k, chosen ones); where they differ nothing is promised of a drawn plan.
+    k_volume: of the claim's K, in units of k multiplied, where all of k is chosen.
+    copies: the hull of several vertex realisations stands for all, and is larger; "no plan" then
+        says that none was shown to be robust.
+    """
+
+    words: str
+    sensing_eps: Fraction
+    parameters: tuple[int, int]
+    k_volume: float
+    copies: bool = False
+
+    def volume_of_k(self, domain: Box) -> float:
+        """Volume of the claim's K; of the chosen parameters' domain where not all are chosen."""
+        return self.k_volume if len(set(self.parameters)) == 1 else domain.volume
+
+    def share_of_k(self, domain: Box) -> float:
+        """Share of the claim's K in which plans may be chosen; 1 where not all parameters are
+        chosen.
+        """
+        return domain.volume / self.volume_of_k(domain)
+
+    def of_none(self, told: str) -> str:
+        """A sentence about the number of safe plans, with the meaning of "safe" appended."""
+        about = f"{told} Safe means here: safe for {self.words}."
+        return f"{about} {OF_COPIES}" if self.copies else about
+
+    def to_json(self) -> dict:
+        """As plain data, for the answer file."""
+        return self._asdict() | {"sensing_eps": str(self.sensing_eps)}
+
+
+def withstood(
+    uncertainty: Uncertainty, executions: Executions, model: TrajectoryModel, copies: bool
+) -> Robustness:
+    """The record of an uncertainty about a model's plans. copies: as of `Robustness`."""
+    volume = float(np.prod(model.domain.hi - model.domain.lo))
+    parameters = (model.n_k, len(executions.chosen))
+    return Robustness(
+        words(uncertainty, executions), uncertainty.sensing_eps, parameters, volume, copies
+    )
+
+
+def words(uncertainty: Uncertainty, executions: Executions) -> str:
+    """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
+    rough, known = executions.words
+    parts = []
+    if any(uncertainty.start):
+        parts.append(f"every start within {_spread(uncertainty.start)} m of the one asked about")
+    if uncertainty.heading:
+        parts.append(f"every heading within ±{told(uncertainty.heading)} rad")
+    parts += rough
+    if any(uncertainty.goal):
+        parts.append(f"every goal moved by up to {_spread(uncertainty.goal)}")
+    if any(s is not None for s in uncertainty.obstacles):
+        parts.append("every place of the obstacles that fits what was seen of them")
+    return "; ".join([*parts, *known])
+
+
+def _spread(widths: Sequence[float]) -> str:
+    return ", ".join(f"±{told(w)}" for w in widths)
+
+
+def robustness_of_json(data: dict | None) -> Robustness | None:
+    """The record that `to_json` wrote."""
+    if data is None:
+        return None
+    n_k, chosen = data["parameters"]
+    eps = Fraction(data["sensing_eps"])
+    copies = data.get("copies", False)
+    return Robustness(data["words"], eps, (n_k, chosen), float(data["k_volume"]), copies)
