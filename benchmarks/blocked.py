@@ -15,7 +15,7 @@ from benchmarks.arcs import bending_arcs
 from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
-from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.scene import scene_of
 
 GOAL = box([7.5, -0.8, -1.0], [8.5, 0.8, 1.0])

@@ -4,7 +4,7 @@
 A share is seen when a fresh draw of the search shows it, and certified when the answer states it
 with confidence. The clock starts with the query, its scene laid out anew; one query has run before,
 so nothing compiles. Nothing is proved in exact arithmetic here; that is
-`answer.timings["proof_s"]`.
+`answer.cover.timings["proof_s"]`.
 """
 
 import json
@@ -15,9 +15,9 @@ import jax
 import numpy as np
 import tyro
 
+from benchmarks.curves import cover, of_history
 from parc_jax.answer.answer import Answer
 from parc_jax.app.cli.systems import build, find, study_of
-from parc_jax.app.plot.cover import cover, of_history
 from parc_jax.app.study.cache import keep_compiled
 from parc_jax.learning.model import load
 from parc_jax.planner.planner import Planner
@@ -37,8 +37,6 @@ class Options:
     """Body of the robot, as the model's. Default: its study's, or the system's own."""
     scene: Path | None = None
     """A scene file in place of the system's own problem."""
-    polytopes: bool = True
-    """Ask for polytopes too."""
     seeds: int = 10
     """Queries."""
     target: float = 0.01
@@ -52,7 +50,7 @@ class Options:
 
 
 def main(options: Options) -> dict:
-    """Search, with corridors alone and with polytopes, and print medians with their range."""
+    """Search, and print medians with their range."""
     keep_compiled()
     module = find(options.system)
     body = options.body or study_of(module).body
@@ -62,48 +60,34 @@ def main(options: Options) -> dict:
         problem = load_problem(options.scene, planner.model.points)
     measured: dict[str, list[float | None]] = {}
     for seed in range(-1, options.seeds):
-        for polytopes in (False, True)[: 1 + options.polytopes]:
-            answer = planner.solve(
-                problem,
-                jax.random.PRNGKey(seed + 1),
-                Settings(
-                    samples=1,
-                    target=options.target,
-                    work=options.work,
-                    polytopes=polytopes,
-                    proof=False,
-                ),
-            )
-            if seed >= 0:  # the first ones compile
-                for name, value in _facts(answer, options, polytopes).items():
-                    measured.setdefault(name, []).append(value)
+        answer = planner.solve(
+            problem,
+            jax.random.PRNGKey(seed + 1),
+            Settings(samples=1, target=options.target, work=options.work, proof=False),
+        )
+        if seed >= 0:  # the first one compiles
+            for name, value in _facts(answer, options).items():
+                measured.setdefault(name, []).append(value)
     out = {name: _spread(values) for name, values in measured.items()}
     print(json.dumps(out, indent=1))
     if options.figure is not None:
-        cover(of_history(answer.history), options.figure, target=options.target)
+        cover(of_history(answer.cover.history), options.figure, target=options.target)
     return out
 
 
-def _facts(answer: Answer, options: Options, polytopes: bool) -> dict[str, float | None]:
-    """Of one query: when the target was seen and certified, with how many; how much was covered at
-    the time asked.
+def _facts(answer: Answer, options: Options) -> dict[str, float | None]:
+    """Of one query: when the target was seen and certified, with how many corridors; how much was
+    covered at the time asked.
     """
-    share, count, who = (
-        ("inside", "polytopes", "polytopes")
-        if polytopes
-        else ("kept", "corridors", "corridors alone")
-    )
-    looks = answer.history
-    enough = [look for look in looks if getattr(look, share) >= 1 - options.target]
-    known = [getattr(look, share) for look in looks if look.seconds <= options.at]
-    certified = (
-        answer.coverage if polytopes else answer.corridor_coverage
-    ).at_least >= 1 - options.target
+    looks = answer.cover.history
+    enough = [look for look in looks if look.covered >= 1 - options.target]
+    early = [look.covered for look in looks if look.seconds <= options.at]
+    certified = answer.coverage.at_least >= 1 - options.target
     return {
-        f"{who}: seen [s]": enough[0].seconds if enough else None,
-        f"{who}: number then": getattr(enough[0], count) if enough else None,
-        f"{who}: certified [s]": looks[-1].seconds if certified else None,
-        f"{who}: share seen after {options.at:g} s": known[-1] if known else None,
+        "seen [s]": enough[0].seconds if enough else None,
+        "number then": enough[0].corridors if enough else None,
+        "certified [s]": looks[-1].seconds if certified else None,
+        f"share seen after {options.at:g} s": early[-1] if early else None,
     }
 
 

@@ -16,7 +16,9 @@ import numpy as np
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
+from parc_jax.common.keys import key_of
 from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.learning.learn import WITH_PRIOR, learn_report
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import law_spec
 from sims.foreign.husky import log, windows
@@ -121,16 +123,14 @@ CASES = (
 def row(case: Case, folder: Path, seed: int) -> str:
     """A row of the table. Raises SoundnessError where a run inside the tube failed."""
     known, unseen = case.read(folder).split(UNSEEN, seed)
-    learned = pj.learn_from(known, seed=seed)
-    model, claim = learned.main, learned.main.claim
+    learned = learn_report(known, key_of(seed), WITH_PRIOR, "twist")
+    model, claim = learned.model, learned.model.claim
     wide = 100 * float(model.tube.interval.max())
     scene = problem(case.bay[1], case.bay[0])
-    answer = pj.Planner(model).solve(
-        scene, jax.random.PRNGKey(seed), pj.Settings(samples=20, polytopes=True)
-    )
+    answer = pj.Planner(model).solve(scene, jax.random.PRNGKey(seed), pj.Settings(samples=20))
     told = f"{claim.discard} of {claim.n} | {rounded_up(100 * float(claim.eps), 3)} %"
     told = f"| {case.name} | {known.n} | {told} | ±{rounded_up(wide, 3)} cm | {answer.status.label}"
-    replayed = pj.replay_recorded(answer, unseen) if answer.found else None
+    replayed = pj.replay_recorded(answer, unseen) if answer.status.found else None
     if replayed is None:
         return f"{told} | | |\n{learned.prior}"
     n = replayed.counts()

@@ -12,6 +12,7 @@ import jax
 import numpy as np
 import tyro
 
+from parc_jax.common.status import Status
 from parc_jax.learning.model import load
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
@@ -54,7 +55,7 @@ def main(options: Options) -> dict:
             seconds = time.process_time() - begin
             if seed >= 0:
                 spent[name].append(seconds)
-                proved[name] += answer.found and answer.proved
+                proved[name] += answer.status is Status.PROVED
     for name, seconds in spent.items():
         low, middle, high = 1e3 * np.quantile(seconds, [0.1, 0.5, 0.9])
         print(

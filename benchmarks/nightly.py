@@ -24,6 +24,7 @@ from pathlib import Path
 import tyro
 
 from benchmarks.attacks.faults import TABLES
+from benchmarks.attacks.mutations import CORE
 from benchmarks.attacks.promises import PROMISES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -104,6 +105,21 @@ def campaigns() -> list[Campaign]:
                 (*CODE, "tests"),
             )
             for name in sorted(TABLES, key=lambda name: -len(TABLES[name]))
+        ),
+        *(
+            Campaign(
+                f"mutations-{Path(file).stem}",
+                "small changes of a file of the core: its tests must fail",
+                (*attack, "mutations", file, "--path", KEPT),
+                (file, *guard.tests, *ALL_TESTS),
+            )
+            for file, guard in CORE.items()
+        ),
+        Campaign(
+            "mutations-day",
+            "small changes of the lines of a day, for the tests that import their file",
+            (*attack, "mutations", "--days", "1", "--path", KEPT),
+            (*CODE, "tests"),
         ),
         Campaign(
             "foreign",

@@ -1,14 +1,10 @@
 """The narrowest gap for the true rectangle: a body that turns fits where its circle does not."""
 
-from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.learn import learn
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
@@ -43,14 +39,13 @@ class Narrowest(NamedTuple):
 def narrowest_for_rectangle(key: jax.Array, quick: bool = False) -> Narrowest:
     """Learn the model of `sims.drift_parking.narrow`, close the gap, prove the last plan."""
     from sims import rectangle
-    from sims.drift_parking.narrow import how_narrow, narrow_study
+    from sims.drift_parking.narrow import how_narrow, narrow_settings
     from sims.drift_parking.scenario import problem
     from sims.drift_parking.system import system
 
-    study = replace(narrow_study(), **QUICK) if quick else narrow_study()
-    with TemporaryDirectory() as work:
-        car = system("ode", rectangle.BODY)
-        model = learn(car, study, key, Stopwatch(), Path(work) / "runs", True).main
+    settings = narrow_settings().replace(**QUICK if quick else {})
+    car = system("ode", rectangle.BODY)
+    model = learn(car, key, settings=settings, quiet=True)
     at, plans = how_narrow(model, np.random.default_rng(0))
     if not len(plans):
         return Narrowest(None, None)

@@ -13,7 +13,7 @@ import numpy as np
 import tyro
 
 from parc_jax.learning.model import load
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.robust.question import plain
 from parc_jax.safe_set.verdict.pointwise import verdicts

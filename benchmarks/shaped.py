@@ -11,16 +11,15 @@ import numpy as np
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.error_set import ErrorBox
-from parc_jax.learning.bound.faces import Faces, faces
+from parc_jax.learning.bound.error_set import ErrorBox, Faces, faces
 from parc_jax.learning.bound.tube import fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.problem.robust.question import Plain
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.search import cover, draw_safe_plans
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import work_of
 from parc_jax.safe_set.verdict.near import near_scene
 
@@ -133,5 +132,5 @@ def _corridors(model: TrajectoryModel, problem: ReachAvoid, seed: int):
     begin = time.process_time()
     scene, rng = near_scene(Plain(problem, model)), np.random.default_rng(seed)
     asked = {"target": 0.01, "confidence": 0.99, "work": work_of(1.0), "limit": Limit(600.0)}
-    found = cover(scene, rng, **asked, polytopes=False)
+    found = cover(scene, rng, **asked)
     return time.process_time() - begin, found

@@ -52,7 +52,7 @@ def tasks(quick: bool) -> tuple[Task, ...]:
 
 def _quick(task: Task) -> Task:
     few = {"rollouts": 64, "profile_runs": 64, "fresh": 96, "eps": 0.2, "delta": 0.2, "seeds": 1}
-    one = {"claims": ("one",), "steps": 50, "tail": None}
+    one = {"blocks": None, "steps": 50, "tail": None}
     settings = tuple(
         replace(s, study=replace(s.study, bins=(1,) * len(s.study.bins or (1, 1)), **few, **one))
         for s in task.settings[-2:]
@@ -60,17 +60,11 @@ def _quick(task: Task) -> Task:
     return replace(task, settings=settings)
 
 
-def _alone(study: Study, **changes) -> Study:
-    """The study's first network."""
-    return replace(study, others=(), **changes)
-
-
 def _boat() -> Task:
     import sims
     from sims.asv import scenario, study
 
-    fitted = _alone(study.STUDY)
-    boxes = _alone(study.BOXES)
+    fitted, boxes = study.STUDY, study.BOXES
     faces = replace(boxes, shape="fitted", tail=None)
     finer = replace(faces, bins=fitted.bins, blocks=fitted.blocks)
     return Task(
@@ -92,7 +86,7 @@ def _drift(body: str) -> Task:
     from sims.drift_parking import scenario, study
 
     # so many fresh runs that three may be left outside: one jump does not decide
-    boxes = _alone(study.STUDY, rollouts=10_000, profile_runs=13_000, fresh=14_000, body=body)
+    boxes = replace(study.STUDY, rollouts=10_000, profile_runs=13_000, fresh=14_000, body=body)
     return Task(
         f"drift_{body}",
         f"drift, {body}",
@@ -116,7 +110,7 @@ def _car() -> Task:
     from sims.f110.study import STUDY
 
     asked = {"eps": EPS, "delta": DELTA, "rollouts": 500, "profile_runs": 0, "fresh": 500}
-    boxes = _alone(STUDY, **asked)
+    boxes = replace(STUDY, **asked)
     return Task(
         "car",
         "model car",

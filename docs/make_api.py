@@ -15,7 +15,6 @@ ROOMS = ("types", "exchange", "world", "loop", "ros")  # `published`: sets.md, l
 FURTHER = {
     "Records of options": (
         "learning.bound.asked",
-        "learning.bound.intersample",
         "learning.network.fit",
         "app.study.settings",
     ),

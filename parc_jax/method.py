@@ -1,8 +1,8 @@
 """How a query is searched by the exact engine; as published: `parc_jax.neuralparc`.
 
-A method has one call, `search`: (scene, key, rng, settings) -> what was found, and
-what is known where nothing was. Samples, proofs and sentences are the planner's, whatever the
-method.
+A method has one call, `search`: (scene, key, settings) -> the cover, whose points become the
+answer's samples, and the result of the proof of absence, if any. Proofs and sentences of plans are
+the planner's, for every method.
 """
 
 import time
@@ -11,37 +11,44 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
+from parc_jax.common.keys import generator
 from parc_jax.common.status import Ended
 from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 from parc_jax.safe_set.corridors.found import Cover
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.rare import where_around, where_safe
 from parc_jax.safe_set.corridors.sampling import no_points, points
-from parc_jax.safe_set.corridors.search import cover, cover_around, draw_safe_plans
-from parc_jax.safe_set.corridors.stopping import nothing_covered
+from parc_jax.safe_set.corridors.search import corridors_around, cover, draw_safe_plans
+from parc_jax.safe_set.corridors.stopping import Limit, nothing_covered
 from parc_jax.safe_set.settings import Settings, Work, work_of
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, laid_out
 
 
 @dataclass(frozen=True)
 class Exact:
-    """Plans judged in float64 with a rounding margin, corridors grown around them, polytopes cut
-    from these. Where hardly a draw was safe, plans climb to where some are, and where none was and
-    none is found branch and bound decides; draws are made there then. [T14, T15, T24, T27, T30]
+    """Plans judged in float64 with a rounding margin, corridors grown around them. Where hardly a
+    draw was safe, a local search looks for a place with safe plans, and where it finds none branch
+    and bound decides; draws are made in that place then. [T14, T15, T24, T27, T30]
 
-    around: p0 (n_p,), k (n_k,) of a plan that is known to be safe or nearly so; draws are made
-    around it from the beginning, in scenes too narrow for others.
+    around: p0 (n_p,), k (n_k,) of a plan that is safe or nearly so; draws are made around it from
+    the beginning, in scenes too narrow for others.
     """
 
     around: tuple[np.ndarray, np.ndarray] | None = None
 
     def search(
+        self, scene: Scene, key: jax.Array, settings: Settings
+    ) -> tuple[Cover, NoPlan | None]:
+        """Cover the safe set of a scene. Consumes `key`."""
+        rng = generator(key)
+        cover, no_plan = self._search(scene, key, rng, settings)
+        return cover.pick(rng, settings.samples), no_plan
+
+    def _search(
         self, scene: Scene, key: jax.Array, rng: np.random.Generator, settings: Settings
     ) -> tuple[Cover, NoPlan | None]:
-        """Draws from `rng`, a few plans alone from `key`."""
         begin = time.perf_counter()
         limit = Limit(settings.budget_s)
         work = work_of(settings.work)
@@ -68,7 +75,7 @@ class Exact:
                 max_leaves=min(work.leaves, MAX_LEAVES),
             )
             within = _elsewhere(no_plan, hopeless, scene, rng, work, limit)
-        if limit.cut:  # by a climb or the proof; what draws find is whole or says so itself
+        if limit.cut:  # by the local search or the proof; draws report their own end
             found = found._replace(ended=Ended.SECONDS)
         if within is None:
             return found, no_plan
@@ -83,7 +90,7 @@ class Exact:
     def _drawn(
         self, scene: Scene, key, rng, settings: Settings, limit: Limit, within=None
     ) -> Cover:
-        """What draws show, from everywhere or within a place. Without any claim nothing is safe."""
+        """The cover by draws, from everywhere or a place. Without any claim nothing is safe."""
         if not scene.model.tube.claimed.any():
             return _nothing(scene, settings)
         if settings.samples_only:
@@ -96,7 +103,6 @@ class Exact:
             confidence=settings.confidence,
             work=work_of(settings.work),
             limit=limit,
-            polytopes=settings.polytopes,
             within=within,
         )
 
@@ -104,7 +110,7 @@ class Exact:
 def _nothing(scene: Scene, settings: Settings) -> Cover:
     """Nothing was drawn, since nothing is safe."""
     none = nothing_covered(settings.confidence)
-    return Cover(0, 0, 0, float("nan"), no_points(scene.model), none, none, ended=None)
+    return Cover(0, 0, 0, float("nan"), no_points(scene.model), none, ended=None)
 
 
 def _elsewhere(
@@ -126,14 +132,12 @@ def _elsewhere(
 
 
 def _around(found: Cover, no_plan: NoPlan, scene: Scene, rng, begin: float) -> Cover:
-    """Corridors and polytopes around the plan that branch and bound came across."""
+    """Corridors around the plan that branch and bound came across."""
     p0, k = (x[None] for x in no_plan.safe_plan)
-    seen = points(p0, k, verdicts(scene, p0, k))
-    corridors, polytopes = cover_around(scene, rng, seen)
+    plan = points(p0, k, verdicts(scene, p0, k))
     return found._replace(
-        points=seen,
-        corridors=corridors,
-        polytopes=polytopes,
+        points=plan,
+        corridors=corridors_around(scene, rng, plan),
         first_sample_s=no_plan.seconds,
-        first_polytope_s=time.perf_counter() - begin,
+        first_corridor_s=time.perf_counter() - begin,
     )

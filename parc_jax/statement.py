@@ -1,17 +1,24 @@
-"""The sentences of an answer: what is proved of the model and its tube, what a drawn plan risks."""
+"""The sentences of an answer and of a loop, printed from premises and counts: the proof about the
+model and its tube (C), the error bound of the tube (E), the risk of a drawn plan.
+"""
 
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
+from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
-from parc_jax.learning.bound.risk import NoStatement, Risk
-from parc_jax.safe_set.verdict.hopeless import Why
+from parc_jax.learning.bound.counts import NoStatement, Risk
+from parc_jax.safe_set.corridors.found import Share
+from parc_jax.safe_set.corridors.sampling import FEW
+from parc_jax.safe_set.corridors.stopping import Coverage
+from parc_jax.safe_set.verdict.infeasible import Why
 
 MOST_NUMBERS = 8  # that are listed
+IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
 
 
 def nothing_found(reason: Why | None) -> str:
-    """No plan was found, and nobody looked for a proof. reason: why none can be, where known."""
+    """No plan was found, and no proof was searched. reason: why there is none, if it is clear."""
     if reason is not None and reason.sure:
         return f"No plan is safe: {reason.words}"
     why = "." if reason is None else f": {reason.words}"
@@ -19,11 +26,12 @@ def nothing_found(reason: Why | None) -> str:
 
 
 def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> str:
-    """What holds for each of so many samples and for every plan of so many polytopes and corridors.
+    """The sentence (C) of numbers of samples, polytopes and corridors.
+
     proved: the exact checker accepted them.
     """
     how = "proved in exact arithmetic" if proved else "shown in float64 with a rounding margin"
-    told = {
+    sets = {
         "the sample": ("each of the {} samples", samples),
         "every (p0, k) in the safe polytope": (
             "every (p0, k) in the {} safe polytopes",
@@ -34,7 +42,7 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
             corridors,
         ),
     }
-    there = [one if n == 1 else many.format(f"{n:,}") for one, (many, n) in told.items() if n]
+    there = [one if n == 1 else many.format(f"{n:,}") for one, (many, n) in sets.items() if n]
     return (
         f"For {listed(there)}, and for every trajectory inside the tube: the goal is reached and "
         f"nothing is touched; {how}."
@@ -42,7 +50,7 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
 
 
 def about_place(k_lo, k_hi) -> str:
-    """Of what the coverage speaks, where plans are so rare that only a box was drawn from."""
+    """The place that coverage is about, where plans are so rare that only a box was drawn from."""
     box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in zip(k_lo, k_hi, strict=True))
     return (
         "Safe plans are rare: hardly a uniform draw met one, a search did. Coverage and volume are "
@@ -51,7 +59,7 @@ def about_place(k_lo, k_hi) -> str:
 
 
 def about_doubt(withstood: str) -> str:
-    """What every plan of the answer withstands."""
+    """The uncertainty to which every plan of the answer is robust."""
     return (
         "Robust: all this is said of a question that allows for the doubt, and so it holds for "
         f"{withstood}. A plan that is absent is not shown to withstand all of it."
@@ -59,7 +67,7 @@ def about_doubt(withstood: str) -> str:
 
 
 def about_pose(place: Iterable[float], heading: float | None) -> str:
-    """Where all plans of the answer start."""
+    """The pose from which all plans of the answer start."""
     where = ", ".join(f"{x:g}" for x in place)
     if heading is None:
         return f"Here: all plans start at ({where}) m."
@@ -89,9 +97,10 @@ def about_risk(
     measured: float,
     delta: Fraction | None,
 ) -> str:
-    """What a plan drawn by `Answer.sample` risks. drawn: what from, in words. density: bound on
-    that of its k, which rests on a coverage known with confidence `measured`; None where nothing
-    is said. delta: error probability of the claim.
+    """The risk of a plan drawn by `Answer.sample`.
+
+    drawn: the set, in words. density: bound on that of k, which rests on a coverage measured with
+    confidence `measured`; None where nothing is stated. delta: error probability of the claim.
     """
     if isinstance(risk, NoStatement):
         return f"Risk: no statement, since {risk.reason}."
@@ -103,6 +112,52 @@ def about_risk(
         f"{rounded_up(density)} times uniform, measured with {volume}; "
         f"the claim has confidence {confidence})."
     )
+
+
+def about_coverage(coverage: Coverage, part: str = "the safe set") -> str:
+    """How much of the safe set, or of a part of it, is covered."""
+    if coverage.share == 0:
+        return f"how much of {part} they cover was not measured"
+    return (
+        f"covering {100 * coverage.share:.2f} % of {part} (at least "
+        f"{rounded_down(100 * coverage.at_least, 4)} % with "
+        f"confidence {rounded_down(str(coverage.confidence), 10)})"
+    )
+
+
+def about_share(share: Share | None, safe: int, *, from_here: bool, around: bool) -> str:
+    """The number to tune by: the share that the tube leaves of all plans, and obstacles of that.
+
+    safe: draws that were safe; of a few no estimate is stated. from_here: all plans have one start.
+    around: draws were made in a place alone, and only plans in it are counted.
+    """
+    if share is None:
+        return "what share of the plans was not measured"
+    of_all = "all k in K" if from_here else IN_THE_BOX
+    low, high = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
+    sure = f"with confidence {rounded_down(str(share.confidence), 10)}"
+    if safe < FEW:
+        return f"{low} % to {high} % of {of_all}, {sure}"
+    text = f"{_percent(share.share)} of {of_all} ({low} % to {high} % {sure})"
+    if around:
+        return f"{text}, counting only those around what a search found"
+    left = share.share / share.reaching if share.reaching else 0.0
+    return f"{text}: the tube leaves {_percent(share.reaching)}, obstacles {_percent(left)} of that"
+
+
+def about_assumptions(p: Premises) -> str:
+    """The names of all premises that nothing shows; `details()` has each with its words."""
+    # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
+    names = [
+        f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
+        for entry in p
+        if entry.standing == ASSUMED
+    ]
+    return f"Holds if ({counted(len(names), 'assumption')}): {', '.join(names)}."
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"
 
 
 def about_loop() -> str:
@@ -122,21 +177,22 @@ def about_episodes(
     look,
     contradictions: list[int],
 ) -> str:
-    """Both sentences of a loop. [T40] counts: of episodes in which each thing happened, None where
-    nobody looked. look: with its share of delta. contradictions: numbers of episodes that
-    contradict the sentence (C).
+    """Both sentences of a loop. [T40]
+
+    counts: of episodes in which each event happened, None where it was not watched. look: with its
+    share of delta. contradictions: numbers of episodes that contradict the sentence (C).
     """
     sure = rounded_down(1 - look.delta, 10)
     which = f", look {look.number} of {look.planned}" if look.planned > 1 else ""
     watched = counts["a tube was left"] is not None
-    what = "leaves a tube, or touches anything," if watched else "touches anything"
-    seen = listed([f"in {m:,} {words}" for words, m in counts.items() if m is not None])
+    event = "leaves a tube, or touches anything," if watched else "touches anything"
+    events = listed([f"in {m:,} {words}" for words, m in counts.items() if m is not None])
     sentences = [
         about_loop(),
-        f"(E) Of {counted(n, 'fresh episode')} {bad:,} were bad: {seen}.",
-        f"With confidence {sure} over them, an episode of this law {what} with probability at most "
-        f"{rounded_up(eps)}{which}, for whatever reason. What runs into a robot that rests is not "
-        "counted.",
+        f"(E) Of {counted(n, 'fresh episode')} {bad:,} were bad: {events}.",
+        f"With confidence {sure} over them, an episode of this law {event} with probability "
+        f"at most {rounded_up(eps)}{which}, for whatever reason. What runs into a robot that rests "
+        "is not counted.",
     ]
     if contradictions:
         first = [str(i) for i in contradictions[:MOST_NUMBERS]]

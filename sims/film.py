@@ -1,16 +1,21 @@
-"""Frames of MuJoCo models, rendered without a screen; `parc_jax.app.plot.film_file` writes them.
+"""Films of MuJoCo models, rendered without a screen, with a caption, a clock and a legend.
 
 Needs a software or hardware OpenGL, in Debian libegl1 with libgl1-mesa-dri (MUJOCO_GL=egl) or
 libosmesa6 (MUJOCO_GL=osmesa).
 """
 
 import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.app.plot.film_file import counted
+from parc_jax.app.plot.film import counted, require_kind, require_sample, write_film
 from parc_jax.common.errors import InputError
+
+SIZE = 0.032  # height of the letters, in heights of the picture
+INK, PAPER = (255, 255, 255), (0, 0, 0, 110)  # PAPER is see-through
 
 
 class View(NamedTuple):
@@ -31,11 +36,38 @@ def headless_mujoco():
     os.environ.setdefault("MUJOCO_GL", "egl")  # read once, at the first import
     try:
         import mujoco
-    except (
-        Exception
-    ) as error:  # each OpenGL backend has errors of its own, and some come with the import
+    except Exception as error:  # each OpenGL backend has its errors, and some come with the import
         raise _no_opengl(error) from None
     return mujoco
+
+
+def require_film(out: Path, answer, sample: int) -> None:
+    """Refuse a film that cannot be made, before the long part. Raises InputError for a kind of
+    file, a sample that the answer lacks, or where there is no OpenGL.
+    """
+    require_kind(Path(out))
+    require_sample(answer, sample)
+    headless_mujoco()
+
+
+def film_of_poses(
+    out: Path,
+    model,
+    poses: np.ndarray,
+    view: View,
+    size: tuple[int, int],
+    rate: float,
+    seconds: np.ndarray,
+    caption: str,
+    legend: Sequence[tuple[str, Sequence[float]]],
+    quiet: bool = True,
+) -> Path:
+    """Render joint coordinates (n, nq) of a model at times (n,) [s], and write the film.
+
+    rate: frames per second. legend: names with colours, as of `explained`. Returns `out`.
+    """
+    images = frames(model, poses, view, size, quiet)
+    return write_film(Path(out), explained(images, seconds, caption, legend), rate)
 
 
 def frames(
@@ -72,6 +104,46 @@ def _no_opengl(error: Exception) -> InputError:
         "libgl1-mesa-dri, or libosmesa6, "
         "and set MUJOCO_GL to egl or osmesa before Python starts."
     )
+
+
+def explained(
+    images: Iterable[np.ndarray],
+    seconds: Iterable[float],
+    caption: str,
+    legend: Sequence[tuple[str, Sequence[float]]],
+) -> list[np.ndarray]:
+    """The images (height, width, 3) uint8 of a film with words on them: above the caption and the
+    time of each [s], below the legend.
+
+    legend: names with their colours (red, green, blue, ...) from 0 to 1.
+    """
+    return [
+        _explained(image, f"{t:.2f} s", caption, legend)
+        for image, t in zip(images, seconds, strict=True)
+    ]
+
+
+def _explained(image: np.ndarray, clock: str, caption: str, legend) -> np.ndarray:
+    from matplotlib.font_manager import findfont
+    from PIL import Image, ImageDraw, ImageFont
+
+    height, width = image.shape[:2]
+    size = SIZE * height
+    font = ImageFont.truetype(findfont("DejaVu Sans"), size)
+    picture = Image.fromarray(image)
+    pen = ImageDraw.Draw(picture, "RGBA")
+    bar = 1.8 * size
+    pen.rectangle((0, 0, width, bar), fill=PAPER)
+    pen.rectangle((0, height - bar, width, height), fill=PAPER)
+    pen.text((size, bar / 2), caption, fill=INK, font=font, anchor="lm")
+    pen.text((width - size, bar / 2), clock, fill=INK, font=font, anchor="rm")
+    x, y = size, height - bar / 2
+    for words, colour in legend:
+        patch = tuple(round(255 * part) for part in colour[:3])
+        pen.rectangle((x, y - 0.4 * size, x + size, y + 0.4 * size), fill=patch)
+        pen.text((x + 1.5 * size, y), words, fill=INK, font=font, anchor="lm")
+        x += 3.5 * size + pen.textlength(words, font)
+    return np.asarray(picture)
 
 
 def add_car(

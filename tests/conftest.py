@@ -18,9 +18,8 @@ FAMILIES = {
 }
 ROOMS = "safe_set/separation safe_set/verdict safe_set/corridors proof/absence proof/regions"
 # are given what is no shape at all, or say hardly any and are called most often
-DOORS = "assemble corridors domain marching moving prune runs stopping subdivide table"
+DOORS = "assemble domain marching prune stopping subdivide table"
 KERNELS = [
-    "parc_jax.safe_set.batch.estimate",
     "parc_jax.safe_set.batch.proposals",
     "parc_jax.safe_set.batch.run",
     "parc_jax.learning.network.maps",

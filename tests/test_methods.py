@@ -41,7 +41,7 @@ def blocked(width: float):
 def test_no_plan_climbs_to_a_goal_that_is_narrower_than_the_tube(climbs, width, made):
     planner = pj.Planner(line_model(e=0.05))
     answer = planner.solve(blocked(width), KEY, SETTINGS, at=(0.0, 0.0))
-    assert len(climbs) == made and not answer.found
+    assert len(climbs) == made and not answer.status.found
 
 
 @pytest.mark.slow
@@ -51,8 +51,8 @@ def test_nor_once_more_where_nothing_can_be_proved(climbs, width, made):
     net = random_network(np.random.default_rng(0), 4, n_k=n_k)
     model = model_of(net, pj.box(-np.ones(n_k), np.ones(n_k)), *uniform_tube(4, 0.05))
     answer = pj.Planner(model).solve(blocked(width), KEY, SETTINGS)
-    assert len(climbs) == made and not answer.found and answer.no_plan.kind == "undecided"
-    assert ("narrower than the tube at the end" in answer.statement()) is (made == 0)
+    assert len(climbs) == made and not answer.status.found and answer.absence.kind == "undecided"
+    assert ("narrower than the tube at the end" in answer.details()) is (made == 0)
 
 
 def test_seconds_count_though_no_draw_was_safe(climbs, monkeypatch):
@@ -61,4 +61,4 @@ def test_seconds_count_though_no_draw_was_safe(climbs, monkeypatch):
     nothing = NoPlan(UNDECIDED, 0, 1, 1)
     monkeypatch.setattr(methods, "prove_no_plan", lambda scene, **asked: nothing)
     answer = pj.Planner(line_model(e=0.05)).solve(blocked(0.12), KEY, SETTINGS)
-    assert len(climbs) == 1 and not answer.found and answer.ended is Ended.SECONDS
+    assert len(climbs) == 1 and not answer.status.found and answer.cover.ended is Ended.SECONDS

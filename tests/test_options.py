@@ -10,18 +10,18 @@ from pathlib import Path
 import pytest
 
 import parc_jax
-from parc_jax.app.cli.offer import Offer
+from parc_jax.app import cli
+from parc_jax.app.cli.options import Offer
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, part_of, told
-from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.problem import doubt_file, problem_file
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.settings import Search, Settings
 
 ROOT = Path(parc_jax.__file__).parent
-COMMANDS = tuple("run learn collect solve check replay plot export systems doctor".split())
+COMMANDS = tuple(name for name in cli.COMMANDS if name != "bench")
 
 
 def declared(tree: ast.Module) -> list[str]:
@@ -50,7 +50,7 @@ def records() -> list[type]:
 
 def own_options(command: str) -> set[str]:
     """What a command tells itself, in its docstring."""
-    function = getattr(importlib.import_module(f"parc_jax.app.cli.{command}"), command)
+    function = cli.command(command)
     return set(re.findall(r"^    (\w+): ", inspect.getdoc(function), re.MULTILINE))
 
 
@@ -79,7 +79,7 @@ def test_a_command_tells_only_what_no_record_has():
 
 def test_every_option_of_the_shell_is_of_a_record_or_of_its_command():
     for command in COMMANDS:
-        function = getattr(importlib.import_module(f"parc_jax.app.cli.{command}"), command)
+        function = cli.command(command)
         for parameter in inspect.signature(function).parameters.values():
             hints = getattr(parameter.annotation, "__metadata__", ())
             offered = [hint for hint in hints if isinstance(hint, Offer)]
@@ -98,8 +98,8 @@ def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
 
 def test_a_study_is_what_its_parts_are_made_of():
     study = Study(eps=0.01, work=0.5, hidden=())
-    assert Settings(**part_of(study, Search)) == Settings(work=0.5, polytopes=True)
-    asked = BoundSettings(**part_of(study, BoundSettings))
+    assert Settings(**part_of(study, Search)) == Settings(work=0.5)
+    asked = study.bound
     assert (asked.eps, asked.discard, asked.profile_runs) == (0.01, "most", 0)
     with pytest.raises(InputError, match=r"expected fields among .*; got 'runs'"):
         study.replace(runs=3)

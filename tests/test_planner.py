@@ -56,14 +56,14 @@ def test_wrong_types_are_told_what_was_expected(name):
 def test_both_kinds_of_keys_are_keys():
     settings = pj.Settings.fast()
     for key in (jax.random.PRNGKey(1), jax.random.key(1), np.array([0, 1], np.uint32)):
-        assert PLANNER().solve(toy_query.gap(), key, settings).found
+        assert PLANNER().solve(toy_query.gap(), key, settings).status.found
 
 
 @pytest.mark.slow
 def test_the_status_says_what_is_known():
     proved = toy_query.answer()
     assert proved.status is pj.types.Status.PROVED and proved.status.found
-    assert "exact-proved" in repr(proved) and f"{len(proved.polytopes)} polytopes" in repr(proved)
+    assert "exact-proved" in repr(proved) and f"{len(proved.corridors)} corridors" in repr(proved)
     assert "<li>(C)" in proved._repr_html_() and "<script" not in proved._repr_html_()
     bounded = PLANNER().solve(toy_query.gap(), KEY, pj.Settings.fast())
     assert bounded.status is pj.types.Status.BOUNDED and len(bounded.samples) >= 1
@@ -87,10 +87,10 @@ def test_a_batch_has_a_status_for_every_problem():
 
 @pytest.mark.night
 def test_warming_up_takes_no_numbers_from_the_query_after_it():
-    settings = pj.Settings(samples=5, target=0.3, budget_s=300, polytopes=False)
+    settings = pj.Settings(samples=5, target=0.3, budget_s=300)
     before = PLANNER().solve(toy_query.gap(), KEY, settings.replace(samples_only=True))
     cold = PLANNER().warm_up(toy_query.gap(), settings)
-    assert cold.timings["first_sample_s"] > 0 and cold.status is pj.types.Status.BOUNDED
+    assert cold.cover.timings["first_sample_s"] > 0 and cold.status is pj.types.Status.BOUNDED
     after = PLANNER().solve(toy_query.gap(), KEY, settings.replace(samples_only=True))
     assert (before.samples == after.samples).all()
 

@@ -119,15 +119,13 @@ def test_parts_of_a_model_must_fit_each_other():
 def test_questions_without_an_answer_say_so_with_a_proof(goal, obstacles):
     model = line_model(4, 0.09)
     answer = Planner(model).solve(reach_avoid(goal, obstacles, 0.1), jax.random.key(0), Settings())
-    assert not answer.found and answer.polytopes == []
-    assert answer.statement().startswith(
-        "Proved in exact arithmetic: the model has no safe (p0, k)"
-    )
+    assert not answer.status.found and not len(answer.corridors)
+    assert answer.details().startswith("Proved in exact arithmetic: the model has no safe (p0, k)")
     assert not answer.contains(np.zeros(2), np.zeros(2))[0]
     with pytest.raises(InputError, match="none to sample from"):
         answer.sample(jax.random.key(0), 3)
-    with pytest.raises(InputError, match="this one has none"):
-        answer.safest()
+    with pytest.raises(InputError, match="there are none"):
+        answer.polytopes(jax.random.key(0)).centre()
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +157,11 @@ def test_contains_wants_matching_plans(answer, p0, k):
 @pytest.mark.slow
 def test_samples_and_projections_want_sense(answer):
     assert answer.sample(jax.random.key(0), 0).shape == (0, 4)
-    for call in (lambda: answer.sample(jax.random.key(0), -1), lambda: answer.project([0, 4])):
+    key = jax.random.key(0)
+    for call in (
+        lambda: answer.sample(key, -1),
+        lambda: answer.polytopes(key, 50).project([0, 4]),
+    ):
         with pytest.raises(InputError) as caught:
             call()
         one_sentence(caught)

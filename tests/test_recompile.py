@@ -28,7 +28,7 @@ def solve(number: int, **changes):
 @pytest.fixture(scope="module")
 def warm():
     for number in (2, 4, 8):
-        assert solve(number).found
+        assert solve(number).status.found
 
 
 def test_other_obstacles_goals_bodies_networks_and_tubes_compile_nothing(warm):
@@ -90,7 +90,7 @@ def calls_about(n_obstacles: int, more_rows: int = 0) -> dict:
         "first of solve": lambda: planner.solve(asked, KEY, Settings.fast()),
         "many samples": lambda: planner.solve(asked, KEY, SEVERAL),
         "corridors": lambda: answers.append(planner.solve(asked, KEY, COVER)),
-        "polytopes": lambda: planner.solve(asked, KEY, COVER.replace(polytopes=True)),
+        "polytopes": lambda: answers[0].polytopes(KEY, 200),
         "contains": contains,
         "sample": lambda: answers[0].sample(KEY, 20),
         "best": lambda: answers[0].best("clearance", KEY),

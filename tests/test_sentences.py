@@ -12,17 +12,21 @@ import pytest
 import toy_driven
 
 from parc_jax.answer.looks import Look
-from parc_jax.answer.statement import one_line
-from parc_jax.app.study.numbers import covering
 from parc_jax.common.spelling import rounded_down, rounded_up
-from parc_jax.drive.local import tested
+from parc_jax.drive.local.choice import FreshRuns
 from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.counts import cheaper, clopper_pearson, supported_eps
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.learning.bound.counts import (
+    NoStatement,
+    Risk,
+    cheaper,
+    clopper_pearson,
+    supported_eps,
+)
 from parc_jax.learning.bound.start_gap import StartTrial
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.proof.absence.prove_no_plan import UNDECIDED, NoPlan
-from parc_jax.statement import about_plans, about_risk, about_sensing
+from parc_jax.safe_set.corridors.stopping import Coverage
+from parc_jax.statement import about_coverage, about_plans, about_risk, about_sensing
 
 ROOT = Path(__file__).parents[1]
 BOUND = re.compile(
@@ -66,15 +70,14 @@ def sentences_of(n: int):
     eps, sure = clopper_pearson(0, n, float(DELTA)), 1 - DELTA
     share = Fraction(n, 403)
     look = Look(1, 1, DELTA)
-    yield tested.Tested(n, 0, False, eps, look, 1.0).statement(), [sure, eps], "du"
+    yield FreshRuns(n, 0, False, eps, look, 1.0).statement(), [sure, eps], "du"
     risk = about_risk(Risk(eps, eps), "a set", float(1 + eps), 0.99, DELTA)
     yield risk, [eps, 1 + eps, Fraction("0.999"), Fraction("0.99"), sure], "uuddd"
     yield about_sensing(Risk(eps, eps), DELTA), [DELTA, eps + DELTA], "uu"
-    known = {"share": 1.0, "at_least": float(share), "confidence": 0.99}
-    covered = covering(known).split("at least")[1]
+    covered = about_coverage(Coverage(1.0, float(share), 0.99, n, 0)).split("at least")[1]
     yield covered, [100 * Fraction(float(share)), Fraction("0.99")], "dd"
     none = NoPlan(UNDECIDED, 1 - share / 3, share / 3, Fraction(1))
-    yield none.statement().replace("p0", ""), [100 * share / 3], "u"
+    yield none.details().replace("p0", ""), [100 * share / 3], "u"
     trial = StartTrial(float(share), float(share) / 3)
     seen = [Fraction(str(trial.declared)), Fraction(trial.seen)]
     yield trial.statement(), seen, "uu"
@@ -107,9 +110,9 @@ def test_the_line_of_an_answer_is_at_most_what_is_covered():
     answer = toy_driven.answer()
     for n in range(50):
         least = n / 50.3
-        kept = answer.corridor_coverage._replace(at_least=least)
-        answer = replace(answer, cover=answer.cover._replace(kept=kept))
-        shown = re.search(r"at least (\S+) %", one_line(answer))[1]
+        kept = answer.coverage._replace(at_least=least)
+        answer = replace(answer, cover=answer.cover._replace(coverage=kept))
+        shown = re.search(r"at least (\S+) %", repr(answer))[1]
         assert Fraction(shown) <= 100 * Fraction(least)
 
 

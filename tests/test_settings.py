@@ -36,7 +36,6 @@ def test_replace_changes_only_what_it_names():
         {"work": 0.0},
         {"work": float("nan")},
         {"work": float("inf")},
-        {"samples_only": True, "polytopes": True},
         {"method": "paper"},
     ],
     ids=str,

@@ -18,7 +18,6 @@ from parc_jax.neuralparc.sets.support import support
 from parc_jax.proof.absence.contact_margins import corners_of
 from parc_jax.safe_set.batch.proposals import _least
 from parc_jax.safe_set.corridors.corridor import lost
-from parc_jax.safe_set.separation.segment import touching
 from parc_jax.safe_set.verdict.pointwise import row_margin
 
 SQUARE = box([0, 0], [1, 1])
@@ -31,9 +30,6 @@ WRONG = {
     "a radius that is a number": lambda: grow(HPolytope(np.eye(2), np.ones(2)), 0.1),
     "many points where one is meant": lambda: membership(SQUARE, np.zeros((3, 2))),
     "a pattern of numbers": lambda: pattern_map([np.eye(2)], [np.zeros(2)], np.zeros(0)),
-    "errors at other times": lambda: touching(
-        np.ones((4, 2)), np.ones((4, 2)), 1.0, np.ones((3, 2)), np.ones((5, 2))
-    ),
     "a slack for each row": lambda: row_margin(np.eye(2), np.ones(2), np.ones(2), np.ones(2)),
     "points of fewer obstacles": lambda: lost(
         np.ones((2, 4, 2)), ErrorBox(np.ones((4, 1, 2))), np.zeros((1, 1), int)

@@ -12,8 +12,6 @@ import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "theorems.md"
 REFERENCES = ROOT / "docs" / "references.md"
@@ -118,88 +116,3 @@ def test_every_theorem_has_a_proof_and_every_entry_an_anchor():
         assert f'<a id="{anchor}"></a>' in page, f"{name} has no anchor {anchor}"
         if name.startswith("T"):
             assert text.count("**Proof.**") == 1 and "∎" in text, f"{name} has no proof"
-
-
-def test_the_page_refers_to_its_own_entries_only():
-    page = PAGE.read_text(encoding="utf-8")
-    entries = sections(page).keys()
-    for name in set(BARE.findall(page)):
-        assert re.sub(r"(?<=\d)[a-z]$", "", name) in entries, f"the page speaks of {name}"
-
-
-SMALL = """
-<a id="t1"></a>
-
-### T1 — one
-
-(a) Something. **Proof.** Clear. ∎
-
-<a id="a7"></a>
-
-### A7 — a fault
-
-<a id="np-thm-1"></a>
-
-### [NP, Thm. 1] — of a paper
-"""
-BOOKS = "* **[NP]** A paper."
-GOOD = {
-    "a.py": "Both [T1, A7] and [T1a].",
-    "b.md": "See [NP,\n  Thm. 1] of [NP], [T1](theorems.md#t1).",
-}
-
-
-def test_a_sound_small_page_passes():
-    assert complaints(SMALL, BOOKS, GOOD, set()) == []
-
-
-BROKEN = {
-    "a theorem that does not exist": ("[T99]", "not on the page"),
-    "a fault that does not exist": ("[A8]", "not on the page"),
-    "one of several does not exist": ("[T1,\n    T98]", "not on the page"),
-    "a part that does not exist": ("[T1b]", "no part (b)"),
-    "a place that does not exist": ("[NP, Sec. IX]", "not on the page"),
-    "another spelling of a place": ("[NP Thm. 1]", "not on the page"),
-    "a paper that is not in the list": ("[RPM]", "not on the page"),
-    "a range": ("[T1-T3]", "says T1"),
-    "round brackets": ("proved (T1).", "says T1"),
-    "in prose": ("by theorem T1, clearly", "says T1"),
-    "with an addition": ("[T1 for a point]", "says T1"),
-    "a page that is not here": ("see SOUNDNESS section 5", "SOUNDNESS"),
-    "a link to nowhere": ("[T1](theorems.md#t12)", "links to #t12"),
-}
-
-
-def test_a_broken_citation_is_found():
-    missed = []
-    for case, (text, complaint) in BROKEN.items():
-        found = complaints(SMALL, BOOKS, {**GOOD, "c.py": text}, set())
-        if not found or not all(x.startswith("c.py") and complaint in x for x in found):
-            missed.append(case)
-    assert not missed, missed
-
-
-def test_an_unused_entry_is_found():
-    page = SMALL + "\n### T2 — two\n\n**Proof.** Clear. ∎\n"
-    assert complaints(page, BOOKS, GOOD, set()) == ["T2 is on the page and cited nowhere"]
-    assert complaints(page, BOOKS, GOOD, {"T2"}) == []
-
-
-def test_announced_means_written_and_not_yet_used():
-    assert complaints(SMALL, BOOKS, GOOD, {"T1"}) == [
-        "T1 is announced, and used: strike it from the list"
-    ]
-    assert complaints(SMALL, BOOKS, GOOD, {"T5"}) == ["T5 is announced, and not written"]
-
-
-def test_an_entry_that_stands_twice_is_found():
-    with pytest.raises(AssertionError, match="twice"):
-        sections(SMALL + "\n### T1 — again\n")
-
-
-def test_variables_and_numbers_are_no_citations(tmp_path):
-    path = tmp_path / "code.py"
-    path.write_text('T1 = A7[T99]  # T + 1, 0x1.A7p3, T_f, (T1)\nx = "A, b"  # [T1,\n# A7]\n')
-    text = text_of(path)
-    assert "T99" not in text and list(cited(text)) == ["T1", "A7"]
-    assert BARE.findall(CITATION.sub("", text)) == ["T1"]  # of the comment in round brackets

@@ -49,7 +49,7 @@ NETWORK = (
 SETS = (
     Fault(
         "corridor_at_the_first_knot_only",
-        "keeping.keeps",
+        "corridor.satisfies",
         "range(len(path) - n + 1)",
         "range(1)",
         "tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",
@@ -73,10 +73,10 @@ SETS = (
     ),
     Fault(
         "members_not_asked_for_the_goal",
-        "PlanSet.contains",
+        "safe_plans.members",
         "= e.reaches",
         "= np.ones(len(k), bool)",
-        "tests/answer/test_answer.py::test_membership_asks_for_goal_and_start_too",
+        "tests/answer/test_answer.py::test_membership_needs_goal_and_start_too",
     ),
     Fault(
         "looks_share_no_error",
@@ -90,17 +90,17 @@ SETS = (
     ),
     Fault(
         "volume_without_its_lower_bound",
-        "numbers.safe_volume",
-        "least_probability(cover.safe, cover.drawn, tail)",
-        "cover.safe / cover.drawn",
+        "Cover.safe_volume",
+        "least_probability(self.safe, self.drawn, tail)",
+        "self.safe / self.drawn",
         "tests/answer/test_numbers.py::test_the_volume_interval_is_clopper_pearson",
     ),
     Fault(
         "density_without_the_covered_share",
         "density_of_k",
-        "least * found._held.at_least",
-        "least",
-        "tests/answer/test_numbers.py::test_the_density_pays_for_what_the_polytopes_do_not_cover",
+        "volume[1] * answer.coverage.at_least",
+        "volume[1]",
+        "tests/answer/test_numbers.py::test_the_density_pays_for_what_the_corridors_do_not_cover",
     ),
 )
 CERTIFICATES = (

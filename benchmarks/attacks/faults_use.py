@@ -24,6 +24,13 @@ CHOSEN = (
         ),
     ),
     Fault(
+        "a_file_forgets_its_looks",
+        "_answer",
+        'meta.get("looks")',
+        "None",
+        "tests/local/test_question.py::test_a_loaded_answer_goes_on_with_its_looks",
+    ),
+    Fault(
         "looks_share_their_runs",
         "fresh_key",
         "(look.number, *words)",
@@ -32,7 +39,7 @@ CHOSEN = (
     ),
     Fault(
         "chosen_plan_may_touch",
-        "tested._judged",
+        "choice._judged",
         "reached | ~(distance > 0)",
         "reached",
         "tests/local/test_choice.py::test_nan_and_contact_are_failures",
@@ -107,7 +114,7 @@ ROBOT = (
     ),
     Fault(
         "errors_of_runs_that_were_seen",
-        "learning.prior.correct.corrected",
+        "learning.prior.identify.corrected",
         "errors[chosen], *typical",
         "truth - whole, *typical",
         "tests/prior/test_correct.py::test_errors_are_those_of_runs_that_had_not_been_seen",

@@ -222,7 +222,7 @@ VERDICTS = (
 PRUNED = (
     Fault(
         "apart_without_the_tube",
-        "apart._gap",
+        "pruning._gap",
         "size @ error.T",
         "0.0",
         (
@@ -242,7 +242,7 @@ PRUNED = (
     ),
     Fault(
         "apart_where_it_touches",
-        "apart.apart",
+        "pruning.apart",
         "(room > 0)",
         "(room > -0.2)",
         (

@@ -25,15 +25,13 @@ from benchmarks.attacks.jump_plant import (
 from parc_jax.answer.looks import Looks
 from parc_jax.common.keys import Stage, generator
 from parc_jax.common.sets.box import box
-from parc_jax.drive.local.tested import run_plan
-from parc_jax.learning.bound.by_bin import calibrate_bins
-from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.drive.local.choice import run_plan
+from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
 from parc_jax.learning.bound.counts import required_runs
-from parc_jax.learning.bound.fitting import fitted_profile
-from parc_jax.learning.bound.monitor import monitor
+from parc_jax.learning.bound.measure import Scores, scores_of
+from parc_jax.learning.bound.monitor import monitor, update
 from parc_jax.learning.bound.pipeline import bound_error, learn_profiles
-from parc_jax.learning.bound.score import Scores, scores_of
-from parc_jax.learning.bound.update import update
+from parc_jax.learning.bound.profile import fitted_profile
 from parc_jax.learning.model import trajectory_model
 from parc_jax.learning.runs.collect import collect, stream_rollouts
 from parc_jax.problem.problem import reach_avoid

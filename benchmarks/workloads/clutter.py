@@ -31,7 +31,7 @@ from parc_jax.learning.system import TimeGrid
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.safe_set.separation.moving import moving
+from parc_jax.problem.world.moving import moving
 from parc_jax.safe_set.settings import Settings
 
 COUNTS = (0, 1, 4, 8, 16, 32, 64, 128)
@@ -134,7 +134,7 @@ def corridors(planner: Planner, problem: ReachAvoid, n: int) -> tuple[list[float
         begin = time.perf_counter()
         answer = planner.solve(problem, jax.random.PRNGKey(seed), settings, at=HERE)
         seconds.append(time.perf_counter() - begin)
-        shares.append(answer.corridor_coverage.at_least)
+        shares.append(answer.coverage.at_least)
     return seconds, min(shares)
 
 

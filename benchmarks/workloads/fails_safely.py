@@ -17,6 +17,7 @@ from benchmarks.metrics import Metric, exact
 from benchmarks.result import Result, Table
 from benchmarks.workloads.lps import N, programs
 from parc_jax import checker
+from parc_jax.answer.answer import answer_data
 from parc_jax.common.lp.clarabel_hint import Hint
 from parc_jax.common.lp.solve import solve
 from parc_jax.common.lp.status import LPResult, LPStatus
@@ -44,10 +45,10 @@ def run(bench: Bench) -> Result:
         "solver_in_trouble": _solver_in_trouble(bench, model, problem),
     }
     sizes = {"samples": bench.size(50, 3), "target": 0.5}
-    options = {**sizes, "proof": False, "polytopes": True}
-    answer = Planner(model).solve(problem, bench.key(), Settings(**options))
+    answer = Planner(model).solve(problem, bench.key(), Settings(**sizes, proof=False))
+    data = answer_data(answer, answer.polytopes(bench.key(), bench.size(20_000, 500)))
     counts["arithmetic"] = _arithmetic(rng, model, problem, answer.samples, bench.size(200, 12))
-    counts["certificates"] = _certificates(rng, answer.to_json(), bench.size(20, 1))
+    counts["certificates"] = _certificates(rng, data, bench.size(20, 1))
     metrics: list[Metric] = []
     for name, (injected, wrong) in counts.items():
         metrics += [

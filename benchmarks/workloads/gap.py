@@ -24,12 +24,12 @@ from scipy.stats import beta
 
 from benchmarks.bench import Bench
 from benchmarks.cases import Case
+from benchmarks.curves import GapCurve, GapRoom
 from benchmarks.metrics import Metric, exact, metric
 from benchmarks.models import PARC, CaseModels, name_of
 from benchmarks.published import Partition, kept
 from benchmarks.rectangle_gap import narrowest_for_rectangle
 from benchmarks.result import Result, Table, percent
-from parc_jax.app.plot.gap import GapCurve, GapRoom
 from parc_jax.common.errors import InputError
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.proof.certificate.prove import prove
@@ -122,7 +122,7 @@ def run(bench: Bench) -> Result:
 
 def figure(data: dict, path) -> None:
     """Draw the curves and the narrowest gaps of `Result.data`."""
-    from parc_jax.app.plot.gap import gap
+    from benchmarks.curves import gap
 
     curves = [
         GapCurve(c["name"], *(np.array(c[n]) for n in ("slack", "share", "low", "high")))

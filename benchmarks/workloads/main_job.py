@@ -51,7 +51,7 @@ def run(bench: Bench) -> Result:
         *times("main_job.check", checked),
         exact("main_job.not_proved", found["status"] != Status.PROVED.label),
         exact("main_job.touched_inside_the_tube", max(0, replay["touched"] - replay["left_tube"])),
-        metric("main_job.safe_share", found["safe_share"]["share"], "1", "higher", rel_tol=0.2),
+        metric("main_job.safe_share", found["share"]["share"], "1", "higher", rel_tol=0.2),
     ]
     return Result(metrics, [Table("Stage by stage", ("stage", "time", "compiling"), stages)])
 

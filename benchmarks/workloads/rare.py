@@ -41,9 +41,9 @@ def run(bench: Bench) -> Result:
             begin = time.process_time()
             answer = planner.solve(slit(half), bench.key(seed), settings)
             spent.append(time.process_time() - begin)
-            if answer.found:
+            if answer.status.found:
                 found += 1
-                shares.append(answer.volume()[0] / whole())
+                shares.append(answer.share.volume[0] / whole())
         name = f"rare.half_{half:g}"
         seeds = len(spent)
         metrics += [

@@ -13,7 +13,7 @@ from benchmarks.metrics import metric, rate
 from benchmarks.result import Result, Table, milliseconds
 from benchmarks.timing import timed
 from parc_jax.common.keys import Stage
-from parc_jax.learning.runs.rows import simulate_rows
+from parc_jax.learning.runs.collect import simulate_rows
 
 BATCHES = {
     ("cpu", "ode"): (1, 256, 2048),

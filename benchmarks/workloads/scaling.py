@@ -18,6 +18,7 @@ from benchmarks.metrics import exact, metric
 from benchmarks.result import Result, Table
 from benchmarks.workloads.rare import lines, slit, whole
 from parc_jax import checker
+from parc_jax.answer.answer import answer_data
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
@@ -107,16 +108,16 @@ def _measured(work, planner: Planner, problem: ReachAvoid, bench: Bench) -> Poin
         begin = time.process_time()
         answer = planner.solve(problem, bench.key(seed), settings)
         found = time.process_time()
-        parts, asked = answer.sample_parts, answer.scene.problem
+        parts, asked = answer.certificates, answer.scene.problem
         accepted = prove(asked, answer.model, parts, answer.corridors)
         proved = time.process_time()
-        checker.check_answer(answer.to_json())
+        checker.check_answer(answer_data(answer))
         spent.append((found - begin, proved - found, time.process_time() - proved))
-        missed += answer.corridor_coverage.at_least < 1 - settings.target
+        missed += answer.coverage.at_least < 1 - settings.target
         missed += int(sum((~kept).sum() for kept in accepted))
     if work is None:
-        volume = answer.volume()
-        work = whole() / volume[0] if volume is not None and volume[0] else float("nan")
+        share = answer.share
+        work = whole() / share.volume[0] if share is not None and share.share else float("nan")
     return Point(float(work), *np.median(spent, axis=0).tolist(), len(answer.corridors), missed)
 
 

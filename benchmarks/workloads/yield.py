@@ -18,20 +18,19 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.bench import Bench
+from benchmarks.curves import Bar, shares
 from benchmarks.metrics import metric
 from benchmarks.result import Result, Skip, Table, percent
 from benchmarks.yields import Setting, Task, tasks
-from parc_jax.app.plot.shares import Bar, shares
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import clopper_pearson, least_probability
 from parc_jax.learning.bound.declared import declared_claim
-from parc_jax.learning.bound.pipeline import bound_errors
-from parc_jax.learning.bound.runs import HeldRuns
+from parc_jax.learning.bound.pipeline import HeldRuns, bound_errors
 from parc_jax.learning.bound.start_gap import try_starts
 from parc_jax.learning.bound.tube import zero_tube
-from parc_jax.learning.learn import networks
+from parc_jax.learning.learn import fit_network
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -115,14 +114,15 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
         train = learned.select(slice(0, study.rollouts))
         known = (study.hidden, study.rollouts, study.tail)
         if known not in trained:
-            trained[known] = networks(train, study, key)[0]
+            trained[known] = fit_network(train, study, key)
         net = trained[known]
         model = _without_errors(net, learned)
         if truth is None:
             truth = truly_safe(task, system, model, bench)
         runs = HeldRuns(learned.select(slice(study.rollouts, None)), holdout)
-        claims = bound_errors([net], runs, train, study, start)[0]
-        for kind, claim in zip(study.claims, claims, strict=True):
+        kinds = ("one",) if study.blocks is None else ("bins", "one")
+        claims = bound_errors([net], runs, train, study.bound.replace(claims=kinds), start)[0]
+        for kind, claim in zip(kinds, claims, strict=True):
             yield setting, kind, truth, certified(problem, model, claim, bench)
 
 

@@ -33,5 +33,5 @@ if __name__ == "__main__":
     claim = pj.bound_error(net, glider, key, eps=0.05, delta=0.05, train=runs, quiet=True)
     scene = pj.reach_avoid(pj.box([0.7, -0.3], [1.3, 0.3]), [pj.box([0.2, 0.25], [0.5, 0.5])], 0.1)
     answer = pj.Planner(pj.trajectory_model(net, claim)).solve(scene, key, pj.Settings.fast())
-    print(answer.statement())
+    print(answer.details())
     glider.close()

@@ -26,5 +26,5 @@ if __name__ == "__main__":
     )
     answer = pj.Planner(pj.trajectory_model(net, claim)).solve(scene, key, pj.Settings.fast())
     glider.close()
-    print(answer.statement())
+    print(answer.details())
     print("a safe plan (p0, k):", answer.samples[0])

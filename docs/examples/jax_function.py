@@ -59,5 +59,5 @@ if __name__ == "__main__":
     gap = pj.translation_gap(Skid(), key, starts=[[10.0, -3.0], [-400.0, 80.0]])
     print("moving the start moves the run by", gap.p, gap.q)
     answer = ask(Skid(), key)
-    print(answer.statement())
+    print(answer.details())
     print("a safe plan (p0, k):", answer.samples[0])

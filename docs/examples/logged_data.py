@@ -37,6 +37,6 @@ if __name__ == "__main__":
     model = pj.trajectory_model(net, claim)
     answer = solve(model, jax.random.PRNGKey(0))
     print(
-        answer.statement()
+        answer.details()
     )  # 150 runs do not support eps = 0.001: the statement says what they do support
     print("a safe plan (p0, k):", answer.samples[0])

@@ -85,5 +85,5 @@ if __name__ == "__main__":
     assert pj.translation_gap(puck, key, starts=[[0.5, -0.3]]).p.max() < 1e-9
     ask = runpy.run_path(str(Path(__file__).with_name("jax_function.py")))["ask"]
     answer = ask(puck, key)
-    print(answer.statement())
+    print(answer.details())
     print("a safe plan (p0, k):", answer.samples[0])

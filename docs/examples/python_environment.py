@@ -74,5 +74,5 @@ if __name__ == "__main__":
     black_box = system(workers=2)
     answer = ask(black_box, jax.random.PRNGKey(0))
     black_box.close()
-    print(answer.statement())
+    print(answer.details())
     print("a safe plan (p0, k):", answer.samples[0])

@@ -1,3 +1,3 @@
-"""What a query returns: safe plans, corridors and polytopes, what is proved of them, and what they
-are worth in words and numbers.
+"""The result of a query: safe plans and corridors, their proof, coverage and risk, in numbers and
+words.
 """

@@ -1,202 +1,179 @@
-"""The answer to a query: ask it for plans, for the sets they come from, and for what they are
-worth.
-"""
+"""The answer to a query: plans, the corridors that hold them, and what both are worth."""
 
+import html
 import json
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
 
-from parc_jax.answer import cut
-from parc_jax.answer.findings import Findings
-from parc_jax.answer.numbers import SafeShare, density_of_k, risk_of_draw, safe_share, safe_volume
+from parc_jax.answer.looks import Looks
 from parc_jax.answer.path import NominalPath, nominal_path
-from parc_jax.answer.statement import as_html, one_line, statement
-from parc_jax.answer.written import written
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
-from parc_jax.common.lp.status import LPStatus
-from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.vertices import chebyshev_center
-from parc_jax.learning.bound.risk import NoStatement, Risk
+from parc_jax.common.spelling import counted, hex_text, rounded_down
+from parc_jax.common.status import Status
+from parc_jax.learning.bound.counts import NoStatement, Risk
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import answer_part
 from parc_jax.safe_set.corridors.best import best_plan
-from parc_jax.safe_set.corridors.solid import Solid
-from parc_jax.safe_set.corridors.union import SafeUnion
+from parc_jax.safe_set.corridors.corridor import Corridor
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.found import Cover, Share
+from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_polytopes
+from parc_jax.safe_set.corridors.safe_plans import SafePlans, as_plans
+from parc_jax.safe_set.corridors.stopping import Coverage
+from parc_jax.safe_set.verdict.fits import goal_box
+from parc_jax.safe_set.verdict.infeasible import why_none
+from parc_jax.safe_set.verdict.scene import Scene, volume_of_all
+from parc_jax.statement import (
+    about_assumptions,
+    about_coverage,
+    about_doubt,
+    about_place,
+    about_plans,
+    about_pose,
+    about_risk,
+    about_sensing,
+    about_share,
+    nothing_found,
+)
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.choice import Choice
 
-CUT_AROUND = 20_000  # safe plans around which `with_polytopes` cuts
-SPREAD_OUT = 6  # dimensions of (p0, k) up to which polytopes that nobody asked for are cut
+CUT_AROUND = 20_000  # safe plans around which `polytopes` cuts
+CONFIDENCE = 0.999  # of the safe set's volume, where a density rests on it
 
 
-class Answer(Findings):
-    """What `Planner.solve` returns. All methods take and return float64 NumPy arrays.
+@dataclass(frozen=True, eq=False, repr=False)
+class Answer:
+    """The result of `Planner.solve`. All methods take and return float64 NumPy arrays.
 
     samples (n, n_p + n_k): safe starts and parameters, uniform over the safe set.
-    proved: the independent checker accepted all that is returned. refused: samples, corridors and
-    polytopes that it did not accept and that are therefore not in the answer. no_plan: when no draw
-    was safe, what branch and bound says: proved that none is, or how much is undecided.
-    doubt: what all plans withstand; `problem` and `model` are then the plain ones that allow for
-    it. pose: where the robot is, where that was asked: all plans start there, and with a heading
-    the scene is told in the robot's frame. question: all of it, as it was asked. looks: the one
-    account of tests of plans of this answer, and of whatever comes of it.
+    absence: where hardly a draw was safe, the result of branch and bound: proved that no plan is
+    safe, or how much is undecided; else None.
+    scene: the nominal problem as arrays. With uncertainty, all plans are robust to it; with a pose,
+    all start there, and with a heading the scene is in the robot's frame.
+    cover: counts, times and end of the search. looks: the one account of tests of plans of this
+    answer and of all that is derived from it. written: certificates of the samples, or a function
+    that writes them.
     """
 
+    scene: Scene
+    cover: Cover
+    samples: np.ndarray
+    written: list[dict] | Callable[[], list[dict]]
+    absence: NoPlan | None = None
+    looks: Looks = field(default_factory=Looks)
+
     def __repr__(self) -> str:
-        return f"<{one_line(self)}>"
+        return f"<{self._headline()}>"
 
     def _repr_html_(self) -> str:
-        return as_html(self)
-
-    def with_polytopes(self, key: jax.Array, n: int = CUT_AROUND) -> "Answer":
-        """This answer with its corridors cut into polytopes around n fresh safe plans, proved where
-        this answer is. Its `coverage` is that of one look at 6,000 further plans.
-
-        Corridors know no regions, polytopes do: they are many where parameters are.
-        """
-        cover, refused = cut.with_polytopes(self, key, n)
-        return replace(self, cover=cover, refused=self.refused + refused)
-
-    def in_polytopes(self) -> "Answer":
-        """This answer with safe polytopes: itself where the query cut some, else with those that
-        the first call cuts. Raises InputError beyond SPREAD_OUT dimensions of (p0, k), where
-        `with_polytopes` must be asked.
-        """
-        return self._in_polytopes
-
-    @cached_property
-    def _in_polytopes(self) -> "Answer":
-        if len(self.polytopes) or not len(self.corridors):
-            return self
-        n = self.model.n_k + (self.model.n_p if self.scene.at is None else 0)
-        if n > SPREAD_OUT:
-            raise InputError(
-                f"expected at most {SPREAD_OUT} dimensions of (p0, k) for polytopes that were not "
-                f"asked for; this answer has {n}. Use `sample`, `contains` and `best`, which need "
-                "none, or cut them with `with_polytopes`."
-            )
-        return self.with_polytopes(jax.random.PRNGKey(0))
-
-    @cached_property
-    def _solids(self) -> list[Solid]:
-        """The polytopes in the round; of an answer without any, those cut now."""
-        plans = self._in_polytopes._plans
-        if not isinstance(plans, SafeUnion):
-            return []
-        return [solid for solid in plans.solids if solid is not None]
-
-    def safe_sets(self) -> list[HPolytope]:
-        """Safe convex polytopes in (p0, k), each inside one region and one bin, redundant rows
-        removed; in k alone where all plans have one start, `scene.at`. The first call cuts them
-        where the query cut none, which may take seconds.
-        """
-        return [solid.polytope for solid in self._solids]
-
-    def volumes(self) -> np.ndarray:
-        """Volume of every polytope of `safe_sets` [units of p0 and k multiplied]; they may overlap
-        inside a region.
-        """
-        return np.array([solid.volume for solid in self._solids])
-
-    def volume(self, confidence: float = 0.99) -> tuple[float, float, float] | None:
-        """Volume of the model's safe set: estimate and Clopper-Pearson interval, in units of p0 and
-        k multiplied. Where safe plans are so rare that draws came from a place, of the part in it.
-
-        None when nothing was drawn uniformly (the published search). The interval takes the number
-        of draws as fixed.
-        """
-        return safe_volume(self.cover, confidence)
+        lines = "".join(f"<li>{html.escape(line)}</li>" for line in self.details().split("\n"))
+        return f"<b>{html.escape(self._headline())}</b><ul>{lines}</ul>"
 
     @property
-    def safe_share(self) -> SafeShare | None:
-        """Share of all (p0, k) whose first point ends in the goal's box, whatever else the goal
-        asks, or of all k from the one start, that is safe: the number to tune by. Estimate,
-        Clopper-Pearson interval as of `volume`, and what the tube alone leaves. Of an answer around
-        a place only what is safe in it is counted. None as of `volume`.
+    def problem(self) -> ReachAvoid:
+        """The nominal problem, which allows for all uncertainty; `scene.asked.question` has the
+        problem as it was posed.
         """
-        return safe_share(self)
+        return self.scene.asked.problem
 
-    def contains(self, p0, k, of: Literal["polytopes", "corridors"] | None = None) -> np.ndarray:
-        """Which plans are safe by what was found.
+    @property
+    def model(self) -> TrajectoryModel:
+        """The model of the nominal problem."""
+        return self.scene.asked.model
+
+    @property
+    def corridors(self) -> Sequence[Corridor]:
+        """One separating direction per obstacle and interval each: every plan that satisfies one
+        and ends in the shrunken goal is safe, in every region of the network. [T27]
+        """
+        return self.cover.corridors
+
+    @cached_property
+    def certificates(self) -> list[dict]:
+        """Of the samples, written on first use."""
+        return self.written() if callable(self.written) else self.written
+
+    @property
+    def status(self) -> Status:
+        """Safe plans proved or bounded, none exists (proved), or none found."""
+        if len(self.samples) + len(self.corridors):
+            return Status.PROVED if self.cover.proved else Status.BOUNDED
+        absent = self.absence is not None and self.absence.kind == PROVED
+        return Status.NO_PLAN if absent else Status.NOT_FOUND
+
+    @property
+    def coverage(self) -> Coverage:
+        """Share of the model's safe set that the corridors hold: estimate, lower confidence bound,
+        counts behind them.
+        """
+        return self.cover.coverage
+
+    @property
+    def share(self) -> Share | None:
+        """Share of all (p0, k) whose first point ends in the goal's box, or of all k from the one
+        start, that is safe: the number to tune by; with the volume of the safe set. Where draws
+        were made in a place, only plans in it count. None when nothing was drawn uniformly.
+        """
+        return self.cover.share
+
+    @cached_property
+    def _corridors(self) -> Corridors:
+        return Corridors(self.model.tube, self.cover.corridors)
+
+    @cached_property
+    def _plans(self) -> SafePlans:
+        return SafePlans(self.scene, self._corridors, self.cover.within)
+
+    def contains(self, p0, k) -> np.ndarray:
+        """Which plans are shown safe by a corridor.
 
         p0: (b, n_p) [m] starts. k: (b, n_k) parameters.
-        of: "polytopes", inside one of them; "corridors", keeps to one of them; None, of what
-            `sample` draws from: polytopes, without any corridors.
-
         Returns bool (b,). Raises InputError.
         """
-        plans = {
-            None: lambda: self._plans,
-            "polytopes": lambda: SafeUnion(self.scene, list(self.cover.polytopes)),
-            "corridors": lambda: self._kept,
-        }
-        if of not in plans:
-            raise InputError(
-                f'contains: expected of="polytopes" or of="corridors"; got {of!r:.40}. Leave it '
-                "out for what `sample` draws from."
-            )
-        return plans[of]().contains(*self._given("contains", p0, k))
-
-    def _given(self, name: str, p0, k) -> tuple[np.ndarray, np.ndarray]:
-        try:
-            p0, k = np.atleast_2d(np.asarray(p0, float)), np.atleast_2d(np.asarray(k, float))
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{name}: expected numbers; {error}.") from None
-        if p0.shape[1:] != (self.model.n_p,) or k.shape != (len(p0), self.model.n_k):
-            raise InputError(
-                f"{name}: expected p0 (b, {self.model.n_p}) and k (b, {self.model.n_k}); got "
-                f"{p0.shape}, {k.shape}."
-            )
-        return p0, k
-
-    def path(self, p0, k) -> NominalPath:
-        """Where the plan p0 (n_p,), k (n_k,) is predicted to go, with times and tube; in the frame
-        of `model`, whose points, under a doubt of execution or heading, are copies of the robot's.
-
-        Raises InputError for a plan outside of K. `save` writes it as .csv or .json.
-        """
-        starts, values = self._given("path", p0, k)
-        if len(starts) != 1:
-            raise InputError(f"path: expected one plan; got {len(starts)}. Ask one at a time.")
-        return nominal_path(self.model, starts[0], values[0])
+        return self._plans.contains(*as_plans("contains", self.model, p0, k))
 
     def sample(self, key: jax.Array, n: int) -> np.ndarray:
-        """n plans (n, n_p + n_k) drawn uniformly from the union of `polytopes`; without any, from
-        all plans that are safe by one of `corridors`. Consumes `key`.
+        """n plans (n, n_p + n_k) drawn uniformly from all that the corridors hold. Consumes `key`.
+        Raises InputError.
         """
         if n < 0:
             raise InputError(f"sample: expected a number of plans >= 0; got {n}.")
         return self._plans.sample(generator(key), n)
 
-    def project(self, dims) -> list[np.ndarray]:
-        """Vertices (v, len(dims)) of every safe polytope projected onto coordinates of (p0, k), for
-        plots. Polytopes are cut on first use where the query cut none.
+    def path(self, p0, k) -> NominalPath:
+        """The predicted path of the plan p0 (n_p,), k (n_k,), with times and tube; in the frame of
+        `model`, whose points, under uncertainty of execution or heading, are copies of the robot's.
+
+        Raises InputError for a plan outside of K. `save` writes it as .csv or .json.
         """
-        n = self.model.n_p + self.model.n_k
-        if not all(0 <= d < n for d in dims):
-            raise InputError(
-                f"project: expected coordinates of (p0, k), 0 to {n - 1}; got {list(dims)}."
-            )
-        return [solid.vertices[:, list(dims)] for solid in self._solids]
+        starts, values = as_plans("path", self.model, p0, k)
+        if len(starts) != 1:
+            raise InputError(f"path: expected one plan; got {len(starts)}. Ask one at a time.")
+        return nominal_path(self.model, starts[0], values[0])
 
     def best(self, objective="clearance", key: jax.Array | None = None) -> tuple[np.ndarray, float]:
-        """The plan (n_p + n_k,) of the safe set with the largest objective found, and its value: of
-        all that corridors hold, where there are any, which is more than their polytopes do.
+        """The plan (n_p + n_k,) that the corridors hold with the largest objective found, and its
+        value.
 
         objective: "clearance" [m]; "room", the least of clearance and of the margins of goal and
-        start; a vector c for the linear c . (p0, k), exact at a vertex of `polytopes`; or a JAX
-        function of p0 (n_p,), k (n_k,). A hand-picked k has no probabilistic statement: see
-        `risk`.
+        start; a vector c for the linear c . (p0, k); or a JAX function of p0 (n_p,), k (n_k,). A
+        hand-picked k has no probabilistic statement: see `risk`. Raises InputError.
         """
-        named = callable(objective) or isinstance(objective, str)
-        plans = self._kept if named and len(self.corridors) else self._plans
-        return best_plan(plans, objective, generator(jax.random.PRNGKey(0) if key is None else key))
+        rng = generator(jax.random.PRNGKey(0) if key is None else key)
+        return best_plan(self._plans, objective, rng)
 
     def choose(
         self,
@@ -208,83 +185,249 @@ class Answer(Findings):
     ) -> "Choice":
         """The one plan that is driven: the best for an objective, as in `best`. [T23]
 
-        Its `statement()` says what is known of this plan without new runs; `Choice.run` and
-        `Choice.claim_near` make runs, and each is a look. delta, looks: error probability of all
-        looks at plans of this answer together, and how many there may be, 1e-3 and one unless the
-        first choice declares others; kept by later ones, by this answer in polytopes and by its
-        file. Raises InputError.
+        Its `details()` has the sentences about this plan without new runs; `Choice.test` and
+        `Choice.localise` make runs, and each is a look.
+
+        delta, looks: error probability of all looks at plans of this answer together, and how many
+        there may be; 1e-3 and one unless the first choice declares others. Later choices and the
+        answer's file keep them. Raises InputError.
         """
-        if self.doubt is not None:
+        if self.scene.asked.doubt is not None:
             raise InputError(
                 "choose: expected an answer without doubt, for its sentences are about one plan "
                 "driven exactly; solve the same problem with doubt=None and choose from that."
             )
         account = self.looks.declare(delta, looks)
         plan, value = self.best(objective, key)
-        from parc_jax.drive.local.choice import (
-            Choice,  # it trains: whoever only asks needs no trainer
+        # a late import, since a choice can train: a query alone loads no trainer
+        from parc_jax.drive.local.choice import Choice
+
+        return Choice(plan, value, self.scene, account)
+
+    def polytopes(self, key: jax.Array, n: int = CUT_AROUND) -> Polytopes:
+        """The corridors cut into safe convex polytopes of (p0, k) around n fresh safe plans, proved
+        where this answer is; for pictures, and for other optimisers. [T29, T31]
+
+        Their number, and the work, grow fast with the parameters: corridors cross regions of the
+        network, polytopes do not. n: plans drawn. Consumes `key`.
+        """
+        cover = self.cover
+
+        def accepts(polytopes: list) -> np.ndarray:
+            return prove(self.problem, self.model, [], (), polytopes)[2]
+
+        return cut_polytopes(
+            self.scene,
+            self._corridors,
+            key,
+            n,
+            within=cover.within,
+            confidence=cover.coverage.confidence,
+            accepts=accepts if cover.proved else None,
         )
 
-        return Choice(plan, value, self.scene, account, self.solve)
-
-    def safest(self) -> tuple[np.ndarray, float]:
-        """Centre (n_p + n_k,) and radius of the largest ball, in (p0, k) units, inside one safe
-        polytope.
-
-        Its radius is room for state-estimation and command error: every plan in the ball is safe.
-        """
-        balls = [chebyshev_center(s) for s in self.safe_sets()]
-        known = [(b.center, float(b.radius)) for b in balls if b.status == LPStatus.FEASIBLE]
-        if not known:
-            raise InputError("safest: expected an answer with safe polytopes; this one has none.")
-        return max(known, key=lambda ball: ball[1])
-
     def share_of_k(self) -> float:
-        """At least so much of K has a start in what `sample` draws from: Pi(T) from below, with
-        99.9 % confidence. Starts are tried for a few ends in the goal alone, so where plans end in
-        many places it may be far below the share; `contains` tells of single k. The first call
-        tries thousands of k.
+        """Lower bound of the share of K that has a start in the corridors, Pi(T), with 99.9 %
+        confidence. Only a few ends in the goal are tried, so it may be far below the share. The
+        first call tries thousands of k.
         """
         return self._share_of_k
 
     @cached_property
     def _share_of_k(self) -> float:
-        share = self._plans.share_of_k()
-        return share if self.doubt is None else share * self.doubt.share_of_k(self.model.domain)
-
-    @property
-    def density(self) -> float:
-        """Upper bound W of the density of k, relative to uniform on K, when plans are drawn by
-        `sample`. Else infinite. [T34]
-
-        Per unit of k a bin offers at most the box of end points in the goal less its error;
-        `sample` spreads over the whole union, whose volume is at least the lower bound of the safe
-        set's times the covered share.
-        """
-        return density_of_k(self)
+        share, doubt = self._plans.share_of_k(), self.scene.asked.doubt
+        return share if doubt is None else share * doubt.share_of_k(self.model.domain)
 
     def risk(self) -> Risk | NoStatement:
-        """What the claim promises for a plan drawn by `sample`: uniformly from the safe polytopes,
-        or without any from all that the corridors hold. [T5, T18, T34]
+        """The claim's bound for a plan drawn by `sample`. [T5, T18, T34]
 
-        The density of such k relative to the claim's uniform law is at most `density`. For another
-        law over k use `model.claim.risk`: with k itself uniform on the certified k-set,
-        `share=answer.share_of_k()`.
+        Rests on `density_of_k`. For another law over k use `model.claim.risk`: with k uniform on
+        the certified k-set, `share=answer.share_of_k()`.
         """
-        return risk_of_draw(self)
+        if not len(self.corridors):
+            return NoStatement("there is no safe set to draw k from")
+        claim = self.model.claim
+        promised = claim.risk(density=1.0)
+        if isinstance(promised, NoStatement):
+            return promised
+        law = claim.law.k_law
+        if law != "uniform":
+            return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
+        density = density_of_k(self)
+        if not np.isfinite(density):
+            return NoStatement("how much of the safe set they cover was not measured")
+        return claim.risk(density=density)
 
-    def statement(self) -> str:
-        """The two sentences: (C) what is proved of the model and its tube, (E) what is known of the
-        tube.
+    def _headline(self) -> str:
+        name = self.model.system or "unnamed system"
+        if not self.status.found:
+            return f"Answer for {name}: {self.status}"
+        share = (
+            f"at least {rounded_down(100 * self.coverage.at_least, 3)} % of the model's safe set"
+        )
+        if self.cover.within is not None:
+            share += " around what a search found"
+        counts = counted(len(self.samples), "plan"), counted(len(self.corridors), "corridor")
+        return f"Answer for {name}: {self.status}, {', '.join(counts)}, {share}"
+
+    def summary(self) -> str:
+        """The answer in a few lines: status, share of plans that are safe, coverage, risk, and the
+        assumptions that it rests on. `details` has all sentences.
         """
-        return statement(self)
+        cover, asked = self.cover, self.scene.asked
+        lines = [f"{self._headline()}.", f"Status: {self.status.text}."]
+        if self.status.found:
+            share = about_share(
+                self.share,
+                cover.safe,
+                from_here=self.scene.at is not None,
+                around=cover.within is not None,
+            )
+            held = about_coverage(self.coverage)
+            lines.append(f"Safe: {share}.")
+            lines.append(f"{counted(len(self.corridors), 'corridor').capitalize()}: {held}.")
+            if cover.refused:
+                lines.append(f"Refused by the checker, and left out: {cover.refused:,}.")
+            lines.append(self._about_draw())
+        elif self.absence is not None:
+            lines.append(self.absence.details())
+        if cover.ended is not None:
+            lines.append(cover.ended.sentence)
+        if asked.pose is not None:
+            lines.append(about_pose(asked.pose.place, asked.pose.heading))
+        if asked.doubt is not None:
+            lines.append(f"Robust to: {asked.doubt.words}.")
+        return "\n".join([*lines, about_assumptions(self.model.claim.premises)])
 
-    def to_json(self) -> dict:
-        """The answer as certificates; numbers are strings, nothing in it has to be trusted but the
-        tube.
+    def details(self, polytopes: Polytopes | None = None) -> str:
+        """All sentences: (C) the proof about the model and its tube, (E) the bound of the tube's
+        error, the risk of a drawn plan.
+
+        polytopes: of this answer, to be included in (C).
         """
-        return written(self)
+        ended, doubt, absence = self.cover.ended, self.scene.asked.doubt, self.absence
+        if self.status.found:
+            robust = [] if doubt is None else [about_doubt(doubt.words)]
+            lines = [f"(C) {self._about_plans(polytopes)}", *self._about_tube(robust)]
+            lines.append(self._about_draw())
+        elif absence is not None:
+            lines = [absence.details(), *self._about_tube(())]
+            if absence.ended is ended:  # which the sentence of the proof has already
+                return "\n".join(lines)
+        else:
+            none = nothing_found(why_none(self.scene))
+            lines = [none if doubt is None else doubt.of_none(none)]
+        return "\n".join(lines if ended is None else [*lines, ended.sentence])
 
-    def save(self, path) -> Path:
-        """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it."""
-        return write_atomic(path, json.dumps(self.to_json(), separators=(",", ":")).encode())
+    def _about_plans(self, polytopes: Polytopes | None) -> str:
+        cut = 0 if polytopes is None else len(polytopes)
+        counts = len(self.samples), cut, len(self.corridors)
+        text = about_plans(*counts, self.cover.proved)
+        if self.cover.within is None:
+            return text
+        k_lo, k_hi = (side[-self.model.n_k :] for side in self.cover.within.box)
+        return f"{text}\n{about_place(k_lo, k_hi)}"
+
+    def _about_tube(self, robust: Sequence[str]) -> list[str]:
+        pose = self.scene.asked.pose
+        here = [] if pose is None else [about_pose(pose.place, pose.heading)]
+        return [*here, *robust, f"(E) {self.model.claim.statement()}"]
+
+    def _about_draw(self) -> str:
+        risk, doubt = self.risk(), self.scene.asked.doubt
+        density = None if isinstance(risk, NoStatement) else density_of_k(self)
+        measured, delta = self.coverage.confidence, self.model.claim.delta
+        text = about_risk(risk, "all that the corridors hold", density, measured, delta)
+        if doubt is not None and doubt.sensing_eps:
+            text = f"{text} {about_sensing(risk, doubt.sensing_eps)}"
+        return text
+
+    def save(self, path, polytopes: Polytopes | None = None) -> Path:
+        """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it.
+
+        polytopes: of this answer, whose certificates go into the file; the checker verifies them,
+        and `load_answer` returns the answer without them. Raises InputError for another answer's.
+        """
+        data = answer_data(self, polytopes)
+        return write_atomic(path, json.dumps(data, separators=(",", ":")).encode())
+
+
+def density_of_k(answer: Answer) -> float:
+    """Upper bound W of the density of k, relative to uniform on K, of a plan drawn by
+    `Answer.sample`; infinite where nothing bounds it. [T34]
+
+    Per unit of k a bin offers at most the box of end points in the goal less its error; `sample`
+    spreads over all that the corridors hold, whose volume is at least the lower bound of the safe
+    set's times the covered share.
+    """
+    volume = answer.cover.safe_volume(CONFIDENCE)
+    if volume is None:
+        return np.inf
+    held = volume[1] * answer.coverage.at_least
+    if not held > 0:
+        return np.inf
+    scene, doubt = answer.scene, answer.scene.asked.doubt
+    ends = 1.0
+    if scene.at is None:  # else k alone is drawn
+        least, most = answer.model.tube.end_extent
+        with np.errstate(invalid="ignore"):  # bins without claim are NaN
+            sides = (scene.z_hi - most) - (scene.z_lo - least)
+            ends = np.nanmax(np.prod(np.maximum(sides, 0), axis=1))
+    k_volume = answer.model.domain.volume if doubt is None else doubt.k_volume
+    return float(k_volume * ends / held)
+
+
+def volume_of_plans(scene: Scene) -> float:
+    """Volume of all plans that a query is about, before tube or uncertainty take anything off: of K
+    times the goal's box, or of K alone where there is one start. [T15]
+    """
+    asked = scene.asked
+    if asked.doubt is None or asked.question is None:
+        return volume_of_all(scene)
+    volume = asked.doubt.volume_of_k(asked.model.domain)
+    if scene.at is not None:
+        return volume
+    lo, hi = goal_box(asked.question.problem.goal, asked.question.model.layout)
+    return volume * float(np.prod((hi - lo)[: asked.model.n_p]))
+
+
+def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
+    """The content of answer.json: certificates with numbers as strings, of which only the tube has
+    to be trusted. polytopes: as of `Answer.save`.
+    """
+    if polytopes is not None and polytopes.scene is not answer.scene:
+        raise InputError(
+            "save: expected polytopes of this answer; got those of another. Cut them with "
+            "`answer.polytopes(key)`."
+        )
+    cover, asked = answer.cover, answer.scene.asked
+    meta: dict = {
+        "status": answer.status.label,
+        "ended": None if cover.ended is None else cover.ended.label,
+        "statement": answer.details(polytopes),
+        "counts": {"drawn": cover.drawn, "reaching": cover.reaching, "safe": cover.safe},
+        "volume_drawn": cover.volume,
+        "volume_of_all": cover.total_volume,
+        "coverage": cover.coverage._asdict(),
+    }
+    if polytopes is not None:
+        meta["polytope_coverage"] = polytopes.coverage._asdict()
+    if cover.within is not None:
+        meta["within"] = [hex_text(side) for side in cover.within]
+    if asked.doubt is not None:
+        meta["doubt"] = asked.doubt.to_json()
+    if answer.scene.at is not None:
+        meta["at"] = hex_text(answer.scene.at)
+    if answer.looks.delta is not None:
+        meta["looks"] = answer.looks.to_json()
+    if asked.pose is not None:
+        meta["pose"] = [*asked.pose.place.tolist(), asked.pose.heading]
+    return answer_part(
+        answer.problem,
+        answer.model,
+        answer.certificates,
+        answer.corridors,
+        () if polytopes is None else polytopes.all,
+        no_plan=None if answer.absence is None else answer.absence.certificate,
+        meta=meta,
+    )

@@ -17,7 +17,7 @@ from parc_jax.common.options import check_count
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.counts import as_probability
 
-DELTA = Fraction(1, 1000)  # of all looks together, where nobody says another
+DELTA = Fraction(1, 1000)  # of all looks together, by default
 
 
 class Look(NamedTuple):
@@ -29,9 +29,9 @@ class Look(NamedTuple):
 
 
 class Looks:
-    """The account of the looks at one answer and at all that comes of it: its polytopes, choices
-    and local claims hold this very object. It is the one thing here that remembers: a look is spent
-    when its runs are made, whatever they show.
+    """The account of the looks at one answer and at all that is derived from it: choices and local
+    claims hold this very object. It is mutable by design: a look is spent when its runs are made,
+    with every outcome.
 
     delta: error probability of all looks together, None until `declare`. planned: how many may be
     taken. taken: how many were.
@@ -103,12 +103,12 @@ def fresh_key(key: jax.Array, look: Look, *about: np.ndarray) -> jax.Array:
     """A key for the runs of one look at `about` (plan, box): its streams meet neither those of
     `key` nor those of another look, nor those of a look at anything else.
 
-    A choice that depends on earlier runs needs runs that these do not tell anything of, not even
-    through a shared disturbance.
+    A choice that depends on earlier runs needs runs that are independent of them, down to the
+    disturbances.
     """
     arrays = [np.atleast_1d(np.asarray(x, np.float64)) for x in about]
     words = np.frombuffer(bytes.fromhex(content_hash(*arrays)[:32]), ">u4")
-    own = stream(key, Stage.DRIVEN)
+    fresh = stream(key, Stage.DRIVEN)
     for word in (look.number, *words):
-        own = jax.random.fold_in(own, int(word))
-    return own
+        fresh = jax.random.fold_in(fresh, int(word))
+    return fresh

@@ -17,8 +17,8 @@ from parc_jax.learning.runs.files import write_atomic
 
 @dataclass(frozen=True)
 class NominalPath:
-    """What the model says of one plan, in float64, and how far a run inside the tube may be from
-    it. It is a prediction, no verdict.
+    """The model's prediction for one plan, in float64, and the distance that a run inside the tube
+    may have from it. It is no verdict.
 
     times (T + 1,) [s]. places (T + 1, points, n_p) [m]: of each reference point at these times;
     between them the prediction is straight. q (n_q,): the other goal states at the end.
@@ -80,9 +80,9 @@ def nominal_path(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> Nomin
     lo, hi = model.domain.lo, model.domain.hi
     if not (np.isfinite(p0).all() and (k >= lo).all() and (k <= hi).all()):
         box = " x ".join(f"[{a:g}, {b:g}]" for a, b in zip(lo, hi, strict=True))
-        told = ", ".join(f"{x:g}" for x in (*p0, *k))
+        plan = ", ".join(f"{x:g}" for x in (*p0, *k))
         raise InputError(
-            f"path: expected a plan with k in {box}, of which the model knows; got {told}."
+            f"path: expected a plan with k in {box}, where the model is defined; got {plan}."
         )
     offsets, q = trajectories(model.net, model.layout, k[None])
     during, at_end = (half[0] for half in model.tube.widest_at(k[None]))

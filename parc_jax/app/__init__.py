@@ -1,1 +1,1 @@
-"""What people use: files, figures, pages, studies, the shell."""
+"""The user's side: files, figures, pages, studies, the shell."""

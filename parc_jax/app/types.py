@@ -1,5 +1,5 @@
-"""What comes back and what may be asked with, by its class, for annotations and `isinstance`: each
-is made by the function that its own docstring names.
+"""Classes of arguments and results, for annotations and `isinstance`: the docstring of each names
+the function that makes it.
 """
 
 from parc_jax.answer.answer import Answer
@@ -8,10 +8,10 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.status import Ended, Status
 from parc_jax.drive.local.choice import Choice
+from parc_jax.learning.bound.asked import AccelerationBound, SpeedBound
 from parc_jax.learning.bound.claim import ErrorClaim
-from parc_jax.learning.bound.intersample import AccelerationBound, SpeedBound
+from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.monitor import Monitor
-from parc_jax.learning.bound.risk import NoStatement, Risk
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork

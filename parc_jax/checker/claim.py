@@ -6,10 +6,12 @@ was seen, is the file's word. That the numbers follow from each other is checked
 that are rounded against the claim; no other premise is marked checked.
 """
 
+from typing import Any
+
 from .exact import array, decimal, fields, integers, need, number, whole
 
 SHOWN = "pac"  # the one kind of claim with evidence
-COUNTS = ("failed", "all", "rows")
+COUNTS = ("failed", "all", "rows", "left out")
 NUMBERS = ("n", "discard", "looks", "eps", "delta", "bin_eps", "evidence")  # without: not checked
 MAX_RUNS = 10**9 - 1  # in a block
 MAX_DISCARDS = 1 << 20  # in all blocks together, and looks
@@ -17,7 +19,7 @@ BITS = 128  # of a rounded number, at least
 ONE = 1 << BITS
 MAX_SHIFT = 1 << 13  # beyond 2^-8192 a probability counts as that
 CHECKED, MEASURED, ASSUMED = "checked", "measured", "assumed"  # the standings of a premise
-K_LAW = {"uniform": "uniform on K", "logged": "as in the log", "given": "as it was given"}
+K_LAW = {"uniform": "uniform on K", "logged": "as in the log"}
 NOT_STATED = "not stated"
 MAX_PREMISES = 500  # assumptions of a claim
 LONGEST = 500  # characters of a name or value that are printed
@@ -33,7 +35,9 @@ def checked_claim(claim, hashes, n_bins, domain=None, dt=None):
     need(claim["network_hash"] == hashes["network"], "the claim is about another network")
     need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
     pac = claim.get("kind") == SHOWN
-    found = arithmetic_of(claim, n_bins) if pac else {"checked": False, "says": "", "premises": []}
+    found: dict[str, Any] = (
+        arithmetic_of(claim, n_bins) if pac else {"checked": False, "says": "", "premises": []}
+    )
     K = corners_of(claim)
     need(None in (K, domain) or K == domain, "the claim is about another domain")
     step = [number(x) for x in listed(at(claim, "subject"), "time")][:1]
@@ -92,13 +96,14 @@ def stated_premises(claim: dict) -> list:
     needed = {
         "law": at(claim, "quantifier"),
         "K": " x ".join(box) or None,
-        "k": None if k_law is None else K_LAW.get(text(k_law), f"by {k_law}"),
+        "k": None if k_law is None else K_LAW.get(text(k_law), by_law(k_law)),
         "failed": at(evidence, "failed"),
     }
     more = {
         "all": None if claim.get("bin_eps") is None else at(claim, "n"),
         "rows": at(evidence, "rows"),
         "recordings": at(evidence, "recordings"),
+        "left out": at(evidence, "left_out"),
         "eps asked": at(evidence, "eps_asked"),
         "not drawn": ", ".join(map(text, listed(evidence, "not_drawn"))) or None,
     }
@@ -117,7 +122,12 @@ def stated_premises(claim: dict) -> list:
     return found
 
 
-def corners_of(claim):
+def by_law(word: str) -> str:
+    """How k was drawn, of a law that has no words of its own."""
+    return f"{'as' if word.startswith('given') else 'by'} {word}"
+
+
+def corners_of(claim: dict) -> tuple | None:
     """(lo, hi) of the K of a claim, or None where it states none."""
     K = at(claim, "subject", "domain")
     if K is None:
@@ -128,7 +138,7 @@ def corners_of(claim):
     return lo, hi
 
 
-def at(part, *names):
+def at(part: Any, *names: str):
     """A field inside of fields, or None where there is none."""
     for name in names:
         if part is None:
@@ -138,19 +148,19 @@ def at(part, *names):
     return part
 
 
-def listed(part, name):
+def listed(part: Any, name: str) -> list:
     """A field that is a list, an empty one where there is none."""
     value = at(part, name)
     return [] if value is None else array(value)
 
 
-def text(value):
+def text(value: Any) -> str:
     """The value, if it is a text."""
     need(type(value) is str, "a premise of the claim is not a text")
     return value
 
 
-def escaped(value):
+def escaped(value: object) -> str:
     """The value of a premise, fit for a terminal."""
     value = str(value).encode("unicode_escape").decode()
     return value if len(value) <= LONGEST else f"{value[:LONGEST]}... ({len(value)} characters)"

@@ -1,1 +1,1 @@
-"""What a robot does with it: the plan that is driven, local claims, episodes, a C header."""
+"""Use of an answer by a robot: a tested plan, local claims, episodes, a C header."""

@@ -13,10 +13,14 @@ from parc_jax.common import struct
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
-from parc_jax.learning.bound.claim import ErrorClaim, check_claim, check_network, derived
-from parc_jax.learning.bound.claim_file import claim_from_json
-from parc_jax.learning.bound.tube import Tube
-from parc_jax.learning.bound.tube_file import tube_arrays, tube_from_arrays
+from parc_jax.learning.bound.claim import (
+    ErrorClaim,
+    check_claim,
+    check_network,
+    claim_from_json,
+    derived,
+)
+from parc_jax.learning.bound.tube import Tube, tube_arrays, tube_from_arrays
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network

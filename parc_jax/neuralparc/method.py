@@ -4,9 +4,9 @@ import time
 from dataclasses import dataclass
 
 import jax
-import numpy as np
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.keys import generator
 from parc_jax.common.status import Ended
 from parc_jax.neuralparc.cells import cells_outward
 from parc_jax.neuralparc.scene import paper_scene
@@ -30,12 +30,8 @@ class Published:
 
     lps: bool = False
 
-    def search(
-        self, scene: Scene, key: jax.Array, rng: np.random.Generator, settings: Settings
-    ) -> tuple[Cover, None]:
-        """A cover without corridors; only what the exact verdict accepts too is kept. Draws from
-        `key`; `rng` is not used.
-        """
+    def search(self, scene: Scene, key: jax.Array, settings: Settings) -> tuple[Cover, None]:
+        """A cover without corridors, of plans that the exact verdict accepts. Consumes `key`."""
         if scene.at is not None:
             raise InputError(
                 "at: expected the exact engine for plans from one place; the published search "
@@ -58,9 +54,8 @@ class Published:
             safe=len(seen.k),
             volume=float("nan"),
             points=seen,
-            kept=none,
             coverage=none,
             first_sample_s=time.perf_counter() - begin if len(seen.k) else None,
             ended=Ended.TARGET if len(seen.k) else Ended.WORK,
         )
-        return found, None
+        return found.pick(generator(key), settings.samples), None

@@ -22,10 +22,9 @@ DRAWN = 2048  # plans of the corridors
 def region_verdicts(answer, table: RegionTable) -> np.ndarray:
     """Verdict (r,) of each region of a table of the answer's network, as `OfRegion`.
 
-    SAFE: a returned sample lies in it, or the inner point of a safe polytope; where there are no
-    polytopes, a corridor's own plan, or one drawn from all. UNREACHABLE: the backward reachable set
-    is proved empty in every bin of the tube that the region meets; this is asked for robots of one
-    reference point only. NOT_FOUND: neither. Raises InputError.
+    SAFE: a returned sample lies in it, the plan of a corridor, or one drawn from all. UNREACHABLE:
+    the backward reachable set is proved empty in every bin of the tube that the region meets, which
+    is tried for robots of one reference point only. NOT_FOUND: neither. Raises InputError.
     """
     model, problem = answer.model, answer.problem
     if table.net.hash != model.net.hash:
@@ -33,9 +32,9 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
             "regions: expected the regions of the answer's network; these belong to another one."
         )
     verdict = np.full(table.count, int(OfRegion.NOT_FOUND))
-    known = [*answer.samples[:, model.n_p :], *(p.k for p in answer.polytopes or answer.corridors)]
-    if not answer.polytopes and answer.corridors:
-        with suppress(InputError):  # too small a set for draws: the corridors' own plans tell
+    known = [*answer.samples[:, model.n_p :], *(c.k for c in answer.corridors)]
+    if answer.corridors:
+        with suppress(InputError):  # too small a set for draws: the plans of the corridors remain
             known += [*answer.sample(jax.random.PRNGKey(0), DRAWN)[:, model.n_p :]]
     found = table.locate(np.reshape(known, (len(known), model.n_k)))
     verdict[found[found >= 0]] = OfRegion.SAFE

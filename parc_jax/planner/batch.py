@@ -19,8 +19,7 @@ from parc_jax.problem.robust.question import Plain
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
-from parc_jax.safe_set.batch.estimate import along_fan
-from parc_jax.safe_set.batch.proposals import PROPOSED, Best
+from parc_jax.safe_set.batch.proposals import PROPOSED, Best, along_fan
 from parc_jax.safe_set.batch.run import make_pool, rewarm_many, run, search_many
 from parc_jax.safe_set.batch.stack import SizeClass, check_stack, stack_problems
 from parc_jax.safe_set.verdict.near import near_scene
@@ -41,7 +40,7 @@ class BatchAnswer(NamedTuple):
     draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None
         when not asked.
     seconds: of layout, search and proof, apart.
-    answers: full answers, with safe polytopes, of the problems that were asked for, by row.
+    answers: full answers of the problems in `whole`, by row.
     """
 
     found: np.ndarray
@@ -132,8 +131,7 @@ def problem_of(problems: Problems, row: int) -> ReachAvoid:
     """One problem of a batch, for `Planner.solve`. Raises InputError for stacked arrays."""
     if isinstance(problems, SceneArrays):
         raise InputError(
-            "solve_batch: proof and polytopes need problems or BoxScenes; stacked arrays spell "
-            "none."
+            "solve_batch: proof and answers need problems or BoxScenes; stacked arrays spell none."
         )
     return problems.problem(row) if isinstance(problems, BoxScenes) else problems[row]
 

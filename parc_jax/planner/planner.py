@@ -12,7 +12,7 @@ from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, as_key
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.learning.model import TrajectoryModel, check_model
-from parc_jax.learning.system import check_system
+from parc_jax.learning.system import System, check_system
 from parc_jax.planner.batch import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.planner.prepared import Prepared
 from parc_jax.problem.problem import ReachAvoid
@@ -25,7 +25,8 @@ from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import SceneArrays
 
 if TYPE_CHECKING:
-    from parc_jax.drive.local.refine import Refine, Refined
+    from parc_jax.drive.local.localise import Local
+    from parc_jax.drive.local.refine import Refined
 
 COLD_WORK = 0.03  # two looks, with corridors between: `warm_up` wants the compiled programs alone
 
@@ -55,7 +56,7 @@ class Planner:
     def solve(
         self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None, *, at=None
     ) -> Answer:
-        """The safe set of one problem: samples, corridors and polytopes, with certificates.
+        """The safe set of one problem: samples and corridors, with certificates.
 
         problem: from `reach_avoid` or `load_problem`; every plan of the answer withstands its
         doubt. key: from `jax.random`; its SEARCH stream is used. settings: sizes, work and
@@ -82,7 +83,7 @@ class Planner:
         return self._prepare(question(problem, self.model, at))
 
     def _prepare(self, asked: Question) -> Prepared:
-        return Prepared(near_scene(asked.plain(self._under_doubt)), answer_to)
+        return Prepared(near_scene(asked.plain(self._under_doubt)))
 
     def warm_up(
         self,
@@ -104,36 +105,57 @@ class Planner:
     def refine(
         self,
         problem: ReachAvoid,
-        system,
+        system: System,
         key: jax.Array,
-        asked: "Refine | None" = None,
-        settings: Settings | None = None,
+        local: "Local | None" = None,
         *,
+        shares: Sequence[float] = (2e-3, 2e-4, 2e-5, 2e-6),
+        centres: int = 12,
+        runs: int = 200,
+        around: Sequence[Sequence[float]] = (),
+        looks: int = 2,
+        delta: float = 1e-3,
+        settings: Settings | None = None,
         say: Callable[[str], None] | None = None,
     ) -> "Refined":
-        """Look where the plans of a problem are, or nearly are, with new runs there: a plan, a
-        claim about a small box around it, and everything proved again under it. [T23, T24]
+        """Search for a small box of K with new runs where plans of a problem are, or nearly are;
+        then a plan, a claim about its box, and everything proved again under it. [T23, T24]
 
-        For scenes that are too narrow for a model of the whole of K, and for plans that are to be
-        driven close to something. Probes by a few runs zoom in on boxes of K until nothing
-        improves; then a local claim is made, one look of the few declared.
-        system: the black box of this model, for new runs. key: its DRIVEN stream is used, which no
-        other call uses. asked: sizes, looks and delta. settings: of the query under the local
-        claim. say: called with a line of progress. Raises InputError.
+        For scenes too narrow for a model of the whole of K, and plans close to something.
+        system: the black box of this model. key: only its DRIVEN stream is used, by no other call.
+        local: sizes of the claims; its share and shape are not used, the shape of the tube is
+        selected before the calibration runs. shares: of K that the boxes of each round take,
+        falling. centres, runs: boxes a round, and runs of each. around: values of k (n_k,) that the
+        first round samples too. looks: claims that may be made; delta: error probability of all of
+        them together. settings: of the query under a claim. say: called with a line of progress.
+        Raises InputError.
         """
-        # who only asks needs no trainer
-        from parc_jax.drive.local.refine import Refine, refine
+        # imported late: queries alone need no trainer
+        from parc_jax.drive.local.localise import Local
+        from parc_jax.drive.local.refine import refine
 
         settings = _checked("refine", problem, settings, Settings.whole())
         if problem.doubt is not None:
             raise InputError("refine: expected a problem without doubt; set doubt=None.")
         check_system(system)
         require_same(system, self.model)
-        asked = Refine() if asked is None else asked
-        if not isinstance(asked, Refine):
-            raise InputError(expected("refine", "a Refine", asked, "pj.Refine(looks=2)"))
+        local = Local() if local is None else local
+        if not isinstance(local, Local):
+            raise InputError(expected("refine", "a Local", local, "pj.Local(eps=1e-3)"))
         require_sound_arithmetic()
-        return refine(question(problem, self.model), system, key, answer_to, asked, settings, say)
+        return refine(
+            question(problem, self.model),
+            system,
+            key,
+            local,
+            shares=tuple(shares),
+            centres=centres,
+            runs=runs,
+            around=around,
+            looks=Looks().declare(delta, looks),
+            settings=settings,
+            say=say,
+        )
 
     def solve_batch(
         self,

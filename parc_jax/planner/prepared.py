@@ -2,20 +2,21 @@
 
 import logging
 import time
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from parc_jax.answer.answer import Answer
+from parc_jax.answer.answer import Answer, volume_of_plans
 from parc_jax.answer.looks import Looks
 from parc_jax.common.errors import InputError, expected
-from parc_jax.common.keys import Stage, generator, stream
+from parc_jax.common.keys import Stage, stream
+from parc_jax.common.status import Ended
 from parc_jax.method import Exact
+from parc_jax.proof.absence.prove_no_plan import NoPlan
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part
-from parc_jax.safe_set.corridors.first import MOST, in_one_array
+from parc_jax.safe_set.corridors.first import MOST, first_safe
 from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.placed import placed
 from parc_jax.safe_set.corridors.sampling import Points
@@ -41,9 +42,8 @@ class FirstPlans(NamedTuple):
 class Prepared:
     """A problem laid out for one model. Made by `Planner.prepare`."""
 
-    def __init__(self, scene: Scene, solve: Callable[..., Any]):
+    def __init__(self, scene: Scene):
         self.scene = scene
-        self._again = solve
 
     def __repr__(self) -> str:
         return f"Prepared({self.scene.problem!r})"
@@ -56,9 +56,9 @@ class Prepared:
         """
         if not 1 <= n <= MOST:
             raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
-        asked = placed(self.scene)
-        rows, drawn = in_one_array(asked, stream(key, Stage.SEARCH), n)
-        return FirstPlans(rows[:, :-1], rows[:, -1], drawn)
+        safe, _ = first_safe(placed(self.scene), stream(key, Stage.SEARCH), n)
+        safe = safe.fetched()
+        return FirstPlans(safe.plans, safe.clearance, safe.judged)
 
     def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
         """The answer that `Planner.solve` gives. Raises InputError."""
@@ -71,61 +71,70 @@ class Prepared:
         self, key: jax.Array, settings: Settings, begin: float, looks: Looks | None = None
     ) -> Answer:
         """begin: [s] of the clock, from which the times of the answer count. looks: an account that
-        it shares, None for one of its own.
+        the answer shares; None for a new one.
         """
         scene = self.scene
-        search = stream(key, Stage.SEARCH)
-        rng = generator(search)
         method = settings.method or Exact()
-        found, no_plan = method.search(scene, search, rng, settings)
+        cover, no_plan = method.search(scene, stream(key, Stage.SEARCH), settings)
         covered = time.perf_counter()
         _log.info(
-            "searched for %.1f s: %d safe points, %d corridors, %d polytopes",
+            "searched for %.1f s: %d safe points, %d corridors",
             covered - begin,
-            len(found.points.k),
-            len(found.corridors),
-            len(found.polytopes),
+            cover.safe,
+            len(cover.corridors),
         )
-        pick = rng.permutation(len(found.points.k))[: settings.samples]
-        chosen = found.points.at(pick)
+        chosen = cover.points
         samples = np.concatenate([chosen.p0, chosen.k], axis=1)
 
-        def parts() -> list[dict]:
+        def certificates() -> list[dict]:
             return _certificates(scene, chosen)
 
-        refused = 0
+        written = certificates
         if settings.proof:
-            written = parts()
-            accepted = prove(scene.problem, scene.model, written, found.corridors, found.polytopes)
-            refused = sum(int((~kept).sum()) for kept in accepted)
-            samples = samples[accepted[0]]
-            written = _those(written, accepted[0])
-            found = _without_refused(found, *accepted[1:])
+            parts = certificates()
+            accepted, held, _ = prove(scene.problem, scene.model, parts, cover.corridors)
+            refused = int((~accepted).sum() + (~held).sum())
+            samples, written = samples[accepted], _those(parts, accepted)
+            # where a corridor is refused the looks judged more than is returned: nothing is stated
+            coverage = cover.coverage if held.all() else cover.coverage._replace(at_least=0.0)
+            cover = cover._replace(
+                corridors=_those(cover.corridors, held),
+                coverage=coverage,
+                proved=True,
+                refused=refused,
+            )
             took = time.perf_counter() - covered
             _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
         timings = {
-            "first_sample_s": found.first_sample_s,
-            "first_polytope_s": found.first_polytope_s,
-            "corridors_s": found.corridors_s,
+            "first_sample_s": cover.first_sample_s,
+            "first_corridor_s": cover.first_corridor_s,
+            "corridors_s": cover.corridors_s,
             "cover_s": covered - begin,
             "proof_s": time.perf_counter() - covered,
         }
-        return Answer(
-            scene,
-            found,
-            samples,
-            written if settings.proof else parts,
-            settings.proof,
-            refused,
-            timings,
-            None if no_plan is None else no_plan._replace(doubt=scene.asked.doubt),
-            Looks() if looks is None else looks,
-            solve=self._again,
+        found = len(samples) + len(cover.corridors) > 0
+        cover = cover._replace(
+            ended=_ended(cover, no_plan, found),
+            total_volume=volume_of_plans(scene),
+            timings=timings,
         )
+        if no_plan is not None:
+            no_plan = no_plan._replace(doubt=scene.asked.doubt)
+        return Answer(scene, cover, samples, written, no_plan, Looks() if looks is None else looks)
+
+
+def _ended(cover: Cover, no_plan: NoPlan | None, found: bool) -> Ended | None:
+    """The end of the search: the limit in seconds wherever it cut something off, else that of the
+    proof where no plan was found.
+    """
+    proof = None if no_plan is None else no_plan.ended
+    if Ended.SECONDS in (cover.ended, proof):
+        return Ended.SECONDS
+    return cover.ended if found or proof is None else proof
 
 
 def _certificates(scene: Scene, chosen: Points) -> list[dict]:
-    """Of all points."""
+    """The certificates of plans, one each."""
     each = (chosen.p0, chosen.k, chosen.path)
     return [
         sample_part(scene, scene.model.tube, *plan_and_path)
@@ -135,17 +144,3 @@ def _certificates(scene: Scene, chosen: Points) -> list[dict]:
 
 def _those(parts, accepted) -> list:
     return [part for part, keep in zip(parts, accepted, strict=True) if keep]
-
-
-def _without_refused(found: Cover, corridors: np.ndarray, polytopes: np.ndarray) -> Cover:
-    """The accepted ones. Where any was refused, the looks judged more than is returned, and nothing
-    is stated of it.
-    """
-    kept = found.kept if corridors.all() else found.kept._replace(at_least=0.0)
-    coverage = found.coverage if polytopes.all() else found.coverage._replace(at_least=0.0)
-    return found._replace(
-        corridors=_those(found.corridors, corridors),
-        polytopes=_those(found.polytopes, polytopes),
-        kept=kept,
-        coverage=coverage,
-    )

@@ -1,5 +1,5 @@
-"""A node of ROS 2 that never stops being safe: what is measured goes in, proved manoeuvres come
-out. Only `node` knows ROS (the extra `ros`); `pilot` is told messages of whoever decoded them.
+"""A node of ROS 2 that never stops being safe: measurements in, proved manoeuvres out. Only `node`
+imports ROS (the extra `ros`); `pilot` takes messages that any library decoded.
 """
 
 from parc_jax.ros.driving import Driving

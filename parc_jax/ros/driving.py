@@ -1,4 +1,4 @@
-"""How a pilot drives: what a person knows of robot, sensor and place."""
+"""Settings of a pilot: robot, sensor and place."""
 
 from dataclasses import dataclass
 
@@ -16,11 +16,11 @@ class Driving(Options):
     leave: float = 0.5
     """Seconds after the start of a manoeuvre from when on it may be left."""
     frame: str = "map"
-    """The frame that everything is told in: pose, map, goal."""
+    """The frame of all messages: pose, map, goal."""
     reach: float = 3.0
-    """Half width [m] of the square around the robot in which it looks for ways."""
+    """Half width [m] of the square around the robot in which manoeuvres stay."""
     arrived: float = 0.3
-    """Distance [m] from the goal at which nothing more is asked for."""
+    """Distance [m] from the goal at which driving ends."""
     sensor: tuple[float, float, float] | None = None
     """Where the lidar is on the robot, x, y [m] and heading [rad]: obstacles come from its scans.
     Default: they come from the map."""
@@ -29,18 +29,18 @@ class Driving(Options):
     width: float = 0.1
     """No obstacle is narrower than this [m]."""
     margin: float = 0.0
-    """How far [m] around the robot a person has looked before its start, for scans: without it
-    nothing is known to be free where it stands, and it stays. What a pose may be off by is taken
-    from it."""
+    """Distance [m] around the robot that a person declares free at its start, for scans: without it
+    no free space is declared where it stands, and it stays. The error of the pose is
+    taken from it."""
     mover_radius: float = 0.0
-    """Radius [m] of a disc around each of those who move, with what their places are off by, and
-    how far they go from when a pose was measured to when the manoeuvre begins. Above 0 m nothing is
-    begun before it was told where they are, all of them; 0: nobody moves."""
+    """Radius [m] of a disc around each moving obstacle, with the error of its place and its motion
+    between the measurement of a pose and the beginning of the manoeuvre. Above 0 m nothing begins
+    before a message has the places of all of them; 0: no obstacle moves."""
     mover_speed: float = 0.0
-    """Most [m/s] that they move, whatever they do."""
+    """Largest speed [m/s] of a moving obstacle."""
     doubt_start: float = 0.0
-    """Metres by which a pose may be wrong, along each axis: localisation, and the way that the
-    robot goes from when it was measured to when the manoeuvre begins."""
+    """Metres by which a pose may be wrong, along each axis: localisation, and the motion between
+    its measurement and the beginning of the manoeuvre."""
     doubt_heading: float = 0.0
     """Radians by which a heading may be wrong, for the same reasons."""
     drift: float = 0.0
@@ -48,14 +48,14 @@ class Driving(Options):
     beside doubt_start of both: what odometry may drift meanwhile. A pose that is farther outside of
     the manoeuvre's tube begins nothing."""
     given: tuple[str, ...] = ()
-    """Where in the messages of poses the model's given parameters are, such as
+    """Paths of the model's given parameters in the messages of poses, such as
     twist.twist.linear.x."""
     deadline: float = 0.1
     """Seconds of the clock for a step."""
     effort_looks: int = Effort.looks
-    """Looks of a step at pairs of an obstacle and a part of the body, after which it ends."""
+    """Tests of a pair of an obstacle and a part of the body, after which a step ends."""
     room: float = 0.1
-    """Clearance [m] that is liked."""
+    """Preferred clearance [m]."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,21 +1,20 @@
-"""Which way to go on a map: no verdict at all, since what is preferred here has to be proved."""
+"""Distances to a goal on a map. They order candidates and decide nothing."""
 
 import numpy as np
 
 from parc_jax.problem.world.grid_map import GridMap
 
 MOST = 300  # cells along a side of the grid that ways are looked for on
-ASTRAY = 1e6  # [m] beyond all ways: what has none is liked least, nearer to the goal before others
+ASTRAY = 1e6  # [m] beyond all ways: places without one come last, those nearer to the goal first
 
 
 class Guide:
-    """How far it is to a goal from anywhere on a map, around what is not free.
+    """Distance to a goal from any place of a map, through free cells.
 
-    goal (2,) [m]. radius: [m] that the robot needs, at the least.
+    goal (2,) [m]. radius: [m] least space that the robot needs.
 
-    Algorithm: blocks of cells, so that there are at most MOST along a side, of which all are free
-    and the nearest other is farther than the radius; shortest ways over their eight neighbours, by
-    Dijkstra's algorithm.
+    Algorithm: free blocks of cells, at most MOST along a side, farther than the radius from any
+    other; shortest ways over their eight neighbours, by Dijkstra's algorithm.
     """
 
     def __init__(self, grid: GridMap, goal: np.ndarray, radius: float):
@@ -28,6 +27,7 @@ class Guide:
         whole = np.zeros((rows * self.block, columns * self.block), bool)
         whole[: grid.free.shape[0], : grid.free.shape[1]] = grid.free
         whole = np.pad(whole, 1)
+        # cells beyond the map count as occupied
         wide = distance_transform_edt(whole)[1:-1, 1:-1] * grid.resolution > radius
         free = wide.reshape(rows, self.block, columns, self.block).all(axis=(1, 3))
         self.cost = np.full((rows, columns), np.inf)
@@ -43,7 +43,7 @@ class Guide:
         straight = np.linalg.norm(places - self.goal, axis=1)
         row, column = self._cells(places)
         cost = self.cost[row, column]
-        # within a block the straight way tells places apart
+        # within a block the straight way orders places
         return np.where(np.isfinite(cost), cost + 1e-3 * straight, ASTRAY + straight)
 
     def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -66,8 +66,8 @@ def _neighbours(free: np.ndarray, at: np.ndarray):
     parts = []
     for down, right in steps:
         other = number[at[:, 0] + 1 + down, at[:, 1] + 1 + right]
-        own = np.flatnonzero(other >= 0)
-        parts.append((own, other[own], np.full(len(own), np.hypot(down, right))))
+        begun = np.flatnonzero(other >= 0)
+        parts.append((begun, other[begun], np.full(len(begun), np.hypot(down, right))))
     begin, end, far = (np.concatenate(part) for part in zip(*parts, strict=True))
     both = (np.append(begin, end), np.append(end, begin))
     return coo_array((np.append(far, far), both), shape=(len(at), len(at))).tocsr()

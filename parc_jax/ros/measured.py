@@ -1,15 +1,25 @@
-"""Maps and scans of messages, as what is known to be free."""
+"""Messages of maps, scans and moving obstacles as free space and as obstacles. [T38]"""
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.common.tolerances import TOLERANCES
+from parc_jax.learning.system import TimeGrid
 from parc_jax.problem.world.free_space import FreeSpace
 from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
+from parc_jax.problem.world.moving import moving
 from parc_jax.problem.world.seen import seen_from
-from parc_jax.ros.bags.fields import frames_of, yaw_of
+from parc_jax.ros.bags.fields import frames_of, stamp_of, yaw_of
+from parc_jax.ros.driving import Driving
+
+EVERY = 3  # intervals of a manoeuvre for which a disc has one outline
+SIDES = np.pi / 4 * np.arange(8)  # of an outline: a loop's scenes are padded to as many corners
+NORMALS = np.stack([np.cos(SIDES), np.sin(SIDES)], axis=1)
 
 
 def map_in(message: Any) -> GridMap:
@@ -42,19 +52,19 @@ def seen_in(
     doubt: tuple[float, float],
     between: tuple[float, float] = (0.0, 0.0),
 ) -> FreeSpace:
-    """What a sensor_msgs/LaserScan shows to be free, from the pose (x, y, heading) of its sensor,
-    as `seen_from` has it. An infinite range came back from nowhere; what is NaN, or nearer than the
-    sensor can tell, or farther, says nothing. Raises InputError.
+    """Free space of a sensor_msgs/LaserScan, from the pose (x, y, heading) of its sensor, by
+    `seen_from`.
 
     doubt: ([m], [rad]) by which the pose may be off for any of the beams. between: ([m], [rad]) by
-    which the sensor moves from one beam to the next; where it moves at all, first and last beam of
-    a full turn are no neighbours.
+    which the sensor moves from one beam to the next. Raises InputError.
     """
     ranges = np.asarray(message.ranges, np.float64)
     angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
-    told = (message.range_min <= ranges) & (ranges <= message.range_max)
-    ranges = np.where(np.isposinf(ranges), message.range_max, np.where(told, ranges, 0.0))
+    # infinite: nothing within the range; NaN, nearer or farther than the sensor measures: unknown
+    valid = (message.range_min <= ranges) & (ranges <= message.range_max)
+    ranges = np.where(np.isposinf(ranges), message.range_max, np.where(valid, ranges, 0.0))
     if any(between):
+        # of a moving sensor the first and last beam of a full turn are no neighbours
         full = 2 * np.pi - 3 * abs(message.angle_increment)
         keep = abs(angles - angles[0]) <= full
         angles, ranges = angles[keep], ranges[keep]
@@ -63,10 +73,54 @@ def seen_in(
 
 
 def require_frame(message: Any, frame: str, what: str) -> None:
-    """Raises InputError for a message that is told in another frame."""
-    own = frames_of(message)[0]
-    if own != frame:
+    """Raises InputError for a message in another frame."""
+    got = frames_of(message)[0]
+    if got != frame:
         raise InputError(
-            f"{what}: expected to be told in the frame {frame!r}; got {own!r}. Transforms are not "
+            f"{what}: expected to be told in the frame {frame!r}; got {got!r}. Transforms are not "
             "looked up: publish it in that frame, or name another frame for all."
         )
+
+
+class Movers(NamedTuple):
+    """Moving discs. stamp: [ns] of their measurement. places (n, 2) [m] of their middles."""
+
+    stamp: int
+    places: np.ndarray
+
+
+def movers_in(message: Any) -> Movers:
+    """The discs of a geometry_msgs/PoseArray; orientations are ignored. Raises InputError."""
+    stamp = stamp_of(message)
+    places = [(one.position.x, one.position.y) for one in message.poses]
+    places = np.array(places, np.float64).reshape(-1, 2)
+    if stamp is None or not np.isfinite(places).all():
+        got = f"{places.tolist()!r:.80}"
+        raise InputError(f"movers: expected finite places with a stamp; got {got}.")
+    return Movers(stamp, places)
+
+
+def among(movers: Movers, ways: Sequence, pose: np.ndarray, at: int, d: Driving, time: TimeGrid):
+    """Obstacles and spans of a manoeuvre from a pose (x, y, ..) at the time `at` [ns].
+
+    ways: obstacles that stand still. The manoeuvre stays within the square of half width
+    `d.reach`, so movers that cannot enter it are left out. Returns a sentence where a mover may be
+    at the robot.
+    """
+    # of either sign: a measurement from after the pose is off by as much
+    age = abs(at - movers.stamp) / 1e9
+    radius = d.mover_radius + d.mover_speed * age + TOLERANCES.outline  # reachable by now
+    away = np.abs(movers.places - pose[:2]).max(axis=1)
+    if (away <= radius).any():
+        return (
+            f"who moves may be where the robot is: seen {age:.3g} s apart from its pose, within "
+            f"{radius:.3g} m by now"
+        )
+    obstacles, spans = list(ways), [None] * len(ways)
+    for place in movers.places[away <= d.reach + radius + d.mover_speed * time.t_f]:
+        now = hpolytope(NORMALS, NORMALS @ place + radius)
+        whole = (0, time.n_steps - 1)
+        parts, when = moving(now, [0.0, 0.0], whole, time.dt, every=EVERY, off_by=d.mover_speed)
+        obstacles += parts
+        spans += when
+    return obstacles, spans

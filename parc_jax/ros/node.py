@@ -9,10 +9,11 @@ import sys
 import numpy as np
 
 from parc_jax.answer.path import nominal_path
-from parc_jax.app.plot.triangles import headings, in_world
+from parc_jax.app.plot.shapes import headings, in_world
 from parc_jax.common.errors import InputError, ParcError
+from parc_jax.common.status import Status
 from parc_jax.drive.loop.commitment import Commitment
-from parc_jax.drive.loop.log import save_episode
+from parc_jax.drive.loop.episode_file import save_episode
 from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.world.footprint import read_footprint
@@ -44,7 +45,7 @@ KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class PilotNode(Node):
-    """Hears map or scan, pose and goal; says manoeuvre, path and statement, one of each per step.
+    """Subscribes to map or scan, pose and goal; publishes manoeuvre, path and statement per step.
 
     Parameters: model, radius or footprint, episode (a file that is written at the end),
     pose_kind (Odometry or PoseWithCovarianceStamped), tolerance [m] of GetPlan, and the fields of
@@ -55,10 +56,10 @@ class PilotNode(Node):
 
     def __init__(self, **options):
         super().__init__("pilot", **options)
-        self.episode = self._told("episode", "")
-        self.tolerance = self._told("tolerance", 0.2)
-        self.pilot = Pilot(load(self._told("model", "")), self._robot(), self._driving())
-        kind = self._told("pose_kind", "Odometry")
+        self.episode = self._parameter("episode", "")
+        self.tolerance = self._parameter("tolerance", 0.2)
+        self.pilot = Pilot(load(self._parameter("model", "")), self._robot(), self._driving())
+        kind = self._parameter("pose_kind", "Odometry")
         if kind not in KINDS:
             raise InputError(f"pose_kind: expected one of {', '.join(KINDS)}; got {kind!r:.40}.")
         self.manoeuvre = self.create_publisher(Float64MultiArray, "~/manoeuvre", 1)
@@ -83,16 +84,16 @@ class PilotNode(Node):
             save_episode(self.episode, pilot.driven, drift=drift, assumed=assumed)
 
     def _heard(self, listen):
-        """The same, which says what it could not take and goes on."""
+        """A callback that reports a refused message and goes on."""
 
-        def told(message):
+        def taken(message):
             try:
                 listen(message)
             except InputError as error:
                 self.get_logger().warning(str(error), throttle_duration_sec=1.0)
                 self.statement.publish(String(data=f"Going on as before: {error}"))
 
-        return told
+        return taken
 
     def _on_goal(self, message) -> None:
         self.pilot.hear_goal(message)
@@ -112,7 +113,7 @@ class PilotNode(Node):
             self.path.publish(_path(way, self.pilot.driving.frame, stamp_of(message)))
         self.statement.publish(String(data=self.pilot.statement(step)))
         if not self.episode:
-            self.pilot.driven.clear()  # nobody asks for them
+            self.pilot.driven.clear()  # without a file they would only fill memory
 
     def _on_plan(self, request, response):
         """An empty path where nothing was proved."""
@@ -122,28 +123,28 @@ class PilotNode(Node):
         except ParcError as error:
             self.statement.publish(String(data=f"No plan: {error}"))
             return response
-        self.statement.publish(String(data=answer.statement()))
-        if answer.found and answer.proved and len(answer.samples):
+        self.statement.publish(String(data=answer.details()))
+        if answer.status is Status.PROVED and len(answer.samples):
             plan, n_p = answer.samples[0], answer.model.n_p
-            way = _way(answer.model, answer.pose, plan[:n_p], plan[n_p:])
+            way = _way(answer.model, answer.scene.asked.pose, plan[:n_p], plan[n_p:])
             response.plan = _path(way, self.pilot.driving.frame, stamp_of(request.start))
         return response
 
-    def _told(self, name: str, default):
+    def _parameter(self, name: str, default):
         return self.declare_parameter(name, default).value
 
     def _robot(self):
-        outline, radius = self._told("footprint", ""), self._told("radius", 0.0)
+        outline, radius = self._parameter("footprint", ""), self._parameter("radius", 0.0)
         return read_footprint(outline) if outline else radius
 
     def _driving(self) -> Driving:
-        """The fields of `Driving` as parameters; an empty list is what is not given."""
+        """The fields of `Driving` as parameters; an empty list stands for None."""
         given = {}
         for field in dataclasses.fields(Driving):
             default = field.default
             listed = default is None or isinstance(default, tuple)
             empty = [0.0] if field.name == "sensor" else [""]
-            value = self._told(field.name, empty if listed else default)
+            value = self._parameter(field.name, empty if listed else default)
             if not listed:
                 given[field.name] = value
             elif list(value) != empty:
@@ -153,8 +154,8 @@ class PilotNode(Node):
 
 def _way(model: TrajectoryModel, pose: Pose | None, p0: np.ndarray, k: np.ndarray):
     """Times [s], places (n, 3) [m] and headings (n,) [rad] in the world, of a plan."""
-    told = nominal_path(model, p0, k)
-    return told.times, in_world(told.places[:, 0], pose), headings(told.places, pose)
+    path = nominal_path(model, p0, k)
+    return path.times, in_world(path.places[:, 0], pose), headings(path.places, pose)
 
 
 def _path(way, frame: str, begin: int) -> Path:
@@ -185,7 +186,7 @@ def _parameters(model: TrajectoryModel, one: Commitment) -> Float64MultiArray:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Spin until stopped. Exit code 2 for parameters that cannot be meant."""
+    """Spin until stopped. Exit code 2 for invalid parameters."""
     import rclpy
 
     rclpy.init(args=sys.argv if arguments is None else arguments)

@@ -15,10 +15,9 @@ from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import rounded_up
+from parc_jax.drive.loop.candidates import Outlook, moved_last
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
-from parc_jax.drive.loop.outlook import Outlook
-from parc_jax.drive.loop.rest import moved_last
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
@@ -29,26 +28,32 @@ from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.ros.bags.fields import frames_of, pose_in, stamp_of, value_at
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide
-from parc_jax.ros.measured import map_in, require_frame, seen_in, swept_in
-from parc_jax.ros.movers import Movers, among, movers_in
+from parc_jax.ros.measured import (
+    Movers,
+    among,
+    map_in,
+    movers_in,
+    require_frame,
+    seen_in,
+    swept_in,
+)
 from parc_jax.safe_set.settings import Settings
 
-ANYTHING = 1e3  # [units of q] bound of goal states that nobody asks about
-SIDES = 16  # of the polygon around a disc that stands for it where the robot begins
-TRACK = 256  # poses that are remembered, to tell where a scan was taken
-OF_SCANNER = ("angle_min", "angle_increment", "range_max")  # of a scan, the same in all
+ANYTHING = 1e3  # [units of q] bound of goal states that are free
+SIDES = 16  # of the polygon around a disc, for free space at the start
+TRACK = 256  # poses that are stored, to locate scans
+OF_SCANNER = ("angle_min", "angle_increment", "range_max")  # equal in all scans
 Prefer = Callable[[Outlook, np.ndarray], np.ndarray]
 
 
 class Pilot:
-    """Told what is measured, by messages of ROS of whatever library; asked for manoeuvres. A
-    message that cannot be meant raises InputError and changes nothing: the manoeuvre under way goes
-    on, to its rest.
+    """Takes measurements as messages of ROS, of any library, and decides on manoeuvres. An invalid
+    message raises InputError and changes nothing: the manoeuvre under way continues to its rest.
 
-    model: whose manoeuvres end at rest. robot: its outline, of which the model's points are, or of
-    a model with one point a radius [m]. prefer: of an Outlook and the goal (x, y), (b,) numbers,
-    the least is liked best; by default how far it is to the goal from where the robot comes to
-    rest, on a map around what is in the way (`Guide`), without one as the crow flies.
+    model: its manoeuvres end at rest. robot: outline with the model's points, or radius [m] for a
+    model of one point. prefer: maps an Outlook and the goal (x, y) to costs (b,); by default the
+    distance to the goal from the place of rest, on a map through free cells (`Guide`), without one
+    straight.
     """
 
     def __init__(
@@ -81,7 +86,7 @@ class Pilot:
         self.movers: Movers | None = None
         self.goal: np.ndarray | None = None
         self._guide: Guide | None = None
-        self.said = ""  # what the last pose's scan refutes
+        self.said = ""  # the free space that the last scan refutes
         self._scanner: Premises | None = None
         self.pose = self.given = self._scan = self._scanned = None
         self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
@@ -102,7 +107,7 @@ class Pilot:
         self.goal, self._guide = goal, None
 
     def hear_scan(self, message: Any) -> None:
-        """A sensor_msgs/LaserScan; it is looked at when the next pose is there."""
+        """A sensor_msgs/LaserScan; it is added at the next pose."""
         if self.driving.sensor is None:
             raise InputError("scan: expected a pilot that knows where its sensor is; set sensor.")
         swept_in(message)
@@ -119,15 +124,15 @@ class Pilot:
         self._scanner, self._scan, self._scanned = scanner, message, at
 
     def hear_movers(self, message: Any) -> None:
-        """A geometry_msgs/PoseArray: where all are who move. What is not in it stands still."""
+        """A geometry_msgs/PoseArray: places of all moving obstacles; all others stand still."""
         require_frame(message, self.driving.frame, "movers")
         if not self.driving.mover_radius:
             raise InputError("movers: expected a pilot that knows their size; set mover_radius.")
         self.movers = movers_in(message)
 
     def hear_pose(self, message: Any) -> Step | None:
-        """An Odometry, or any pose with a header, in the frame of all. Returns the step that was
-        made of it; None where there was nothing to decide.
+        """An Odometry, or any pose with a header, in the frame of all. Returns the step that it
+        leads to; None where there is nothing to decide.
         """
         require_frame(message, self.driving.frame, "pose")
         stamp, pose = stamp_of(message), np.array(pose_in(message, "pose"))
@@ -141,6 +146,7 @@ class Pilot:
                 f"pose: expected stamps that increase; got {stamp / 1e9:.9f} s after "
                 f"{self._stamp / 1e9:.9f} s."
             )
+        # the loop's clock begins at the first pose
         self._stamp = stamp
         self._first = stamp if self._first is None else self._first
         self.pose, self.given = pose, given
@@ -151,7 +157,7 @@ class Pilot:
     def plan(self, start: Any, goal: Any, tolerance: float) -> Answer:
         """The safe set from a pose at rest to a goal, two geometry_msgs/PoseStamped: the end of the
         first reference point within the tolerance [m] of the goal along each axis, any heading.
-        Takes seconds. Raises InputError, also where somebody moves: nobody knows when it begins.
+        Takes seconds. Raises InputError, also where obstacles move: its beginning is unknown.
         """
         if self.driving.mover_radius:
             raise InputError(
@@ -222,8 +228,8 @@ class Pilot:
         )
 
     def _look(self) -> None:
-        """Add what the last scan saw, once there are poses before its first beam and after its
-        last. The sensor is taken to be where it was in the middle of the sweep; what it moves from
+        """Add the free space of the last scan, once there are poses before its first beam and after
+        its last. The sensor is placed where it was in the middle of the sweep; its motion from
         there is doubt.
         """
         d, scan, self.said = self.driving, self._scan, ""
@@ -239,26 +245,29 @@ class Pilot:
         stamps, poses = (np.array(part) for part in zip(*self._track, strict=True))
         begin, end = at, at + swept_in(scan)
         if begin < stamps[0]:
-            return  # nobody knows where it was taken
+            return  # older than all stored poses: its place is unknown
         poses[:, 2] = np.unwrap(poses[:, 2])
         during = stamps[(begin < stamps) & (stamps < end)]
+        # the middle comes second: its pose stands for the scan, the others bound the motion
         times = np.concatenate([[begin, (begin + end) // 2], during, [end]])
         way = np.stack([np.interp(times - begin, stamps - begin, one) for one in poses.T], axis=1)
         there, (x, y, yaw) = way[1], d.sensor
         arm = np.hypot(x, y)
 
-        def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        def motion(one: np.ndarray, other: np.ndarray) -> np.ndarray:
             turned = np.abs(one[:, 2] - other[:, 2])
             moved = np.linalg.norm(one[:, :2] - other[:, :2], axis=1) + turned * arm
             return np.stack([moved, turned], axis=1)
 
         along = np.delete(np.arange(len(times)), 1)  # in the order of time
         took = np.diff(times[along]) / 1e9
-        rates = apart(way[along[1:]], way[along[:-1]])[took > 0] / took[took > 0, None]
+        rates = motion(way[along[1:]], way[along[:-1]])[took > 0] / took[took > 0, None]
+        # motion from one beam to the next at the fastest rate of the sweep
         between = rates.max(axis=0, initial=0.0) * float(scan.time_increment)
-        moved, turned = apart(way, there[None]).max(axis=0)
+        moved, turned = motion(way, there[None]).max(axis=0)
         c, s = np.cos(there[2]), np.sin(there[2])
         eye = there + np.array([c * x - s * y, s * x + c * y, yaw])
+        # doubt is along each axis, so a place may be off by its diagonal
         off = np.sqrt(2) * d.doubt_start + d.doubt_heading * arm + moved
         doubt = (off, d.doubt_heading + turned)
         seen = seen_in(scan, eye, noise=d.noise, width=d.width, doubt=doubt, between=tuple(between))
@@ -299,7 +308,7 @@ class Pilot:
         return self.seen.drifted(self.pose[:2], self.driving.drift, 0.0)
 
     def _with_movers(self, ways: Sequence[HPolytope]):
-        """Obstacles and when they exist, or a sentence why there are none to be had."""
+        """Obstacles and their spans, or a sentence why there are none."""
         if not self.driving.mover_radius:
             return ways, None
         if self.movers is None:
@@ -308,7 +317,7 @@ class Pilot:
         return among(self.movers, ways, self.pose, self._stamp, driving, time)
 
     def _ways(self, pose: np.ndarray):
-        """Obstacles around a pose, or a sentence why there are none to be had."""
+        """Obstacles around a pose, or a sentence why there are none."""
         d = self.driving
         if d.sensor is None and self.map is None:
             return "there is no map yet"
@@ -375,5 +384,6 @@ def _outline(model: TrajectoryModel, robot: Footprint | float):
             f"{robot!r:.40}."
         )
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    # circumscribed: the polygon holds the disc
     around = robot / np.cos(np.pi / SIDES) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return around, float(robot)

@@ -37,8 +37,8 @@ class Search(Options):
     samples: int = 100
     """Safe plans to return."""
     target: float = 0.01
-    """Largest share of the model's safe set that the corridors (with polytopes, these too) may
-    leave out, unless the work ends first."""
+    """Largest share of the model's safe set that the corridors may leave out, unless the work ends
+    first."""
     confidence: float = 0.99
     """Confidence in that."""
     work: float = 1.0
@@ -48,10 +48,6 @@ class Search(Options):
     budget_s: float = 600.0
     """A limit in seconds above the work, compiling not counted; the answer says when it cut
     something off."""
-    polytopes: bool = False
-    """Cut the corridors into polytopes of (p0, k), for pictures of them and for optimisers of
-    yours: several times the work, and out of reach with many parameters. `Answer.with_polytopes`
-    cuts them later."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -89,10 +85,6 @@ class Settings(Search):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.samples_only and self.polytopes:
-            raise InputError(
-                "settings: expected polytopes or samples_only; got both. Leave one of them out."
-            )
         if self.method is not None and not callable(getattr(self.method, "search", None)):
             raise InputError(
                 "settings: expected method pj.Exact() or pj.neuralparc.Published(); got "

@@ -6,13 +6,11 @@ from parc_jax.app.study.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8, 8),
-    others=("PARC",),
     bins=(6, 6, 6),  # in which the profile is learnt; a claim is about eight of them
     blocks=(3, 3, 3),
     shape="fitted",
     rollouts=65_000,  # for the networks, and for the profile once more: the holdout judges both
     eps=1e-2,
-    claims=("bins", "one"),
     fresh=100_000,
     plant="ode",
     repeats=100,
@@ -22,7 +20,7 @@ STUDY = Study(
 BOXES = replace(
     STUDY,
     bins=(3, 3, 3),
-    blocks=None,
+    blocks=(3, 3, 3),
     shape="box",
     rollouts=5_000,
     profile_runs=60_000,

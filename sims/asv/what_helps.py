@@ -12,31 +12,38 @@ from dataclasses import replace
 import jax
 import numpy as np
 
-from parc_jax.app.study.compare import safe_volume
 from parc_jax.app.study.settings import Study
-from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.asked import CLAIMS
-from parc_jax.learning.bound.pipeline import bound_errors
-from parc_jax.learning.bound.runs import HeldRuns
+from parc_jax.common.keys import Stage, generator, stream
+from parc_jax.learning.bound.pipeline import HeldRuns, bound_errors
 from parc_jax.learning.bound.start_gap import try_starts
-from parc_jax.learning.learn import networks
-from parc_jax.learning.model import trajectory_model
+from parc_jax.learning.learn import fit_network
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.collect import collect
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.robust.question import plain
 from parc_jax.proof.regions import enumerate_regions
+from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.verdict.scene import laid_out, volume_of_all
 from sims.asv.scenario import problem, system
 from sims.asv.study import BOXES, STUDY
 
-ONE = {"others": (), "seeds": 2}  # network: the claims need no more
-BARE = replace(BOXES, **ONE, bins=(1, 1, 1), tail=None, profile_runs=0, fresh=None)
-FITTED = replace(BOXES, **ONE, shape="fitted", tail=None)
+COMPARED = 32_768  # points drawn to estimate the safe share of a row
+FAST = {"seeds": 2}  # the bounds need no more
+BARE = replace(
+    BOXES, **FAST, bins=(1, 1, 1), blocks=(1, 1, 1), tail=None, profile_runs=0, fresh=None
+)
+FITTED = replace(BOXES, **FAST, shape="fitted", tail=None)
 FINER = replace(FITTED, bins=STUDY.bins, blocks=STUDY.blocks)
-NOW = replace(STUDY, **ONE)
+NOW = replace(STUDY, **FAST)
 ROWS: tuple[tuple[str, Study], ...] = (
     ("one bin, as many fresh runs as needed", BARE),
-    ("27 bins", replace(BARE, bins=BOXES.bins)),
-    ("+ 100,000 fresh runs, the worst discarded", replace(BARE, bins=BOXES.bins, fresh=100_000)),
-    ("+ 60,000 runs for the profile", replace(BOXES, **ONE, tail=None)),
+    ("27 bins", replace(BARE, bins=BOXES.bins, blocks=BOXES.blocks)),
+    (
+        "+ 100,000 fresh runs, the worst discarded",
+        replace(BARE, bins=BOXES.bins, blocks=BOXES.blocks, fresh=100_000),
+    ),
+    ("+ 60,000 runs for the profile", replace(BOXES, **FAST, tail=None)),
     ("+ faces that fit the errors", FITTED),
     ("+ 216 bins, in 27 blocks", FINER),
     ("+ all 65,000 train and give the profile (the study)", NOW),
@@ -45,7 +52,7 @@ ROWS: tuple[tuple[str, Study], ...] = (
     ("the study with 9 x 9 x 9 bins", replace(NOW, bins=(9, 9, 9))),
     ("the study with half as many runs for training and profile", replace(NOW, rollouts=32_500)),
     ("the study with 4 x 12 neurons", replace(NOW, hidden=(12,) * 4)),
-    ("one claim at eps / 27, as sharp in a block", replace(NOW, claims=("one",), eps=1e-2 / 27)),
+    ("one claim at eps / 27, as sharp in a block", replace(NOW, blocks=None, eps=1e-2 / 27)),
 )
 
 
@@ -63,16 +70,25 @@ def helps(only: list[int] | None = None) -> None:
         train = learned.select(slice(0, study.rollouts))
         known = (study.hidden, study.rollouts, study.tail)
         if known not in trained:
-            trained[known] = networks(train, study, key)[0]
+            trained[known] = fit_network(train, study, key)
         net = trained[known]
         runs = HeldRuns(learned.select(slice(study.rollouts, None)), fresh)
-        claims = bound_errors([net], runs, train, study, start)[0]
-        safe = {kind: "-" for kind in CLAIMS}
-        for kind, claim in zip(study.claims, claims, strict=True):
+        kinds = ("one",) if study.blocks is None else ("bins", "one")
+        claims = bound_errors([net], runs, train, study.bound.replace(claims=kinds), start)[0]
+        safe = {"bins": "-"}
+        for kind, claim in zip(kinds, claims, strict=True):
             model = trajectory_model(net, claim)
             safe[kind] = f"{100 * safe_volume(model, problem(), key)['safe']:.2f} %"
         regions = enumerate_regions(net, boat.domain).count
         print(f"{name:52} {regions:7}  {safe['bins']:>14}  {safe['one']:>6}", flush=True)
+
+
+def safe_volume(model: TrajectoryModel, problem: ReachAvoid, key: jax.Array) -> dict[str, float]:
+    """Shares of all (p0, k) over K and the goal's box: `reaching` the goal in the model, `safe`."""
+    scene = laid_out(plain(problem, model))
+    drawn = draw(scene, generator(stream(key, Stage.SEARCH)), COMPARED)
+    share = drawn.volume / volume_of_all(scene) / drawn.drawn
+    return {"reaching": drawn.reaching * share, "safe": len(drawn.safe.k) * share}
 
 
 def reality(plans: int = 160, runs: int = 200, ends: int = 64) -> tuple[float, float]:

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.app import figures
-from parc_jax.app.files.episode_file import episode_of
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_of, episode_part
 from parc_jax.problem.robust.pose import Pose
 from sims.barn.drive import Drive
 from sims.barn.worlds import World
@@ -37,8 +36,8 @@ def film(out: Path, world: World, one: Drive, quiet: bool = True) -> Path:
         list(_seen(one)),
     )
     driven = driven._replace(manoeuvres=tuple(placed))
-    figures.write_episode_page(driven, out.with_suffix(".html"), truth)
-    return figures.film_episode(driven, out, truth, quiet=quiet)
+    figures.write_page(driven, out.with_suffix(".html"), truth)
+    return figures.film(driven, out, run=truth, quiet=quiet)
 
 
 def _seen(one: Drive):

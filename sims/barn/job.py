@@ -6,8 +6,8 @@ import json as as_json
 import sys
 from pathlib import Path
 
-from parc_jax.app.files.episode_file import load_episode
 from parc_jax.common.errors import InputError
+from parc_jax.drive.loop.episode_file import load_episode
 from sims.barn.driver import content_of, file_name
 from sims.barn.series import Options, drive_worlds
 from sims.barn.worlds import numbers

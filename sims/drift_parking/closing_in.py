@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parc_jax.common.keys import generator
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.sampling import Points, draw, joined, near
-from parc_jax.safe_set.corridors.search import cover_around
+from parc_jax.safe_set.corridors.search import corridors_around
 from parc_jax.safe_set.corridors.stopping import nothing_covered
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import Scene, scene_of
@@ -27,15 +28,16 @@ MOST = 400  # plans that are kept
 class ClosingIn:
     """A method of `Settings`: from each of the wider problems to the next, then to the asked one.
 
-    The answer's corridors and polytopes lie around the plans found; nothing is said of the rest of
-    the safe set, so its coverage is unknown.
+    The answer's corridors lie around the plans found; nothing is said of the rest of the safe set,
+    so its coverage is unknown.
     """
 
     wider: tuple[ReachAvoid, ...]
 
-    def search(self, scene: Scene, key, rng, settings: Settings) -> tuple[Cover, None]:
-        """Draws from `rng`; `key` is not used."""
+    def search(self, scene: Scene, key, settings: Settings) -> tuple[Cover, None]:
+        """A cover around the plans of the last step. Consumes `key`."""
         begin = time.perf_counter()
+        rng = generator(key)
         model = scene.model
         seen = draw(scene_of(self.wider[0], model), rng, FIRST).safe
         for problem in self.wider[1:]:
@@ -44,7 +46,7 @@ class ClosingIn:
         for _ in range(TRIES if len(seen.k) else 0):
             seen = joined([seen, near(scene, rng, seen, AROUND)]).at(slice(-MOST, None))
         found = time.perf_counter() - begin if len(seen.k) else None
-        corridors, polytopes = cover_around(scene, rng, seen) if len(seen.k) else ((), ())
+        corridors = corridors_around(scene, rng, seen) if len(seen.k) else ()
         none = nothing_covered(settings.confidence)
         n = len(seen.k)  # of no law: no share and no volume follows from how many they are
         return Cover(
@@ -53,12 +55,10 @@ class ClosingIn:
             safe=n,
             volume=float("nan"),
             points=seen,
-            kept=none,
             coverage=none,
             corridors=corridors,
-            polytopes=polytopes,
             first_sample_s=found,
-        ), None
+        ).pick(rng, settings.samples), None
 
 
 def looked_around(scene: Scene, rng: np.random.Generator, seen: Points) -> Points:

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.plot.film_file import require_kind, require_sample, write_film
-from parc_jax.app.plot.film_text import explained
 from parc_jax.app.plot.shapes import shadow
 from parc_jax.common.arrays import x64
 from parc_jax.common.sets.bounding_box import bounding_box
@@ -41,21 +39,20 @@ def film_of(
     positions that hold its whole run (blue). Raises InputError when there is no such sample or
     nothing can be rendered here.
     """
-    from parc_jax.app.plot.predict import predicted
+    from parc_jax.app.plot.shapes import predicted
 
-    require_kind(Path(out))
-    require_sample(answer, sample)
-    film.headless_mujoco()  # before the long part: without OpenGL it is in vain
+    film.require_film(out, answer, sample)
     plan = answer.samples[sample]
     path, _, error = predicted(answer.model, plan[None])
     poses = run(plan)
     model = stage(answer.problem, path[0], error[0])
-    images = film.frames(model, poses, view(answer.problem, poses, size), size, quiet)
     several = " of every reference point" if answer.model.n_points > 1 else ""
     legend = [("car", RED), ("parked", GREY), ("goal", GREEN), (f"tube{several}", BLUE)]
-    seconds = np.arange(len(images)) / RATE
+    seconds, camera = np.arange(len(poses)) / RATE, view(answer.problem, poses, size)
     caption = f"{answer.model.system}: true run, sample {sample}"
-    return write_film(out, explained(images, seconds, caption, legend), RATE)
+    return film.film_of_poses(
+        out, model, poses, camera, size, RATE, seconds, caption, legend, quiet
+    )
 
 
 def run(plan: np.ndarray) -> np.ndarray:

@@ -20,10 +20,7 @@ import numpy as np
 import tyro
 
 from parc_jax.app.study.cache import keep_compiled
-from parc_jax.app.study.settings import Study
-from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.drive.local.refine import Refine
-from parc_jax.learning.learn import learn
+from parc_jax.learning.learn import Learning, learn
 from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem_file import save_problem
@@ -45,12 +42,10 @@ SPEEDS = (9.1, 9.2, 9.22, 9.7, 9.9)
 SIDESLIPS = tuple(map(math.radians, (35.5, 36.5, 37.5)))
 
 
-def narrow_study() -> Study:
+def narrow_settings() -> Learning:
     """The settings with which the narrow gap is passed."""
     lo, hi = system("ode").domain.lo, system("ode").domain.hi
-    return Study(
-        body=rectangle.BODY,
-        others=(),
+    return Learning(
         bins=((lo[0], *SPEEDS, hi[0]), (lo[1], *SIDESLIPS, hi[1])),
         shape="fitted",
         rollouts=20_000,
@@ -100,7 +95,7 @@ def main(options: Options) -> None:
     if options.model is None:
         work = options.out / "unfinished"
         car = system("ode", rectangle.BODY)
-        model = learn(car, narrow_study(), key, Stopwatch(), work, quiet=False).main
+        model = learn(car, key, settings=narrow_settings(), path=work)
         model.save(options.out / "model.npz")
         shutil.rmtree(work)
     else:
@@ -113,10 +108,10 @@ def main(options: Options) -> None:
     apart = options.apart or APART
     scene = problem(rectangle.BODY, apart)
     save_problem(options.out / "scene.toml", scene, model.labels, model.points)
-    settings = Settings(method=closing_in(apart), polytopes=True)
+    settings = Settings(method=closing_in(apart))
     answer = Planner(model).solve(scene, key, settings)
     answer.save(options.out / "answer.json")
-    print(answer.statement())
+    print(answer.details())
 
 
 def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
@@ -124,14 +119,15 @@ def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
     scene = problem(rectangle.BODY, options.apart or REFINED)
     save_problem(options.out / "refined.toml", scene, model.labels, model.points)
     car = system("ode", rectangle.BODY)
-    asked = Refine(shares=(1e-4, 1e-5, 1e-6), centres=6, around=(CALM,))
-    found = Planner(model).refine(scene, car, key, asked, say=print)
+    zoom = {"shares": (1e-4, 1e-5, 1e-6), "centres": 6, "around": (CALM,)}
+    found = Planner(model).refine(scene, car, key, **zoom, say=print)
     print(found.table())
     print(found.statement())
     if found.choice is not None:
-        found.choice.near.model.save(options.out / "refined.npz")
-        found.answer.save(options.out / "refined.json")
-        print(found.answer.statement())
+        near = found.choice.near
+        near.model.save(options.out / "refined.npz")
+        near.answer.save(options.out / "refined.json")
+        print(near.answer.details())
 
 
 if __name__ == "__main__":

@@ -51,12 +51,12 @@ def attempt(
         body=body_of(car),
     )
     planner = Planner(model)
-    settings = Settings(samples=PLANS, work=WORK, polytopes=True)
+    settings = Settings(samples=PLANS, work=WORK)
     answer = planner.solve(scene, key, settings)
-    if not answer.found:
-        none = answer.no_plan
+    if not answer.status.found:
+        none = answer.absence
         return Tried(
-            row._replace(why=none.reason.words if none.reason else none.statement()),
+            row._replace(why=none.reason.words if none.reason else none.details()),
             learned,
             answer,
             None,
@@ -75,7 +75,7 @@ def attempt(
         quiet,
     )
     row = row._replace(
-        safe=answer.safe_share.share,
+        safe=answer.share.share,
         share_of_k=answer.share_of_k(),
         promise=None if eps is None else min(1.0, float(getattr(answer.risk(), "bound", 1.0))),
         plan=tuple(plan.tolist()),

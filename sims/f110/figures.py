@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.predict import predicted
+from parc_jax.app.plot.shapes import predicted
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.network.predict import by_point

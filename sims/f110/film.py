@@ -9,8 +9,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot.film_file import require_kind, require_sample, write_film
-from parc_jax.app.plot.film_text import explained
+from parc_jax.app.plot.film import require_kind
 from parc_jax.app.plot.shapes import shadow
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.problem.problem import ReachAvoid
@@ -69,11 +68,9 @@ def film_of(
     """Drive one safe sample of an answer once, in its scene, and write the film. Blue on the floor:
     the tube of every reference point. Raises InputError.
     """
-    from parc_jax.app.plot.predict import predicted
+    from parc_jax.app.plot.shapes import predicted
 
-    require_kind(Path(out))
-    require_sample(answer, sample)
-    films.headless_mujoco()
+    films.require_film(out, answer, sample)
     plan = answer.samples[sample]
     path, _, error = predicted(answer.model, plan[None])
     tube = path[0], error[0]
@@ -94,11 +91,12 @@ def _film(
         jax.random.PRNGKey(seed)[None], np.array([k], np.float64), origin=start, keep_qpos=True
     )
     first = int(np.argmax(run.qpos[0, :, 0] > ENTERS))
-    images = films.frames(stage(scene, tube), run.qpos[0, first::EVERY], VIEW, size, quiet)
-    seconds = (first + EVERY * np.arange(len(images))) * c.TICK
+    poses = run.qpos[0, first::EVERY]
+    seconds = (first + EVERY * np.arange(len(poses))) * c.TICK
     legend = [("parked", RED), ("space", GREEN), *([] if tube is None else [("tube", BLUE)])]
     caption = f"f110: one run, line {k[0]:.3g} m, speed {k[1]:.3g} m/s"
-    return write_film(out, explained(images, seconds, caption, legend), 1 / (EVERY * c.TICK))
+    rate, model = 1 / (EVERY * c.TICK), stage(scene, tube)
+    return films.film_of_poses(out, model, poses, VIEW, size, rate, seconds, caption, legend, quiet)
 
 
 def stage(scene: ReachAvoid, tube: tuple[np.ndarray, np.ndarray] | None = None):

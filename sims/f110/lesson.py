@@ -10,8 +10,8 @@ import numpy as np
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.counts import supported_eps
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.fitting import fitted_profile
 from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.profile import fitted_profile
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import fit

@@ -10,9 +10,10 @@ from toy_models import line_model, toy_case
 from toy_whole import answer
 
 import parc_jax as pj
-from parc_jax.app.study.numbers import IN_THE_BOX, how_much_is_safe
+from parc_jax.answer.answer import density_of_k
 from parc_jax.safe_set.corridors.sampling import ends_from
 from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.statement import IN_THE_BOX
 
 KEY = jax.random.PRNGKey(0)
 SAMPLES = pj.Settings(samples=600, work=1e-3, samples_only=True, proof=False)
@@ -23,32 +24,34 @@ SLANTED = pj.hpolytope(
 
 
 def covering(at_least):
-    """The answer, whose polytopes are only known to cover this share of the safe set."""
+    """The answer, with corridors that are only shown to cover this share of the safe set."""
     coverage = answer().coverage._replace(share=at_least, at_least=at_least)
     return replace(answer(), cover=answer().cover._replace(coverage=coverage))
 
 
 def test_the_density_of_a_whole_answer_is_close_to_one():
     """Per unit of k the union offers the same box of end points, so k of `sample` is uniform."""
-    assert len(answer().polytopes) == 1 and answer().coverage.at_least > 0.99
-    assert 1 <= answer().density <= 1.03
+    assert answer().coverage.at_least >= 0.9
+    assert 1 <= density_of_k(covering(1.0)) <= 1.03
+    claim = answer().model.claim
+    assert isinstance(answer().risk(), pj.types.NoStatement) == (claim.eps is None)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.1])
-def test_the_density_pays_for_what_the_polytopes_do_not_cover(share):
-    """Polytopes that hold a share s of this safe set may be a slice of K of that share: then k of
+def test_the_density_pays_for_what_the_corridors_do_not_cover(share):
+    """Corridors that hold a share s of this safe set may be a slice of K of that share: then k of
     `sample` is 1 / s times as dense as uniform.
     """
-    assert 1 / share <= covering(share).density <= 1.03 / share
+    assert 1 / share <= density_of_k(covering(share)) <= 1.03 / share
 
 
 def test_without_measured_coverage_no_density_is_stated():
-    assert np.isinf(covering(0.0).density)
+    assert np.isinf(density_of_k(covering(0.0)))
 
 
 def test_the_volume_interval_is_clopper_pearson():
     counted = replace(answer(), cover=answer().cover._replace(drawn=1000, safe=300))
-    estimate, low, high = np.array(counted.volume(0.99)) / answer().cover.volume
+    estimate, low, high = np.array(counted.cover.safe_volume(0.99)) / answer().cover.volume
     assert estimate == pytest.approx(0.3)
     assert binom.sf(299, 1000, low) == pytest.approx(0.005, rel=1e-6)  # 300 or more
     assert binom.cdf(300, 1000, high) == pytest.approx(0.005, rel=1e-6)
@@ -78,10 +81,10 @@ def shared(goal=OPEN, final=0.0, at=None, **asked):
 def test_the_safe_share_is_of_all_plans_that_were_asked_about(asked, left):
     """A wide tube or doubt leaves little, and nothing of what it takes is left out of account."""
     found = shared(**asked)
-    said = found.safe_share
+    said = found.share
     assert said.at_least <= left <= said.at_most + 1e-12 and said.share <= said.reaching + 1e-12
     assert said.at_most - said.at_least < 0.1
-    assert f"{100 * said.share:.3g} % of" in how_much_is_safe(found)
+    assert f"Safe: {100 * said.share:.3g} % of" in found.summary()
 
 
 @pytest.mark.slow
@@ -92,17 +95,17 @@ def test_the_safe_share_holds_the_truth_of_plans_drawn_plainly(rng, start):
     k = rng.uniform(model.domain.lo, model.domain.hi, (20_000, model.n_k))
     z = rng.uniform(found.scene.z_lo, found.scene.z_hi, (20_000, model.n_p))
     safe = verdicts(found.scene, z - ends_from(0.0, model, k), k).safe.mean()
-    said = found.safe_share
+    said = found.share
     error = 4 * np.sqrt(safe / 20_000)
     assert said.at_least - error < safe < said.at_most + error and 0 < said.share < said.reaching
 
 
 def test_without_uniform_draws_there_is_no_safe_share():
     counted = replace(answer(), cover=answer().cover._replace(volume=float("nan")))
-    assert counted.safe_share is None and "not measured" in how_much_is_safe(counted)
+    assert counted.share is None and "Safe: what share of the plans was not" in counted.summary()
 
 
 def test_a_few_safe_draws_are_an_interval_and_no_estimate():
     few = replace(answer(), cover=answer().cover._replace(drawn=40, reaching=30, safe=3))
-    said = how_much_is_safe(few)  # Clopper-Pearson of 3 in 40
-    assert said == f"0.862 % to 24.9 % of {IN_THE_BOX}, with confidence 0.99"
+    # Clopper-Pearson of 3 in 40
+    assert f"Safe: 0.862 % to 24.9 % of {IN_THE_BOX}, with confidence 0.99." in few.summary()

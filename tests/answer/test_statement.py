@@ -6,8 +6,7 @@ import numpy as np
 from toy_models import told, toy_case
 from toy_query import answer
 
-from parc_jax.answer.findings import Findings
-from parc_jax.answer.statement import as_html, one_line, statement
+from parc_jax.common.premises import ASSUMED
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import tube
@@ -18,43 +17,44 @@ from parc_jax.statement import nothing_found
 
 
 def found(**changes):
-    """The findings behind the toy's answer, some of them changed."""
-    whole = answer()
-    fields = {
-        "scene": whole.scene.under(told(whole.model, system="<b>toy</b> & co")),
-        "cover": whole.cover,
-        "samples": whole.samples,
-        "spelled": whole.sample_parts,
-        "proved": True,
-        "refused": 0,
-        "timings": {},
-        "no_plan": None,
-    }
-    return Findings(**(fields | changes))
+    """The toy's answer, with a name that is no text of a notebook; cover changed."""
+    scene = answer().scene.under(told(answer().model, system="<b>toy</b> & co"))
+    return replace(answer(), scene=scene, cover=answer().cover._replace(**changes))
 
 
 def nothing():
-    """Findings without a plan, without a proof that none exists."""
-    empty = answer().cover._replace(corridors=[], polytopes=[], ended=Ended.WORK)
-    return found(cover=empty, samples=answer().samples[:0])
+    """An answer without a plan, without a proof that none exists."""
+    return replace(found(corridors=[], ended=Ended.WORK), samples=answer().samples[:0])
 
 
 def test_names_of_others_are_text_in_a_notebook():
-    page = as_html(found())
+    page = found()._repr_html_()
     assert "&lt;b&gt;toy&lt;/b&gt; &amp; co: exact-proved, 5 plans" in page and "<b>toy" not in page
-    assert page.count("<li>") == len(statement(found()).split("\n"))
+    assert page.count("<li>") == len(found().details().split("\n"))
 
 
 def test_what_is_proved_comes_first_then_the_tube_then_the_risk():
-    lines = statement(found()).split("\n")
+    lines = found().details().split("\n")
     assert [line.split(" ")[0] for line in lines] == ["(C)", "(E)", "Risk:", "Search:"]
     assert "proved in exact arithmetic" in lines[0]
-    assert "proved in exact" not in statement(found(proved=False)).split("\n")[0]
+    assert "proved in exact" not in found(proved=False).details().split("\n")[0]
+
+
+def test_the_summary_is_short_and_names_every_assumption():
+    for one in (found(), nothing(), answer(wall=True)):
+        lines = one.summary().split("\n")
+        assert len(lines) <= 15 and lines[0].startswith("Answer for")
+        names = [entry.name for entry in one.model.claim.premises if entry.standing == ASSUMED]
+        assert lines[-1].startswith(f"Holds if ({len(names)} assumption")
+        assert names and all(name in lines[-1] for name in names)
+        assert "tube (ASSUMED, not shown)" in lines[-1]  # the toy's tube is
+    assert found().details().split("\n")[2] in found().summary()  # the risk
+    assert "Status: safe plans in hand, shown in float64" in found(proved=False).summary()
 
 
 def test_where_nothing_was_found_nothing_is_promised():
-    assert statement(nothing()).split("\n") == [nothing_found(None), Ended.WORK.sentence]
-    assert one_line(nothing()) == "Answer for <b>toy</b> & co: not-found"
+    assert nothing().details().split("\n") == [nothing_found(None), Ended.WORK.sentence]
+    assert repr(nothing()) == "<Answer for <b>toy</b> & co: not-found>"
 
 
 def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
@@ -67,7 +67,7 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
         known = plain(asked, model.replace(claim=claim))
         empty = nothing()
         empty = replace(empty, scene=laid_out(known))
-        said = statement(empty)
+        said = empty.details()
         assert (
             "that have a claim; a value on an edge is in the bins on both sides" in said
         ) == known_why

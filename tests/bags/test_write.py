@@ -72,7 +72,7 @@ def test_an_answer_is_read_back_by_another_library(tmp_path):
     moved = [message.transforms[0] for _, message in said["/tf"]]
     ways = np.array([[t.transform.translation.x, t.transform.translation.y] for t in moved])
     assert np.array_equal(ways, told.places[:, 0]) and moved[0].child_frame_id == "base_link"
-    assert said["/statement"][0][1].data == answer.statement()
+    assert said["/statement"][0][1].data == answer.details()
     assert len(said["/plans"][0][1].markers[1].points) == 2 * 4 * len(answer.samples)
     # the obstacle is there from interval 1 to 3, and is what it is
     shown = [(at, triangles(m)) for at, m in said["/obstacles"]]

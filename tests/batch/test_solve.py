@@ -24,8 +24,7 @@ from parc_jax.problem.robust.question import plain_problems
 from parc_jax.safe_set.batch import proposals
 from parc_jax.safe_set.batch import run as batch_run
 from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
-from parc_jax.safe_set.batch.estimate import along_fan
-from parc_jax.safe_set.batch.proposals import Best
+from parc_jax.safe_set.batch.proposals import Best, along_fan
 from parc_jax.safe_set.batch.run import Calls, run, search_many
 from parc_jax.safe_set.batch.stack import stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
@@ -263,16 +262,16 @@ def test_warm_start_keeps_what_holds_and_repairs_what_moved(toy):
 
 
 @pytest.mark.slow
-def test_polytopes_for_the_chosen_ones(toy):
+def test_corridors_for_the_chosen_ones(toy):
     planner, problems, answer = toy
     best = int(np.argmax(np.nan_to_num(answer.clearance[:, 0])))
     full = planner.solve_batch(
         [problems[best]],
         KEY,
-        Settings(samples=4, target=0.3, budget_s=300, proof=False, polytopes=True),
+        Settings(samples=4, target=0.3, budget_s=300, proof=False),
         whole=[0],
     ).answers[0]
-    assert full.found and len(full.safe_sets())
+    assert full.status.found and len(full.corridors)
 
 
 def test_errors_say_what_to_do(toy):

@@ -12,9 +12,10 @@ import pytest
 from profiles import training_profile
 from toy_models import assumed
 
+from benchmarks.attacks import mutations
 from benchmarks.attacks.__main__ import main, names
 from benchmarks.attacks.coverage import interval, refuted, repeat
-from benchmarks.attacks.fault import Fault
+from benchmarks.attacks.fault import ROOT, Fault
 from benchmarks.attacks.faults import FAULTS, misfits
 from benchmarks.attacks.jump_plant import (
     jump_plant,
@@ -25,7 +26,7 @@ from benchmarks.attacks.jump_plant import (
 )
 from benchmarks.attacks.promises import PROMISES, Promise
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.bound.tube import fitted_tube
@@ -94,6 +95,23 @@ def test_every_fault_fits_the_code():
     """
     assert not misfits(), "\n".join(misfits())
     assert len(FAULTS) >= 60
+
+
+def test_changes_that_survive_are_listed_and_those_left_out_are_not_counted():
+    places = {"start_pos": [7, 1], "definition_name": "f", "operator_name": "core/AddNot"}
+    results = [("normal", "killed"), ("normal", "survived"), ("skipped", None), None]
+    dump = "\n".join(
+        json.dumps(
+            [
+                {"mutations": [places]},
+                one and {"worker_outcome": one[0], "test_outcome": one[1]},
+            ]
+        )
+        for one in results
+    )
+    assert mutations.survivors(dump) == (["line 7 of f: core/AddNot"], 2)
+    for file, guard in mutations.CORE.items():
+        assert guard.tests and all((ROOT / name).exists() for name in (file, *guard.tests))
 
 
 def test_a_fault_that_no_longer_fits_is_told(tmp_path):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from benchmarks.arcs import bending_arcs, between_blocks
-from benchmarks.workloads.scaling import Point, _power, figure
 from parc_jax.learning.network.predict import trajectories
 
 
@@ -22,11 +21,3 @@ def test_arcs_of_any_number_of_parameters_go_where_the_first_two_say(n_k, bins, 
 
 def test_obstacles_are_added_beside_the_way():
     assert [len(between_blocks(more=n).obstacles) for n in (0, 3)] == [2, 5]
-
-
-def test_the_power_of_a_curve_is_its_slope_and_it_is_drawn(tmp_path):
-    points = [Point(w, 0.1 * w**2, 0.01 * w, 0.02, 5, 0) for w in (1.0, 2.0, 4.0)]
-    assert _power(points) == pytest.approx(2.0)
-    data = {name: {"along": "a, b", "points": [p._asdict() for p in points]} for name in ("x", "y")}
-    figure(data, tmp_path / "curves.png")
-    assert (tmp_path / "curves.png").stat().st_size > 5000

@@ -4,7 +4,6 @@ are seen.
 
 import json
 from dataclasses import replace
-from unittest import mock
 
 import numpy as np
 import pytest
@@ -14,12 +13,10 @@ from toy_models import model_of, told
 
 from benchmarks.bench import Bench
 from benchmarks.cases import Case, case
-from benchmarks.metrics import metric
 from benchmarks.models import PARC, CaseModels, Claims, name_of
 from benchmarks.published import Partition, kept
 from benchmarks.rectangle_gap import Narrowest
-from benchmarks.result import Skip
-from benchmarks.workloads import bras, fails_safely, gap, points
+from benchmarks.workloads import bras, gap
 from parc_jax.common.lp.status import LPStatus
 from parc_jax.common.sets.box import box
 from parc_jax.learning.network.fit import fit_affine
@@ -130,18 +127,3 @@ def test_the_gap_workload_orders_the_methods(learned, monkeypatch):
     drawn = [line for line in lines if (line[:, 1] == len(rows) - 1).all()]
     np.testing.assert_allclose(drawn, [[(-0.1, len(rows) - 1), (0.05, len(rows) - 1)]])
     assert name_of((8, 8, 8, 8)) == "4x8" and name_of(PARC) == "affine"
-
-
-@pytest.mark.soundness
-def test_injected_solver_failures_are_counted_when_a_check_is_missing():
-    """The workload reports none; with the re-check of dual proofs removed it reports some."""
-    rng = np.random.default_rng(0)
-    assert fails_safely._lying_solver(rng, 12) == (12, 0)
-    with mock.patch("parc_jax.common.lp.solve._lower_bound", lambda *_: 1.0):
-        assert fails_safely._lying_solver(rng, 40)[1] > 0
-
-
-def test_without_the_saved_model_workloads_are_skipped(tmp_path):
-    with pytest.raises(Skip, match="saved model"):
-        points.run(Bench(quick=True, saved=tmp_path / "none.npz"))
-    assert metric("a.b", 1, "s", "lower").batch == 0

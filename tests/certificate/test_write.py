@@ -21,6 +21,7 @@ from toy_models import (
 )
 
 from parc_jax import checker
+from parc_jax.answer.answer import answer_data
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import fraction_text
 from parc_jax.planner.planner import Planner
@@ -46,7 +47,7 @@ def saved(tmp_path_factory):
     model, problem = toy_case(4)
     problem = problem.replace(spans=((0, 2), None))
     answer = Planner(model).solve(
-        problem, jax.random.key(0), Settings(target=0.2, samples=12, budget_s=300, polytopes=True)
+        problem, jax.random.key(0), Settings(target=0.2, samples=12, budget_s=300)
     )
     path = answer.save(tmp_path_factory.mktemp("answers") / "a.json")
     return answer, json.loads(path.read_text()), path
@@ -185,7 +186,7 @@ def test_answers_that_claim_more_are_rejected(saved):
 
 def test_prove_keeps_what_holds_and_drops_what_does_not(saved):
     answer, _, _ = saved
-    parts = copy.deepcopy(answer.sample_parts)
+    parts = copy.deepcopy(answer.certificates)
     parts[3]["p0"][0] = (float.fromhex(parts[3]["p0"][0]) + 3).hex()
     kept, _, polytopes = prove(answer.problem, answer.model, parts, polytopes=answer.polytopes)
     assert polytopes.all() and kept.tolist() == [i != 3 for i in range(12)]
@@ -216,7 +217,7 @@ def test_a_model_whose_bins_lack_a_claim_is_answered_in_the_others():
     interval[1], final[1] = np.inf, np.inf
     model = model_of(model.net, model.domain, interval, final, model.tube.edges)
     answer = Planner(model).solve(
-        problem, jax.random.key(0), Settings(target=0.2, samples=5, budget_s=300, polytopes=True)
+        problem, jax.random.key(0), Settings(target=0.2, samples=5, budget_s=300)
     )
-    assert answer.found and (answer.samples[:, 3] < 0).all() and answer.refused == 0
-    checker.check_answer(json.loads(json.dumps(answer.to_json())))
+    assert answer.status.found and (answer.samples[:, 3] < 0).all() and answer.cover.refused == 0
+    checker.check_answer(json.loads(json.dumps(answer_data(answer))))

@@ -14,8 +14,7 @@ from toy_models import line_model, told
 from parc_jax import checker
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
-from parc_jax.learning.bound.error_set import at
-from parc_jax.learning.bound.faces import faces, short
+from parc_jax.learning.bound.error_set import at, faces, short
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.problem.body import Disc, Part, Polygon, body_of
 from parc_jax.problem.problem import reach_avoid

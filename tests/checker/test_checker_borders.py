@@ -39,23 +39,6 @@ def closed(real):
     return rows
 
 
-def narrowest(real):
-    return lambda self, bins, pick: real(self, bins, min)
-
-
-@pytest.mark.night
-@pytest.mark.parametrize(
-    ("name", "slip", "seen"),
-    [
-        ("_bin_rows", closed, "wrong: in the polytope, but no sample"),
-        ("errors", narrowest, "wrong: accepted, but not safe"),
-    ],
-)
-def test_a_wrong_border_would_be_seen(monkeypatch, name, slip, seen):
-    monkeypatch.setattr(checker.Context, name, slip(getattr(checker.Context, name)))
-    assert any(borders.look(seed, 20)[seen] for seed in range(10))
-
-
 def faces(answer, number):
     """(name, strict) of the rows of k for the set of an answer in a bin."""
     context = checker.Context(*(answer[part] for part in checker.PARTS))

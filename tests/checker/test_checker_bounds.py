@@ -50,16 +50,6 @@ def test_nothing_in_the_box_is_below_the_bound(seed):
         assert bound == min(values)
 
 
-@pytest.mark.parametrize("seed", range(60))
-def test_bounds_of_a_box_inside_one_cell_are_the_truth(seed):
-    weights, biases, lo, hi, row = random_case(seed)
-    middle = [(a + b) / 2 for a, b in zip(lo, hi, strict=True)]
-    lo, hi = ([m + sign * F(1, 2**40) for m in middle] for sign in (-1, 1))
-    found = list(cells(weights, biases, lo, hi))
-    if len(found) == 1:
-        assert bounds(weights, biases, lo, hi, row) == min(build.dot(row, y) for _, y in found[0])
-
-
 @pytest.mark.parametrize(("lo", "hi"), [*itertools.combinations((-7, -3, -1, 0, 2, 5, 9), 2)])
 @pytest.mark.parametrize("scale", [1, 3, 1 << 50])
 def test_lines_enclose_a_neuron_at_the_ends_and_at_its_bend(lo, hi, scale):

@@ -58,14 +58,6 @@ def test_rows_along_the_axes_reach_as_far_as_widths():
     assert widths.contains([F(-1, 3), F(0), F(2)]) and not widths.contains([F(0), F(1), F(0)])
 
 
-def test_errors_off_centre_reach_farther_one_way():
-    """Offsets may be negative: an error that is always between 1 and 2."""
-    rows = [([F(1), F(0)], F(2)), ([F(-1), F(0)], F(-1))]
-    rows += [([F(0), F(1)], F(1)), ([F(0), F(-1)], F(1))]
-    error = template_of(rows, 2)
-    assert error.support([1, 0]) == 2 and error.support([-1, 0]) == -1
-
-
 def test_directions_that_no_rows_give_are_refused():
     half_open = template_of([([F(1), F(0)], F(1)), ([F(0), F(1)], F(1))], 2)
     assert half_open.support([1, 2]) == 3

@@ -12,7 +12,7 @@ import known
 import pytest
 
 from parc_jax import checker
-from parc_jax.app.cli import second
+from parc_jax.app.cli import check as second
 from parc_jax.checker.claim import LONGEST, MAX_PREMISES
 
 sys.path.insert(0, str(Path(__file__).parent / "compare"))

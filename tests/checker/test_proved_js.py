@@ -15,7 +15,7 @@ import known_points
 import pytest
 
 from parc_jax import checker
-from parc_jax.app.cli import second
+from parc_jax.app.cli import check as second
 from parc_jax.checker.question import about_the_model
 
 SOURCE = second.PROVED_JS.parent

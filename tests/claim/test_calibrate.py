@@ -15,17 +15,14 @@ from parc_jax.checker import Rejected
 from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.drive.local.local_model import Local
-from parc_jax.learning.bound.by_bin import bin_shares, block_of_bins, calibrate_bins
-from parc_jax.learning.bound.calibrate import calibrate
-from parc_jax.learning.bound.counts import most_discards, supported_eps
+from parc_jax.drive.local.localise import Local
+from parc_jax.learning.bound.asked import AccelerationBound, SpeedBound
+from parc_jax.learning.bound.calibrate import bin_shares, block_of_bins, calibrate, calibrate_bins
+from parc_jax.learning.bound.counts import NoStatement, most_discards, supported_eps
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.intersample import AccelerationBound, SpeedBound
-from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.measure import measure, score_batch
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.risk import NoStatement
-from parc_jax.learning.bound.score import score_batch
 from parc_jax.learning.runs import collect as rolling
 from parc_jax.learning.runs.batch import concatenate
 from parc_jax.learning.runs.collect import collect
@@ -125,13 +122,18 @@ def test_few_runs_support_a_larger_eps_and_say_so(holdout, profile):
         calibrate(NET, holdout.select(slice(3)), profile, eps=1e-3, delta=1e-3, discard=3)
 
 
+def numbered(batch, row):
+    """One run under a number that no other has."""
+    return replace(batch.select([row]), rows=np.array([1000 + row]))
+
+
 def test_copies_and_training_runs_are_refused(system, holdout, profile, train):
     with pytest.raises(InputError, match="occur twice"):
-        calibrate(NET, concatenate([holdout, holdout.select([4])]), profile, eps=1e-2)
+        calibrate(NET, concatenate([holdout, numbered(holdout, 4)]), profile, eps=1e-2)
     with pytest.raises(InputError, match="500 of 500 runs are training runs"):
         calibrate(NET, train, profile, eps=1e-2, train=train)
     renamed = replace(holdout, seed=None, stage=None)  # the same content under another name
-    one_seen = concatenate([renamed, replace(train, seed=None, stage=None).select([7])])
+    one_seen = concatenate([renamed, replace(numbered(train, 7), seed=None, stage=None)])
     with pytest.raises(InputError, match="1 of 689"):
         calibrate(NET, one_seen, profile, eps=1e-2, train=train)
     with pytest.raises(InputError, match="training runs"):

@@ -9,13 +9,18 @@ import pytest
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.learning.bound.claim import check_claim, derived, error_claim, on_bins, weaker
-from parc_jax.learning.bound.claim_file import claim_from_json, load_claim
-from parc_jax.learning.bound.risk import NoStatement
-from parc_jax.learning.bound.tube import tube
-from parc_jax.learning.bound.tube_file import tube_from_json, tube_to_json
-from parc_jax.learning.runs.law import law_spec
-from parc_jax.learning.runs.subject import subject
+from parc_jax.learning.bound.claim import (
+    check_claim,
+    claim_from_json,
+    derived,
+    error_claim,
+    load_claim,
+    on_bins,
+    weaker,
+)
+from parc_jax.learning.bound.counts import NoStatement
+from parc_jax.learning.bound.tube import tube, tube_from_json, tube_to_json
+from parc_jax.learning.runs.law import law_spec, subject
 from parc_jax.learning.system import STAYS, TURNS, time_grid
 
 pytestmark = pytest.mark.soundness
@@ -162,7 +167,11 @@ def test_a_share_of_K_is_promised_only_where_k_was_uniform():
     uniform = claim().statement()
     assert "uniformly at random from a certified set of share s of K: at most 0.001/s" in uniform
     domain = box([0, 0], [1, 1])
-    for law, word in (("logged", "as in the log"), ("given", "were given"), ("pilot", "by pilot")):
+    for law, word in (
+        ("logged", "as in the log"),
+        ("given (1, 2)", "as given (1, 2)"),
+        ("p", "by p"),
+    ):
         text = claim(law=law_spec("toy", domain, law)).statement()
         assert word in text and "of share s of K" not in text
         assert "The share of K that the set fills says nothing" in text

@@ -6,7 +6,7 @@ import pytest
 from synthetic_plants import noisy, plant, straight_network
 
 import parc_jax as pj
-from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.runs.collect import collect
 
 WHY = "the data sheet gives 2 cm over the whole workspace"

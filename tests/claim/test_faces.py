@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import linprog
 
 from parc_jax.common.errors import InputError
-from parc_jax.learning.bound.faces import DIRECTION_BITS, faces, short
+from parc_jax.learning.bound.error_set import DIRECTION_BITS, faces, short
 
 pytestmark = pytest.mark.soundness
 

@@ -13,20 +13,16 @@ from turning_bar import Bar
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.by_bin import calibrate_bins
-from parc_jax.learning.bound.calibrate import calibrate, scaled
-from parc_jax.learning.bound.claim import derived, on_bins, weaker
-from parc_jax.learning.bound.claim_file import load_claim
-from parc_jax.learning.bound.faces import faces
-from parc_jax.learning.bound.fitting import fitted_profile, with_principal_axes
-from parc_jax.learning.bound.intersample import SpeedBound
-from parc_jax.learning.bound.monitor import inside_tube, monitor
+from parc_jax.learning.bound.asked import SpeedBound
+from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins, scaled
+from parc_jax.learning.bound.claim import derived, load_claim, on_bins, weaker
+from parc_jax.learning.bound.error_set import faces
+from parc_jax.learning.bound.measure import score_batch
+from parc_jax.learning.bound.monitor import inside_tube, monitor, update
 from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.score import score_batch
+from parc_jax.learning.bound.profile import fitted_profile, with_principal_axes
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
-from parc_jax.learning.bound.tube import fitted_tube, refined
-from parc_jax.learning.bound.tube_file import tube_from_json, tube_to_json
-from parc_jax.learning.bound.update import update
+from parc_jax.learning.bound.tube import fitted_tube, refined, tube_from_json, tube_to_json
 from parc_jax.learning.model import load, trajectory_model
 from parc_jax.learning.network.predict import layout_of
 from parc_jax.learning.network.relu import relu_network

@@ -8,11 +8,10 @@ from synthetic_plants import disturbed, exact, noisy, plant, straight_network
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.by_bin import calibrate_bins
-from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
+from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.monitor import monitor
 from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.score import score_batch
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.law import FITTED, TO_ALL, law_spec
@@ -152,7 +151,7 @@ def test_copies_of_training_runs_are_found_beyond_float32(train, held, profile):
 def test_independent_runs_are_no_copies(n_k):
     """Even where nothing but k tells them apart, and thousands of k lie close together."""
     from parc_jax.common.sets.box import box
-    from parc_jax.learning.runs.copies import marks_of, near_copies
+    from parc_jax.learning.runs.independent import marks_of, near_copies
     from parc_jax.learning.system import time_grid
 
     rng, domain, time = np.random.default_rng(0), box([0.0] * n_k, [1.0] * n_k), time_grid(0.5, 1.0)
@@ -259,8 +258,21 @@ def test_float32_systems_are_not_refused_for_equal_k(profile, held):
 
 
 def test_a_monitor_counts_recordings(held, profile, train):
-    claim = calibrate(NET, held, profile, eps=0.1)
-    watch = monitor(claim, NET)
     groups = np.arange(100) // 4
-    seen = watch.observe(recorded(train.k, train.p, train.q, train, groups=groups))
-    assert seen.seen == 25 and watch.observe(train).seen == 100
+    claim = calibrate(NET, recorded(held.k, held.p, held.q, held, groups=groups), profile, eps=0.1)
+    watch, parts = monitor(claim, NET), (train.k, train.p, train.q, train)
+    seen = watch.observe(recorded(*parts, groups=groups))
+    assert seen.seen == 25
+    with pytest.raises(InputError, match="expected recordings, as the claim counts; got runs"):
+        watch.observe(recorded(*parts))
+    first, second = (recorded(*parts, groups=groups).select(slice(at, 100, 2)) for at in (0, 1))
+    with pytest.raises(InputError, match="25 were observed before"):
+        watch.observe(first).observe(second)
+    with pytest.raises(InputError, match="numbers of several files"):
+        watch.observe(first).observe(
+            recorded(*parts, groups=groups + 50, name="file:b").select(slice(1, 2))
+        )
+    runs = monitor(calibrate(NET, held, profile, eps=0.1), NET)
+    assert runs.observe(train).seen == 100
+    with pytest.raises(InputError, match="expected runs, as the claim counts; got recordings"):
+        runs.observe(recorded(*parts, groups=groups))

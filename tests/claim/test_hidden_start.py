@@ -12,22 +12,22 @@ from toy_running import Cart, H, cart_model, settled_network
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.study.compare import safe_volume
 from parc_jax.app.study.job import run_study
 from parc_jax.app.study.report import figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.calibrate import calibrate
-from parc_jax.learning.bound.claim_file import load_claim
+from parc_jax.learning.bound.claim import load_claim
 from parc_jax.learning.bound.tube import zero_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts
+from parc_jax.learning.runs.law import given_of
 from parc_jax.learning.runs.loaders import load_rollouts
-from parc_jax.learning.runs.subject import given_of
 from parc_jax.learning.system import time_grid
 from parc_jax.problem.robust.question import plain
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 from parc_jax.safe_set.verdict.scene import laid_out
+from sims.asv.what_helps import safe_volume
 
 ENTRY = "HIDDEN_START(given v0)"
 KEY = jax.random.key(0)
@@ -55,9 +55,9 @@ def test_a_claim_lists_it_and_keeps_it_in_files(claim, tmp_path):
 @pytest.mark.slow
 def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
     model = pj.trajectory_model(settled_network(), claim)
-    settings = pj.Settings(samples=3, target=0.3, polytopes=False)
+    settings = pj.Settings(samples=3, target=0.3)
     answer = pj.Planner(model).solve(MEASURED, KEY, settings)
-    said = answer.statement()
+    said = answer.details()
     assert ENTRY in said and "v0 = 0.5 (measured)" in said
     path = answer.save(tmp_path / "answer.json")
     told = json.loads(path.read_text())["claim"]
@@ -84,7 +84,9 @@ def test_plans_are_replayed_from_what_was_measured(claim):
 def test_a_study_of_what_is_measured_roughly_replays_nothing(claim, tmp_path):
     model, study = pj.trajectory_model(settled_network(), claim), Study(samples=3, target=0.2)
     outcome = run_study(Cart(), ROUGHLY, study, tmp_path, 0, model, quiet=True)
-    assert outcome.answer.found and outcome.runs is None and outcome.metrics["replay"] is None
+    assert (
+        outcome.answer.status.found and outcome.runs is None and outcome.metrics["replay"] is None
+    )
     assert [file.name for file in figures(outcome, study, tmp_path)] == ["samples.png"]
 
 
@@ -174,7 +176,7 @@ def test_plans_from_an_edge_are_proved():
     asked = SCENE.replace(doubt=pj.Doubt(given={"v0": 0.5}))
     settings = pj.Settings(samples=20, samples_only=True, proof=True)
     answer = pj.Planner(cart_model()).solve(asked, KEY, settings)
-    assert answer.proved and answer.refused == 0 and len(answer.samples) == 20
+    assert answer.cover.proved and answer.cover.refused == 0 and len(answer.samples) == 20
 
 
 @pytest.mark.parametrize("words", ["v9", (2,), ("v0", 0), ("v0", "v"), (0.5,), 7, (True,)])

@@ -20,9 +20,8 @@ from synthetic_plants import (
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.monitor import inside_tube, monitor
+from parc_jax.learning.bound.monitor import inside_tube, monitor, refit, update
 from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.update import refit, update
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import time_grid
 

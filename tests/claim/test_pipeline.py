@@ -12,19 +12,17 @@ import parc_jax as pj
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import most_discards
-from parc_jax.learning.bound.update import update
-from parc_jax.learning.learn import learn, learn_recorded
+from parc_jax.learning.bound.monitor import update
+from parc_jax.learning.learn import learn_report
 from parc_jax.learning.runs.collect import collect
 
 KEY = jax.random.PRNGKey(5)
 NET = straight_network(4)
 STUDY = Study(
     hidden=(),
-    others=(),
     bins=(2, 1),
     rollouts=80,
     eps=0.1,
@@ -70,12 +68,12 @@ def test_a_start_that_matters_more_is_refused():
 
 def test_python_and_shell_make_the_same_claim(tmp_path):
     system = plant(noisy)
-    learned = learn(system, STUDY, KEY, Stopwatch(), tmp_path, True)
+    learned = learn_report(system, KEY, STUDY, path=tmp_path, quiet=True)
     # the training runs are kept once, in chunks like all others
     assert (tmp_path / "training" / "meta.json").exists()
     assert {f.name for f in tmp_path.iterdir()} <= {"training", "profile", "fresh"}
     again = pj.bound_error(
-        learned.main.net,
+        learned.model.net,
         system,
         KEY,
         eps=STUDY.eps,
@@ -86,8 +84,8 @@ def test_python_and_shell_make_the_same_claim(tmp_path):
         gap=STUDY.gap,
         quiet=True,
     )
-    assert again.to_json() == learned.main.claim.to_json()
-    assert again.tube.hash == learned.main.tube.hash
+    assert again.to_json() == learned.model.claim.to_json()
+    assert again.tube.hash == learned.model.tube.hash
     check_claim(again)
 
 
@@ -104,10 +102,11 @@ def test_an_update_keeps_the_declared_start():
 
 
 def test_recorded_runs_too():
-    train, held = (collect(plant(noisy), KEY, 80, stage, quiet=True) for stage in (1, 2))
-    learned = learn_recorded(train, held, STUDY, KEY)
+    runs = collect(plant(noisy), KEY, 160, quiet=True)
+    learned = learn_report(runs, KEY, STUDY, holdout=0.5)
+    train, held = runs.split(0.5, 5)
     again = pj.bound_error(
-        learned.main.net,
+        learned.model.net,
         held,
         None,
         eps=0.1,
@@ -117,7 +116,7 @@ def test_recorded_runs_too():
         gap=STUDY.gap,
         discard=0,
     )
-    assert again.to_json() == learned.main.claim.to_json()
+    assert again.to_json() == learned.model.claim.to_json()
     assert np.isfinite(again.tube.interval).all()
 
 

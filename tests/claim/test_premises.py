@@ -12,12 +12,10 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, agree, premises
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import hex_text
-from parc_jax.learning.bound.claim import check_claim, derived, error_claim
-from parc_jax.learning.bound.claim_file import load_claim
+from parc_jax.learning.bound.claim import check_claim, derived, error_claim, load_claim
 from parc_jax.learning.bound.statement import statement
 from parc_jax.learning.bound.tube import tube
-from parc_jax.learning.runs.law import law_spec
-from parc_jax.learning.runs.subject import subject
+from parc_jax.learning.runs.law import law_spec, subject
 from parc_jax.learning.system import time_grid
 
 pytestmark = pytest.mark.soundness
@@ -125,6 +123,11 @@ def test_two_records_that_meet_agree_in_every_entry(claim):
         less = premises(e for e in record if e != entry)
         with pytest.raises(InputError, match=rf"{entry.name} is .*beside not stated"):
             agree("here", record, less)
+    first, second, *_ = record  # an entry that may differ hides none of those behind it
+    both = [e._replace(value=hex_text(9.0)) if e in (first, second) else e for e in record]
+    with pytest.raises(InputError, match=rf"agree; {second.name} is "):
+        agree("here", record, premises(both), free={first.name})
+    assert record.hash == premises(record).hash != premises(both).hash
     ours = premises([("recordings", MEASURED, ["a", "b"])])
     theirs = premises([("recordings", MEASURED, ["b", "c"])])
     with pytest.raises(InputError, match="recordings are shared, b"):

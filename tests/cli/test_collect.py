@@ -34,11 +34,11 @@ def collect(shell, *more, rows="20:60", into="runs"):
 def test_rows_are_in_a_file_that_learn_takes(shell, tmp_path, monkeypatch):
     seen = []
 
-    def learned(train, held, *_):
-        seen.append(sorted([*train.rows, *held.rows]))
+    def learned(runs, *_, **__):
+        seen.append(sorted(runs.rows))
         raise pj.InputError("enough seen.")
 
-    monkeypatch.setattr("parc_jax.app.cli.learning.learn_recorded", learned)
+    monkeypatch.setattr("parc_jax.app.cli.logged.learn_report", learned)
     code, said, _ = collect(shell)
     assert code == 0 and said == f"Rows 20 to 59 are in {FILE}.\n"
     assert [path.name for path in (tmp_path / "runs").iterdir()] == [Path(FILE).name]

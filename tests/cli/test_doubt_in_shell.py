@@ -6,7 +6,7 @@ import pytest
 import toy_query
 
 from parc_jax.app import cli
-from parc_jax.app.cli.doubt import under_doubt
+from parc_jax.app.cli.scene import under_doubt
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem_file import save_problem
 

@@ -10,9 +10,8 @@ import pytest
 
 from parc_jax import __version__
 from parc_jax.app import cli
-from parc_jax.app.cli.help import fitted, metavar_of
 from parc_jax.app.cli.learn import learn
-from parc_jax.app.cli.offer import Offer
+from parc_jax.app.cli.options import Offer, fitted, metavar_of
 from parc_jax.app.cli.run import run
 from parc_jax.app.study.settings import Study
 
@@ -23,7 +22,7 @@ def offers(command) -> dict[str, Offer]:
     return {p.name: x for p in found for x in get_args(p.annotation)[1:] if isinstance(x, Offer)}
 
 
-COMMANDS = tuple("run learn collect solve check replay plot bench systems doctor".split())
+COMMANDS = tuple(name for name in cli.COMMANDS if name != "export")
 
 
 def test_help_fits_is_readable_and_has_an_example(capsys, monkeypatch):
@@ -47,10 +46,10 @@ def test_an_option_of_the_study_names_its_value_there(command):
     assert len(options) >= 15
     defaults = {field.name: field.default for field in dataclasses.fields(Study)}
     for option in options.values():
-        assert option.default is None and " Default: the study's, or " in option.said
+        assert option.default is None and " Default: the study's, or " in option.text
         value = defaults[option.field]
         if isinstance(value, int | float) and not isinstance(value, bool):
-            assert option.said.endswith(f"or {value:,}."), option.field
+            assert option.text.endswith(f"or {value:,}."), option.field
 
 
 def test_metavars():

@@ -65,7 +65,9 @@ def test_in_python_it_is_the_standard_library_s(caplog):
 def test_two_words_say_more_than_one(caplog, monkeypatch):
     seen = []
     logger = logging.getLogger("parc_jax")
-    monkeypatch.setattr("parc_jax.app.cli.systems.known", lambda: seen.append(logger.level) or ())
+    monkeypatch.setattr(
+        "parc_jax.app.cli.systems.installed", lambda: seen.append(logger.level) or ()
+    )
     for words in ((), ("--verbose",), ("--verbose", "--verbose")):
         with pytest.raises(SystemExit):
             cli.main(["systems", *words])

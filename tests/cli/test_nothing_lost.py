@@ -3,6 +3,7 @@ command at a time writes to a folder, and what does not fit is refused before th
 """
 
 import errno
+import json
 import os
 import subprocess
 import sys
@@ -18,9 +19,8 @@ from synthetic_plants import plant
 
 import parc_jax as pj
 from parc_jax.app import cli
-from parc_jax.app.cli.lock import held
+from parc_jax.app.cli.places import held, only_of
 from parc_jax.app.cli.systems import find
-from parc_jax.app.cli.unfinished import only_of
 from parc_jax.app.study import job
 from parc_jax.app.study.settings import Study
 from parc_jax.learning.runs.files import write_atomic
@@ -80,17 +80,17 @@ def test_the_target_is_tried_before_the_first_run(shell, tmp_path):
 def late_stop(monkeypatch, out, *, when, **asked) -> None:
     """A study whose learning is given, stopped in the middle of `when` of the planner."""
 
-    def learn(system, study, key, watch, work, quiet, first):
-        work.mkdir(parents=True)
-        (work / "train.npz").write_text("runs")
+    def learn(system, key, study, *, path, first, **_):
+        path.mkdir(parents=True)
+        (path / "train.npz").write_text("runs")
         if first is not None:
             first(toy_driven.model())
-        return SimpleNamespace(main=toy_driven.model(), networks=[])
+        return SimpleNamespace(model=toy_driven.model())
 
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(job, "learn", learn)
+    monkeypatch.setattr(job, "learn_report", learn)
     monkeypatch.setattr(pj.Planner, when, stop)
     with pytest.raises(KeyboardInterrupt):
         system = plant(toy_driven.gusty, 4)
@@ -123,12 +123,13 @@ def test_the_first_proved_plans_are_told_before_the_safe_set_is_searched(monkeyp
         return answer
 
     monkeypatch.setattr(pj.Planner, "warm_up", warm_up)
-    late_stop(monkeypatch, tmp_path, when="solve", first=told.append)
+    monkeypatch.setattr("parc_jax.app.plot.samples.samples", lambda seen, *_: told.append(seen))
+    late_stop(monkeypatch, tmp_path, when="solve", figures=True)
     assert asked == [True] and told == [answer]
     late_stop(monkeypatch, tmp_path / "untold", when="solve")
     system, model = plant(toy_driven.gusty, 4), toy_driven.model()
     with pytest.raises(KeyboardInterrupt):
-        job.run_study(system, toy_driven.problem(), STUDY, tmp_path, 0, model, first=told.append)
+        job.run_study(system, toy_driven.problem(), STUDY, tmp_path, 0, model, figures=True)
     assert asked == [True, False, False] and told == [answer]
 
 
@@ -157,18 +158,16 @@ def test_all_but_the_driven_plan_is_there_before_it_is_run(monkeypatch, tmp_path
     system, study = plant(toy_driven.gusty, 4), STUDY.replace(driven=True, repeats=1)
     there = []
 
-    def early(outcome):
-        there.append({f.name for f in tmp_path.iterdir()})
-        assert outcome.metrics["replay"] is not None
-
-    def stop(*_, **__):
+    def drive(*_):
+        there.extend(f.name for f in tmp_path.iterdir())
+        assert json.loads((tmp_path / "metrics.json").read_text())["replay"] is not None
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(job, "drive", stop)
+    monkeypatch.setattr(job, "drive", drive)
     question = toy_driven.problem()
     with pytest.raises(KeyboardInterrupt):
-        job.run_study(system, question, study, tmp_path, 0, model, quiet=True, early=early)
-    assert there == [{"model.npz", "answer.json", "metrics.json"}]
+        job.run_study(system, question, study, tmp_path, 0, model, quiet=True)
+    assert set(there) == {"model.npz", "answer.json", "metrics.json"}
 
 
 def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
@@ -200,17 +199,17 @@ def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
 
 
 def test_a_module_and_the_name_of_its_system_tell_folders_apart():
-    from parc_jax.app.cli.run import _own_name
+    from parc_jax.app.cli.run import _folder_of
 
-    assert _own_name("toy_cart", "cart") != _own_name("other_cart", "cart")
-    assert _own_name("toy_cart", "cart") != _own_name("toy_cart", "hill")
-    assert _own_name("asv", "asv") == "asv" and _own_name("my.asv", "asv") == "my.asv"
+    assert _folder_of("toy_cart", "cart") != _folder_of("other_cart", "cart")
+    assert _folder_of("toy_cart", "cart") != _folder_of("toy_cart", "hill")
+    assert _folder_of("asv", "asv") == "asv" and _folder_of("my.asv", "asv") == "my.asv"
 
 
 HOLDS = """
 import sys, time
 from pathlib import Path
-from parc_jax.app.cli.lock import held
+from parc_jax.app.cli.places import held
 with held(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(3600)
@@ -294,21 +293,6 @@ def test_a_saved_model_of_another_system_is_refused(shell, tmp_path):
     toy_driven.model().save(tmp_path / "m.npz")
     code, complained = shell("run", "toy_cart", "--model", "m.npz", "--quiet")
     assert code == 2 and "got 'cart', which differs in name" in complained
-
-
-@pytest.mark.parametrize("wanted", [True, False])
-def test_polytopes_are_cut_where_the_study_wants_them(wanted, monkeypatch, tmp_path):
-    class Asked(Exception):
-        pass
-
-    def solve(_, problem, key, settings):
-        raise Asked(settings.polytopes)
-
-    monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: toy_driven.answer())
-    monkeypatch.setattr(pj.Planner, "solve", solve)
-    study, system = Study(polytopes=wanted), plant(toy_driven.gusty, 4)
-    with pytest.raises(Asked, match=str(wanted)):
-        job.run_study(system, toy_driven.problem(), study, tmp_path, 0, toy_driven.model())
 
 
 def test_the_report_tells_the_eps_of_the_claim_in_hand(monkeypatch, tmp_path):

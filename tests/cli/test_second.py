@@ -10,7 +10,7 @@ from episode_files import Robot, sealed
 from toy_file import save, toy_file
 
 from parc_jax.app import cli
-from parc_jax.app.cli import second
+from parc_jax.app.cli import check as second
 
 SAYS = {  # stands for the built program: what it prints, and the code that it ends with
     "accepts": ('{"code": 0, "lines": ["ACCEPTED. So it is."], "entries": {}}', 0),

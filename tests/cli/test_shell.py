@@ -41,9 +41,9 @@ def files(tmp_path):
 
 
 def test_solve_check_plot(shell, files):
-    asked = ("--target", 0.1, "--budget", 300, "--polytopes", "--no-cache")
+    asked = ("--target", 0.1, "--budget", 300, "--no-cache")
     code, said, complained = shell("solve", "model.npz", "scene.toml", *asked)
-    assert code == 0 and "safe polytopes" in said and "(C) For each" in said
+    assert code == 0 and "corridors  " in said and "(C) For each" in said
     lines = [line for line in complained.splitlines() if not line.endswith(" s")]
     assert lines == [
         "compiling ...",
@@ -70,8 +70,8 @@ def test_solve_check_plot(shell, files):
 def test_corridors_alone_are_found_checked_and_drawn(shell, files):
     code, said, _ = shell("solve", "model.npz", "scene.toml", "--json", "--no-cache")
     facts = json.loads(said)
-    assert code == 0 and facts["polytopes"] == 0 and facts["coverage"]["share"] == 0
-    assert facts["corridors"] > 0 and facts["corridor_coverage"]["at_least"] >= 0.99
+    assert code == 0 and facts["corridors"] > 0
+    assert facts["coverage"]["at_least"] >= 0.99
     code, said, _ = shell("check", "answer.json")
     assert code == 0 and f"{facts['corridors']} corridors" in said and "polytopes" not in said
     assert shell("plot", "answer.json", "--html", "page.html")[0] == 0
@@ -235,7 +235,7 @@ def test_modules_of_your_own_that_are_none(shell, tmp_path, name):
 
 
 def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
-    monkeypatch.setattr("parc_jax.app.cli.systems.known", lambda: 1 / 0)
+    monkeypatch.setattr("parc_jax.app.cli.systems.installed", lambda: 1 / 0)
     code, said, complained = shell("systems")
     assert (
         code == 3
@@ -259,7 +259,7 @@ def test_completion_scripts(shell):
 
 
 def test_bench_hands_its_options_on(shell, monkeypatch):
-    from parc_jax.app.cli import bench
+    from parc_jax.app.cli import installation as bench
 
     seen = []
 
@@ -274,9 +274,9 @@ def test_bench_hands_its_options_on(shell, monkeypatch):
 
 
 def test_bench_without_the_source_says_so_in_one_sentence(shell, monkeypatch, tmp_path):
-    from parc_jax.app.cli import bench
+    from parc_jax.app.cli import installation as bench
 
-    installed = tmp_path / "site-packages" / "parc_jax" / "app" / "cli" / "bench.py"
+    installed = tmp_path / "site-packages" / "parc_jax" / "app" / "cli" / "installation.py"
     monkeypatch.setattr(bench, "__file__", str(installed))
     refused(shell("bench", "--quick"), "in the root of a clone")
 

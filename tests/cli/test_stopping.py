@@ -52,7 +52,7 @@ def test_check_is_stopped_quietly(shell, monkeypatch, tmp_path):
 
 
 def test_commands_are_stopped_quietly(shell, monkeypatch):
-    monkeypatch.setattr("parc_jax.app.cli.systems.known", ctrl_c)
+    monkeypatch.setattr("parc_jax.app.cli.systems.installed", ctrl_c)
     assert shell("systems") == (130, "", "parc-jax: stopped.\n")
 
 
@@ -63,7 +63,7 @@ def test_what_a_library_swallows_is_not_carried_on_to_success(shell, monkeypatch
         except BaseException:
             return ()
 
-    monkeypatch.setattr("parc_jax.app.cli.systems.known", swallowing)
+    monkeypatch.setattr("parc_jax.app.cli.systems.installed", swallowing)
     assert shell("systems")[0] == 130
 
 
@@ -74,7 +74,7 @@ def test_what_a_library_makes_of_it_is_no_fault(shell, monkeypatch):
         except KeyboardInterrupt:
             raise RuntimeError("interrupted") from None
 
-    monkeypatch.setattr("parc_jax.app.cli.systems.known", renaming)
+    monkeypatch.setattr("parc_jax.app.cli.systems.installed", renaming)
     assert shell("systems") == (130, "", "parc-jax: stopped.\n")
 
 

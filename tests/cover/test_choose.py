@@ -13,7 +13,7 @@ from parc_jax.common.arrays import x64
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.safe_set.corridors import build as building
 from parc_jax.safe_set.corridors import choose as choosing
-from parc_jax.safe_set.corridors.allowed import Allowed
+from parc_jax.safe_set.corridors.choose import Allowed
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.verdict.scene import scene_of

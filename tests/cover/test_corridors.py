@@ -9,6 +9,7 @@ from dense_oracle import DEPTH, knots_of, smallest_distance
 from toy_models import toy_case
 
 from parc_jax import checker
+from parc_jax.answer.answer import answer_data
 from parc_jax.planner.planner import Planner
 from parc_jax.proof.certificate.write import network_part, problem_part, tube_part
 from parc_jax.safe_set.corridors.corridors import Corridors
@@ -24,7 +25,7 @@ def answer(request):
     return Planner(model).solve(
         problem,
         jax.random.key(request.param),
-        Settings(target=0.05, samples=10, budget_s=300, polytopes=True),
+        Settings(target=0.05, samples=10, budget_s=300),
     )
 
 
@@ -80,7 +81,7 @@ def test_whoever_keeps_is_safe_whatever_the_cell(answer, rng):
     kept = corridors.first(path, bins) >= 0
     assert kept.sum() > 1000
     p0, k = p0[kept], k[kept]
-    assert verdicts(answer.scene, p0, k).safe.all() and answer.contains(p0, k, of="corridors").all()
+    assert verdicts(answer.scene, p0, k).safe.all() and answer.contains(p0, k).all()
     knots, _ = knots_of(answer.model.net, answer.model.time.n_steps, p0[:3000], k[:3000])
     errors = answer.model.tube.interval[answer.model.tube.bin_of(k[:3000])]
     assert (smallest_distance(answer.problem, knots, errors, n_points=51)[0] > -DEPTH).all()
@@ -92,8 +93,8 @@ def test_members_pass_the_exact_check_with_the_directions_of_the_corridor(answer
         network_part(answer.model.net),
         tube_part(answer.model.tube),
     )
-    parts = answer.to_json()["corridors"]
-    assert len(parts) == len(answer.corridors) > 0 and answer.refused == 0
+    parts = answer_data(answer)["corridors"]
+    assert len(parts) == len(answer.corridors) > 0 and answer.cover.refused == 0
     for part in parts:
         context.check_sample(part)
     p0, k, path, bins = plans(answer, rng, 300)
@@ -127,14 +128,15 @@ def test_a_test_that_forgets_the_tube_is_noticed(answer, rng):
 
 
 def test_the_polytopes_are_corridors_in_cells(answer, rng):
-    for rows, polytope in zip(answer.safe_sets(), answer.polytopes, strict=True):
+    cut = answer.polytopes(jax.random.key(1), 4000)
+    for rows, polytope in zip(cut.sets, cut.all, strict=True):
         inner = np.concatenate([polytope.p0, polytope.k])
         assert (rows.A @ inner < rows.b).all()
     p0, k, path, bins = plans(answer, rng, 3000)
-    used = Corridors(answer.model.tube, [polytope.corridor for polytope in answer.polytopes])
-    assert (used.first(path, bins) >= 0)[answer.contains(p0, k)].all()
-    kept = answer.contains(p0, k, of="corridors")
-    assert answer.contains(p0[kept], k[kept]).mean() > 0.9
+    used = Corridors(answer.model.tube, [polytope.corridor for polytope in cut])
+    inside = cut.contains(p0, k)
+    assert (used.first(path, bins) >= 0)[inside].all() and answer.contains(p0, k)[inside].all()
+    assert inside[answer.contains(p0, k)].mean() > 0.8
 
 
 def test_no_question_changes_the_next_answer(answer, rng):

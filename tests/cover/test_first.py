@@ -79,20 +79,18 @@ def test_in_turn_and_side_by_side_find_the_same_plans(question):
         for n in (4, MOST):
             with x64():
                 both = [
-                    first_module._first_safe(asked, key, first_module._number(n, device), MOST, how)
+                    first_module._first_safe(
+                        asked, key, first_module._number(n, device), MOST, how
+                    )[0]
                     for how in ways
                 ]
             turn, side = jax.device_get(both)
-            found.append(int(turn.found))
-            for name in ("found", "drawn", "reaching"):
+            found.append(int(turn.count))
+            for name in ("count", "judged", "reaching"):
                 assert getattr(turn, name) == getattr(side, name)
-            for name in ("p0", "k"):
-                np.testing.assert_array_equal(
-                    getattr(turn, name)[: found[-1]], getattr(side, name)[: found[-1]]
-                )
-            np.testing.assert_allclose(
-                turn.seen.clearance[: found[-1]], side.seen.clearance[: found[-1]], atol=1e-12
-            )
+            valid = slice(found[-1])
+            np.testing.assert_array_equal(turn.plans[valid], side.plans[valid])
+            np.testing.assert_allclose(turn.clearance[valid], side.clearance[valid], atol=1e-12)
     assert max(found) > 4
 
 
@@ -138,11 +136,11 @@ def test_what_cannot_be_found_ends_and_a_goal_without_ends_is_not_drawn_from():
     model = line_model(4, 0.0)
     wall = box([-9.0, -9.0], [9.0, 9.0])
     none = placed(scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [wall], 0.1), model))
-    first = jax.device_get(first_safe(none, KEYS[0], 2))
-    assert first.found == 0 < first.drawn
+    first = first_safe(none, KEYS[0], 2)[0].fetched()
+    assert first.count == 0 < first.judged
     model = line_model(4, 2.0)
     narrow = placed(scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [], 0.1), model))
-    assert jax.device_get(first_safe(narrow, KEYS[0], 2)).drawn == 0
+    assert first_safe(narrow, KEYS[0], 2)[0].fetched().judged == 0
 
 
 @pytest.mark.slow
@@ -156,7 +154,7 @@ def test_a_prepared_question_answers_as_the_planner_does():
         planner.solve(problem, KEYS[0], settings),
     )
     np.testing.assert_array_equal(ours.samples, theirs.samples)
-    assert ours.proved and len(ours.samples) == 3
+    assert ours.cover.proved and len(ours.samples) == 3
     plans = prepared.first(KEYS[0], 3)
     assert {tuple(x) for x in plans.plans} == {tuple(x) for x in ours.samples}
     e = verdicts(prepared.scene, plans.plans[:, :2], plans.plans[:, 2:])

@@ -12,7 +12,7 @@ from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.problem import goal_of_points
 from parc_jax.safe_set.corridors.build import admit, build, nothing_built
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_around
+from parc_jax.safe_set.corridors.polytope import cut_around
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -33,8 +33,7 @@ def built(n_p: int, fitted: bool, seed: int):
     building = build(scene, nothing_built(model.tube, seen), rng)
     building, kept = admit(building, seen)
     seen = seen.at(kept)
-    polytopes = Polytopes().with_more(cut_around(building, seen, 0.0))
-    return model, scene, polytopes.spelled_out(scene, building)[:SHOWN]
+    return model, scene, cut_around(scene, building.corridors, building.counts, seen)[:SHOWN]
 
 
 def room(model, scene, corridor, path, bin: int) -> float:

@@ -5,8 +5,10 @@ import pytest
 from toy_models import toy_case
 
 from parc_jax.safe_set.corridors.build import admit, build, nothing_built
-from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_around
+from parc_jax.safe_set.corridors.polytope import cut_around
+from parc_jax.safe_set.corridors.polytopes import Polytopes
 from parc_jax.safe_set.corridors.sampling import draw
+from parc_jax.safe_set.corridors.stopping import nothing_covered
 from parc_jax.safe_set.verdict.scene import scene_of
 
 
@@ -16,15 +18,15 @@ def test_polytopes_hold_the_plans_they_were_cut_around(rng):
     scene = scene_of(problem, model)
     seen = draw(scene, rng, 6000).safe
     building = nothing_built(model.tube, seen)
-    none = Polytopes()
-    assert (none.first(seen, building) == -1).all() and cut_around(building, seen, 0.0) == []
+    counts = np.zeros(0, int)
+    assert cut_around(scene, building.corridors, counts, seen) == []
     while len(building.waiting.k):
         building = build(scene, building, rng)
-    polytopes = none.with_more(cut_around(building, seen, 0.0))
     building, kept = admit(building, seen)
-    inside = polytopes.first(seen, building) >= 0
-    assert kept.mean() > 0.95 and (inside == kept).all() and len(none) == 0
-    for polytope in polytopes.spelled_out(scene, building):
+    cut = cut_around(scene, building.corridors, building.counts, seen)
+    inside = Polytopes(scene, cut, nothing_covered(0.99)).has(seen)
+    assert kept.mean() > 0.95 and (inside == kept).all()
+    for polytope in cut:
         inner = np.concatenate([polytope.p0, polytope.k])
         assert (polytope.halfspaces.A @ inner < polytope.halfspaces.b).all()
-    assert cut_around(building, seen.at(slice(0, 0)), 0.0) == []
+    assert cut_around(scene, building.corridors, building.counts, seen.at(slice(0, 0))) == []

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from toy_models import random_polygon, toy_case
 
-from parc_jax.drive.loop.ends import everywhere
+from parc_jax.drive.loop.scenes import everywhere
 from parc_jax.problem.robust.question import question
-from parc_jax.safe_set.corridors.preferred import MOST, preferred
+from parc_jax.safe_set.corridors.first import MOST, preferred
 from parc_jax.safe_set.verdict.pointwise import paths_of, verdicts
 from parc_jax.safe_set.verdict.scene import laid_out
 

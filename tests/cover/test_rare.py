@@ -6,13 +6,13 @@ import pytest
 from toy_models import line_model
 
 import parc_jax as pj
-from parc_jax.app.cli.verdict import verdict
+from parc_jax.app.cli.scene import verdict
 from parc_jax.common.errors import InputError
 from parc_jax.problem.robust.question import Plain
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.place import Place, place_around
 from parc_jax.safe_set.corridors.rare import where_around, where_safe
 from parc_jax.safe_set.corridors.sampling import FEW, HOPELESS, Counts, draw
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.near import near_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
 
@@ -42,15 +42,15 @@ def volume(half: float) -> float:
 
 @pytest.fixture(scope="module")
 def answer():
-    settings = pj.Settings(samples=20, target=0.05, budget_s=300, polytopes=True)
+    settings = pj.Settings(samples=20, target=0.05, budget_s=300)
     return pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(0), settings)
 
 
 def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
     assert answer.status is pj.types.Status.PROVED and answer.coverage.at_least >= 0.95
-    assert len(answer.samples) == 20 and answer.volume()[0] < 1e-8
+    assert len(answer.samples) == 20 and answer.share.volume[0] < 1e-8
     assert "around what a search found" in repr(answer)
-    assert "Safe plans are rare" in answer.statement() and "nothing is known" in answer.statement()
+    assert "Safe plans are rare" in answer.details() and "nothing is known" in answer.details()
     n_p = MODEL.n_p
     for plan in answer.samples:  # the line y(x) of each stays in the slit, beside the blocks
         x = np.array([-0.5, 0.5])
@@ -69,16 +69,16 @@ def test_a_share_of_one_in_forty_thousand_is_covered():
     """A draw in forty thousand is safe: too many for "none", too few to draw until 99 % show."""
     settings = pj.Settings(samples=20, target=0.05, budget_s=300)
     wide = pj.Planner(MODEL).solve(slit(0.03), jax.random.PRNGKey(1), settings)
-    assert wide.proved and wide.corridor_coverage.at_least >= 0.95 and len(wide.samples) == 20
-    assert wide.counts["drawn"] < 10**6
+    assert wide.cover.proved and wide.coverage.at_least >= 0.95 and len(wide.samples) == 20
+    assert wide.cover.drawn < 10**6
 
 
 def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path):
     said = verdict(answer, tmp_path / "answer.json", None)
     assert "of the plans whose first point ends in the goal's box, whatever else" in said
     assert "those around what a search found" in said and "the tube leaves" not in said
-    assert said.count("% of the safe set around what a search found") == 2
-    assert "goal-reaching set" not in said and answer.around is not None
+    assert said.count("% of the safe set around what a search found") == 1
+    assert "goal-reaching set" not in said and answer.cover.within is not None
 
 
 def test_draws_begin_around_a_plan_that_is_known(answer):
@@ -86,12 +86,12 @@ def test_draws_begin_around_a_plan_that_is_known(answer):
     method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
     settings = pj.Settings(samples=5, target=0.2, budget_s=300, method=method)
     again = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(2), settings)
-    assert again.proved and len(again.samples) == 5 and again.around is not None
+    assert again.cover.proved and len(again.samples) == 5 and again.cover.within is not None
 
 
 def test_what_was_drawn_from_is_in_the_file(answer, tmp_path):
     again = pj.load_answer(answer.save(tmp_path / "answer.json"))
-    assert again.statement() == answer.statement() and again.volume() == answer.volume()
+    assert again.details() == answer.details() and again.share.volume == answer.share.volume
     known = answer.samples[0]
     method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
     settings = pj.Settings(samples=5, target=0.2, budget_s=300, method=method)
@@ -151,7 +151,7 @@ def _turn() -> np.ndarray:
 
 
 def test_rare_parameters_from_one_start():
-    settings = pj.Settings(samples=5, target=0.2, budget_s=300, polytopes=True)
+    settings = pj.Settings(samples=5, target=0.2, budget_s=300)
     planner = pj.Planner(MODEL)
     answer = planner.solve(slit(1e-6), jax.random.PRNGKey(0), settings, at=(-1.2, 0.1))
     assert answer.status is pj.types.Status.PROVED and answer.coverage.at_least >= 0.8

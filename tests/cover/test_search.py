@@ -23,7 +23,7 @@ MODEL, PROBLEM = toy_case(4)
 
 
 @pytest.mark.slow
-def test_samples_come_proved_and_without_polytopes():
+def test_samples_come_proved_and_without_corridors():
     first, again = (
         Planner(MODEL).solve(
             PROBLEM, jax.random.PRNGKey(3), Settings(samples=600, samples_only=True)
@@ -31,15 +31,19 @@ def test_samples_come_proved_and_without_polytopes():
         for _ in "ab"
     )
     assert (
-        first.found
+        first.status.found
         and len(first.samples) == 600
-        and not first.polytopes
-        and first.timings["first_polytope_s"] is None
+        and not first.corridors
+        and first.cover.timings["first_corridor_s"] is None
     )
-    assert first.status is Status.PROVED and first.refused == 0 and first.coverage.at_least == 0.0
+    assert (
+        first.status is Status.PROVED
+        and first.cover.refused == 0
+        and first.coverage.at_least == 0.0
+    )
     np.testing.assert_array_equal(first.samples, again.samples)
     seen = verdicts(first.scene, first.samples[:, : MODEL.n_p], first.samples[:, MODEL.n_p :])
-    assert seen.safe.all() and 0 < first.safe_share.at_least < first.safe_share.at_most < 1
+    assert seen.safe.all() and 0 < first.share.at_least < first.share.at_most < 1
 
 
 @pytest.mark.night
@@ -52,7 +56,7 @@ def test_where_nothing_is_safe_the_look_ends():
     answer = Planner(line_model(e=0.05)).solve(
         problem, jax.random.key(0), Settings(work=1e-3, samples_only=True)
     )
-    assert not answer.found and answer.counts["safe"] == 0 and answer.counts["drawn"] >= HOPELESS
+    assert not answer.status.found and answer.cover.safe == 0 and answer.cover.drawn >= HOPELESS
 
 
 @pytest.mark.slow
@@ -84,27 +88,18 @@ def test_any_number_of_obstacles_is_covered_and_proved(n_obstacles):
     blocks = [box([2, 0.5 + i], [3, 0.9 + i]) for i in range(n_obstacles)]
     problem = reach_avoid(box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), blocks, 0.1)
     answer = Planner(line_model(e=0.05)).solve(
-        problem, jax.random.key(0), Settings(samples=5, target=0.1, budget_s=300, polytopes=True)
+        problem, jax.random.key(0), Settings(samples=5, target=0.1, budget_s=300)
     )
-    assert answer.refused == 0 and answer.polytopes and answer.corridors
-    assert min(answer.coverage.at_least, answer.corridor_coverage.at_least) >= 0.9
+    assert answer.cover.refused == 0 and len(answer.corridors)
+    assert answer.coverage.at_least >= 0.9
 
 
-def test_corridors_alone_are_certified_without_polytopes(rng):
+def test_corridors_are_certified(rng):
     model, problem = toy_case(4)
-    options = {"samples": 5, "target": 0.02, "budget_s": 300}
-    answer = Planner(model).solve(problem, jax.random.key(0), Settings(**options))
-    assert (
-        not answer.polytopes
-        and answer.coverage.at_least == 0
-        and answer.corridor_coverage.at_least >= 0.98
-    )
-    assert 0 < answer.timings["corridors_s"] <= answer.timings["cover_s"]
-    assert all(p.polytopes == p.inside == 0 for p in answer.history)
+    settings = Settings(samples=5, target=0.02, budget_s=300)
+    answer = Planner(model).solve(problem, jax.random.key(0), settings)
+    assert answer.coverage.at_least >= 0.98
+    assert 0 < answer.cover.timings["corridors_s"] <= answer.cover.timings["cover_s"]
     fresh = draw(answer.scene, rng, 40_000).safe
-    kept = int(answer.contains(fresh.p0, fresh.k, of="corridors").sum())
-    assert binom.cdf(kept, len(fresh.k), 0.98) > 1e-6
-    asked = Settings(polytopes=True, **options)
-    both = Planner(model).solve(problem, jax.random.key(0), asked)
-    assert both.corridor_coverage.at_least >= 0.98 and both.coverage.at_least >= 0.98
-    assert [p.kept >= p.inside for p in both.history] == [True] * len(both.history)
+    inside = int(answer.contains(fresh.p0, fresh.k).sum())
+    assert binom.cdf(inside, len(fresh.k), 0.98) > 1e-6

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
 
-from parc_jax.safe_set.corridors.allowed import allowed_of
+from parc_jax.safe_set.corridors.choose import allowed_of
 from parc_jax.safe_set.corridors.corridor import Corridor
-from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.thresholds import Thresholds
+from parc_jax.safe_set.corridors.corridors import Corridors, Thresholds
 from parc_jax.safe_set.verdict.scene import scene_of
 
 
@@ -39,7 +38,7 @@ def test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand():
     ):
         for _ in range(2):  # the second time some are known
             corridor, bins = rng.integers(0, 5, 10), rng.integers(0, 3, 10)
-            row, found = map(np.array, known.of(tuple(chosen), corridor, bins))
+            row, found = map(np.array, known.lookup(tuple(chosen), corridor, bins))
             for c, b in zip(corridor, bins, strict=True):
                 exact = chosen[c].threshold(tube.during(int(b)))[:, some].swapaxes(1, 2)
                 own = found[row[c, b]][: len(exact)]

@@ -13,22 +13,23 @@ from toy_models import line_model, toy_case
 
 import parc_jax as pj
 from parc_jax import method as methods
+from parc_jax.answer.answer import answer_data
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.status import Ended
 from parc_jax.problem.robust.question import Plain
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors import rare, search
 from parc_jax.safe_set.corridors.first import MOST
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.sampling import RARE_DRAW, Draw, no_points
 from parc_jax.safe_set.corridors.search import cover
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import CORRIDORS, LEAVES, LOOKS, work_of
 from parc_jax.safe_set.verdict.near import near_scene
 from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(3)
 MODEL, PROBLEM = toy_case(4)
-WHOLE = pj.Settings(samples=5, target=0.003, polytopes=True)
+WHOLE = pj.Settings(samples=5, target=0.003)
 LITTLE = WHOLE.replace(target=1e-4, work=3 / LOOKS)  # three looks, which are not enough
 
 
@@ -49,8 +50,8 @@ def test_a_slow_machine_gives_the_same_bits(monkeypatch, settings, ended):
     quick = ask(settings)
     slowly(monkeypatch, 3.0)
     slow = ask(settings)
-    assert slow.to_json() == quick.to_json() and slow.ended is quick.ended is ended
-    assert f"ended by its {ended}, " in slow.statement()
+    assert answer_data(slow) == answer_data(quick) and slow.cover.ended is ended
+    assert f"ended by its {ended}, " in slow.details()
 
 
 def test_a_busy_machine_gives_the_same_bits():
@@ -63,18 +64,18 @@ def test_a_busy_machine_gives_the_same_bits():
         for process in load:
             process.kill()
             process.wait()
-    assert beside.to_json() == alone.to_json()
+    assert answer_data(beside) == answer_data(alone)
 
 
 def test_what_seconds_cut_off_is_said_and_kept(monkeypatch, tmp_path):
     whole = ask(WHOLE)
     slowly(monkeypatch, 1e4)
     answer = ask(WHOLE)
-    assert answer.found and answer.ended is Ended.SECONDS
-    assert len(answer.history) < len(whole.history)
-    assert "ended by its seconds, a limit that cut work off" in answer.statement()
+    assert answer.status.found and answer.cover.ended is Ended.SECONDS
+    assert len(answer.cover.history) < len(whole.cover.history)
+    assert "ended by its seconds, a limit that cut work off" in answer.details()
     again = load_answer(answer.save(tmp_path / "answer.json"))
-    assert again.ended is Ended.SECONDS and again.statement() == answer.statement()
+    assert again.cover.ended is Ended.SECONDS and again.details() == answer.details()
 
 
 class After(Limit):
@@ -92,14 +93,14 @@ class After(Limit):
 
 def test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached():
     """Enough is covered by what was built before; the seconds decided which corridors that are."""
-    asked = {"target": 0.1, "confidence": 0.99, "work": work_of(1.0), "polytopes": False}
+    asked = {"target": 0.1, "confidence": 0.99, "work": work_of(1.0)}
     scene = near_scene(Plain(PROBLEM, MODEL))
     reached = []
     for questions in range(1, 12):
         limit = After(questions)
         found = cover(scene, np.random.default_rng(0), limit=limit, **asked)
         assert found.ended is (Ended.SECONDS if limit.cut else Ended.TARGET)
-        reached.append(limit.cut and found.kept.at_least >= 0.9)
+        reached.append(limit.cut and found.coverage.at_least >= 0.9)
     assert any(reached)
 
 
@@ -160,8 +161,8 @@ def test_where_no_seconds_are_left_nothing_climbs_and_nothing_is_proved(draws, m
     monkeypatch.setattr(methods, "Limit", lambda seconds: After(1))
     monkeypatch.setattr(methods, "where_safe", None)
     answer = ask(pj.Settings.fast().replace(samples=MOST + 1))
-    assert not answer.found and answer.ended is Ended.SECONDS and len(draws) == 1
-    assert "seconds, of which none were left" in answer.statement()
+    assert not answer.status.found and answer.cover.ended is Ended.SECONDS and len(draws) == 1
+    assert "seconds, of which none were left" in answer.details()
 
 
 def test_work_is_a_multiple_of_the_standard_and_never_nothing():
@@ -176,7 +177,7 @@ def test_a_proof_of_absence_says_what_ended_it(monkeypatch):
     problem = pj.reach_avoid(pj.box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), wall, 0.25)
     scene = scene_of(problem, line_model(e=0.05))
     none = prove_no_plan(scene, limit=Limit(600.0), max_leaves=20)
-    assert none.ended is Ended.WORK and "ended by its work" in none.statement()
+    assert none.ended is Ended.WORK and "ended by its work" in none.details()
     slowly(monkeypatch, 1e4)
     cut = prove_no_plan(scene, limit=Limit(600.0), max_leaves=20)
-    assert cut.ended is Ended.SECONDS and "ended by its seconds" in cut.statement()
+    assert cut.ended is Ended.SECONDS and "ended by its seconds" in cut.details()

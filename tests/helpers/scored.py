@@ -1,7 +1,7 @@
 """Scores of fresh runs, never more than a few chunks of them held."""
 
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.score import Scores, scores_of
+from parc_jax.learning.bound.measure import Scores, scores_of
 from parc_jax.learning.runs.collect import stream_rollouts
 
 

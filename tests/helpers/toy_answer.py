@@ -9,7 +9,6 @@ import numpy as np
 from toy_models import line_model
 
 from parc_jax.common.sets.box import box
-from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -21,6 +20,15 @@ SEP = [
 ]  # rows of a box: x <=, y <=, -x <=, -y <=
 
 
+class ToyPolytopes(list):
+    """Polytopes by their corners."""
+
+    coverage = SimpleNamespace(share=0.8)
+
+    def project(self, dims):
+        return [corners[:, list(dims)] for corners in self]
+
+
 def toy_answer():
     """Everything the pictures read of an Answer. Unit goal offset; corridor |y| < 0.3 between two
     blocks; disc body.
@@ -30,26 +38,16 @@ def toy_answer():
     blocks = [box([-0.5, 0.3], [0.0, 0.6]), box([-0.5, -0.6], [0.0, -0.3])]
     problem = reach_avoid(goal, blocks, 0.1, spans=[None, (0, 3)])
     plans = np.concatenate([P0, K], axis=1)
-    polytopes = [
-        SimpleNamespace(p0=p0, k=k, born=0.1 * (i + 1))
-        for i, (p0, k) in enumerate(zip(P0, K, strict=True))
-    ]
     solids = [box(plan - 0.02, plan + 0.02) for plan in plans]
     corners = [np.array(list(itertools.product(*zip(s.lo, s.hi, strict=True)))) for s in solids]
-    answer = SimpleNamespace(
+    return SimpleNamespace(
         model=model,
         problem=problem,
         scene=scene_of(problem, model),
         samples=plans,
-        polytopes=polytopes,
-        sample_parts=[{"sep": SEP}] * len(plans),
-        safe_sets=lambda: [from_box(s) for s in solids],
-        volumes=lambda: np.full(len(plans), 0.04**4),
-        coverage=SimpleNamespace(share=0.8),
-        project=lambda dims: [c[:, list(dims)] for c in corners],
+        certificates=[{"sep": SEP}] * len(plans),
+        polytopes=lambda key: ToyPolytopes(corners),
     )
-    answer.in_polytopes = lambda: answer
-    return answer
 
 
 def toy_replay(answer, shift=0.01):

@@ -6,7 +6,7 @@ import numpy as np
 from toy_models import assumed
 
 from parc_jax.common.sets.box import box
-from parc_jax.learning.bound.faces import DIRECTION_BITS, Faces, faces, short
+from parc_jax.learning.bound.error_set import DIRECTION_BITS, Faces, faces, short
 from parc_jax.learning.bound.tube import fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import relu_network

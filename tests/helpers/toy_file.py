@@ -52,7 +52,6 @@ def answer_file(model, problem, samples=(), sets=(), corridors=()) -> dict:
         "volume_drawn": "0",
         "ended": None,
         "coverage": nothing,
-        "corridor_coverage": nothing,
     }
     parts["claim"] = model.claim.to_json() | {
         f"{name}_hash": part_hash(parts[name]) for name in ("network", "tube")

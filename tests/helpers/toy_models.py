@@ -13,8 +13,7 @@ from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
 from parc_jax.learning.bound.tube import Tube, tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
-from parc_jax.learning.runs.law import law_spec
-from parc_jax.learning.runs.subject import subject
+from parc_jax.learning.runs.law import law_spec, subject
 from parc_jax.learning.system import TimeGrid, time_grid
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import ReachAvoid, reach_avoid

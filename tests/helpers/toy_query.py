@@ -30,5 +30,11 @@ def planner():
 @functools.cache
 def answer(wall=False):
     """The answer to `gap`."""
-    settings = pj.Settings(samples=5, target=0.1, budget_s=300, polytopes=True)
+    settings = pj.Settings(samples=5, target=0.1, budget_s=300)
     return planner().solve(gap(wall), jax.random.PRNGKey(0), settings)
+
+
+@functools.cache
+def polytopes():
+    """Those of the answer to `gap`."""
+    return answer().polytopes(jax.random.PRNGKey(1), 2000)

@@ -11,7 +11,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
-from parc_jax.learning.runs.subject import subject
+from parc_jax.learning.runs.law import subject
 from parc_jax.learning.system import Trajectory, time_grid
 
 H, LAG, DRIVE = 0.05, 0.2, 0.3  # [s] step, and how fast speed follows drive and drive the command

@@ -10,12 +10,11 @@ from parc_jax.app.study.settings import Study
 
 STUDY = Study(
     hidden=(4,),
-    others=("PARC",),
     bins=(2, 1),
     rollouts=60,
     eps=0.1,
     delta=0.05,
-    claims=("bins", "one"),
+    blocks=(2, 1),
     profile_runs=100,
     tail=8.0,
     seeds=1,

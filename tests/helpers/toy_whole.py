@@ -14,5 +14,5 @@ import parc_jax as pj
 def answer():
     """Asked once per process."""
     problem = pj.reach_avoid(pj.box([-0.5, -0.5, -9], [0.5, 0.5, 9]), [], 0.1)
-    settings = pj.Settings(samples=5, target=0.1, budget_s=300, polytopes=True)
+    settings = pj.Settings(samples=5, target=0.1, budget_s=300)
     return pj.Planner(line_model(4, 0.0)).solve(problem, jax.random.key(0), settings)

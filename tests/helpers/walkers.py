@@ -31,13 +31,6 @@ def deadly(rng, k, grave: str):
     return walk(rng, k)
 
 
-def fatal(rng, k):
-    """The same, ending its process for some k every time."""
-    if 0.2 < k[0] < 0.25:
-        os._exit(9)
-    return walk(rng, k)
-
-
 def upright(rng, k):
     """The first one, which never slips."""
     return walk(rng, 0.9 * k)

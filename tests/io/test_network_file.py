@@ -8,11 +8,18 @@ import numpy as np
 import pytest
 from toy_models import host_outputs, random_network
 
-from parc_jax.app.files import chain as chains
-from parc_jax.app.files.chain import Linear, Relu, Scale, apply, fold_chain
-from parc_jax.app.files.network_file import from_state_dict, load_network
+from parc_jax.app.files import network_file as chains
+from parc_jax.app.files.network_file import (
+    Linear,
+    Relu,
+    Scale,
+    apply,
+    fold_chain,
+    from_state_dict,
+    load_network,
+)
 from parc_jax.common.errors import InputError, SoundnessError
-from parc_jax.learning.network.fold import Normalisation
+from parc_jax.learning.network.relu import Normalisation
 
 
 def normalisation(rng, net):

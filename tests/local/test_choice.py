@@ -13,11 +13,10 @@ from synthetic_plants import plant, straight
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
-from parc_jax.drive.local.local_model import Local, LocalRuns
+from parc_jax.drive.local.localise import Local, LocalRuns
 from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.counts import clopper_pearson, required_runs
-from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, required_runs
 
 pytestmark = pytest.mark.soundness
 
@@ -32,17 +31,17 @@ def chosen():
 
 @pytest.fixture(scope="module")
 def near(chosen):
-    return chosen.claim_near(plant(toy.gusty, toy.T), KEY, SMALL, settings=toy.SETTINGS).near
+    return chosen.localise(plant(toy.gusty, toy.T), KEY, SMALL, settings=toy.SETTINGS).near
 
 
 @pytest.mark.slow
 def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
     fresh = toy.answer().choose()
     assert fresh.tested is None and fresh.near is None and fresh.looks.taken == 0
-    share = fresh.jitter.share
-    assert fresh.jitter_risk().bound == min(1, fresh.model.claim.eps / share)
+    share = fresh.safe_box.share
+    assert fresh.risk().bound == min(1, fresh.model.claim.eps / share)
     said = fresh.statement()
-    assert "not run since it was chosen, so no statement" in said and "Jitter" in said
+    assert "not run since it was chosen, so no statement" in said and "Perturbation" in said
     assert "Near it" not in said and "Looks" not in said
 
 
@@ -51,12 +50,12 @@ def test_jitter_promises_nothing_where_k_was_not_uniform(chosen):
     claim = chosen.model.claim
     logged = derived(claim, law=replace(claim.law, k_law="logged"))
     other = replace(chosen, scene=chosen.scene.under(chosen.model.replace(claim=logged)))
-    assert isinstance(other.jitter_risk(), NoStatement)
+    assert isinstance(other.risk(), NoStatement)
 
 
 def test_a_plan_with_disturbance_is_run_as_often_as_it_takes(chosen):
     system = plant(toy.gusty, toy.T)
-    seen = chosen.run(system, KEY, eps=0.1).tested
+    seen = chosen.test(system, KEY, eps=0.1).tested
     assert not seen.alike and seen.failures == 0
     assert seen.n == required_runs(0.1, 0.05 / 4) and seen.eps <= Fraction(1, 10)
     assert seen.eps == clopper_pearson(0, seen.n, 0.05 / 4)
@@ -70,7 +69,7 @@ def fails_often(key, k, s):
 
 
 def test_failures_are_counted_and_paid_for(chosen):
-    seen = replace(chosen, looks=toy.answer().choose(delta=0.05).looks).run(
+    seen = replace(chosen, looks=toy.answer().choose(delta=0.05).looks).test(
         plant(fails_often, toy.T), KEY, n=400
     )
     assert 80 < seen.tested.failures < 160
@@ -90,7 +89,7 @@ def test_nan_and_contact_are_failures(chosen):
         return p.at[:, 1].add(bump * s * (1 - s)), q
 
     for run in (lost, into_the_wall):
-        seen = replace(chosen, looks=looks).run(plant(run, toy.T), KEY, n=20).tested
+        seen = replace(chosen, looks=looks).test(plant(run, toy.T), KEY, n=20).tested
         assert seen.failures == 20 and seen.eps == 1
 
 
@@ -103,7 +102,7 @@ def often_into_the_wall(key, k, s):
 
 def test_runs_that_are_one_again_are_judged_with_it_and_no_others(chosen):
     looks = toy.answer().choose(delta=0.05).looks
-    seen = replace(chosen, looks=looks).run(plant(often_into_the_wall, toy.T), KEY, n=600).tested
+    seen = replace(chosen, looks=looks).test(plant(often_into_the_wall, toy.T), KEY, n=600).tested
     assert 120 < seen.failures < 240 and seen.clearance < 0 and not seen.alike
 
 
@@ -128,7 +127,7 @@ def rare(key, k, s):
 @pytest.mark.parametrize("run", [toy.still, inner_draw, rare])
 def test_runs_that_are_alike_are_not_taken_for_certainty(run, chosen):
     looks = toy.answer().choose(delta=0.05).looks
-    seen = replace(chosen, looks=looks).run(plant(run, toy.T), KEY, eps=0.1).tested
+    seen = replace(chosen, looks=looks).test(plant(run, toy.T), KEY, eps=0.1).tested
     assert seen.alike and seen.n == required_runs(0.1, 0.05) and seen.failures == 0
     assert seen.eps == clopper_pearson(0, seen.n, 0.05) > 0
     assert "that the system has no disturbance is not shown" in seen.statement()
@@ -137,10 +136,10 @@ def test_runs_that_are_alike_are_not_taken_for_certainty(run, chosen):
 def test_looks_of_one_answer_are_one_account():
     answer = toy.answer()
     system = plant(toy.gusty, toy.T)
-    answer.choose(delta=0.05).run(system, KEY, n=5)
+    answer.choose(delta=0.05).test(system, KEY, n=5)
     other = answer.choose([0, 0, 1.0, 0], delta=0.05)
     with pytest.raises(InputError, match="all 1 that were declared are spent"):
-        other.run(system, KEY, n=5)
+        other.test(system, KEY, n=5)
     with pytest.raises(InputError, match="declared by the first choice"):
         answer.choose(delta=0.05, looks=2)
 
@@ -151,18 +150,18 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     assert near.model.claim.kind == "pac" and near.model.claim.eps <= Fraction(1, 10)
     assert near.model.claim.delta == Fraction(5, 100) / 4
     assert near.held == 1 and near.risk().bound == near.model.claim.eps
-    assert near.answer.proved and (near.answer.samples[:, 2:] >= domain.lo).all()
+    assert near.answer.cover.proved and (near.answer.samples[:, 2:] >= domain.lo).all()
     # the gust grows with k_0, and the box is at most a tenth of it wide
     most = toy.GUST * domain.hi[0]
     assert near.model.tube.final[:, :2].max() < 1.6 * most
     assert "all of N is proved safe" in near.statement()
-    said = near.answer.statement()
+    said = near.answer.details()
     assert "k uniform on N" in said and "of share s of N" in said and "on K" not in said
     assert "k uniform on K" in chosen.model.claim.statement()
 
 
 def test_a_local_tube_that_is_not_narrower_says_so(near):
-    same = replace(near, widths=near.widths._replace(times_end=1.01, times_path=0.7))
+    same = replace(near, at_end=1.01, on_the_way=0.7)
     assert not same.is_narrower and "NOT narrower" in same.statement()
     assert near.is_narrower == ("NOT narrower" not in near.statement())
 
@@ -185,7 +184,7 @@ def test_a_system_that_fails_near_the_plan_gets_no_claim(chosen):
         return p, q + jnp.where(jax.random.uniform(key) < 0.4, jnp.nan, 0.0)
 
     looks = toy.answer().choose(delta=0.05).looks
-    near = replace(chosen, looks=looks).claim_near(plant(breaks, toy.T), KEY, SMALL).near
+    near = replace(chosen, looks=looks).localise(plant(breaks, toy.T), KEY, SMALL).near
     assert near.answer is None and isinstance(near.risk(), NoStatement)
     assert "No claim" in near.statement()
 
@@ -220,12 +219,12 @@ def fresh_law(system):
 @pytest.mark.parametrize(
     ("ask", "match"),
     [
-        (lambda c, s: c.run(s, KEY, eps=2.0), "eps: expected a probability"),
-        (lambda c, s: c.run(s, KEY, n=0), "at least one run"),
-        (lambda c, s: c.run("car", KEY), "expected a system"),
-        (lambda c, s: c.claim_near(s, KEY, 1e-3), "claim_near: expected a Local"),
-        (lambda c, s: c.claim_near(s, KEY, Local(share=0.0)), "share of K"),
-        (lambda c, s: c.claim_near(s, KEY, Local(rollouts=3)), "at least 20"),
+        (lambda c, s: c.test(s, KEY, eps=2.0), "eps: expected a probability"),
+        (lambda c, s: c.test(s, KEY, n=0), "at least one run"),
+        (lambda c, s: c.test("car", KEY), "expected a system"),
+        (lambda c, s: c.localise(s, KEY, 1e-3), "localise: expected a Local"),
+        (lambda c, s: c.localise(s, KEY, Local(share=0.0)), "share of K"),
+        (lambda c, s: c.localise(s, KEY, Local(rollouts=3)), "at least 20"),
     ],
 )
 def test_bad_questions_cost_no_look(ask, match):
@@ -239,8 +238,8 @@ def test_a_model_of_another_system_is_refused(chosen):
     other = plant(toy.gusty, toy.T, name="other")
     looks = toy.answer().choose().looks
     for ask in (
-        lambda fresh: fresh.claim_near(other, KEY, SMALL),
-        lambda fresh: fresh.run(other, KEY),
+        lambda fresh: fresh.localise(other, KEY, SMALL),
+        lambda fresh: fresh.test(other, KEY),
     ):
         with pytest.raises(InputError, match="expected the system of this model"):
             ask(replace(chosen, looks=looks))
@@ -250,7 +249,7 @@ def test_a_model_of_another_system_is_refused(chosen):
 @pytest.mark.night
 def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
     """The law of the error is known: gusts are uniform, so the chance to leave a tube is exact."""
-    from parc_jax.drive.local.local_model import claimed
+    from parc_jax.drive.local.localise import claimed_model
     from parc_jax.learning.bound.start_gap import StartTrial
 
     system = plant(toy.gusty, toy.T)
@@ -265,7 +264,7 @@ def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
     for seed in range(repeats):
         runs = LocalRuns(system, jax.random.PRNGKey(seed), part, 40)
         start = StartTrial(0.0, None)
-        claim = claimed(runs, runs.train(), toy.NET, delta, asked, start).claim
+        claim = claimed_model(runs, runs.train(), toy.NET, delta, asked, start).claim
         half = claim.tube.final[claim.tube.bin_of(k), :2]
         wrong += (np.abs(push) > half).any(axis=1).mean() > claim.eps
     assert wrong / repeats <= 0.1 + 4 * np.sqrt(0.1 * 0.9 / repeats)

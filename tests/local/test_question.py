@@ -1,5 +1,7 @@
 """A question asked again under a local claim is the same question, and its looks one account."""
 
+from unittest.mock import patch
+
 import jax
 import numpy as np
 import pytest
@@ -8,12 +10,12 @@ from synthetic_plants import Plant, plant
 from toy_models import told
 
 import parc_jax as pj
+from parc_jax.answer.answer import answer_data
 from parc_jax.answer.looks import Looks
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import from_box
-from parc_jax.drive.local.choice import Choice, near_of
+from parc_jax.drive.local.choice import Choice
 from parc_jax.learning.system import STAYS
-from parc_jax.planner.planner import answer_to
 from parc_jax.problem.robust.question import question
 from parc_jax.safe_set.verdict.near import near_scene
 
@@ -30,13 +32,15 @@ def chosen(at=None):
     p0 = np.array([0.05, 0.0]) if asked.at is None else asked.at
     plan = np.concatenate([p0, [0.45, 0.5]])
     looks = Looks().declare(0.05, 2)
-    return Choice(plan, 0.0, near_scene(asked), looks, answer_to)
+    return Choice(plan, 0.0, near_scene(asked), looks)
 
 
 def near(choice):
-    """What the same claim once more proves of its question."""
-    query = choice.scene.asked.question.of(told(choice.model))
-    return near_of(choice, query, choice.looks.take(), KEY, toy.SETTINGS)
+    """Its local claim and answer, where the claim is that of all of K once more."""
+    again = told(choice.model)
+    system = turning() if again.rotation else plant(toy.gusty, toy.T)
+    with patch("parc_jax.drive.local.localise.local_model", lambda *_: again):
+        return choice.localise(system, KEY, settings=toy.SETTINGS).near
 
 
 class Turning(Plant):
@@ -55,7 +59,7 @@ def turning():
 def test_the_start_set_is_asked_for_again():
     choice = chosen()
     found = near(choice)
-    assert found.answer.proved and P0.contains(found.answer.samples[:, :2]).all()
+    assert found.answer.cover.proved and P0.contains(found.answer.samples[:, :2]).all()
     assert found.answer.problem.start is not None and found.proved is not None
     assert found.answer.looks is choice.looks
 
@@ -65,14 +69,14 @@ def test_the_start_set_is_asked_for_again():
 def test_the_pose_is_asked_for_again(at, tmp_path):
     choice = chosen(at)
     found = near(choice)
-    assert found.answer.proved and found.proved is not None
+    assert found.answer.cover.proved and found.proved is not None
     assert (found.answer.samples[:, :2] == choice.p0).all()
     # its sentences, its file and its header speak of the pose
-    assert "Here: all plans start at (0.05, 0) m" in found.answer.statement()
-    assert ("with heading 0.1 rad" in found.answer.statement()) == (len(at) == 3)
+    assert "Here: all plans start at (0.05, 0) m" in found.answer.details()
+    assert ("with heading 0.1 rad" in found.answer.details()) == (len(at) == 3)
     assert "Here: all plans start at (0.05, 0) m" in choice.statement()
     heading = "0.1" if len(at) == 3 else None
-    assert found.answer.to_json()["meta"]["pose"] == ["0.05", "0.0", heading]
+    assert answer_data(found.answer)["meta"]["pose"] == ["0.05", "0.0", heading]
     with pytest.raises(InputError, match="told from one pose"):
         pj.exchange.write_c(found.answer, tmp_path / "near.h")
 
@@ -82,20 +86,20 @@ def test_a_claim_near_a_pose_is_told_from_it():
     choice = chosen((0.05, 0.0, 0.1))
     small = pj.Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60)
     with pytest.raises(InputError, match="differs in rotation"):
-        choice.claim_near(plant(toy.gusty, toy.T), KEY, small)
+        choice.localise(plant(toy.gusty, toy.T), KEY, small)
     assert choice.looks.taken == 0
-    found = choice.claim_near(turning(), KEY, small, settings=toy.SETTINGS).near
-    assert found.answer.pose.heading == 0.1 and found.model.rotation == (STAYS,)
+    found = choice.localise(turning(), KEY, small, settings=toy.SETTINGS).near
+    assert found.answer.scene.asked.pose.heading == 0.1 and found.model.rotation == (STAYS,)
     assert (found.answer.samples[:, :2] == 0).all() and found.held > 0.9
 
 
 def test_a_file_in_the_frame_of_the_robot_is_not_asked_again(tmp_path):
     there = near(chosen((0.05, 0.0, 0.1))).answer
     loaded = pj.load_answer(there.save(tmp_path / "answer.json"))
-    assert loaded.question is None and loaded.pose.heading == 0.1
+    assert loaded.scene.asked.question is None and loaded.scene.asked.pose.heading == 0.1
     again = loaded.choose(delta=0.05, looks=2)
     with pytest.raises(InputError, match="an answer that knows its question"):
-        again.claim_near(turning(), KEY)
+        again.localise(turning(), KEY)
     assert again.looks.taken == 1
 
 
@@ -117,15 +121,13 @@ def test_a_model_without_rotation_is_not_asked_from_a_heading():
 
 def test_what_is_derived_from_an_answer_shares_its_looks():
     answer = toy.answer()
-    cut = answer.with_polytopes(KEY, 200)  # before the first choice
-    first = answer.choose(delta=0.05)
-    others = [cut.choose(delta=0.05), answer.in_polytopes().choose(delta=0.05)]
+    first, second = answer.choose(delta=0.05), answer.choose(delta=0.05)
     first.looks.take()
-    for other in (first, *others):
+    for other in (first, second):
         with pytest.raises(InputError, match="all 1 that were declared are spent"):
-            other.run(plant(toy.gusty, toy.T), KEY, n=5)
+            other.test(plant(toy.gusty, toy.T), KEY, n=5)
     with pytest.raises(InputError, match="declared by the first choice"):
-        cut.choose(delta=0.05, looks=2)
+        answer.choose(delta=0.05, looks=2)
 
 
 def test_a_loaded_answer_goes_on_with_its_looks(tmp_path):
@@ -138,5 +140,6 @@ def test_a_loaded_answer_goes_on_with_its_looks(tmp_path):
     with pytest.raises(InputError, match="all 2 that were declared are spent"):
         loaded.choose(delta=0.05, looks=2).looks.take()
     fresh = pj.load_answer(toy.answer().save(tmp_path / "other.json"))
-    assert fresh.looks.delta is None and fresh.question is not None
-    assert near(fresh.choose()).answer.proved and fresh.looks.taken == fresh.looks.planned == 1
+    assert fresh.looks.delta is None and fresh.scene.asked.question is not None
+    assert near(fresh.choose()).answer.cover.proved
+    assert fresh.looks.taken == fresh.looks.planned == 1

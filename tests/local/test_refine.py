@@ -1,7 +1,5 @@
 """Refinement: it zooms to where plans nearly are, claims there, and says what each stage bought."""
 
-import dataclasses
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,12 +8,20 @@ import toy_driven as toy
 from synthetic_plants import Plant, plant
 from toy_models import told
 
+from parc_jax.answer.answer import answer_data
 from parc_jax.checker import check_answer
 from parc_jax.common.errors import InputError
-from parc_jax.drive.local.almost import judged, nearly_safe, shrunk, spread_out
-from parc_jax.drive.local.local_model import Local
-from parc_jax.drive.local.probe import Aim, inside, probes, rooms_of
-from parc_jax.drive.local.refine import Refine
+from parc_jax.drive.local.localise import Local
+from parc_jax.drive.local.search import (
+    Aim,
+    margins_of,
+    pilot_samples,
+    rank_given,
+    rank_plans,
+    scaled_tube,
+    smaller_boxes,
+    spaced,
+)
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import Trajectory
 from parc_jax.planner.planner import Planner
@@ -26,7 +32,7 @@ from parc_jax.safe_set.verdict.scene import scene_of
 KEY = jax.random.PRNGKey(0)
 pytestmark = pytest.mark.slow  # kernels of its own: of the gate
 LOCAL = Local(eps=0.1, rollouts=60, profile_runs=60)
-ASKED = Refine((0.05, 0.01), centres=3, runs=60, local=LOCAL, looks=2, delta=0.05)
+ASKED = {"shares": (0.05, 0.01), "centres": 3, "runs": 60, "looks": 2, "delta": 0.05}
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +45,9 @@ def narrow():
 def refined(narrow):
     said = []
     system = plant(toy.gusty, toy.T)
-    found = toy.planner().refine(narrow, system, KEY, ASKED, toy.SETTINGS, say=said.append)
+    found = toy.planner().refine(
+        narrow, system, KEY, LOCAL, **ASKED, settings=toy.SETTINGS, say=said.append
+    )
     return found, said
 
 
@@ -56,10 +64,12 @@ def test_a_start_that_matters_is_refused_before_a_probe_or_a_look(narrow):
     leaning = Leaning(steady.domain, steady.time, steady.run)
     said = []
     with pytest.raises(InputError, match="do not depend on where they start"):
-        toy.planner().refine(narrow, leaning, KEY, ASKED, toy.SETTINGS, say=said.append)
+        toy.planner().refine(
+            narrow, leaning, KEY, LOCAL, **ASKED, settings=toy.SETTINGS, say=said.append
+        )
     choice = toy.answer().choose()
     with pytest.raises(InputError, match="do not depend on where they start"):
-        choice.claim_near(leaning, KEY, LOCAL)
+        choice.localise(leaning, KEY, LOCAL)
     assert said == [] and choice.looks.taken == 0
 
 
@@ -67,30 +77,30 @@ def test_the_score_is_the_least_margin_under_all_of_the_tube_or_a_part(rng):
     model = toy.model()
     scene = scene_of(toy.problem(wall=0.6), model)
     p0, k = rng.uniform(-0.2, 0.4, (400, 2)), rng.uniform(0, 1, (400, 2))
-    plans = judged(scene, p0, k)
-    assert (np.diff(plans.room) <= 0).all()
+    plans = rank_given(scene, p0, k)
+    assert (np.diff(plans.margin) <= 0).all()
     e = verdicts(scene, plans.p0, plans.k)
-    assert (plans.room == e.room).all()
-    assert ((plans.room > 0) == e.safe).all() and e.safe.any() and not e.safe.all()
-    less = nearly_safe(scene, np.random.default_rng(0), part=0.5)
-    under = verdicts(scene.under(told(model, tube=shrunk(model.tube, 0.5))), less.p0, less.k)
-    assert under.safe[less.room > 0].all() and less.score == under.clearance[0]
-    assert less.score > nearly_safe(scene, np.random.default_rng(0)).score
+    assert (plans.margin == e.room).all()
+    assert ((plans.margin > 0) == e.safe).all() and e.safe.any() and not e.safe.all()
+    less = rank_plans(scene, np.random.default_rng(0), part=0.5)
+    under = verdicts(scene.under(told(model, tube=scaled_tube(model.tube, 0.5))), less.p0, less.k)
+    assert under.safe[less.margin > 0].all() and less.score == under.clearance[0]
+    assert less.score > rank_plans(scene, np.random.default_rng(0)).score
 
 
 def test_where_no_plan_is_safe_the_order_still_points_somewhere():
     model = toy.model()
     scene = scene_of(toy.problem(wall=0.3), model)
-    plans = nearly_safe(scene, np.random.default_rng(0))
+    plans = rank_plans(scene, np.random.default_rng(0))
     assert len(plans.k) and -0.2 < plans.score < 0
     middle = np.full((1, 2), 0.5)
-    assert plans.score > judged(scene, 0.15 + 0 * middle, middle).score
+    assert plans.score > rank_given(scene, 0.15 + 0 * middle, middle).score
 
 
 def test_centres_are_good_plans_apart_from_each_other():
     model = toy.model()
-    plans = nearly_safe(scene_of(toy.problem(), model), np.random.default_rng(0), apart=0.1)
-    chosen = plans.k[spread_out(plans.k, model.domain, 4, 0.1)]
+    plans = rank_plans(scene_of(toy.problem(), model), np.random.default_rng(0), spacing=0.1)
+    chosen = plans.k[spaced(plans.k, model.domain, 4, 0.1)]
     assert (chosen[0] == plans.k[0]).all() and len(chosen) > 1
     gap = np.abs(chosen[:, None] - chosen[None]).max(axis=2) + np.eye(len(chosen))
     assert gap.min() >= 0.1
@@ -108,18 +118,18 @@ def test_smaller_boxes_lie_where_runs_end_calmly(rng):
     scene = scene_of(toy.problem(), model)
     system = plant(jumpy, toy.T, name=model.system)
     places = [Aim(model.domain, np.array([0.5, 0.5]))]
-    probe = probes(system, scene, places, 400, KEY, rng)[0]
-    assert probe.unrest > 0.09
-    found = inside(probe, scene, 0.05, rng)
+    probe = pilot_samples(system, scene, places, 400, KEY, rng)[0]
+    assert probe.scatter > 0.09
+    found = smaller_boxes(probe, scene, 0.05, rng)
     values = [value for value, _ in found]
-    assert values == sorted(values, reverse=True) and values[0] > probe.room + 0.05
+    assert values == sorted(values, reverse=True) and values[0] > probe.margin + 0.05
     for _, place in found:
         assert (model.domain.lo <= place.box.lo).all() and (place.box.hi <= model.domain.hi).all()
         assert 0.04 < np.prod(place.box.hi - place.box.lo) <= 0.05
     best = found[0][1].box
     assert 0.4 <= best.lo[0] and best.hi[0] <= 0.5
-    again = probes(system, scene, [found[0][1]], 100, KEY, rng)[0]
-    assert again.unrest < 1e-9 and again.room > probe.room + 0.05
+    again = pilot_samples(system, scene, [found[0][1]], 100, KEY, rng)[0]
+    assert again.scatter < 1e-9 and again.margin > probe.margin + 0.05
 
 
 def test_the_room_of_runs_is_that_of_a_plan_without_a_tube(rng):
@@ -127,7 +137,7 @@ def test_the_room_of_runs_is_that_of_a_plan_without_a_tube(rng):
     scene = scene_of(toy.problem(wall=0.6), model)
     runs = collect(plant(toy.still, toy.T), KEY, 40, quiet=True)
     p0 = rng.uniform(-0.2, 0.4, (2, 40, 2))
-    rooms = rooms_of(scene, runs, p0)
+    rooms = margins_of(scene, runs, p0)
     _, reached, distance = outcomes(scene, runs, p0[1])
     # straight between knots and judged with a slack, so clear means clear
     assert rooms.shape == (2, 40)
@@ -141,32 +151,34 @@ def test_the_room_of_runs_is_that_of_a_plan_without_a_tube(rng):
 def test_a_plan_where_the_model_of_all_of_k_has_none(refined, narrow):
     found, said = refined
     model = toy.model()
-    whole = nearly_safe(scene_of(narrow, model), np.random.default_rng(0))
+    whole = rank_plans(scene_of(narrow, model), np.random.default_rng(0))
     assert whole.score < 0  # the global tube leaves none
     near = found.choice.near
-    assert near.answer.proved and found.looks.taken <= 2
-    assert check_answer(near.answer.to_json()).samples > 0
+    assert near.answer.cover.proved and found.looks.taken <= 2
+    assert check_answer(answer_data(near.answer)).samples > 0
     e = verdicts(near.answer.scene, found.choice.p0[None], found.choice.k[None])
     assert e.safe.all() and near.model.domain.contains(found.choice.k)
     # delta is split over the looks, and the claim is about runs of its own
     assert near.model.claim.delta * 2 == found.looks.delta
-    assert found.answer.looks is found.looks is found.choice.looks
+    assert near.answer.looks is found.looks is found.choice.looks
     assert near.model.claim.evidence["seed"] != model.claim.evidence["seed"]
     assert found.stages[0].stage == "model of all of K" and len(said) >= 2
-    assert found.stages[-1].room > 0 and "claim, look" in found.stages[-1].stage
+    assert found.stages[-1].margin > 0 and "claim, look" in found.stages[-1].stage
     assert "share of K" in found.table() and "(D) Near it" in found.statement()
     # the tube over all of K is not the one that the plan rests on
-    assert found.choice.jitter is None
+    assert found.choice.safe_box is None
     assert "under the local tube, what is said above of S" in found.statement()
 
 
 @pytest.mark.night
 def test_no_plan_is_no_proof(narrow):
     walled = toy.problem(wall=0.0)
-    asked = Refine((0.05,), centres=2, runs=30, local=LOCAL, looks=1, delta=0.05)
+    asked = {"shares": (0.05,), "centres": 2, "runs": 30, "looks": 1, "delta": 0.05}
     quick = toy.SETTINGS.replace(budget_s=300)
-    found = toy.planner().refine(walled, plant(toy.gusty, toy.T), KEY, asked, quick)
-    assert found.choice is None and found.answer is None
+    found = toy.planner().refine(
+        walled, plant(toy.gusty, toy.T), KEY, LOCAL, **asked, settings=quick
+    )
+    assert found.choice is None
     assert "not a proof that none exists" in found.statement() and found.looks.taken == 1
 
 
@@ -177,18 +189,18 @@ def test_no_plan_is_no_proof(narrow):
         ({"shares": ()}, "falling shares"),
         ({"runs": 3}, "20 runs"),
         ({"centres": 0}, "at least one centre and 20"),
+        ({"around": ((0.1, 0.2, 0.3),)}, "around of 2 parameters each"),
+        ({"looks": 0}, "looks: expected"),
     ],
 )
-def test_settings_that_make_no_sense(change, match):
+def test_settings_that_make_no_sense(change, match, narrow):
+    system = plant(toy.gusty, toy.T, name=toy.model().system)
     with pytest.raises(InputError, match=match):
-        Refine(**change)
+        toy.planner().refine(narrow, system, KEY, LOCAL, **(ASKED | change))
 
 
 def test_questions_that_make_no_sense(narrow):
     with pytest.raises(InputError, match="expected the system of this model"):
         toy.planner().refine(narrow, plant(toy.gusty, toy.T, name="other"), KEY)
-    with pytest.raises(InputError, match="around of 2 parameters each"):
-        asked = dataclasses.replace(ASKED, around=((0.1, 0.2, 0.3),))
-        toy.planner().refine(narrow, plant(toy.gusty, toy.T, name=toy.model().system), KEY, asked)
-    with pytest.raises(InputError, match="refine: expected a Refine"):
+    with pytest.raises(InputError, match="refine: expected a Local"):
         Planner(toy.model()).refine(narrow, plant(toy.gusty, toy.T), KEY, 3)

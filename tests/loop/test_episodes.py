@@ -14,8 +14,7 @@ from toy_episodes import Toy, law, no_outcome
 import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data, stream
-from parc_jax.drive.loop.episodes import task_of
-from parc_jax.drive.loop.ledger import ABOUT, LINES
+from parc_jax.drive.loop.episodes import ABOUT, LINES, task_of
 from parc_jax.learning.bound.counts import clopper_pearson
 
 KEY = jax.random.PRNGKey(4)

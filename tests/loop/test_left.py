@@ -11,7 +11,7 @@ from toy_models import line_model, told
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
-from parc_jax.drive.loop.left import leads_to, outside_tube
+from parc_jax.drive.loop.commitment import leads_to, outside_tube
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import hull

@@ -15,7 +15,7 @@ from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.turns import OFF, cosine_and_sine
 from parc_jax.common.errors import InputError
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_part
 
 
 def check(file: dict):

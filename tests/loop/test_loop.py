@@ -13,8 +13,7 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import from_box
-from parc_jax.drive.loop.candidates import even_candidates
-from parc_jax.drive.loop.outlook import outlook
+from parc_jax.drive.loop.candidates import even_candidates, outlook
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TURNS
@@ -183,7 +182,7 @@ def test_a_model_that_does_not_rest_is_refused_and_what_it_moves_is_told(line):
     ):
         loop_of(line_model(4, 0.01))
     assert loop_of(line_model(4, 0.125)).step([0.0, 0.0], [0.25], [], forward).new
-    with pytest.raises(InputError, match=r"0\.01 m more than its tube allows for who stands"):
+    with pytest.raises(InputError, match=r"0\.01 m more than its tube allows at rest"):
         loop_of(line_model(4, 0.12))
     with pytest.raises(InputError, match="end at rest"):
         loop_of(line_model(4, 0.2, final=0.04))

@@ -12,7 +12,7 @@ import parc_jax as pj
 from parc_jax.checker import Context, episode
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.common.sets.hpolytope import from_box
-from parc_jax.drive.loop.proving import Packer, Proving, Unpacker
+from parc_jax.drive.loop.prover import Packer, Proving, Unpacker
 
 PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
 BLOCK = pj.box([30.0, 30.0], [31.0, 31.0])

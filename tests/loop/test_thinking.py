@@ -16,7 +16,7 @@ from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.drive.loop import loop as loop_module
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.network.relu import relu_network
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from parc_jax.common.errors import InputError, SoundnessError
-from parc_jax.learning.network import fold as folding
-from parc_jax.learning.network.fold import Normalisation, fold
+from parc_jax.learning.network import relu as folding
+from parc_jax.learning.network.relu import Normalisation, fold
 
 
 def normalisation(rng):

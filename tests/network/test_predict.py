@@ -12,7 +12,8 @@ from toy_models import host_outputs, random_network
 
 import parc_jax
 from parc_jax.common.arrays import x64
-from parc_jax.learning.network.predict import Layout, outputs, predict, trajectories
+from parc_jax.learning.network.predict import Layout, predict, trajectories
+from parc_jax.learning.network.relu import outputs
 
 T, N_P, N_Q = 4, 2, 1
 LAYOUT = Layout(T, N_P)

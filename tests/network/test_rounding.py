@@ -81,15 +81,6 @@ def test_errors_of_earlier_layers_are_carried_on():
     assert own < error <= F(float(bound.error[0]))
 
 
-def test_a_bound_of_a_hundredth_would_not_hold(monkeypatch):
-    rng = np.random.default_rng(0)
-    net = cancelling(rng)
-    before = rounding_bound(net, UNIT_BOX).error
-    monkeypatch.setattr(rounding, "UNIT", rounding.UNIT / 300)
-    assert (rounding_bound(net, UNIT_BOX).error < before / 100).all()
-    assert worst_ratio(net, rng, one_by_one=jax.jit(lambda k: net(k))) > 1
-
-
 def test_bound_grows_with_the_domain_and_is_small_for_small_networks():
     rng = np.random.default_rng(3)
     net = random_network(rng, 3, (6, 5))
@@ -98,8 +89,3 @@ def test_bound_grows_with_the_domain_and_is_small_for_small_networks():
     assert small.error.max() < 1e-12
     shifted = rounding_bound(net, box([99, 99], [101, 101]))
     assert (shifted.error > small.error).all()
-
-
-def test_zero_networks_round_to_nothing_but_the_smallest_number():
-    net = relu_network([np.zeros((3, 2)), np.zeros((4, 3))], [np.zeros(3), np.zeros(4)])
-    assert (rounding_bound(net, UNIT_BOX).error < 1e-300).all()

@@ -5,8 +5,8 @@ import pytest
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
+from parc_jax.learning.network.fit import fit_tail
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.learning.network.tail import fit_tail
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import law_spec
 from parc_jax.learning.system import time_grid

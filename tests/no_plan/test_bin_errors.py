@@ -11,8 +11,7 @@ import pytest
 from scipy.optimize import linprog
 from toy_bodies import points_model
 
-from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorBox, ErrorTemplate
-from parc_jax.learning.bound.faces import Templates
+from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorBox, ErrorTemplate, Templates
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.network.predict import by_point
 from parc_jax.proof.absence.bin_errors import as_template, bin_errors, bins_over, end_rows

@@ -4,19 +4,15 @@ program.
 
 from fractions import Fraction
 
-import jax
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
 from parc_jax.checker import number
-from parc_jax.common.arrays import x64
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.problem.body import Disc, Polygon, hull
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.absence.contact_errors import WithinWidths
-from parc_jax.proof.absence.contact_margins import deepest_mixture
 from parc_jax.proof.absence.contacts import Contacts, short_weights
 
 SPIKE = np.array([[0.3, 0.0, -0.2], [-0.2, 0.3, 0.1], [-0.1, -0.3, 0.1], [0.0, 0.1, 0.4]])
@@ -99,23 +95,3 @@ def test_the_errors_of_a_mixture_are_errors_of_its_points(rng):
     total = sum(w * exact(given)[0] for w, given in zip(weights, of_each, strict=True))
     assert total + Fraction(1.001 - widest) >= 1
     assert Contacts(problem, 0).find(np.array([[0.999 - widest, 0]]), within) is None
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("n", [1, 2, 4, 8])
-def test_the_deepest_mixture_is_that_of_a_linear_program(rng, n):
-    depth = rng.normal(size=(20, 24, n)) + rng.uniform(-1, 1, (20, 1, 1))
-    with x64():
-        weights = np.asarray(jax.jit(jax.vmap(deepest_mixture))(depth))
-    assert (weights >= 0).all() and np.allclose(weights.sum(axis=1), 1, atol=1e-12)
-    for rows, given in zip(depth, weights, strict=True):
-        ends = [(0, None)] * n + [(None, None)]
-        best = linprog(
-            [0] * n + [-1],
-            A_ub=np.column_stack([-rows, np.ones(len(rows))]),
-            b_ub=np.zeros(len(rows)),
-            A_eq=[[1] * n + [0]],
-            b_eq=[1],
-            bounds=ends,
-        )
-        assert (rows @ given).min() >= -best.fun - 1e-6

@@ -16,7 +16,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.status import Status
-from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.planner.planner import Planner
@@ -27,9 +27,9 @@ from parc_jax.proof.absence.contacts import Contacts, DiscBody
 from parc_jax.proof.absence.faces import goal_faces
 from parc_jax.proof.absence.prove_no_plan import _missing, prove_no_plan
 from parc_jax.proof.certificate.write import network_part, problem_part, tube_part
-from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.hopeless import no_end_fits
+from parc_jax.safe_set.verdict.infeasible import no_end_fits
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -85,7 +85,7 @@ def test_each_reason_proves_alone(reason, problem):
     assert answer.kind == "proved" and reason in reasons(answer.certificate)
     assert answer.undecided == 0 and answer.unsafe == answer.total
     assert check(model, problem, answer.certificate)["kind"] == "proved"
-    assert answer.statement().startswith("Proved")
+    assert answer.details().startswith("Proved")
 
 
 @pytest.mark.slow
@@ -125,7 +125,7 @@ def test_out_of_budget_the_rest_is_undecided_and_the_certificate_says_so():
     report = check(model, problem, answer.certificate)
     assert answer.kind == "undecided" and report["kind"] == "bracket"
     assert Fraction(report["undecided"]) == answer.undecided > 0
-    assert "not a proof" in answer.statement()
+    assert "not a proof" in answer.details()
     untouched = decide(model, problem, limit=Limit(0.0))
     assert untouched.undecided == untouched.total and untouched.leaves == 1
 
@@ -161,7 +161,7 @@ def test_the_reason_is_said_where_a_sentence_can_say_it(final, kind, words):
     )
     answer = decide(model, reach_avoid(box([0, 0, -1], [0.5, 0.5, 1]), FAR, 0.1), max_leaves=100)
     assert kind in (None, answer.kind)
-    assert answer.reason is None if words is None else words in answer.statement()
+    assert answer.reason is None if words is None else words in answer.details()
 
 
 def test_the_reason_is_about_all_faces_together_and_not_about_one_frame():
@@ -312,27 +312,27 @@ def test_planner_says_which_of_the_two_is_true(tmp_path, monkeypatch):
     import jax
 
     model = line_model(e=0.05)
-    patient = Settings(target=0.3, budget_s=300, polytopes=True)
+    patient = Settings(target=0.3, budget_s=300)
     answer = Planner(model).solve(walls(0.59), jax.random.key(0), patient)
     assert (
-        not answer.found
-        and answer.no_plan.kind == "proved"
-        and answer.statement().startswith("Proved")
+        not answer.status.found
+        and answer.absence.kind == "proved"
+        and answer.details().startswith("Proved")
     )
     report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
     assert report.no_plan["kind"] == "proved" and report.samples == report.sets == 0
     narrow = Planner(model).solve(walls(0.6001), jax.random.key(0), patient)
-    assert narrow.found and narrow.polytopes and narrow.status is Status.PROVED
-    assert narrow.no_plan is None  # no draw was safe, a climb found some
+    assert narrow.corridors and narrow.status is Status.PROVED
+    assert narrow.absence is None  # no draw was safe, a climb found some
     with monkeypatch.context() as blind:
         blind.setattr(methods, "where_safe", lambda *asked, **options: None)
         narrow = Planner(model).solve(walls(0.6001), jax.random.key(0), patient)
-    assert narrow.found and narrow.polytopes and narrow.status is Status.PROVED
-    assert narrow.no_plan.kind == "undecided"  # the proof that none is there came across one
+    assert narrow.corridors and narrow.status is Status.PROVED
+    assert narrow.absence.kind == "undecided"  # the proof that none is there came across one
     report = checker.check_answer(checker.load(narrow.save(tmp_path / "narrow.json")))
-    assert report.samples and report.sets and report.no_plan["kind"] == "bracket"
+    assert report.samples and report.no_plan["kind"] == "bracket"
     easy = Planner(model).solve(walls(1.2), jax.random.key(0), patient)
-    assert easy.found and easy.no_plan is None
+    assert easy.status.found and easy.absence is None
 
 
 def buried(n_k):
@@ -351,8 +351,8 @@ def test_with_too_many_parameters_for_cells_there_is_a_proof_by_bounds(tmp_path)
 
     model, problem = buried(8)
     answer = Planner(model).solve(problem, jax.random.key(0), Settings())
-    assert not answer.found and answer.no_plan.kind == "proved"
-    assert {"bounded"} <= {name for node in answer.no_plan.certificate["tree"] for name in node}
+    assert not answer.status.found and answer.absence.kind == "proved"
+    assert {"bounded"} <= {name for node in answer.absence.certificate["tree"] for name in node}
     report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
     assert report.no_plan["kind"] == "proved" and report.samples == 0
 
@@ -363,10 +363,10 @@ def test_with_too_many_parameters_for_the_checker_the_answer_is_not_found():
 
     model, problem = buried(9)
     answer = Planner(model).solve(problem, jax.random.key(0), Settings())
-    assert not answer.found and answer.no_plan.kind == "undecided"
-    assert answer.no_plan.undecided == answer.no_plan.total
-    assert "touches obstacle 0" in answer.statement()  # said of the scene, whatever the model
-    assert "This is not a proof that none exists" in answer.statement()
+    assert not answer.status.found and answer.absence.kind == "undecided"
+    assert answer.absence.undecided == answer.absence.total
+    assert "touches obstacle 0" in answer.details()  # said of the scene, whatever the model
+    assert "This is not a proof that none exists" in answer.details()
     assert _missing(model) == "a model with at most 8 parameters; this model has 9"
 
 
@@ -396,7 +396,7 @@ def test_a_proof_beyond_the_limits_of_the_checker_is_refused_in_words():
         Planner(model).solve(problem, jax.random.key(0), Settings(samples=1, samples_only=True))
     unproved = Settings(samples=1, samples_only=True, proof=False)
     found = Planner(model).solve(problem, jax.random.key(0), unproved)
-    assert found.found
+    assert found.status.found
 
 
 @pytest.mark.slow

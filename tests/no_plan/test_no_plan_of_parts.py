@@ -15,7 +15,7 @@ from toy_models import assumed, told
 from parc_jax import checker
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
-from parc_jax.learning.bound.faces import faces
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube, refined, zero_tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.predict import by_point, moved_to, trajectories
@@ -27,7 +27,7 @@ from parc_jax.proof.absence.bin_errors import end_rows
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.proof.certificate.write import question_parts
-from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -128,7 +128,7 @@ def test_the_proof_is_in_the_file_of_the_answer(tmp_path):
     model = bar_model()
     settings = Settings()
     answer = Planner(model).solve(walls(model, 0.59), jax.random.key(0), settings)
-    assert answer.statement().startswith("Proved in exact arithmetic: the model has no safe")
+    assert answer.details().startswith("Proved in exact arithmetic: the model has no safe")
     written = checker.load(answer.save(tmp_path / "answer.json"))
     report = checker.check_answer(written)
     assert report.no_plan["kind"] == "proved" and report.samples == 0
@@ -164,7 +164,7 @@ def test_a_robot_whose_tube_has_no_claim_has_no_plan():
     model = bar_model(e=np.inf)
     answer = decide(model, walls(model, 0.3), max_leaves=20)
     assert answer.kind == "undecided" and answer.leaves == 1  # and nothing is searched
-    assert "no plan keeps to bins of K that have a claim" in answer.statement()
+    assert "no plan keeps to bins of K that have a claim" in answer.details()
 
 
 @pytest.mark.night
@@ -189,7 +189,7 @@ def test_a_tube_that_leaves_out_the_model_is_not_searched():
     model = bar_model(fitted=True, centre=0.2)
     answer = decide(model, walls(model, 0.3))
     assert answer.kind == "undecided" and answer.undecided == answer.total
-    assert "a tube around the model itself" in answer.statement()
+    assert "a tube around the model itself" in answer.details()
 
 
 def leaf_of(plan, lo, hi, x):

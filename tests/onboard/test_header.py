@@ -43,7 +43,7 @@ def compared(answer, path, spread: float = 0.1):
     k = np.where(rng.uniform(size=len(k))[:, None] < 0.9, np.clip(k, domain.lo, domain.hi), k)
     inside = ((domain.lo <= k) & (k <= domain.hi)).all(axis=1)
     known = np.zeros(N, bool)
-    known[inside] = answer.contains(p0[inside], k[inside], of="corridors")
+    known[inside] = answer.contains(p0[inside], k[inside])
     return header.are_safe(p0, k), known
 
 
@@ -194,7 +194,7 @@ def test_a_start_so_far_out_that_sums_overflow_is_not_safe(tmp_path):
     p0 = np.array([answer.samples[0, :3], [1.8e307, 1.6e307, 1.6e307]])
     assert rows[0] @ (p0[1] / 1e307) > 0
     assert header.are_safe(p0, k).tolist() == [True, False]
-    assert answer.contains(p0, k, of="corridors").tolist() == [True, False]
+    assert answer.contains(p0, k).tolist() == [True, False]
 
 
 @needs_compiler
@@ -204,10 +204,10 @@ def test_the_nearest_plan_is_safe_and_near(tmp_path):
     p0, safe = answer.samples[0, :2], answer.samples[0, 2:]
     np.testing.assert_array_equal(header.nearest(p0, safe), safe)  # it is safe already
     offered = header.nearest(p0, np.array([-1.0, 1.0]))
-    assert answer.contains(p0[None], offered[None], of="corridors").all()
+    assert answer.contains(p0[None], offered[None]).all()
     further = np.linalg.norm(answer.samples[:, 2:] - [-1.0, 1.0], axis=1)
     starts = np.repeat(p0[None], len(further), axis=0)
-    reachable = answer.contains(starts, answer.samples[:, 2:], of="corridors")
+    reachable = answer.contains(starts, answer.samples[:, 2:])
     assert np.linalg.norm(offered - [-1.0, 1.0]) <= further[reachable].min()
     assert header.nearest(np.array([9.0, 9.0]), safe) is None
 

@@ -11,12 +11,11 @@ from covered import covered
 from episodes import driven
 
 from parc_jax.app import figures
-from parc_jax.app.files.episode_file import episode_of
-from parc_jax.app.plot import episode
-from parc_jax.app.plot.episode import RATE, REST
-from parc_jax.app.plot.manoeuvres import Stage, Truth
+from parc_jax.app.plot import film
+from parc_jax.app.plot.episode import Stage, Truth
+from parc_jax.app.plot.film import RATE_OF_EPISODE, REST
 from parc_jax.common.errors import InputError
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_of, episode_part
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["", "turning"])
@@ -51,11 +50,11 @@ def test_the_true_robot_is_shown_where_it_was(known):
 def test_a_film_has_a_frame_for_every_moment_and_one_sees_the_robot(known, tmp_path, monkeypatch):
     shapely = pytest.importorskip("shapely")
     seen = []
-    monkeypatch.setattr(episode, "write_film", lambda out, images, *_: seen.extend(images))
-    figures.film_episode(known, tmp_path / "film.gif")
+    monkeypatch.setattr(film, "write_film", lambda out, images, *_: seen.extend(images))
+    figures.film(known, tmp_path / "film.gif")
     last = known.manoeuvres[-1]
     seconds = float(last.begin - known.manoeuvres[0].begin) + known.model.time.t_f
-    assert len(seen) == math.ceil(seconds * RATE) + 1 + REST
+    assert len(seen) == math.ceil(seconds * RATE_OF_EPISODE) + 1 + round(REST * RATE_OF_EPISODE)
     blue = [0, 114, 178]
     for image in seen:
         middle = image[image.shape[0] // 2 - 40 : image.shape[0] // 2 + 40, 150:310]
@@ -64,7 +63,7 @@ def test_a_film_has_a_frame_for_every_moment_and_one_sees_the_robot(known, tmp_p
     ring = shapely.box(-3, -3, 3, 3).difference(shapely.box(1, 1, 2, 2))
     truth = Truth(np.array([0.0, 0.1]), np.stack([pose, pose]), [np.eye(3)[:, :2]], [(0.0, ring)])
     seen.clear()
-    figures.film_episode(known, tmp_path / "film.gif", truth)
+    figures.film(known, tmp_path / "film.gif", run=truth)
     free = [0xF3, 0xF0, 0xDC]
     assert (np.abs(seen[0].astype(int) - free).sum(axis=-1) < 6).mean() > 0.2
 
@@ -72,7 +71,7 @@ def test_a_film_has_a_frame_for_every_moment_and_one_sees_the_robot(known, tmp_p
 def test_what_is_no_episode_is_refused(tmp_path):
     (tmp_path / "answer.json").write_text("{}")
     with pytest.raises(InputError, match="expected a"):
-        figures.film_episode(tmp_path / "answer.json", tmp_path / "film.gif")
+        figures.film(tmp_path / "answer.json", tmp_path / "film.gif")
     with pytest.raises(InputError, match="mp4"):
-        figures.film_episode(tmp_path / "answer.json", tmp_path / "film.avi")
+        figures.film(tmp_path / "answer.json", tmp_path / "film.avi")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["answer.json"]

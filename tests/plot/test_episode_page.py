@@ -14,9 +14,9 @@ from needs import need
 
 import parc_jax as pj
 from parc_jax.app import cli, figures
-from parc_jax.app.files.episode_file import load_episode
-from parc_jax.app.plot.episode_page import RATE, episode_data, reasons
-from parc_jax.app.plot.manoeuvres import Stage
+from parc_jax.app.plot.episode import Stage
+from parc_jax.app.plot.page import RATE, episode_data, reasons
+from parc_jax.drive.loop.episode_file import load_episode
 
 WHY = "none is safe </script><b>"
 
@@ -37,7 +37,7 @@ def embedded(page: str) -> dict:
 
 
 def test_the_page_is_whole_and_the_body_is_inside_of_what_it_may_reach(file, tmp_path):
-    page = figures.write_episode_page(file[0], tmp_path / "drive.html").read_text()
+    page = figures.write_page(file[0], tmp_path / "drive.html").read_text()
     for words in ("http:", "https:", " src=", "@import", "url(", "fetch(", "import("):
         assert words not in page
     assert not re.search(r"/\*[A-Z]+\*/", page)
@@ -95,7 +95,7 @@ def test_the_shell_writes_it(file, tmp_path, capsys):
 @pytest.mark.night
 def test_one_scrubs_to_what_was_said(file, tmp_path):
     need("chromium")
-    page = figures.write_episode_page(file[0], tmp_path / "drive.html")
+    page = figures.write_page(file[0], tmp_path / "drive.html")
     begins = [float(one.begin) for one in load_episode(file[0]).manoeuvres]
     with driven_browser.Browser(driven_browser.found(), page) as browser:
         shown = "[document.body.dataset.number, document.body.dataset.kept, $('clock').textContent]"

@@ -7,20 +7,16 @@ import pytest
 from drawn_bodies import bare_answer, car, drone
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from toy_answer import K, toy_answer, toy_replay
+from toy_answer import K, ToyPolytopes, toy_answer, toy_replay
 
 from parc_jax.app.plot import shapes
-from parc_jax.app.plot.claim import claim, when
-from parc_jax.app.plot.cover import CoverCurve, cover, of_history
-from parc_jax.app.plot.errors import Entry, errors, quantile
-from parc_jax.app.plot.gap import GapCurve, GapRoom, gap
+from parc_jax.app.plot.errors import Entry, claim, errors, quantile, when
 from parc_jax.app.plot.projections import default_pairs, projections
 from parc_jax.app.plot.samples import samples
 from parc_jax.app.plot.timeline import clearances, direction_runs, timeline
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.safe_set.corridors.found import Progress
 from parc_jax.safe_set.verdict.scene import scene_of
 
 
@@ -38,7 +34,7 @@ def pac(answer):
 
 
 def scores_of(k, score, worst):
-    from parc_jax.learning.bound.score import Scores
+    from parc_jax.learning.bound.measure import Scores
 
     return Scores(np.arange(len(k)), k, score, worst, None, None, None, None, None)
 
@@ -135,52 +131,16 @@ def test_claims_show_failed_and_worst_runs(answer, rng):
     assert interval.max() == 4 and (interval[worst < 8] == worst[worst < 8] // 2).all()
 
 
-def test_gap_marks_methods_that_keep_nothing():
-    gaps = np.array([6.5, 6.0, 5.5])
-    joint = GapCurve("joint", gaps, [0.5, 0.1, 0.01], [0.4, 0.08, 0.0], [0.6, 0.2, 0.02])
-    drawn = gap([joint, GapCurve("old", gaps, [0.001, 0, 0])], published=6.5)
-    ax = drawn.axes[0]
-    assert ax.get_yticklabels()[0].get_text() == "none"
-    hollow = [
-        line for line in ax.lines if line.get_markerfacecolor() == "white" and len(line.get_xdata())
-    ]
-    assert [sorted(line.get_xdata()) for line in hollow] == [[5.5, 6.0]]
-    assert isinstance(gap([GapCurve("none at all", gaps, [0, 0, 0])]), Figure)
-    with pytest.raises(InputError):
-        gap([])
-
-
-def test_the_narrowest_gap_has_a_mark_for_the_circle_and_one_for_the_body():
-    curve = GapCurve("disc", np.array([0.5, 1.0]), [0.1, 0.5])
-    rooms = [GapRoom("disc", 0.4, 0.7), GapRoom("outline", -0.1, 0.2), GapRoom("neither", None)]
-    share, narrowest = gap([curve], rooms=rooms).axes
-    assert [label.get_text() for label in narrowest.get_yticklabels()] == [r.name for r in rooms]
-    marks = {
-        (line.get_marker(), *line.get_xydata()[0]): line
-        for line in narrowest.lines
-        if line.get_marker() != "None"
-    }
-    assert set(marks) == {("o", 0.4, 0), ("s", 0.7, 0), ("o", -0.1, 1), ("s", 0.2, 1)}
-    for (marker, _, row), mark in marks.items():
-        filled = mark.get_markerfacecolor() == mark.get_color()
-        assert filled is (marker == "s")
-        assert (mark.get_color() == share.lines[0].get_color()) == (row == 0)
-    assert [said.get_text() for said in narrowest.texts] == ["no plan"]
-    assert share.get_xlim() == narrowest.get_xlim() and share.get_xlim()[0] < -0.1
-    with pytest.raises(InputError, match="2 matplotlib Axes"):
-        gap([curve], share, rooms=rooms)
-
-
 def test_projections_contain_the_samples(answer):
-    drawn = projections(answer)
+    drawn = projections(answer)  # its polytopes are cut for it
     assert len(drawn.axes) == len(default_pairs(2, 2)) == 6
     for ax, pair in zip(drawn.axes, default_pairs(2, 2), strict=True):
         x, y = answer.samples[:, pair[0]], answer.samples[:, pair[1]]
         assert ax.get_xlim()[0] <= x.min() <= x.max() <= ax.get_xlim()[1]
         assert ax.get_ylim()[0] <= y.min() <= y.max() <= ax.get_ylim()[1]
-    assert len(projections(answer, [(0, 1), (2, 3)]).axes) == 2
+    assert len(projections(answer, pairs=[(0, 1), (2, 3)]).axes) == 2
     with pytest.raises(InputError, match="fills rows"):
-        projections(answer, [(0, 1)] * 4)
+        projections(answer, pairs=[(0, 1)] * 4)
 
 
 def test_timeline_clearance_is_the_distance_to_the_grown_block(answer):
@@ -194,33 +154,10 @@ def test_timeline_clearance_is_the_distance_to_the_grown_block(answer):
 
 
 def test_direction_runs_are_unit_sums_of_rows(answer):
-    upper, lower = direction_runs(answer, answer.sample_parts[0]["sep"])
+    upper, lower = direction_runs(answer, answer.certificates[0]["sep"])
     assert [(first, end) for first, end, _ in upper] == [(0, 2), (2, 4)]
     assert upper[0][2] == pytest.approx([-np.sqrt(0.5), -np.sqrt(0.5)])
     assert lower[0][2] == pytest.approx([0.0, 1.0]) and upper[1][2] == pytest.approx([0.0, -1.0])
-
-
-def test_cover_draws_what_is_known(answer):
-    looks = [Progress(0.1, 2, 0.7, 3, 0.5), Progress(0.2, 5, 1.0, 9, 0.9)]
-    drawn = cover([*of_history(looks), CoverCurve("by size", [0.2, 0.9], [1, 2])])
-    count, seconds = drawn.axes
-    assert (
-        len(
-            [
-                line
-                for line in count.lines
-                if len(line.get_xdata()) == 2 and line.get_linestyle() != ":"
-            ]
-        )
-        == 3
-    )
-    assert seconds.get_xlabel() == "time [s]"
-    assert count.lines[0].get_ydata()[-1] == 1e-3  # all covered: drawn at the floor
-    assert [c.name for c in of_history([look._replace(polytopes=0) for look in looks])] == [
-        "corridors"
-    ]
-    with pytest.raises(InputError):
-        cover([CoverCurve("nothing to draw against", [0.1])])
 
 
 def test_many_polytopes_are_drawn_as_their_union(answer):
@@ -229,10 +166,9 @@ def test_many_polytopes_are_drawn_as_their_union(answer):
     def lines_inside(copies):
         crowd = toy_answer()
         square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
-        crowd.polytopes = crowd.polytopes * copies
         crowd.samples = crowd.samples[:0]
-        crowd.project = lambda dims: [square, square + np.array([0.5, 0])] * (2 * copies)
-        figure = projections(crowd, pairs=[(0, 1)])
+        cut = ToyPolytopes([square, square + np.array([0.5, 0])] * (2 * copies))
+        figure = projections(crowd, cut, pairs=[(0, 1)])
         figure.set_dpi(100)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()

@@ -1,4 +1,9 @@
-"""The plain film: any robot, from above, its true run or the model's prediction."""
+"""Films: of any robot, from above, its true run or the prediction of the model; their files, and
+the words on rendered ones.
+"""
+
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -7,8 +12,9 @@ from matplotlib.image import imread
 from toy_answer import toy_answer, toy_replay
 
 from parc_jax.app.plot import film as film_module
-from parc_jax.app.plot.film import REST, film
+from parc_jax.app.plot.film import RATE, REST, film, require_kind, require_sample, write_film
 from parc_jax.common.errors import InputError
+from sims.film import explained
 
 INK = {"goal": (203, 232, 223), "block": (110, 110, 110), "tube": (214, 232, 245)}
 
@@ -28,13 +34,13 @@ def test_a_prediction_and_a_true_run(tmp_path, true, capsys):
     answer = toy_answer()
     run = toy_replay(answer, shift=0.05).path[1] if true else None
     shown = frames(film(answer, tmp_path / "film", 1, run))
-    assert len(shown) == round(answer.model.time.t_f * 25) + 1 + REST
+    assert len(shown) == round(answer.model.time.t_f * RATE) + 1 + round(REST * RATE)
     for name, color in INK.items():
         assert len(near(shown[0], color)) > 50, name
     moved = np.abs(shown[0] - shown[-1]).max(axis=-1) > 30
     columns = np.argwhere(moved)[:, 1]
     assert np.ptp(columns) > 200  # the robot went from the left to the right
-    assert (shown[-1] == shown[-REST]).all() and capsys.readouterr().err == ""
+    assert (shown[-1] == shown[-round(REST * RATE)]).all() and capsys.readouterr().err == ""
 
 
 @pytest.mark.slow
@@ -93,3 +99,53 @@ def test_what_cannot_be_filmed_is_refused(tmp_path):
 def test_progress_is_shown_unless_quiet(tmp_path, capsys):
     film(toy_answer(), tmp_path / "film.gif", quiet=False)
     assert "film" in capsys.readouterr().err
+
+
+def test_what_cannot_be_written_is_refused_before_anything_is_rendered(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match=r"film\.webm"):
+        require_kind(tmp_path / "film.webm")
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(InputError, match=r"pip install 'parc_jax\[film\]'"):
+        require_kind(tmp_path / "film.mp4")
+
+
+def test_gif_and_frames(tmp_path):
+    from PIL import Image
+
+    images = [np.full((20, 30, 3), 40 * i, np.uint8) for i in range(5)]
+    with Image.open(write_film(tmp_path / "new" / "film.gif", images, 10.0)) as gif:
+        assert gif.n_frames == 5 and gif.size == (30, 20) and gif.info["duration"] == 100
+        gif.seek(4)
+        assert np.abs(np.asarray(gif.convert("RGB")).astype(int) - 160).max() < 8
+    folder = write_film(tmp_path / "frames", images, 10.0)
+    assert [p.name for p in sorted(folder.iterdir())] == [f"{i:04d}.png" for i in range(5)]
+
+
+def test_with_few_colours_a_gif_has_no_more(tmp_path):
+    from PIL import Image
+
+    images = [np.random.default_rng(0).integers(0, 256, (20, 30, 3), np.uint8)] * 2
+    with Image.open(write_film(tmp_path / "film.gif", images, 10.0, colours=8)) as gif:
+        assert len(gif.convert("RGB").getcolors()) <= 8
+
+
+def test_other_samples_than_there_are_are_refused():
+    with pytest.raises(InputError, match="has none to film"):
+        require_sample(SimpleNamespace(samples=np.zeros((0, 4))), 0)
+    for sample in (-1, 3):
+        with pytest.raises(InputError, match=f"one of 3 safe samples, 0 to 2; got {sample}"):
+            require_sample(SimpleNamespace(samples=np.zeros((3, 4))), sample)
+
+
+def test_a_clock_and_a_legend_are_on_every_frame():
+    plain = [np.full((240, 480, 3), shade, np.uint8) for shade in (90, 120)]
+    legend = [("car", [1.0, 0, 0, 1]), ("goal", [0, 1.0, 0, 1])]
+    shown = explained(plain, [0.0, 1.25], "drift: true run", legend)
+    for before, after in zip(plain, shown, strict=True):
+        assert after.shape == before.shape and after.dtype == np.uint8
+        assert (after[30:-30] == before[30:-30]).all()
+        for colour in ([255, 0, 0], [0, 255, 0]):
+            assert (after[-15:] == colour).all(axis=-1).sum() > 20
+    clocks = [image[:14, 400:] - image[0, -1] for image in shown]
+    assert (clocks[0] != clocks[1]).any() and (shown[0][:14, :200] == 255).any()
+    assert (plain[0] == 90).all()

@@ -14,10 +14,13 @@ from toy_models import host_outputs
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot.html import write_page
-from parc_jax.app.plot.page_data import page_data
+from parc_jax.app.plot.page import page_data, write_page
 from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import labels
+from parc_jax.proof.certificate.read import corridor_of
+from parc_jax.safe_set.corridors.polytope import SafePolytope
+from parc_jax.safe_set.corridors.polytopes import Polytopes
+from parc_jax.safe_set.corridors.stopping import nothing_covered
 
 
 def embedded(page: str) -> dict:
@@ -30,6 +33,19 @@ def embedded(page: str) -> dict:
 @pytest.fixture(scope="module")
 def loaded(tmp_path_factory):
     return load_answer(save(tmp_path_factory.mktemp("toy") / "answer.json", toy_file()))
+
+
+def cut_of(answer):
+    """The two polytopes of the file: a page draws those that it is given."""
+    parts = toy_file()["sets"]
+    cut = []
+    for part in parts:
+        corridor = corridor_of(answer.scene, part)
+        pattern = np.array([bit == "1" for bit in part["pattern"]], bool)
+        cut.append(
+            SafePolytope(answer.scene, corridor.p0, corridor.k, pattern, part["bin"], corridor)
+        )
+    return Polytopes(answer.scene, cut, nothing_covered(0.99), proved=True)
 
 
 def test_the_page_is_whole_and_needs_no_network(loaded, tmp_path):
@@ -46,7 +62,7 @@ def test_the_page_is_whole_and_needs_no_network(loaded, tmp_path):
 
 def test_numbers_survive_exactly(loaded):
     model, problem = toy_scene()
-    data = page_data(loaded)
+    data = page_data(loaded, cut_of(loaded))
     assert all(
         (np.array(W) == V).all()
         for W, V in zip(data["network"]["weights"], model.net.weights, strict=True)
@@ -70,7 +86,7 @@ def test_the_corridors_of_an_answer_are_on_its_page():
     answer = toy_query.answer()
     data = page_data(answer)
     assert len(data["corridors"]) == len(answer.corridors) > 0
-    assert data["corridor_share"] == answer.corridor_coverage.share > 0
+    assert data["corridor_share"] == answer.coverage.share > 0
     for corridor, part in zip(answer.corridors, data["corridors"], strict=True):
         ((first, end, w, support),) = data["directions"][part["sep"]][0][:1]
         assert w == corridor.w[0, first].tolist() and support == corridor.support[0, first]
@@ -78,11 +94,12 @@ def test_the_corridors_of_an_answer_are_on_its_page():
 
 
 def test_outlines_hold_the_plans_of_their_polytopes(loaded, rng):
-    data = page_data(loaded)
+    cut = cut_of(loaded)
+    data = page_data(loaded, cut)
     starts, parameters = data["outlines"]["0,1"], data["outlines"]["2,3"]
     assert len(starts) == len(parameters) == 2
     assert min(y for _, y in parameters[0]) == pytest.approx(0, abs=1e-6)
-    for number, safe in enumerate(loaded.project(range(4))):
+    for number, safe in enumerate(cut.project(range(4))):
         inner = rng.dirichlet(np.full(len(safe), 0.3), 300) @ safe
         y = host_outputs(loaded.model.net, inner[:, 2:])
         steps = np.concatenate([np.zeros((300, 1, 2)), y[:, :8].reshape(-1, 4, 2)], axis=1)

@@ -19,7 +19,7 @@ from toy_models import model_of, random_network, uniform_tube
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot.html import write_page
+from parc_jax.app.plot.page import write_page
 from parc_jax.common.sets.box import box
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -120,13 +120,14 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
         answer = pj.Planner(model).solve(
             drift_parking.problem(),
             jax.random.PRNGKey(1),
-            pj.Settings(samples=40, target=0.1, budget_s=300, polytopes=polytopes),
+            pj.Settings(samples=40, target=0.1, budget_s=300),
         )
-        page = write_page(answer, tmp_path / "page.html")
+        cut = answer.polytopes(jax.random.PRNGKey(2), 4000) if polytopes else None
+        page = write_page(answer, tmp_path / "page.html", cut)
         plans = np.repeat(answer.samples, 10, axis=0)
         plans = plans + rng.normal(size=(400, 4)) * [0.3, 0.3, 0.02, 0.01]
         p0, k = plans[:, :2], np.clip(plans[:, 2:], model.domain.lo, model.domain.hi)
-        proved = answer.contains(p0, k, of="corridors") | answer.contains(p0, k)
+        proved = answer.contains(p0, k)
         script = (
             f"const P = {p0.tolist()}, K = {k.tolist()}; const out = P.map((p, i) => {{"
             " move(p, K[i]); return [$('verdict').dataset.kind === 'proved' ? 1 : 0,"
@@ -136,7 +137,6 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
         said, painted = np.array(result(run(browser, page, "--dump-dom", script=script))).T
         assert (said == proved).all() and (painted == proved).all()
         assert 40 < proved.sum() < 360  # both occur
-        assert bool(answer.polytopes) == polytopes
         if polytopes:  # they hold most of what the corridors hold
             continue
         # a page that forgot the corridors must be caught by the same numbers
@@ -149,14 +149,15 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
 def test_bodies_are_judged_by_corridors_and_polytopes_of_their_parts(browser, tmp_path, rng, robot):
     """Of 300 plans near the samples those that keep to a corridor or lie in a polytope."""
     model, problem = robot()
-    settings = pj.Settings(samples=30, target=0.6, budget_s=300, polytopes=True)
+    settings = pj.Settings(samples=30, target=0.6, budget_s=300)
     answer = pj.Planner(model).solve(problem, jax.random.PRNGKey(1), settings)
-    page = write_page(answer, tmp_path / "page.html")
+    cut = answer.polytopes(jax.random.PRNGKey(2), 2000)
+    page = write_page(answer, tmp_path / "page.html", cut)
     n_p = model.n_p
     plans = np.repeat(answer.samples, 10, axis=0)
     plans = plans + rng.normal(size=plans.shape) * np.repeat([0.1, 0.05], [n_p, model.n_k])
     p0, k = plans[:, :n_p], np.clip(plans[:, n_p:], model.domain.lo, model.domain.hi)
-    proved = answer.contains(p0, k, of="corridors") | answer.contains(p0, k)
+    proved = answer.contains(p0, k)
     script = (
         f"const P = {p0.tolist()}, K = {k.tolist()}; const out = P.map((p, i) => {{"
         " move(p, K[i]); return [$('verdict').dataset.kind === 'proved' ? 1 : 0,"

@@ -10,14 +10,14 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
-from parc_jax.app.plot.html import PARTS
+from parc_jax.app.plot.page import FILES
 
 pytestmark = pytest.mark.needs("node")
 
 
 def said(script: str):
     """What a script with the geometry of the page in front prints as JSON."""
-    program = f"{(PARTS / 'geometry.js').read_text()}\n{script}"
+    program = f"{(FILES / 'geometry.js').read_text()}\n{script}"
     out = subprocess.run(["node", "-"], input=program, capture_output=True, text=True, check=True)
     return json.loads(out.stdout)
 

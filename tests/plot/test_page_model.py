@@ -11,9 +11,8 @@ from drawn_bodies import car
 from toy_bodies import points_model, points_problem
 from toy_models import told
 
-from parc_jax.app.plot.html import PARTS
-from parc_jax.app.plot.page_data import model_data
-from parc_jax.learning.bound.faces import faces
+from parc_jax.app.plot.page import FILES, model_data
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -25,7 +24,7 @@ def by_the_page(model, problem, p0, k) -> list[dict]:
     """Path, clearance, goal margin and the verdict itself, by the scripts of the page."""
     data = model_data(model, problem) | {"corridors": [], "polytopes": [], "directions": []}
     program = (
-        "".join((PARTS / part).read_text() for part in ("geometry.js", "model.js"))
+        "".join((FILES / part).read_text() for part in ("geometry.js", "model.js"))
         + f"""
 const model = makeModel({json.dumps(data)}), P = {p0.tolist()}, K = {k.tolist()};
 const out = P.map((p, i) => {{

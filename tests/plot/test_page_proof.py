@@ -13,10 +13,10 @@ from needs import need
 from toy_file import save, toy_file
 
 from parc_jax import checker
+from parc_jax.answer.answer import answer_data
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot import html as page_file
-from parc_jax.app.plot.html import PARTS, page_of, write_page
-from parc_jax.app.plot.page_data import page_data
+from parc_jax.app.plot import page as page_file
+from parc_jax.app.plot.page import FILES, page_data, page_of, write_page
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.proof.certificate.write import part_hash
 
@@ -51,7 +51,7 @@ def test_the_page_carries_the_whole_answer_and_the_program(page, tmp_path):
         assert answer[part] == whole[part]
     (tmp_path / "answer.json").write_text(block(text, "answer"))
     report = checker.check_answer(checker.load(tmp_path / "answer.json"))
-    assert (report.samples, report.sets, report.corridors) == (2, 2, 1)
+    assert (report.samples, report.sets, report.corridors) == (2, 0, 1)
     assert "</script" not in block(text, "answer")  # the name of this system has one
     program = PROVED_JS.read_text()
     assert block(text, "proved").strip() == program.replace("</script", "<\\/script").strip()
@@ -70,7 +70,7 @@ def test_no_part_is_taken_for_another(page, tmp_path):
 def test_too_large_an_answer_stays_out(page, monkeypatch):
     loaded = load_answer(save(page.with_name("large.json"), toy_file()))
     monkeypatch.setattr(page_file, "MAX_ANSWER", 5_000)
-    text = page_of(page_data(loaded), json.dumps(loaded.to_json()))
+    text = page_of(page_data(loaded), json.dumps(answer_data(loaded)))
     assert block(text, "answer") == "" and re.search(r'id="answer".*data-bytes="\d{4,}"', text)
 
 
@@ -79,7 +79,7 @@ def test_too_large_an_answer_stays_out(page, monkeypatch):
 def test_what_the_worker_says(page, tmp_path, tamper):
     """The worker's text under node, with the messages that it would post."""
     text = tampered(page.read_text()) if tamper else page.read_text()
-    worker = re.search(r"const WORKER = `(.*?)`;", (PARTS / "proof.js").read_text(), re.S).group(1)
+    worker = re.search(r"const WORKER = `(.*?)`;", (FILES / "proof.js").read_text(), re.S).group(1)
     (tmp_path / "answer.json").write_text(block(text, "answer"))
     (tmp_path / "worker.js").write_text(
         "globalThis.postMessage = (news) => console.log(JSON.stringify(news));\n"
@@ -90,9 +90,9 @@ def test_what_the_worker_says(page, tmp_path, tamper):
     command = ["node", tmp_path / "worker.js", tmp_path / "answer.json"]
     out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     *progress, last = map(json.loads, out.splitlines())
-    assert last["entries"] == 5 and last["verdict"]["code"] == int(tamper)
+    assert last["entries"] == 3 and last["verdict"]["code"] == int(tamper)
     last_of_kind = {news["kind"]: news["done"] for news in progress}
-    assert last_of_kind == {"samples": 2, "sets": 2, "corridors": 1}
+    assert last_of_kind == {"samples": 2, "corridors": 1}
     said = last["verdict"]["lines"][0]
     assert said.startswith("REJECTED: 1 entries" if tamper else "ACCEPTED. Proved by a checker")
 

@@ -7,7 +7,7 @@ import pytest
 from gap_model import HI, LO, arc_network, arc_tube, gap_problem
 from toy_models import model_of, random_network
 
-from parc_jax.app.plot.regions import COLORS, region_seconds, regions, slices
+from parc_jax.app.plot.regions import COLORS, regions, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.status import OfRegion
@@ -17,14 +17,17 @@ from parc_jax.proof.regions.subdivide import enumerate_regions
 
 @pytest.fixture(scope="module")
 def arcs():
-    """Model of arcs, its regions, and an answer with two samples and one polytope."""
+    """Model of arcs, its regions, and an answer with two samples and one corridor."""
     tube = arc_tube()
     model = model_of(arc_network(), box(LO, HI), tube.interval, tube.final)
     table = enumerate_regions(model.net, model.domain)
     samples = np.array([[4.5, 0.0, 5.0, 0.05], [4.6, 0.0, 5.2, -0.05]])
-    polytopes = [SimpleNamespace(k=np.array([4.8, 0.1]), born=t) for t in (0.5, 0.25)]
     return SimpleNamespace(
-        model=model, problem=gap_problem(), samples=samples, polytopes=polytopes
+        model=model,
+        problem=gap_problem(),
+        samples=samples,
+        corridors=(SimpleNamespace(k=np.array([4.8, 0.1])),),
+        sample=lambda key, n: samples,
     ), table
 
 
@@ -54,9 +57,9 @@ def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reach
 
 
 @pytest.mark.parametrize("drawn", [True, False])
-def test_without_polytopes_plans_of_the_corridors_tell_where_it_is_safe(arcs, rng, drawn):
+def test_plans_of_the_corridors_tell_where_it_is_safe(arcs, rng, drawn):
     answer, table = arcs
-    few = SimpleNamespace(**(vars(answer) | {"polytopes": (), "corridors": ()}))
+    few = SimpleNamespace(**(vars(answer) | {"corridors": ()}))
     bare = region_verdicts(few, table)
     k = rng.uniform(LO, HI, (500, 2))
     elsewhere = k[np.argmax(bare[table.locate(k)] != OfRegion.SAFE)]
@@ -73,13 +76,6 @@ def test_without_polytopes_plans_of_the_corridors_tell_where_it_is_safe(arcs, rn
     assert changed.tolist() == table.locate(elsewhere[None]).tolist()
 
 
-def test_times_are_those_of_the_first_polytope(arcs):
-    answer, table = arcs
-    seconds = region_seconds(answer, table)
-    at = int(table.locate(np.array([4.8, 0.1])))
-    assert seconds[at] == 0.25 and np.isnan(np.delete(seconds, at)).all()
-
-
 def test_regions_of_another_network_are_refused(arcs):
     answer, _ = arcs
     other = enumerate_regions(arc_network(seed=1), box(LO, HI))
@@ -87,20 +83,16 @@ def test_regions_of_another_network_are_refused(arcs):
         region_verdicts(answer, other)
 
 
-def test_both_panels_are_drawn(arcs):
+def test_regions_are_drawn_in_their_colours(arcs):
     answer, table = arcs
     verdict = np.arange(table.count) % 3
-    seconds, names = region_seconds(answer, table), ["v [m/s]", "heading [rad]"]
-    drawn = regions(table, verdict, seconds, names=names, safe_k=answer.samples[:, 2:])
-    left, right = drawn.axes[:2]
+    names = ["v [m/s]", "heading [rad]"]
+    drawn = regions(table, verdict, names=names, safe_k=answer.samples[:, 2:])
+    left = drawn.axes[0]
     assert len(left.collections[0].get_paths()) == table.count
     shown = [tuple(np.round(255 * c[:3])) for c in left.collections[0].get_facecolors()[:3]]
     assert shown == [tuple(int(c[i : i + 2], 16) for i in (1, 3, 5)) for c in COLORS]
-    assert len(right.collections[1].get_array()) == 1
-    assert (
-        left.get_xlabel() == "v [m/s]"
-        and right.get_title("left") == "the same by time (pale: none)"
-    )
+    assert left.get_xlabel() == "v [m/s]"
     with pytest.raises(InputError):
         regions(table, verdict[:-1])
 

@@ -7,7 +7,7 @@ import pytest
 from drawn_bodies import CAR, CAR_AT, DRONE_AT, car, drone, turned
 
 from parc_jax.app.plot import shapes
-from parc_jax.app.plot.views import FRONT, SIDE, TOP, views_of
+from parc_jax.app.plot.shapes import FRONT, SIDE, TOP, views_of
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.problem.body import Disc, Part, Polygon, numbered

@@ -11,9 +11,9 @@ import pytest
 from matplotlib.figure import Figure
 from toy_answer import toy_answer
 
+from benchmarks.curves import GapCurve, gap
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.gap import GapCurve, gap
-from parc_jax.app.plot.predict import predicted
+from parc_jax.app.plot.shapes import predicted
 from parc_jax.common.errors import InputError
 from parc_jax.problem.body import Part, Polygon
 
@@ -58,9 +58,9 @@ def test_no_global_setting_survives():
 
 @pytest.mark.slow
 def test_importing_pictures_does_not_import_matplotlib_or_pyplot():
-    modules = ("samples", "regions", "errors", "claim", "gap", "projections", "timeline", "cover")
+    modules = ("samples", "regions", "errors", "projections", "timeline", "film", "page")
     code = "import sys; " + "; ".join(f"import parc_jax.app.plot.{m}" for m in modules)
-    code += "; assert 'matplotlib' not in sys.modules; from parc_jax.app.plot.gap import *"
+    code += "; assert 'matplotlib' not in sys.modules; from benchmarks.curves import *"
     code += "; gap([GapCurve('a', [1.0], [0.5])]); assert 'matplotlib.pyplot' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 

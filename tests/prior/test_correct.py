@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import slipping
 
-from parc_jax.learning.prior.correct import corrected, flat, largest
+from parc_jax.learning.prior.identify import corrected, flat, largest
 
 K = slipping.drawn(60)
 

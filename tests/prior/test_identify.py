@@ -8,8 +8,7 @@ import slipping
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.learning.prior.correct import flat, folds
-from parc_jax.learning.prior.identify import Kind, chosen_kind, fitted, moving_body
+from parc_jax.learning.prior.identify import Kind, chosen_kind, fitted, folds, moving_body
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import law_spec
 
@@ -54,13 +53,6 @@ def test_goal_states_are_learned_too():
     fresh = slipping.recorded(FRESH)
     got = identify(slipping.recorded(TRAIN)).rollout_batch(None, fresh.k).q
     np.testing.assert_allclose(got, fresh.q, atol=1e-6)
-
-
-@pytest.mark.slow
-def test_noise_alone_takes_no_more_numbers():
-    noisy = (slipping.recorded(TRAIN, noise=0.05, seed=seed) for seed in range(5))
-    kinds = [chosen_kind(moving_body(runs)) for runs in noisy]
-    assert kinds.count(Kind(1, 0)) >= 3 and all(kind.degree == 0 for kind in kinds)
 
 
 def test_some_runs_unlike_all_others_do_not_bend_the_twist():
@@ -108,9 +100,3 @@ def test_what_is_no_rigid_body_in_its_own_frame_is_refused():
     )
     with pytest.raises(InputError, match="positions in the plane; got 3 coordinates"):
         identify(flying)
-
-
-def test_flat_is_the_order_that_predictions_have():
-    runs = slipping.recorded(TRAIN)
-    assert flat(runs).shape == (60, runs.p[0].size + 1)
-    np.testing.assert_array_equal(flat(runs)[:, -1:], runs.q)

@@ -7,7 +7,7 @@ import slipping
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.learning.prior.correct import flat
+from parc_jax.learning.prior.identify import flat
 from parc_jax.learning.prior.teach import TWIST, taught
 from parc_jax.learning.system import Trajectory, time_grid
 

@@ -8,10 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from parc_jax.learning.bound.calibrate import kept_maximum, scaled
-from parc_jax.learning.bound.measure import Errors
-from parc_jax.learning.bound.score import ratios
-from parc_jax.learning.bound.tube import tube
-from parc_jax.learning.bound.tube_file import tube_from_json, tube_to_json
+from parc_jax.learning.bound.measure import Errors, ratios
+from parc_jax.learning.bound.tube import tube, tube_from_json, tube_to_json
 
 pytestmark = pytest.mark.property
 PROFILE = settings(derandomize=True, deadline=None, max_examples=60)

@@ -4,21 +4,14 @@ projection holds. [T13]
 
 import numpy as np
 import pytest
-from gap_model import HI, LO, arc_tube, gap_problem, gap_table
+from gap_model import arc_tube, gap_problem, gap_table
 
 from parc_jax.common.lp.status import LPStatus
-from parc_jax.common.sets.bounding_box import bounding_box
-from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.neuralparc import by_support as shadow_module
-from parc_jax.neuralparc.bas import avoid_set, joint_avoid_set, knot_set, within_reach
-from parc_jax.neuralparc.brs import reach_set
-from parc_jax.neuralparc.by_support import clear_of_reach, margins, outside, shadows
+from parc_jax.neuralparc.bas import avoid_set, joint_avoid_set
+from parc_jax.neuralparc.by_support import margins, shadows
 from parc_jax.neuralparc.cells import cells_outward, stack
 from parc_jax.neuralparc.grown_polytopes import grown_polytopes
-from parc_jax.neuralparc.sets.membership import find_point, membership, memberships
-from parc_jax.neuralparc.sets.pontryagin import shrink
-from parc_jax.problem.body import Polygon
-from parc_jax.problem.problem import reach_avoid
+from parc_jax.neuralparc.sets.membership import membership, memberships
 
 T, BAND = 4, 1e-7
 TUBE = arc_tube(T, (2, 1))
@@ -77,25 +70,6 @@ def test_lp_and_supports_agree_on_a_hundred_thousand_points(rng):
     assert wrong == 0 and inside > 10_000 and band < 100
 
 
-@pytest.mark.slow
-def test_a_shadow_of_one_knot_only_would_be_caught(rng, monkeypatch):
-    """The guard bites: with the second knot forgotten, supports and LPs disagree."""
-    import jax.numpy as jnp
-
-    caches = shadow_module._edge_normals, shadow_module._supports
-    monkeypatch.setattr(
-        shadow_module, "_swept", lambda c: -jnp.concatenate([c[:-1], c[:-1]], axis=1)
-    )
-    for cached in caches:
-        cached.clear_cache()
-    try:
-        assert disagreements(rng, CELLS[:1], 24)[0] > 0
-    finally:
-        monkeypatch.undo()
-        for cached in caches:
-            cached.clear_cache()
-
-
 @pytest.mark.soundness
 def test_collisions_are_in_the_joint_hull_and_that_in_the_projection(rng):
     """Points (p0, k) whose swept prediction meets the grown obstacle, and others; [T13] (i) in both
@@ -124,47 +98,6 @@ def test_collisions_are_in_the_joint_hull_and_that_in_the_projection(rng):
     assert 0 < hit <= in_joint < in_workspace < total
 
 
-def test_knot_set_is_being_inside_at_the_knot(rng):
-    cell, grown = CELLS[0], GROWN.at(int(CELLS[0].bin), 2, 0)
-    C, d = cell.knot(2, 2)
-    k = rng.dirichlet(np.ones(len(cell.vertices)), 400) @ cell.vertices
-    p0 = starts_near(rng, cell, 2, 0, 400)
-    inside = grown.contains(p0 + k @ C.T + d)
-    j = knot_set(cell, grown, 2)
-    assert 0 < inside.sum() < 400
-    np.testing.assert_array_equal(j.base.contains(np.c_[p0, k]), inside)
-    reach = knot_set(cell, grown, 0)
-    np.testing.assert_array_equal(reach.base.contains(np.c_[p0, k]), grown.contains(p0))
-    assert ((np.c_[p0, k][inside] >= j.lo) & (np.c_[p0, k][inside] <= j.hi)).all()
-
-
-@pytest.mark.slow
-def test_pruning_never_drops_a_set_that_meets_omega(rng):
-    """A set that LPs prove disjoint from Omega's shadow holds no start of Omega; supports drop no
-    more than that.
-    """
-    problem = gap_problem(2.0)
-    goals, goal_box = shrink(problem.goal, TUBE.final), bounding_box(problem.goal)
-    cell = CELLS[0]
-    reach = reach_set(cell, HPolytope(goals.A, goals.b[cell.bin]), goal_box, None, 2)
-    polygons = shadows(stack([cell]), GROWN)
-    clear = clear_of_reach(polygons, reach.lo[None, :2], reach.hi[None, :2])[0]
-    x = np.c_[rng.uniform(reach.lo, reach.hi, (20_000, 4))]
-    x = x[(x @ reach.A.T <= reach.b).all(axis=1)][:200]
-    out = outside(polygons, x[None, :, :2])[0]
-    empty = np.zeros((T, 2), bool)
-    for t in range(T):
-        for obstacle in range(2):
-            avoid = avoid_set(cell, GROWN.at(int(cell.bin), t, obstacle), t)
-            empty[t, obstacle] = (
-                find_point(within_reach(avoid, reach)).status is LPStatus.INFEASIBLE
-            )
-    assert len(x) == 200
-    assert empty.any() and not empty.all()
-    assert (empty | ~clear).all()  # what supports drop, the LP drops
-    assert out[:, empty].all()  # what the LP drops meets no start
-
-
 def test_grown_obstacles_contain_obstacle_plus_body_plus_error(rng):
     angle = rng.uniform(0, 2 * np.pi, 2000)
     body = (
@@ -181,25 +114,3 @@ def test_grown_obstacles_contain_obstacle_plus_body_plus_error(rng):
         assert grown.contains(x).all()
         around = (0.3 / np.cos(np.pi / 10)) + error + 1e-9
         assert not grown.contains(np.concatenate([lo - around, hi + around]).reshape(2, 2)).any()
-
-
-def test_polygon_bodies_are_mirrored(rng):
-    body = Polygon(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.5]]))
-    problem = reach_avoid(gap_problem().goal, gap_problem(2.0).obstacles, body)
-    grown = grown_polytopes(problem, TUBE).at(0, 0, 0)
-    tight = TUBE.interval[0, 0]
-    lo, hi = np.array([7.5, 1.0]), np.array([8.5, 3.0])
-    x = rng.uniform(lo, hi, (500, 2)) - rng.dirichlet(np.ones(3), 500) @ body.vertices
-    assert grown.contains(x).all()
-    assert not grown.contains(
-        np.array([hi[0] + tight[0] + 1e-6, 2.0])
-    )  # nothing of -B to the right
-    assert grown.contains(np.array([lo[0] - 0.999, 2.0]))
-
-
-def test_obstacles_that_exist_for_some_intervals_only():
-    base = gap_problem(2.0)
-    problem = reach_avoid(base.goal, base.obstacles, base.body, spans=[(1, 2), None])
-    active = grown_polytopes(problem, TUBE).active
-    assert active.tolist() == [[False, True, True, False], [True] * 4]
-    assert LO.shape == HI.shape

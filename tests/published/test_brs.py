@@ -6,21 +6,18 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from gap_model import HI, LO, arc_tube, gap_problem, gap_table
+from gap_model import arc_tube, gap_problem, gap_table
 
-from parc_jax.common.lp.status import LPStatus
-from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.neuralparc.brs import brs_rows, reach_set, reach_sets
-from parc_jax.neuralparc.cells import cells_outward, stack
+from parc_jax.neuralparc.brs import brs_rows
+from parc_jax.neuralparc.cells import cells_outward
 from parc_jax.neuralparc.sets.pontryagin import shrink
 
 TABLE, TUBE = gap_table(4), arc_tube(4, (2, 1))
 PROBLEM = gap_problem()
 CELLS = [p for region in cells_outward(TABLE, TUBE, np.array([5.0, 0.0])) for p in region]
 GOALS = shrink(PROBLEM.goal, TUBE.final)
-GOAL_BOX = bounding_box(PROBLEM.goal)
 
 
 def dot(row, k):
@@ -64,31 +61,3 @@ def test_rows_are_rounded_towards_the_goal():
             continue
         p0 = (Fraction(float(rows.b[i])) - dot(rows.A[i, 2:], k)) * sign
         assert sign * (p0 + final[axis]) <= Fraction(float(goal_of(cell).b[i]))
-
-
-def test_batched_verdicts_are_those_of_the_host(rng):
-    together = reach_sets(stack(CELLS), GOALS, GOAL_BOX, None, 2)
-    seen = set()
-    for i, cell in enumerate(CELLS):
-        alone = reach_set(cell, goal_of(cell), GOAL_BOX, None, 2)
-        assert int(alone.status) == together.status[i]
-        seen.add(int(alone.status))
-        np.testing.assert_allclose(together.A[i, : len(alone.b)], alone.A, atol=1e-15)
-        if alone.status == LPStatus.FEASIBLE:
-            assert (alone.A @ together.inner[i] < alone.b).all() and (
-                alone.A @ alone.inner < alone.b
-            ).all()
-            assert (alone.lo <= alone.inner).all() and (alone.inner <= alone.hi).all()
-    assert seen == {int(LPStatus.FEASIBLE), int(LPStatus.INFEASIBLE)}
-
-
-def test_bounds_hold_for_every_point(rng):
-    for cell in CELLS:
-        found = reach_set(cell, goal_of(cell), GOAL_BOX, None, 2)
-        x = np.c_[
-            rng.uniform(2, 8, (2000, 1)),
-            rng.uniform(-3, 3, (2000, 1)),
-            rng.uniform(LO, HI, (2000, 2)),
-        ]
-        x = x[(x @ found.A.T <= found.b).all(axis=1)]
-        assert ((x >= found.lo) & (x <= found.hi)).all()

@@ -7,9 +7,8 @@ import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 
 from parc_jax.common.lp.status import LPStatus
-from parc_jax.common.lp.witness import row_bounds
 from parc_jax.common.sets.bounding_box import bounding_box
-from parc_jax.common.sets.box import Box, box
+from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.neuralparc import brs, decide
 from parc_jax.neuralparc.cells import cells_outward, stack
@@ -92,44 +91,9 @@ def test_a_goal_that_just_touches_is_not_called_out_of_reach():
 
 
 @pytest.mark.slow
-@pytest.mark.soundness
-def test_the_comparison_would_see_a_range_that_is_too_small(monkeypatch):
-    real = decide._end_ranges
-
-    def shrunken(cells, n):
-        ends = real(cells, n)
-        less = 0.3 * (ends.most - ends.least)
-        return ends._replace(least=ends.least + less, most=ends.most - less)
-
-    def trusting(rows, x):
-        return np.ones(x.shape[:2])
-
-    _, status, _, by_lp = both(CASES["narrow heading"][0], None)
-    assert not ((status == NO) & (by_lp == YES)).any()
-    monkeypatch.setattr(decide, "_end_ranges", shrunken)
-    _, status, _, by_lp = both(CASES["narrow heading"][0], None)
-    assert ((status == NO) & (by_lp == YES)).any()
-    monkeypatch.setattr(decide, "_end_ranges", real)
-    monkeypatch.setattr(decide, "_depth", trusting)
-    _, status, _, by_lp = both(CASES["narrow heading"][0], None)
-    assert ((status == YES) & (by_lp == NO)).any()
-
-
-@pytest.mark.slow
 def test_what_vertices_leave_open_is_decided_by_lps():
     goal, start = CASES["coupled rows and start"][:2]
     *_, status, _, by_lp = both(goal, start)
     assert (status == OPEN).any()
     found = brs.reach_sets(CELLS, shrink(goal, TUBE.final), bounding_box(goal), start, 2)
     np.testing.assert_array_equal(found.status, by_lp)
-
-
-def test_bounds_of_a_goal_come_from_its_own_rows():
-    """A goal box that is too wide costs nothing: single rows of the shrunken goal bound it."""
-    goals = shrink(GOAL, TUBE.final)
-    lo, hi = row_bounds(goals.A[None], goals.b)
-    assert lo.shape == (12, 3) and (lo < hi).all()
-    wide = Box(GOAL.b[3:] * -1 - 5.0, GOAL.b[:3] + 5.0)
-    rows = brs.brs_rows(CELLS, HPolytope(goals.A, goals.b[CELLS.bin]), None, 2)
-    narrow = decide.decide(rows, CELLS, goals, bounding_box(GOAL), None, 2)
-    np.testing.assert_array_equal(decide.decide(rows, CELLS, goals, wide, None, 2)[0], narrow[0])

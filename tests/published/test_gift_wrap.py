@@ -46,30 +46,3 @@ def test_normals_are_those_of_qhull(rng):
 )
 def test_degenerate_sets(points, expected):
     assert normals_of(np.array(points, dtype=float)) == expected
-
-
-def test_supports_describe_the_hull_and_a_lost_edge_would_show(rng):
-    """Points beyond the hull violate a support; with one normal lost some do not, which is what
-    this test is for.
-    """
-    points = rng.normal(size=(12, 2))
-    w = np.array(sorted(normals_of(points)))
-    support = (w @ points.T).max(axis=1)
-    hull = ConvexHull(points)
-    x = rng.uniform(-4, 4, (4000, 2))
-    truly = (x @ hull.equations[:, :2].T + hull.equations[:, 2] <= 0).all(axis=1)
-    clear = np.abs((x @ w.T - support).max(axis=1)) > 1e-5
-    np.testing.assert_array_equal((x @ w.T <= support).all(axis=1)[clear], truly[clear])
-    lost = (x @ w[1:].T <= support[1:]).all(axis=1)
-    assert (lost & ~truly & clear).sum() > 0
-
-
-def test_sets_of_a_batch_do_not_touch_each_other(rng):
-    x, y = rng.normal(size=(2, 12, 5))
-    many = np.stack(kernel(x, y))
-    x[:, 3], y[:, 3] = 1e6, -7.0
-    other = np.stack(kernel(x, y))
-    kept = [0, 1, 2, 4]
-    for i in kept:
-        a, b = ({tuple(row) for row in part[:, :, i].T} for part in (many, other))
-        assert a == b

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from parc_jax.proof.regions import volume
 from parc_jax.proof.regions.volume import cell_volumes
 
 POLYGON = np.array([[0.0, 0.0], [1.0, 0.0], [10.0, 0.0], [10.0, 0.1]])
@@ -49,10 +48,3 @@ def test_a_flat_pyramid_that_is_larger_than_the_others_around(lift, place):
     x, y = polygon.T
     area = 0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum()
     assert cell_volumes(place(points), boundaries)[0] == pytest.approx(area, rel=1e-13)
-
-
-def test_flat_pyramids_are_noticed(monkeypatch):
-    """Without the look at its angle, a flat pyramid's direction would be taken."""
-    monkeypatch.setattr(volume, "FLAT", 0.0)
-    points, boundaries = prism(POLYGON)
-    assert cell_volumes(upright(points), boundaries)[0] < 0.4

@@ -18,7 +18,7 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import labels
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.robust.bend import bend, bend_by_bin
@@ -32,7 +32,7 @@ from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
-SMALL = Settings(samples=8, target=0.3, budget_s=300, polytopes=True)
+SMALL = Settings(samples=8, target=0.3, budget_s=300)
 ROUGH = Doubt(start=0.01, k=[0.05, 0.02])
 
 
@@ -65,40 +65,40 @@ def test_no_plan_under_copies_says_what_it_means():
     doubts = (Doubt(k=[0.05, 0.02]), True), (Doubt(start=0.01), False), (Doubt(given={0: 0}), False)
     for doubt, said in doubts:
         known = plain(toy_query.gap().replace(doubt=doubt), toy_query.planner().model).doubt
-        answer = replace(answer, no_plan=answer.no_plan._replace(doubt=known))
-        assert ("a plan that this method cannot show to withstand" in answer.statement()) == said
-        assert f"Safe means here: safe for {known.words}." in answer.statement()
+        answer = replace(answer, absence=answer.absence._replace(doubt=known))
+        assert ("a plan that this method cannot show to withstand" in answer.details()) == said
+        assert f"Safe means here: safe for {known.words}." in answer.details()
 
 
 def test_no_plan_under_doubt_says_what_it_is_about():
     """This question has safe plans; that none is safe is said of those that withstand the doubt."""
     asked = toy_query.gap().replace(doubt=Doubt(goal=0.249))
-    none = toy_query.planner().solve(asked, KEY, SMALL).no_plan
-    said = none.statement()
+    none = toy_query.planner().solve(asked, KEY, SMALL).absence
+    said = none.details()
     assert none.kind == "proved" and "Safe means here: safe for every goal moved by up to" in said
-    assert "Safe means" not in toy_query.answer(wall=True).statement()
+    assert "Safe means" not in toy_query.answer(wall=True).details()
 
 
 @pytest.mark.night
 def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     """The checker looks at every vertex of every cell in the box: another proof, without copies."""
     model, problem = toy_case(0, start=True)
-    few = SMALL.replace(samples=40, polytopes=False)
+    few = SMALL.replace(samples=40)
     answer = Planner(model).solve(problem.replace(doubt=ROUGH), KEY, few)
-    assert answer.proved and len(answer.sample_parts) and answer.corridors
+    assert answer.cover.proved and len(answer.certificates) and answer.corridors
     context = checker.Context(*question_parts(problem, model))
     room = {"room": {"p0": ["0.01"] * 2, "k": ["0.05", "0.02"]}}
-    for part in answer.sample_parts[:4]:
+    for part in answer.certificates[:4]:
         checker.check_doubt(context, part | room)
     wide = {"room": {"p0": ["0.01"] * 2, "k": ["0.9", "0.9"]}}
     with pytest.raises(checker.Rejected):
-        checker.check_doubt(context, answer.sample_parts[0] | wide)
+        checker.check_doubt(context, answer.certificates[0] | wide)
     plans = answer.samples
     rng = np.random.default_rng(0)
     rough = np.array([[0.05, 0.02] * corners_and_inside(rng, 2) for _ in plans])
     scene = scene_of(problem, model)
     assert verdicts(scene, plans[:, :2], plans[:, 2:] + rough).safe.all()
-    assert "k0 off by up to 0.05, k1 off by up to 0.02" in answer.statement()
+    assert "k0 off by up to 0.05, k1 off by up to 0.02" in answer.details()
 
 
 @pytest.mark.night
@@ -238,14 +238,14 @@ def test_unknown_parameters_may_have_any_value_of_their_box(unknown, rng):
     p0, k = drawn[:, :2], np.stack([drawn[:, 2], rng.uniform(0.1, 0.25, 40)], axis=1)
     k[:, 0] += 0.02 * corners_and_inside(rng, 40)
     assert verdicts(scene_of(problem, model), p0, k).safe.all()
-    assert "every k1 from 0.1 to 0.25 (unknown)" in unknown.statement()
-    assert "no statement" in unknown.statement()
+    assert "every k1 from 0.1 to 0.25 (unknown)" in unknown.details()
+    assert "no statement" in unknown.details()
 
 
 @pytest.mark.night
 def test_answers_about_executions_can_be_kept(unknown, tmp_path):
     again = pj.load_answer(unknown.save(tmp_path / "answer.json"))
-    assert again.statement() == unknown.statement() and (again.samples == unknown.samples).all()
+    assert again.details() == unknown.details() and (again.samples == unknown.samples).all()
 
 
 @pytest.mark.slow
@@ -257,13 +257,13 @@ def test_a_measured_parameter_may_be_executed_roughly_too(rng):
     both = Doubt(k={"k0": 0.02, 1: 0.3}, given={"k1": (0.15, 0.25)})
     asked = plain(problem.replace(doubt=both), model)
     answer = Planner(model).solve(problem.replace(doubt=both), KEY, SMALL)
-    assert answer.proved and len(answer.samples)
+    assert answer.cover.proved and len(answer.samples)
     for plan in answer.samples:
         for k1 in (0.25 + 0.3 * NEARLY, 0.15 - 0.3 * NEARLY, *rng.uniform(-0.15, 0.55, 3)):
             k0 = plan[2] + 0.02 * corners_and_inside(rng, 1)[0]
             assert exact_safe(problem, model, plan[:2], [k0, k1])
     said = "every k1 within ±0.3 of what is from 0.15 to 0.25 (measured, executed roughly)"
-    assert said in answer.statement() and "k0 off by up to 0.02" in answer.statement()
+    assert said in answer.details() and "k0 off by up to 0.02" in answer.details()
     known = executions_of(both, model).parameters[1]
     low, high = (Fraction(x) for x in known.box)
     assert low <= Fraction(0.15) - Fraction(0.3) and high >= Fraction(0.25) + Fraction(0.3)

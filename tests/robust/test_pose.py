@@ -14,8 +14,7 @@ from toy_models import anchored_plans, line_model, told, toy_case
 import parc_jax as pj
 from parc_jax.app.plot.projections import default_pairs
 from parc_jax.common.errors import InputError
-from parc_jax.learning.network.predict import outputs
-from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.network.relu import outputs, relu_network
 from parc_jax.learning.system import STAYS, TURNS, rotation_of
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
@@ -28,7 +27,7 @@ from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
-SMALL = Settings(samples=8, target=0.3, budget_s=300, polytopes=True)
+SMALL = Settings(samples=8, target=0.3, budget_s=300)
 
 
 def turned(model, angle: float, widths: bool = False):
@@ -159,9 +158,7 @@ def asked():
     """A model with rotation, a problem, and a pose from which there are plans."""
     model, problem = toy_case(0)
     model = told(model, rotation=(TURNS,))
-    free = Planner(model).solve(
-        problem, KEY, SMALL.replace(samples=1, samples_only=True, polytopes=False)
-    )
+    free = Planner(model).solve(problem, KEY, SMALL.replace(samples=1, samples_only=True))
     at = [*free.samples[0, :2], 0.0]
     return model, problem, at
 
@@ -176,28 +173,29 @@ def here(asked):
 @pytest.mark.slow
 def test_answers_from_here_are_sets_in_k_alone(here, rng):
     model, problem, at, answer = here
-    assert answer.proved and len(answer.samples) and answer.safe_sets()
+    cut = answer.polytopes(KEY, 500)
+    assert answer.status is pj.types.Status.PROVED and len(answer.samples) and len(cut)
     assert (answer.samples[:, :2] == 0).all()
-    assert {one.n for one in answer.safe_sets()} == {2}
-    drawn = answer.sample(KEY, 50)
+    assert {one.n for one in cut.sets} == {2}
+    drawn = np.concatenate([answer.sample(KEY, 25), cut.sample(KEY, 25)])
     assert (drawn[:, :2] == 0).all()
     starts = np.tile(at[:2], (50, 1))
     assert verdicts(scene_of(problem, model), starts, drawn[:, 2:]).safe.all()
     k = rng.uniform(-1, 1, (4000, 2))
     share = verdicts(scene_of(problem, model), np.tile(at[:2], (4000, 1)), k).safe.mean()
-    estimate, low, high = answer.volume(0.9999)
+    estimate, low, high = answer.cover.safe_volume(0.9999)
     assert low / 4 - 0.02 < share < high / 4 + 0.02 and estimate > 0
-    assert answer.volumes().max() <= high  # several may overlap
+    assert cut.volumes.max() <= high  # several may overlap
     assert 0 < answer.share_of_k() <= share + 0.02
-    assert "with heading 0 rad" in answer.statement()
+    assert "with heading 0 rad" in answer.details()
 
 
 @pytest.mark.slow
 def test_answers_from_here_can_be_kept(here, tmp_path):
     answer = here[3]
     again = pj.load_answer(answer.save(tmp_path / "answer.json"))
-    assert again.statement() == answer.statement() and (again.scene.at == answer.scene.at).all()
-    assert again.pose.heading == 0.0 and again.safe_sets()[0].n == 2
+    assert again.details() == answer.details() and (again.scene.at == answer.scene.at).all()
+    assert again.scene.asked.pose.heading == 0.0
 
 
 def test_what_is_no_pose_is_refused(asked):
@@ -225,7 +223,7 @@ def test_sets_of_one_parameter_are_intervals():
     goal = pj.box([0.2, -0.1, -1.0], [0.4, 0.1, 1.0])
     problem = reach_avoid(goal, [], 0.1, doubt=Doubt(given={1: 0.0}))
     answer = Planner(model).solve(problem, KEY, SMALL, at=[0.0, 0.0])
-    (only,) = answer.safe_sets()
+    (only,) = answer.polytopes(KEY, 200).sets
     assert only.n == 1 and np.allclose(sorted(only.b / only.A[:, 0]), [0.2, 0.4], atol=1e-9)
 
 

@@ -14,6 +14,7 @@ from toy_models import anchored_plans, toy_case
 
 import parc_jax as pj
 from parc_jax import checker
+from parc_jax.answer.answer import answer_data
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
@@ -31,7 +32,7 @@ from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
-SMALL = Settings(samples=12, target=0.2, budget_s=300, polytopes=True)
+SMALL = Settings(samples=12, target=0.2, budget_s=300)
 TRIANGLE = hpolytope([[1.0, 1.0], [-1.0, 2.0], [0.0, -1.0]], [0.03, 0.02, 0.01])
 SQUARE = box([-0.02, -0.02], [0.02, 0.02])
 DOUBT = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=[TRIANGLE, SQUARE])
@@ -87,9 +88,9 @@ def test_the_answer_is_proved_and_says_what_it_withstands(rng):
     model, problem = toy_case(0)
     doubt = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=SQUARE, sensing_eps=0.001)
     robust = Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
-    assert robust.proved and robust.refused == 0
-    assert len(robust.samples) and len(robust.corridors) and len(robust.polytopes)
-    text = robust.statement()
+    assert robust.cover.proved and robust.cover.refused == 0
+    assert len(robust.samples) and len(robust.corridors)
+    text = robust.details()
     assert "every start within ±0.03, ±0.02 m" in text and "probability at most 0.001" in text
     inside = robust.sample(KEY, 40)
     offs = np.array([doubt.shifts(2) * corners_and_inside(rng, 2) for _ in inside])
@@ -105,8 +106,8 @@ def test_the_boxes_of_doubt_of_the_plain_question_say_the_same():
     doubt = Doubt(start=[0.03, 0.02])
     robust = Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
     context = checker.Context(*question_parts(problem, model))
-    assert len(robust.sample_parts) > 5
-    for part in robust.sample_parts:
+    assert len(robust.certificates) > 5
+    for part in robust.certificates:
         room = {"p0": ["0.03", "0.02"], "k": ["0", "0"]}
         checker.check_doubt(context, part | {"room": room})
         with pytest.raises(checker.Rejected):
@@ -118,7 +119,7 @@ def test_no_doubt_is_the_answer_of_today_bit_for_bit():
     model, problem = toy_case(1)
     nothing = problem.replace(doubt=Doubt(start=0.0, goal=[0.0, 0.0, 0.0], k=[0.0, 0.0]))
     fixed = SMALL.replace(budget_s=300, target=0.3)
-    one, other = (Planner(model).solve(p, KEY, fixed).to_json() for p in (problem, nothing))
+    one, other = (answer_data(Planner(model).solve(p, KEY, fixed)) for p in (problem, nothing))
     assert one == other
 
 
@@ -168,7 +169,9 @@ def test_an_answer_under_doubt_can_be_kept(tmp_path):
     model, problem = toy_case(0)
     answer = Planner(model).solve(problem.replace(doubt=Doubt(start=0.02)), KEY, SMALL)
     again = pj.load_answer(answer.save(tmp_path / "answer.json"))
-    assert again.statement() == answer.statement() and again.doubt == answer.doubt
+    assert (
+        again.details() == answer.details() and again.scene.asked.doubt == answer.scene.asked.doubt
+    )
     assert (again.samples == answer.samples).all()
 
 

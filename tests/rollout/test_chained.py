@@ -10,7 +10,7 @@ from toy_running import DRIVE, LAG, ROUGH, Cart, Carts, H, settled_network
 import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.score import score_batch
+from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import Trajectory
 from parc_jax.learning.systems.chained import _pick

@@ -11,10 +11,9 @@ from toy_system import STUDY
 
 import parc_jax as pj
 from parc_jax.common.keys import Stage
-from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.bound.counts import required_runs
-from parc_jax.learning.learn import forecast_of, learn
-from parc_jax.learning.runs.forecast import Forecast, Pace, spell
+from parc_jax.learning.learn import forecast_of
+from parc_jax.learning.runs.chunks import Forecast, Pace, spell
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 
@@ -37,21 +36,6 @@ def test_it_is_said_once_and_only_when_it_is_long(capsys):
     for forecast in (short, long, long, quiet):
         forecast.measured("cart", 1.0)
     assert capsys.readouterr().err == "cart: 100 runs x 1 s = 1.7 min\n"
-
-
-def test_time_spent_on_compiling_does_not_count():
-    pace = Pace(2, compiles=True)
-    assert pace.of(10, 0.0, 60.0) is None  # the chunk that compiled
-    assert pace.of(10, 0.0, 61.0) is None  # another worker waited for it
-    assert pace.of(10, 60.0, 64.0) == pytest.approx(0.2)
-
-
-def test_nor_does_the_start_of_a_simulator_s_processes():
-    pace = Pace(1, compiles=False)
-    assert pace.of(10, 5.0, 25.0) is None  # 19 s of it to start
-    assert pace.of(10, 25.0, 26.0) == pytest.approx(0.1)
-    slow = Pace(1, compiles=False)
-    assert slow.of(10, 0.0, 60.0) == pytest.approx(6.0)  # no reason to wait for another minute
 
 
 class Slow:
@@ -84,13 +68,13 @@ def test_the_shell_forecasts_a_whole_study():
     assert told.runs > 60 + 100 and told.advice == ""  # claims by bin
     early = forecast_of(STUDY, early=True)
     assert early.runs - told.runs == required_runs(max(STUDY.eps, 0.01), STUDY.delta)
-    one = forecast_of(dataclasses.replace(STUDY, claims=("one",), eps=0.01, others=()))
+    one = forecast_of(dataclasses.replace(STUDY, blocks=None, eps=0.01))
     assert (one.runs, one.advice) == (60 + 100 + 299, "--eps 0.1 needs 29 fresh ones")
 
 
 def test_the_readme_counts_every_run_of_the_main_job():
-    from parc_jax.app.study.driven import LOOKS
-    from parc_jax.drive.local.local_model import Local
+    from parc_jax.app.study.job import LOOKS
+    from parc_jax.drive.local.localise import Local
     from sims.drift_parking.study import STUDY as MAIN
 
     told = (Path(pj.__file__).parents[1] / "README.md").read_text()
@@ -114,8 +98,7 @@ def test_two_bars_never_share_a_name(tmp_path, monkeypatch):
         return real(*args, **kwargs | {"disable": True})
 
     monkeypatch.setattr(tqdm, "tqdm", noted)
-    study = dataclasses.replace(STUDY, others=())
-    learn(toy_system.system(), study, KEY, Stopwatch(), tmp_path / "work", False)
+    pj.learn(toy_system.system(), KEY, settings=STUDY, path=tmp_path / "work")
     names = [name for name in names if not name.endswith(": search")]  # quiet: tries of starts
     assert len(names) == 3 and len(set(names)) == 3
     names.clear()

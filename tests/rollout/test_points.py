@@ -17,10 +17,9 @@ import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.runs.batch import concatenate, rollout_batch
-from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.collect import collect, simulate_rows
 from parc_jax.learning.runs.files import read_npz, save_rollouts, write_npz
 from parc_jax.learning.runs.loaders import load_rollouts
-from parc_jax.learning.runs.rows import simulate_rows
 from parc_jax.learning.runs.simulate import simulator
 from parc_jax.learning.systems.identity import identity_of
 
@@ -113,7 +112,7 @@ def test_other_points_are_other_work(runs, tmp_path):
     collect(Bar(), KEY, 20, path=path, quiet=True)
     with pytest.raises(InputError, match=r"expected the same .*points"):
         collect(Renamed(), KEY, 20, path=path, quiet=True)
-    with pytest.raises(InputError, match="rotation, given parameters and storage; they differ"):
+    with pytest.raises(InputError, match=r"they differ in points .*nose.*tip"):
         concatenate([runs, dataclasses.replace(runs, points=("tail", "tip"))])
 
 

@@ -11,8 +11,8 @@ from synthetic_plants import noisy, plant, straight_network
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.chunks import require_same_runs
 from parc_jax.learning.runs.collect import collect, stream_rollouts
-from parc_jax.learning.runs.resume import require_same_runs
 from parc_jax.learning.systems.python_system import python_system
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)

@@ -32,29 +32,29 @@ def written(path, columns) -> str:
 
 def test_runs_are_cut_and_put_on_the_grid(tmp_path):
     columns = table()
-    batch = pj.load_sweep(columns, TIME, **NAMES)
+    batch = pj.load_rollouts(columns, TIME, columns=NAMES)
     s = np.arange(5)[:, None] * 0.25
     assert batch.failed.tolist() == [False] * 5 + [True] and batch.n_p == 2
     assert np.allclose(batch.p[:5], s * batch.k[:5, None], atol=1e-9)
     assert np.allclose(batch.q[:5, 0], batch.k[:5, 1], atol=1e-9)
     assert np.isfinite(batch.p[5, :2]).all() and np.isnan(batch.p[5, -1]).all()
     assert batch.labels.k == ("vx", "vy") and batch.law.k_law == "logged"
-    stored = pj.load_sweep(written(tmp_path / "sweep.csv", columns), TIME, **NAMES)
+    stored = pj.load_rollouts(written(tmp_path / "sweep.csv", columns), TIME, columns=NAMES)
     assert np.array_equal(stored.p, batch.p, equal_nan=True) and stored.name == "file:sweep.csv"
 
 
 def test_rows_of_runs_may_be_interleaved():
     columns = table()
     order = np.argsort(np.array([float(t) % 100 for t in columns["t"]]), kind="stable")
-    mixed = pj.load_sweep({name: x[order] for name, x in columns.items()}, TIME, **NAMES)
-    assert np.array_equal(mixed.p, pj.load_sweep(columns, TIME, **NAMES).p, equal_nan=True)
+    mixed = pj.load_rollouts({name: x[order] for name, x in columns.items()}, TIME, columns=NAMES)
+    assert np.array_equal(mixed.p, pj.load_rollouts(columns, TIME, columns=NAMES).p, equal_nan=True)
 
 
 def test_several_points_are_relative_to_the_first():
     columns = table()
     columns |= {"nose x": columns["x"] + 1.0, "nose y": columns["y"]}
     named = NAMES | {"p": ("x", "y", "nose x", "nose y")}
-    batch = pj.load_sweep(columns, TIME, **named, points=("tail", "nose"))
+    batch = pj.load_rollouts(columns, TIME, columns=named, points=("tail", "nose"))
     assert batch.points == ("tail", "nose") and np.allclose(batch.p[:, 0], [0.0, 0.0, 1.0, 0.0])
 
 
@@ -70,7 +70,7 @@ def test_outcomes_are_not_enough_and_what_to_log_is_said(outcomes):
     with pytest.raises(
         InputError, match=r"how often a k succeeded .* Log of every run, failed one"
     ):
-        pj.load_sweep(outcomes, TIME, **NAMES)
+        pj.load_rollouts(outcomes, TIME, columns=NAMES)
 
 
 def changed(name, row, value):
@@ -93,17 +93,17 @@ def changed(name, row, value):
 )
 def test_what_cannot_be_meant_is_refused(columns, words):
     with pytest.raises(InputError, match=words):
-        pj.load_sweep(columns, TIME, **NAMES)
+        pj.load_rollouts(columns, TIME, columns=NAMES)
 
 
 def test_files_that_are_none_are_refused(tmp_path):
     for text, words in (("", "no rows"), ("run,t\n", "no rows"), ("a,b\n1\n", "row 1 has 1")):
         (tmp_path / "s.csv").write_text(text)
         with pytest.raises(InputError, match=words):
-            pj.load_sweep(tmp_path / "s.csv", TIME, **NAMES)
+            pj.load_rollouts(tmp_path / "s.csv", TIME, columns=NAMES)
     with pytest.raises(InputError, match=r"expected a .csv file; .*No such file"):
-        pj.load_sweep(tmp_path / "none.csv", TIME, **NAMES)
+        pj.load_rollouts(tmp_path / "none.csv", TIME, columns=NAMES)
     with pytest.raises(InputError, match='expected k_law "logged"'):
-        pj.load_sweep(table(), TIME, **NAMES, k_law="uniform")
-    with pytest.raises(InputError, match="load_sweep"):
+        pj.load_rollouts(table(), TIME, columns=NAMES, k_law="uniform")
+    with pytest.raises(InputError, match="columns="):
         pj.load_rollouts(written(tmp_path / "s.csv", table()))

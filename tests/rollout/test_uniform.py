@@ -7,8 +7,8 @@ import pytest
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
+from parc_jax.learning.runs.independent import LEAST, LEVEL, check_uniform
 from parc_jax.learning.runs.loaders import load_rollouts
-from parc_jax.learning.runs.uniform import LEAST, LEVEL, check_uniform
 from parc_jax.learning.system import time_grid
 
 K = box([-3.0, -3.0], [3.0, 3.0])

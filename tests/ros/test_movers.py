@@ -15,9 +15,9 @@ from toy_models import told
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import InputError
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.ros.driving import Driving
-from parc_jax.ros.movers import Movers, among
+from parc_jax.ros.measured import Movers, among
 from parc_jax.ros.pilot import Pilot
 
 need("shapely")

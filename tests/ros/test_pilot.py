@@ -17,7 +17,7 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import InputError
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide
 from parc_jax.ros.measured import map_in, seen_in
@@ -209,7 +209,7 @@ def test_the_guide_goes_around_what_is_in_the_way():
 @pytest.mark.slow
 def test_a_plan_is_proved_from_rest(ready):
     answer = ready.plan(sliding.posed(0, 0), sliding.posed(0.4, 0.1), 0.1)
-    assert answer.found and answer.proved
+    assert answer.status.found and answer.cover.proved
     with pytest.raises(InputError, match="expected a start with a way"):
         ready.plan(sliding.posed(1.1, 0), sliding.posed(0.4, 0.1), 0.1)
     with pytest.raises(InputError, match="goal: expected to be told in the frame"):

@@ -11,7 +11,7 @@ from needs import need
 from toy_models import told
 
 from parc_jax.common.errors import InputError
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot
 

@@ -15,7 +15,7 @@ from parc_jax.problem.body import Part, Polygon, body_of, hull
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.separation import directions
 from parc_jax.safe_set.separation.directions import N_DIRECTIONS, Multiplier, direction_table
-from parc_jax.safe_set.separation.polygon import corners
+from parc_jax.safe_set.separation.pairs import corners
 
 GOAL = box([0, 0, 0], [1, 1, 1])
 

@@ -20,17 +20,11 @@ PLANE_AND_SPACE = [2, pytest.param(3, marks=pytest.mark.slow)]
 
 
 separations = jax.jit(jax.vmap(distance.separation))
-touches = jax.jit(jax.vmap(distance.touching))
 
 
 def separate(*pairs):
     with x64():
         return [np.asarray(x) for x in separations(*pairs)]
-
-
-def touch(*pairs):
-    with x64():
-        return np.asarray(touches(*pairs))
 
 
 def near(points):
@@ -246,39 +240,6 @@ def test_float32_proposes_the_same(n):
     apart = exact > 0
     np.testing.assert_allclose(gap[apart], exact[apart], atol=1e-5)
     assert (gap[~apart] < 1e-5).all()
-
-
-@pytest.mark.soundness
-@pytest.mark.parametrize("n", [2, pytest.param(3, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("radius", [0.0, 0.25])
-def test_contact_is_claimed_only_where_it_is_and_mostly_found(n, radius):
-    rng = np.random.default_rng(n)
-    a, _, vertices = on_a_grid(rng, n)
-    claimed = touch(a, ErrorBox(np.zeros(a.shape)), vertices, np.full(N, radius))
-    hulls = [(p[:, None] - v[None]).reshape(-1, n) for p, v in zip(a, vertices, strict=True)]
-    exact = np.array([squared_distance(hull) for hull in hulls])
-    assert not claimed[exact > Fraction(radius) ** 2].any()
-    a, _, vertices = random_pairs(rng, n)
-    half = rng.uniform(0, 0.1, a.shape)
-    claimed = touch(a, ErrorBox(half), vertices, np.full(N, radius))
-    true = np.array([near(differences(*x)) for x in zip(a, half, vertices, strict=True)])
-    assert not claimed[true > radius + 1e-12].any()
-    inside = true < max(radius - 1e-3, 1e-9)
-    assert inside.sum() > 5 and claimed[inside].mean() > 0.9
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("n", PLANE_AND_SPACE)
-def test_a_plan_that_can_be_separated_is_never_called_touching(n):
-    """Barely outside, by less than any picture shows, with thin and far simplices on the way."""
-    rng = np.random.default_rng(n)
-    vertices = rng.normal(size=(N, 8, n)) * np.array([100.0, 1.0, 0.01])[:n]
-    w = rng.normal(size=(N, n))
-    w = w / np.linalg.norm(w, axis=1)[:, None]
-    points = rng.normal(size=(N, 4, n))
-    top = (vertices * w[:, None]).sum(-1).max(-1) - (points * w[:, None]).sum(-1).min(-1)
-    points = points + ((top + 1e-10)[:, None] * w)[:, None]
-    assert not touch(points, ErrorBox(np.zeros(points.shape)), vertices, np.zeros(N)).any()
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.rational import area, rational_vertices
 from parc_jax.learning.model import load
-from parc_jax.safe_set.separation.moving import moving
+from parc_jax.problem.world.moving import moving
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 

@@ -81,13 +81,11 @@ def test_the_gap_of_one_interval_is_that_of_all(pairs):
     errors = ErrorBox(rng.uniform(0, 0.1, (5, 3, 2)))
     with x64():
         gap, w = pairs.gaps(jnp.asarray(path), errors)
-    touching = [pairs.only(o).touching(jnp.asarray(path[:-1]), errors) for o in range(4)]
     for o in range(4):
         for t in range(5):
             one, own = pairs.gap(o, path[t], path[t + 1], at(errors, t))
             assert abs(one - gap[o, t]) < 1e-12
             np.testing.assert_allclose(own, w[o, t], atol=1e-9)
-            assert not (touching[o][t] and gap[o, t] > 1e-6)
     assert np.asarray(gap > 0).any()
 
 

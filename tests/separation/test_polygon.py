@@ -11,7 +11,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.common.sets.rational import convex_polygon
-from parc_jax.safe_set.separation.polygon import corners
+from parc_jax.safe_set.separation.pairs import corners
 
 
 def exact_rows(poly):

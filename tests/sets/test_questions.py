@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from random_polytopes import points_around, round_polytope
+from random_polytopes import round_polytope
 from scipy.optimize import linprog
 
 from parc_jax.common.errors import InputError
@@ -15,14 +15,9 @@ from parc_jax.common.lp.status import LPStatus
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center, vertices
-from parc_jax.neuralparc.sets.affine import convex_hull, image
 from parc_jax.neuralparc.sets.membership import (
-    find_point,
-    find_points,
     is_proved_empty,
     is_proved_outside,
-    membership,
-    memberships,
     with_bounds,
 )
 from parc_jax.neuralparc.sets.support import support
@@ -31,27 +26,6 @@ FLAT = HPolytope(
     np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0])
 )  # a segment
 EMPTY = HPolytope(np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, -1e-3]))
-
-
-def test_emptiness_has_both_answers_and_witnesses(rng):
-    assert is_proved_empty(EMPTY) and not is_proved_empty(FLAT)
-    assert FLAT.contains(np.round(find_point(FLAT).x, 8))
-    p = round_polytope(rng, 3, 6)
-    found = find_point(p)
-    assert found.status is LPStatus.FEASIBLE and p.contains(found.x)
-    assert find_point(image(EMPTY, np.ones((1, 2)), np.zeros(1))).status is LPStatus.INFEASIBLE
-
-
-@pytest.mark.slow
-def test_emptiness_of_a_batch_is_a_loop(rng):
-    many = [round_polytope(rng, 3, 12) for _ in range(5)]
-    A, b = np.stack([p.A for p in many]), np.stack([p.b for p in many])
-    b[2] -= 3.0
-    found = find_points(HPolytope(A, b), np.full(3, -50.0), np.full(3, 50.0))
-    assert [
-        int(find_point(HPolytope(*rows)).status) for rows in zip(A, b, strict=True)
-    ] == found.status.tolist()
-    assert found.status[2] == LPStatus.INFEASIBLE
 
 
 @pytest.mark.soundness
@@ -71,29 +45,6 @@ def test_solver_trouble_is_neither_empty_nor_outside(monkeypatch):
     )
 
 
-def test_membership_agrees_with_rows_and_gives_the_base_point(rng):
-    p = round_polytope(rng, 2, 5)
-    x = points_around(rng, p, 60)
-    statuses = [membership(p, q).status for q in x]
-    np.testing.assert_array_equal(np.array(statuses) == LPStatus.FEASIBLE, p.contains(x))
-    C = rng.normal(size=(2, 3))
-    s = image(round_polytope(rng, 3, 4), C, np.zeros(2))
-    inside = membership(s, s.G @ find_point(s).x)
-    np.testing.assert_allclose(s.G @ inside.x, s.G @ find_point(s).x, atol=1e-8)
-
-
-@pytest.mark.night
-def test_many_memberships_are_a_loop(rng):
-    s = convex_hull(
-        round_polytope(rng, 2, 3), image(round_polytope(rng, 2, 3), np.eye(2), np.array([4.0, 0.0]))
-    )
-    x = rng.uniform(-4, 8, (64, 2))
-    together = memberships(s, x)
-    one_by_one = [int(membership(s, q).status) for q in x[:40]]
-    assert {LPStatus.FEASIBLE, LPStatus.INFEASIBLE} == set(together.tolist())
-    assert together[:40].tolist() == one_by_one
-
-
 def test_support_is_proved_and_tight(rng):
     p, w = round_polytope(rng, 3, 6), rng.normal(size=(64, 3))
     exact = (vertices(p) @ w.T).max(axis=0)
@@ -104,14 +55,6 @@ def test_support_is_proved_and_tight(rng):
         assert (found.lower <= found.upper).all()
         assert p.replace(b=p.b + 1e-8).contains(found.point).all()
         np.testing.assert_allclose(np.einsum("dn,dn->d", found.point, w), found.lower, atol=1e-10)
-
-
-def test_support_of_unbounded_and_empty_sets():
-    half_plane = HPolytope(np.array([[1.0, 0.0]]), np.array([1.0]))
-    found = support(half_plane, np.array([[1.0, 0.0], [0.0, 1.0]]))
-    assert found.status.tolist() == [LPStatus.OPTIMAL, LPStatus.UNBOUNDED]
-    assert abs(found.upper[0] - 1) < 1e-6 and found.upper[1] == np.inf
-    assert (support(EMPTY, np.eye(2)).upper == -np.inf).all()
 
 
 def test_chebyshev_centre_is_the_deepest_point(rng):

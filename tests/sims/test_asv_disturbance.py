@@ -50,31 +50,6 @@ def test_draws_fill_the_stated_ranges(name, force, torque, wave, drag):
         assert (np.asarray(d.linear_drag_factor) == 1).all()
 
 
-@pytest.mark.slow
-def test_none_is_the_nominal_vessel_and_silent():
-    d = draw_disturbance(KEYS[0], LAWS["none"], SYSID.mass)
-    assert float(d.mass) == SYSID.mass
-    assert float(d.thrust_gain) == 1.0
-    assert not np.any([*d.force, d.torque, d.wave_force, d.wave_torque])
-    assert not LAWS["none"].noisy
-    assert not np.asarray(draw_noise(KEYS[0], LAWS["none"], float)).any()
-
-
-@pytest.mark.slow
-def test_draws_are_independent_and_depend_on_the_key_alone():
-    one, again = (draw_disturbance(KEYS[5], LAWS["full"], SYSID.mass) for _ in range(2))
-    assert all(
-        bool((a == b).all())
-        for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(again), strict=True)
-    )
-    d = jax.vmap(lambda key: draw_disturbance(key, LAWS["full"], SYSID.mass))(KEYS)
-    columns = np.concatenate(
-        [np.asarray(leaf).reshape(len(KEYS), -1) for leaf in jax.tree.leaves(d)], axis=1
-    )
-    correlation = np.corrcoef(columns.T) - np.eye(columns.shape[1])
-    assert np.abs(correlation).max() < 0.04  # 5 standard errors of 20,000 pairs
-
-
 def test_noise_has_the_stated_half_widths():
     noise = np.asarray(jax.vmap(lambda key: draw_noise(key, LAWS["full"], float))(KEYS))
     for column, half_width in zip(

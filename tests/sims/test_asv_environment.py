@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from sims.asv.environment import FARTHEST, NEAREST, HoverEnv
+from sims.asv.environment import HoverEnv
 from sims.quiet import quiet_import
 
 ACTION = np.array([0.8, 0.6])
@@ -30,37 +30,6 @@ def test_reward_is_progress_plus_hovering_minus_effort():
 
 
 @pytest.mark.night
-def test_tasks_are_redrawn_at_the_stated_rate_about_the_vessel():
-    env = HoverEnv(redraw=0.2)
-
-    def step(state, _):
-        after = env.step(state, ACTION)
-        changed = (after.pipeline_state.goal != state.pipeline_state.goal).any()
-        return after, (
-            changed,
-            after.pipeline_state.distance,
-            after.metrics["distance"],
-            after.pipeline_state.vessel.pose,
-        )
-
-    def run(key):
-        return jax.lax.scan(step, env.reset(key), None, length=40)[1]
-
-    changed, distance, measured, pose = map(
-        np.asarray, jax.jit(jax.vmap(run))(jax.random.split(jax.random.PRNGKey(1), 128))
-    )
-    assert changed[:, 0].all()  # straight after a reset
-    assert changed[:, 1:].mean() == pytest.approx(0.2, abs=0.03)  # 5 standard errors of 5,000 draws
-    assert distance[changed].min() > NEAREST
-    assert distance[changed].max() < FARTHEST
-    np.testing.assert_allclose(distance[~changed], measured[~changed])
-    assert (
-        np.abs(pose[changed][:, :2]).max() < 0.03
-    )  # the new start is where the vessel is: waves and goal move along
-    assert np.abs(np.diff(distance[changed])).min() > 0  # no two draws alike
-
-
-@pytest.mark.night
 def test_stock_wrappers_do_not_repeat_the_first_task():
     training = quiet_import("brax.envs").training
     with jax.numpy_dtype_promotion("standard"):  # Brax mixes integer and float types
@@ -78,15 +47,3 @@ def test_stock_wrappers_do_not_repeat_the_first_task():
     episodes = [goals[0], goals[3], goals[6]]
     assert len({tuple(map(float, g[0])) for g in episodes}) == 3  # ... then a task of its own
     assert np.array_equal(goals[3], goals[4])
-
-
-@pytest.mark.night
-def test_environment_over_mjx_is_the_one_over_the_twin():
-    def run(plant):
-        env = HoverEnv(plant, law="full", redraw=0.3)
-        scan = jax.jit(
-            lambda s: jax.lax.scan(lambda s, _: (env.step(s, ACTION), s.obs), s, None, length=10)[1]
-        )
-        return np.asarray(scan(jax.jit(env.reset)(jax.random.PRNGKey(3))))
-
-    np.testing.assert_allclose(run("mjx"), run("ode"), atol=1e-10)

@@ -14,7 +14,7 @@ from drawn_keys import drawn_keys
 from sims.asv.disturbance import LAWS, draw_disturbance
 from sims.asv.dynamics import apply_command
 from sims.asv.plant import make_plant
-from sims.asv.vessel import SYSID, at_rest, steady_thrust
+from sims.asv.vessel import SYSID, at_rest
 
 KEYS = drawn_keys(7, 8)
 
@@ -87,39 +87,6 @@ def test_mjx_is_the_twin_in_open_loop(case):
     np.testing.assert_allclose(
         np.asarray(batch("mjx", *case)), np.asarray(batch("ode", *case)), atol=1e-11
     )
-
-
-@pytest.mark.slow
-def test_a_plant_that_moves_before_it_accelerates_is_caught(case):
-    def explicit(pose, velocity, load, mass):
-        inertia = jnp.stack([mass, mass, jnp.full_like(mass, SYSID.inertia)])
-        return pose + 0.02 * velocity, velocity + 0.02 * load / inertia
-
-    mutant = jax.vmap(functools.partial(ours, explicit, n_physics=10))(*case)
-    assert np.abs(np.asarray(mutant) - np.asarray(batch("ode", *case))).max() > 1e-3
-
-
-@pytest.mark.night
-def test_mjx_follows_the_default_float_type():
-    with jax.enable_x64(False):
-        heading = jnp.float32(0.3)
-        d = draw_disturbance(KEYS[0], LAWS["full"], SYSID.mass)
-        commands = jnp.full((3, 2), 0.7, jnp.float32)
-        single = [
-            jax.jit(functools.partial(ours, make_plant(n, SYSID), n_physics=5))(
-                d, heading, commands
-            )
-            for n in ("mjx", "ode")
-        ]
-    assert single[0].dtype == jnp.float32
-    np.testing.assert_allclose(*map(np.asarray, single), atol=1e-5)
-
-
-@pytest.mark.slow
-def test_thrust_interpolates_the_tables():
-    for command in (-1.0, -0.97, -0.5, 0.0, 0.43, 0.9, 1.0):
-        expected = [np.interp(command, np.linspace(-1, 1, 21), row) for row in SYSID.thrust_table]
-        np.testing.assert_allclose(steady_thrust(SYSID, jnp.full(2, command)), expected, atol=1e-12)
 
 
 def test_unknown_plant_says_what_there_is():

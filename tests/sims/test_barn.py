@@ -12,7 +12,7 @@ from needs import need
 from parc_jax.common.errors import InputError
 from sims import barn
 from sims.barn.rectangles import GROW, rectangles
-from sims.barn.worlds import CELL, GOAL, RADIUS, START
+from sims.barn.worlds import CELL, RADIUS
 
 SOME = barn.numbers()[::20]
 BOX = (0.458, 0.416)  # [m] length and width of a robot
@@ -44,21 +44,6 @@ def test_the_measure_is_the_challenges():
     assert barn.metric(True, 20.0, 10.0) == 0.25
     assert barn.metric(True, 90.0, 10.0) == 0.125
     assert barn.metric(False, 4.0, 10.0) == 0.0
-
-
-def test_near_the_goal_is_reached():
-    world = barn.world(SOME[0])
-    away = np.array([[0.0, -0.99], [0.0, -1.01], [0.6, 0.79], [0.0, -10.0]])
-    places = np.array(GOAL) + away
-    assert world.reached(places).tolist() == [True, False, True, False]
-    assert not world.reached(world.start)
-
-
-@pytest.mark.parametrize("number", SOME[:4])
-def test_nobody_touches_anything_at_the_start(number):
-    world = barn.world(number)
-    assert barn.distance_to_cylinders(world.start, BOX, world.cylinders, world.radius)[0] > 0.3
-    assert 9.0 < world.path_length < 16.0 and tuple(world.start) == START
 
 
 def test_distances_against_points_on_the_outline():
@@ -129,13 +114,3 @@ def test_the_map_has_every_cylinder_and_nothing_stands_where_it_is_free(number):
     apart = np.linalg.norm(look.hits[:, None] - world.cylinders, axis=-1)
     assert (apart.min(axis=0) <= 3 * world.radius).mean() > 0.9  # guidance knows of nearly all
     assert apart.min(axis=1).max() <= 2 * world.radius  # and of nothing else
-
-
-def test_without_growing_rounding_would_leave_slivers():
-    world = barn.world(SOME[0])
-    inwards = np.array([1, 1, -1, -1]) * GROW
-    assert not exactly_held(world.cylinders, rectangles(world.occupied) + inwards)
-
-
-def test_an_empty_world_has_no_rectangles():
-    assert rectangles(np.zeros((30, 64), bool)).shape == (0, 4)

@@ -40,12 +40,12 @@ def test_a_narrow_scene_is_answered_through_wider_ones_and_proved(model):
     settings = Settings(method=method, samples=5)
     answer = Planner(model).solve(gap_problem(1.1), jax.random.key(0), settings)
     assert len(answer.samples) == 5 and answer.status is Status.PROVED
-    assert answer.volume() is None
-    assert answer.polytopes and answer.corridors and answer.coverage.at_least == 0
+    assert answer.share is None
+    assert answer.corridors and answer.coverage.at_least == 0
     many = answer.sample(jax.random.key(1), 200)
     assert verdicts(answer.scene, many[:, :2], many[:, 2:]).safe.all()
     nothing = Planner(model).solve(gap_problem(0.6), jax.random.key(0), settings)
-    assert len(nothing.samples) == 0 and not nothing.polytopes
+    assert len(nothing.samples) == 0 and not nothing.corridors
 
 
 def test_cars_are_moved_together_about_the_middle_of_their_gap():

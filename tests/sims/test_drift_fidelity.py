@@ -167,58 +167,6 @@ def test_check_values_of_the_description(ode):
         np.testing.assert_allclose(states[i, -1, :3], final, atol=0.06)
 
 
-def test_the_transcription_gives_the_commands_of_the_description():
-    """With the agreement of all states above, the check of the commands inside the closed loop."""
-    commands = oracle.simulate(10.0, 0.6, steps_after_switch=0)["commands"]
-    table = {
-        0: (4.388888889, 0.0),
-        1: (5.581816819, 0.000008734),
-        2: (6.290448948, -0.000106555),
-        5: (7.127625897, -0.000406575),
-        10: (7.010942807, -0.000024117),
-        15: (7.203771208, -0.015401123),
-        16: (7.342584721, 0.039849347),
-        18: (7.581153406, 0.139469410),
-        19: (7.355996321, 0.194680540),
-        20: (7.508059155, 0.029416620),
-        22: (7.804404892, -0.336760711),
-        25: (8.907936344, -0.511242973),
-        30: (12.958591326, -0.499697820),
-        35: (21.702466028, -0.110036121),
-    }
-    for j, row in table.items():
-        assert commands[j] == pytest.approx(row, abs=6e-10)
-
-
-def _late_solves(monkeypatch):
-    monkeypatch.setattr(simulate, "EARLY_LAST", 0)
-
-
-def _no_kick(monkeypatch):
-    start = simulate.control.after_start
-
-    def without():
-        state, law = start()
-        return state._replace(uy=0.0, sideslip=0.0, yaw_rate=0.0), law
-
-    monkeypatch.setattr(simulate.control, "after_start", without)
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("mutate", [_late_solves, _no_kick])
-def test_a_missed_quirk_is_noticed(monkeypatch, mutate):
-    mutate(monkeypatch)
-    with pytest.raises(AssertionError):
-        _agree_with_stored(_runner(newton_euler))
-
-
-@pytest.mark.slow
-def test_the_run_holds_still_after_braking(ode):
-    states, switch, _ = ode(_stored()["k"])
-    for run, n in zip(states, switch, strict=True):
-        assert (run[n + 400 :] == run[n + 400]).all() and (run[n + 399] != run[n + 400]).any()
-
-
 @pytest.mark.slow
 def test_no_switch_gives_nan(ode):
     states, switch, _ = ode(np.array([[10.0, 0.6], [10.0, 3.0]]))  # a sideslip that is never held

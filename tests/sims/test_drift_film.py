@@ -13,32 +13,8 @@ import pytest
 from matplotlib.image import imread
 
 import parc_jax as pj
-from sims.drift_parking.film import run, stage, view
+from sims.drift_parking.film import run, view
 from sims.drift_parking.scenario import problem
-
-
-def test_the_stage_is_the_scene():
-    path = np.stack([np.linspace(0, 30, 5), np.linspace(0, -16, 5)], axis=1)
-    model = stage(problem(), path, np.full((4, 2), 0.3))
-    assert model.nq == 5 and model.opt.gravity[2] == 0
-    for number, obstacle in enumerate(problem().obstacles):
-        hull = model.geom(f"parked_{number}_body")
-        corners = hull.pos[:2] + hull.size[:2] * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
-        assert np.isclose((corners @ obstacle.A.T).max(axis=0), obstacle.b).all()
-    goal = model.geom("goal")
-    np.testing.assert_allclose(goal.pos[:2] + goal.size[:2], problem().goal.b[:2])
-    box = model.geom("tube_2_0")
-    assert (np.abs(path[2:4] - box.pos[:2]) <= box.size[:2] - 0.3 + 1e-12).all()
-
-
-def test_the_tube_of_every_point_is_on_the_floor():
-    path = np.linspace(0, 30, 5)[:, None] + np.arange(10.0)
-    model = stage(problem(), path, np.full((4, 10), 0.3))
-    for point in range(5):
-        box = model.geom(f"tube_3_{point}")
-        expected = path[3:, 2 * point : 2 * point + 2].mean(axis=0)
-        assert box.pos[:2] == pytest.approx(expected)
-        assert box.size[:2] == pytest.approx([7.5 / 2 + 0.3] * 2)
 
 
 @pytest.mark.night

@@ -18,42 +18,15 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.runs.collect import collect
-from sims.f110.lesson import Fold, as_if_of, bins_for, fitted
-from sims.f110.rows import Row, interval, sentence, table
+from sims.f110.lesson import Fold, as_if_of, fitted
+from sims.f110.rows import interval
 from sims.f110.system import seen_as, system
-
-PLAN = Row(
-    60,
-    "published",
-    "network",
-    None,
-    0,
-    (0.1, 0.1, 0.2),
-    safe=0.3,
-    plan=(0.0, 0.0, -1.5, 2.5),
-    failed_1000=12,
-    left_1000=300,
-    failed_random=9,
-    left_random=400,
-)
-NONE = Row(
-    60, "honest", "affine", 0.1157, 0, (0.3, 0.2, 0.3), why="the goal is narrower than the tube."
-)
 
 
 @pytest.mark.parametrize("failed", [0, 1, 12, 1000])
 def test_interval_is_clopper_and_pearsons(failed):
     exact = binomtest(failed, 1000).proportion_ci(0.95, "exact")
     assert interval(failed, 1000) == pytest.approx((exact.low, exact.high), abs=1e-6)
-
-
-def test_words_say_what_is_known_and_what_is_not():
-    said = sentence(PLAN)
-    assert "ASSUMED" in said and "nothing backs" in said and "failed 12 times" in said
-    said = sentence(NONE)
-    assert "30 runs kept apart" in said and "one new run in 8.6" in said and "NO SAFE PLAN" in said
-    lines = table([PLAN, NONE])
-    assert len(lines) == 3 and "12 (0.62..2.09 %)" in lines[1] and lines[2].endswith("no safe plan")
 
 
 def test_bad_input_is_refused_with_code_2_before_anything_is_run(tmp_path, capsys):
@@ -110,10 +83,6 @@ def test_a_small_laboratory(tmp_path, capsys):
     assert (tmp_path / "film.gif").exists() != ("no_film" in metrics)
     for row in rows:
         assert (row["plan"] is None) == (row["why"] != "")
-
-
-def test_the_number_of_training_runs_decides_about_bins():
-    assert [bins_for(n) for n in (30, 125, 200, 500, 3500)] == [(b, b) for b in (1, 1, 2, 3, 3)]
 
 
 @pytest.mark.night
@@ -191,29 +160,3 @@ def test_the_film_shows_the_car(backend, tmp_path):
     assert 60 < len(images) <= 148 and images[0].shape == (90, 160, 3)
     changed = (np.abs(images[0] - images[-1]).sum(axis=2) > 0.25).mean()
     assert 0.001 < changed < 0.2
-
-
-def test_the_stage_has_the_scene_and_the_same_car():
-    import mujoco
-
-    from sims.f110.film import stage
-    from sims.f110.scenario import problem
-
-    model = stage(problem())
-    assert model.nq == 17 and model.body_subtreemass[1] == pytest.approx(3.52)
-    for number, parked in enumerate(problem().obstacles):
-        at = model.geom(f"parked_{number}_body").pos[:2]
-        assert (parked.A @ at < parked.b).all()
-    assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "space") >= 0
-
-
-def test_the_stage_paints_the_tube_of_every_point():
-    from sims.f110.film import stage
-    from sims.f110.scenario import problem
-
-    path, error = np.cumsum(np.full((4, 4), 0.1), axis=0), np.full((3, 4), 0.05)
-    model, bare = stage(problem(), (path, error)), stage(problem())
-    assert model.ngeom == bare.ngeom + 3 * 2
-    last = model.geom("tube_2_1")
-    np.testing.assert_allclose(last.pos[:2] + last.size[:2], path[3, 2:] + 0.05)
-    assert model.body_subtreemass[1] == bare.body_subtreemass[1]

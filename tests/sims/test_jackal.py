@@ -14,12 +14,10 @@ from drawn_keys import drawn_keys
 import parc_jax as pj
 import sims
 from parc_jax.common.errors import InputError
-from parc_jax.learning.runs.law import law_of
-from parc_jax.learning.systems.invariance import rotation_gap
-from sims.jackal import Driven, drift, params, problem
-from sims.jackal.before import before, running
+from sims.jackal import Driven, drift, params
+from sims.jackal.before import running
 from sims.jackal.chained import Chain, chained
-from sims.jackal.floor import Law, Travel, draw
+from sims.jackal.floor import Law, draw
 from sims.jackal.robots import Robots
 
 KEYS = drawn_keys(7, 12)
@@ -35,17 +33,6 @@ def jackal():
 @pytest.fixture(scope="module")
 def poses(jackal):
     return jackal.poses(KEYS, KS)
-
-
-def test_the_domain_is_what_is_measured_and_what_is_commanded(jackal):
-    np.testing.assert_array_equal(jackal.domain.lo, LO)
-    np.testing.assert_array_equal(jackal.domain.hi, HI)
-    slow = sims.load("jackal", speed=1.0, turning=0.9).domain
-    np.testing.assert_allclose(slow.lo, [-0.1, -1.2, 0.0, -0.9])
-    np.testing.assert_allclose(slow.hi, [1.1, 1.2, 1.0, 0.9])
-    both = sims.load("jackal", backward=0.4).domain
-    np.testing.assert_allclose(both.lo, [-0.5, -2.0, -0.4, -1.5])
-    np.testing.assert_array_equal(both.hi, HI)
 
 
 def test_repeatable_to_the_bit_at_any_thread_count_and_beside_any_neighbour(jackal, poses):
@@ -68,17 +55,6 @@ def test_what_is_hidden_at_the_start_differs_and_is_not_seen_in_k():
     runs = quiet.poses(KEYS[:6], np.tile([1.0, 0.5, 0.5, -1.0], (6, 1)))
     apart = np.ptp(runs[:, -1], axis=0)
     assert 1e-4 < apart[:2].max() < 0.1
-
-
-def test_what_came_before_ends_about_where_it_should(jackal):
-    draws = draw(jackal.floor, drawn_keys(8, 40))
-    speeds = np.tile([1.0, 0.3], (40, 1))
-    robots = running(jackal, draws, speeds, np.zeros((40, 3)))
-    assert np.median(np.abs(robots.missed), axis=0).max() < 0.15
-    path = before(jackal, draw(jackal.floor, drawn_keys(8, 40)), speeds)
-    steps = np.abs(np.diff(path, axis=0)).max(axis=(0, 1))
-    assert (steps <= params.TICK * np.array(jackal.ramp) + 1e-12).all()
-    assert path[..., 0].min() >= 0.0 and path[..., 0].max() <= 2.0
 
 
 def test_it_rests_at_the_end(poses):
@@ -109,41 +85,6 @@ def test_the_same_run_elsewhere(jackal):
 def test_another_heading_is_the_same_run_turned(jackal, poses):
     turned = jackal.poses(KEYS[:4], KS[:4], np.tile([0.0, 0.0, 2.2], (4, 1)))
     np.testing.assert_allclose(turned, poses[:4], rtol=0, atol=1e-5)
-
-
-@pytest.mark.slow
-def test_runs_can_be_collected(jackal):
-    runs = pj.collect(jackal, jax.random.PRNGKey(3), n=4, quiet=True)
-    assert runs.p.shape == (4, 61, 10) and not runs.failed.any()
-    assert runs.points == jackal.points and runs.rotation == ("turns",)
-    assert runs.given == (0, 1)  # so that its claims list HIDDEN_START
-
-
-def test_the_law_is_declared(jackal):
-    declared = dict(law_of(jackal).parameters)
-    assert {"friction", "slip", "sensed", "moving", "ramp", "plant"} <= set(declared)
-    others = [
-        sims.load("jackal", **o)
-        for o in ({"law": "none"}, {"ramp": (4.0, 8.0)}, {"moving": 0.2}, {"plant": "twin"})
-    ]
-    assert len({law_of(s).hash for s in (jackal, *others)}) == 5
-
-
-def test_slip_has_its_law_at_every_tick(jackal):
-    travel = Travel(jackal.floor, draw(jackal.floor, drawn_keys(9, 300)))
-    off = np.array([travel.next() - travel.steady for _ in range(100)])
-    for tick in (0, 10, 99):
-        assert off[tick].std() == pytest.approx(jackal.floor.slip, rel=0.1)
-    apart = round(jackal.floor.memory / params.TICK)
-    kept = np.mean(off[apart:] * off[:-apart]) / off.var()
-    assert kept == pytest.approx(np.exp(-1), abs=0.05)
-
-
-def test_the_bodies(jackal):
-    wide = sims.load("jackal", body="outside", threads=1)
-    assert wide.size == (0.508, 0.430) and jackal.size == (0.458, 0.416)
-    assert problem("outside").body == problem().body
-    assert problem().goal.n == 2 * len(jackal.points) + jackal.n_q
 
 
 @pytest.mark.parametrize(
@@ -180,12 +121,6 @@ def test_the_twin_is_roughly_the_robot(twin):
     np.testing.assert_allclose(q[:, 0], true[:, -1, 2], atol=0.15)
 
 
-@pytest.mark.slow
-def test_the_twin_turns_with_its_heading(twin):
-    gap = rotation_gap(twin, jax.random.PRNGKey(0), np.array([1.0, -2.5]))
-    assert gap.p.max() < 1e-12 and gap.q.max() < 1e-12
-
-
 # the robot that episodes drive
 
 
@@ -220,13 +155,6 @@ def test_the_same_key_is_the_same_episode_in_any_thread(system, driven):
     assert np.abs(found[2].path[-1] - driven.path[-1]).max() > 1e-3
 
 
-def test_it_records_every_tick_and_where_it_is(driven):
-    assert driven.time == pytest.approx(0.8) and driven.path.shape == (41, 3)
-    np.testing.assert_array_equal(driven.path[0], [-2.25, 3.0, np.pi / 2])
-    np.testing.assert_array_equal(driven.path[-1], driven.pose)
-    assert driven.path[-1, 1] > 3.6  # it went ahead, along y
-
-
 def test_what_it_measures_is_off_by_what_is_declared(system, driven):
     off = np.abs(driven.measured - driven.speeds[[0, 2]])
     assert (off <= system.floor.sensed).all() and off.max() > 0
@@ -248,16 +176,6 @@ def test_without_a_new_plan_it_stops_by_itself(system):
     np.testing.assert_allclose(robot.pose, here, atol=1e-3)
 
 
-def test_how_often_it_is_asked_changes_nothing(system):
-    whole, parts = (Driven(system, (0.0, 0.0, 0.0), jax.random.PRNGKey(4)) for _ in range(2))
-    whole.begin(1.0, 1.0)
-    parts.begin(1.0, 1.0)
-    whole.drive(1.2)
-    for _ in range(12):
-        parts.drive(0.1)
-    np.testing.assert_array_equal(whole.path, parts.path)
-
-
 def test_its_manoeuvres_are_those_that_are_learnt(system):
     """From rest, with nothing hidden, an episode's first manoeuvre is the black box's run."""
     quiet = sims.load("jackal", law="none", threads=1)
@@ -268,17 +186,6 @@ def test_its_manoeuvres_are_those_that_are_learnt(system):
     run = quiet.poses(drawn_keys(3, 9), np.tile(k, (9, 1)))
     nearest = np.abs(run - robot.path[None]).max(axis=(1, 2)).min()
     assert nearest < 0.01  # of nine, some were at rest before, too
-
-
-def test_odometry_drifts_and_says_how_much(system):
-    quiet = replace(system, floor=sims.load("jackal", law="none").floor)
-    sure, unsure = (Driven(s, (0.0, 0.0, 0.0), jax.random.PRNGKey(6)) for s in (quiet, system))
-    for robot in (sure, unsure):
-        for _ in range(5):
-            robot.apply(1.0, 0.0, 0.2)
-        robot.drive(1.2)
-    off = [np.linalg.norm((r.odometry - r.pose)[:2]) for r in (sure, unsure)]
-    assert off[0] < 0.02 and 1e-4 < off[1] < 0.1
 
 
 def test_while_its_wheels_stand_odometry_does_too(system):
@@ -340,23 +247,6 @@ def test_an_error_of_dead_reckoning_is_allowed_within_an_ellipse():
     assert most.holds([0.039, 0.0, 0.0]) and most.holds([0.0, -0.0099, -0.002])
     for off in ([0.039, 0.005, 0.0], [0.0, 0.011, 0.0], [0.0, 0.0, 0.0021], [np.nan, 0.0, 0.0]):
         assert not most.holds(off)
-
-
-def test_bad_words_to_a_robot_are_refused(system):
-    key = jax.random.PRNGKey(0)
-    with pytest.raises(InputError, match=r"3 finite numbers \(x, y"):
-        Driven(system, (0.0, np.nan, 0.0), key)
-    with pytest.raises(InputError, match="random key"):
-        Driven(system, (0.0, 0.0, 0.0), 3)
-    with pytest.raises(InputError, match="got Twin"):
-        Driven(sims.load("jackal", plant="twin"), (0.0, 0.0, 0.0), key)
-    robot = Driven(system, (0.0, 0.0, 0.0), key)
-    with pytest.raises(InputError, match="2 finite numbers"):
-        robot.begin(np.inf, 0.0)
-    with pytest.raises(InputError, match="whole number of ticks"):
-        robot.drive(0.05 / 3)
-    with pytest.raises(InputError, match="whole number of ticks"):
-        robot.drive(-0.2)
 
 
 def test_chains_end_in_manoeuvres_of_the_black_box(system):

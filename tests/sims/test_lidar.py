@@ -50,13 +50,6 @@ def test_ranges_are_those_of_plain_loops(seed, view):
         np.testing.assert_allclose(found, plain(pose, sensor.angles, world), rtol=0, atol=1e-9)
 
 
-def test_the_oracle_sees_a_shape_left_out():
-    world, sensor = drawn_world(0), lidar(beams=181)
-    less = Shapes(world.circles[1:], world.edges[1:])
-    found = cast(np.zeros(3), sensor.angles, less)
-    assert not np.allclose(found, plain(np.zeros(3), sensor.angles, world))
-
-
 def test_a_wall_ahead_and_one_along_the_beam():
     sensor = lidar(beams=3, view=np.pi, mount=(0.0, 0.0, 0.0))
     ahead = shapes(boxes=[[2.0, -5.0, 3.0, 5.0]])
@@ -65,10 +58,6 @@ def test_a_wall_ahead_and_one_along_the_beam():
     np.testing.assert_allclose(sensor.scan((0, 0, 0), along).ranges, [10.0, 1.5, 10.0])
     astride = Shapes(np.empty((0, 3)), np.array([[[-1.0, 0.0], [4.0, 0.0]]]))
     assert sensor.scan((0, 0, 0), astride).ranges[1] == 0.0
-
-
-def test_inside_a_circle_nothing_is_free():
-    assert (Lidar().scan((0, 0, 0), shapes([[0.1, 0.0]], 0.3)).ranges == 0.0).all()
 
 
 def test_the_default_is_the_sensor_of_the_robot():

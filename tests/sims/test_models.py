@@ -14,10 +14,9 @@ from parc_jax import checker
 from parc_jax.app import cli
 from parc_jax.app.cli.systems import black_box_of, find, scene_of, study_of
 from parc_jax.common.keys import Stage, key_of
-from parc_jax.learning.bound.measure import allowance
-from parc_jax.learning.bound.score import score_arrays
+from parc_jax.learning.bound.measure import allowance, score_arrays
+from parc_jax.learning.runs.collect import simulate_rows
 from parc_jax.learning.runs.law import law_of
-from parc_jax.learning.runs.rows import simulate_rows
 from parc_jax.safe_set.verdict.outline import require_same
 
 DATA = Path(__file__).parents[1] / "data"
@@ -97,14 +96,6 @@ def test_learned_anew_it_is_of_the_same_runs_and_much_as_wide(tmp_path):
     assert again.claim.evidence["train"] == model.claim.evidence["train"]
     wider = again.tube.final / model.tube.final  # by bin; of 149 runs the worst one decides
     assert 0.8 < np.median(wider) < 1.25 and wider.min() > 1 / 3 and wider.max() < 3
-
-
-def test_a_system_without_a_model_is_told_how_to_learn_one(capsys):
-    without = next(name for name in sims.NAMES if name not in sims.models())
-    with pytest.raises(pj.InputError, match=f"parc-jax learn {without} --out model.npz"):
-        sims.model(without)
-    assert solve(without) == 2
-    assert f"parc-jax learn {without}" in capsys.readouterr().err
 
 
 def test_a_model_is_asked_about_its_systems_scene_with_the_body_that_has_its_points():

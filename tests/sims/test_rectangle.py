@@ -57,18 +57,6 @@ def test_corners_are_those_of_a_rigid_rectangle(both):
     np.testing.assert_allclose(diagonal, np.hypot(length, width), rtol=1e-12)
 
 
-def test_the_front_is_ahead_and_left_is_left(both):
-    name, runs, _ = both
-    front_left, rear_left, _, front_right = np.moveaxis(runs.p[:, :, 1:], 2, 0)
-    ahead, left = front_left - rear_left, front_left - front_right
-    cross = ahead[..., 0] * left[..., 1] - ahead[..., 1] * left[..., 0]
-    np.testing.assert_allclose(cross, np.prod(SIZES[name]), rtol=1e-9)
-    if name != "asv":  # whose final state is the place alone
-        heading = np.arctan2(ahead[:, -1, 1], ahead[:, -1, 0])
-        turn = np.exp(1j * heading) / np.exp(1j * runs.q[:, 0])
-        np.testing.assert_allclose(turn, 1.0, atol=1e-9)
-
-
 @pytest.mark.parametrize("name", sorted(SIZES))
 def test_the_rectangle_touches_what_the_circle_may_only_come_near(name):
     module = getattr(sims, name)
@@ -81,22 +69,3 @@ def test_the_rectangle_touches_what_the_circle_may_only_come_near(name):
         module.problem(body="triangle")
     with pytest.raises(InputError, match="expected one of rectangle, disc"):
         module.system(body="triangle")
-
-
-@pytest.mark.parametrize("name", sorted(SIZES))
-def test_the_goal_asks_for_the_centre_alone(name, rng):
-    module = getattr(sims, name)
-    disc, true = module.problem().goal, module.problem(body="rectangle").goal
-    n_q = true.n - 10
-    ends = _middle(disc)[None] + rng.uniform(-2, 2, (200, 2 + n_q))
-    anywhere = rng.uniform(-50, 50, (200, 8))
-    full = np.concatenate([ends[:, :2], anywhere, ends[:, 2:]], axis=1)
-    inside = (full @ true.A.T <= true.b).all(axis=1)
-    assert inside.any() and not inside.all()
-    np.testing.assert_array_equal(inside, (ends @ disc.A.T <= disc.b).all(axis=1))
-
-
-def _middle(goal):
-    """Of a goal box."""
-    n = goal.n
-    return (goal.b[:n] - goal.b[n:]) / 2

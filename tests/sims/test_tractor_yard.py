@@ -13,9 +13,9 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
 from sims.tractor import params as c
-from sims.tractor.driver import Driven, along, drive
+from sims.tractor.driver import Driven, drive
 from sims.tractor.episodes import Options, drive_yards
-from sims.tractor.gates import WIDE, World, any_yard, distance
+from sims.tractor.gates import WIDE, any_yard, distance
 from sims.tractor.yard import Ground, State, Yard, places, turned, yard
 
 KEYS = np.arange(8, dtype=np.uint32).reshape(4, 2)
@@ -86,12 +86,6 @@ def test_points_are_where_the_simulator_has_them(runs):
         assert places(state) == pytest.approx(np.array(sites), abs=1e-12)
 
 
-def test_what_is_measured_is_off_by_no_more_than_declared(runs):
-    system, _, _, states = runs
-    off = system.measured(states) - system.measured(states._replace(off=0 * states.off))
-    assert (np.abs(off) <= np.array(system.ground.sensed) + 1e-12).all() and np.ptp(off) > 0.01
-
-
 def test_chains_of_manoeuvres_are_runs_of_it():
     chain = pj.chained(yard(threads=1), before=2, hand_over=(0.4, c.YARD_T_F))
     runs = pj.collect(chain, jax.random.PRNGKey(0), n=4, quiet=True)
@@ -124,14 +118,6 @@ def test_yards_have_gates_and_a_body_in_a_wall_touches_it():
     assert distance(places(through)[None], world.walls) == pytest.approx(room)
     through[1] += 1.0
     assert distance(places(through)[None], world.walls) == 0.0
-
-
-def test_the_way_ahead_is_liked():
-    world = World(np.zeros(4), np.zeros(3))
-    prefer = along(world.way, np.array([2.0, 0.5, 0.0]))
-    ends = np.array([[5.0, 0.0], [5.0, 2.0], [3.0, 0.0]])
-    seen = SimpleNamespace(path=ends[:, None], heading=np.zeros(3))
-    assert prefer(seen).argmin() == 0 and prefer(seen)[0] == pytest.approx(0.0)
 
 
 @pytest.mark.night

@@ -13,7 +13,6 @@ from toy_bodies import points_model, points_problem
 
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import Disc, numbered
-from parc_jax.safe_set.separation.pairs import Obstacles
 from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -94,28 +93,3 @@ def test_clearances_are_the_distances_of_hulls(n_p, seed, fitted):
     assert free.any() and (~free).any()
     np.testing.assert_allclose(e.clearance[free], truth[free], rtol=0, atol=1e-6)
     assert (e.clearance[~free] <= 1e-6).all()
-
-
-def without_a_part(pairs: Obstacles) -> Obstacles:
-    active = np.array(pairs.active)
-    active[1::2] = False
-    return pairs.replace(active=active)
-
-
-def without_a_point(pairs: Obstacles) -> Obstacles:
-    return pairs.replace(points=np.repeat(pairs.points[:, :1], 2, axis=1))
-
-
-def without_radius(pairs: Obstacles) -> Obstacles:
-    return pairs.replace(radius=pairs.radius * 0)
-
-
-@pytest.mark.parametrize("broken", [without_a_part, without_a_point, without_radius])
-def test_an_engine_that_forgets_some_of_the_body_is_caught(broken):
-    found = 0
-    for seed in range(3):
-        model, problem, scene, p0, k = case(2, seed)
-        scene = scene.replace(obstacles=broken(scene.obstacles))
-        e, truth = compared(model, problem, scene, p0, k)
-        found += int((e.safe & (truth < -1e-9)).sum()) + int((e.clearance > truth + 1e-3).sum())
-    assert found > 0

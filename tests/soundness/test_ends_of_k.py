@@ -17,7 +17,7 @@ from toy_models import line_model, model_of, uniform_tube
 import parc_jax
 from parc_jax import checker
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot.page_data import page_data
+from parc_jax.app.plot.page import page_data
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import hex_text
 from parc_jax.planner.planner import Planner
@@ -153,7 +153,7 @@ def test_no_polytope_of_the_engine_contains_a_border_between_bins():
     is decided with the widths of all its bins.
     """
     asked = model([-END, 0.0, END])
-    settings = Settings(polytopes=True, samples=20, target=0.5, budget_s=300)
+    settings = Settings(samples=20, target=0.5, budget_s=300)
     answer = Planner(asked).solve(PROBLEM, jax.random.key(0), settings)
     assert len(answer.polytopes) > 0
     k = np.array([0.0, -0.25])

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from toy_models import TRIANGLE, anchored_plans, model_of, toy_case
 
-from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.planner.planner import Planner
@@ -111,61 +110,6 @@ def test_metres_may_be_millimetres(seed):
         np.testing.assert_allclose(after[clear, 3], before[clear, 3], rtol=1e-8, atol=1e-9)
 
 
-def rebuilt(model, weights, biases):
-    return model_of(
-        relu_network(weights, biases),
-        model.domain,
-        model.tube.interval,
-        model.tube.final,
-        model.tube.edges,
-    )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS)
-def test_neurons_may_be_permuted_rescaled_and_duplicated(seed):
-    model, problem, p0, k = example(seed)
-    before = margins(model, problem, p0, k)
-    rng = np.random.default_rng(seed)
-    W, b = [list(part) for part in (model.net.weights, model.net.biases)]
-    order = rng.permutation(6)
-    permuted = rebuilt(model, [W[0][order], W[1][:, order], W[2]], [b[0][order], *b[1:]])
-    same(before, margins(permuted, problem, p0, k))
-    power = 2.0 ** rng.integers(-40, 40, 6)
-    scaled = rebuilt(model, [W[0] * power[:, None], W[1] / power, W[2]], [b[0] * power, *b[1:]])
-    np.testing.assert_allclose(margins(scaled, problem, p0, k)[:, 3], before[:, 3], atol=1e-9)
-    pattern = lambda m: verdicts(scene_of(problem, m), p0, k).pattern  # noqa: E731
-    np.testing.assert_array_equal(
-        pattern(scaled), pattern(model)
-    )  # powers of two: the same cells, bit for bit
-    first, halves = (
-        np.concatenate([W[0], W[0][:1]]),
-        np.concatenate([W[1], W[1][:, :1] / 2], axis=1),
-    )
-    halves[:, 0] /= 2
-    doubled = rebuilt(model, [first, halves, W[2]], [np.append(b[0], b[0][0]), *b[1:]])
-    same(before, margins(doubled, problem, p0, k))
-    both = lambda M: np.concatenate([M, -M])  # noqa: E731  (x = relu(x) - relu(-x): one layer more)
-    split = rebuilt(
-        model,
-        [W[0], both(W[1]), np.concatenate([np.eye(5), -np.eye(5)], axis=1), W[2]],
-        [b[0], both(b[1]), np.zeros(5), b[2]],
-    )
-    same(before, margins(split, problem, p0, k))
-    # a neuron that is never on, and one that is constant and positive with its share taken out
-    # again
-    dead = rebuilt(
-        model,
-        [
-            np.concatenate([W[0], np.zeros((2, 2))]),
-            np.concatenate([W[1], np.ones((5, 2))], axis=1),
-            W[2],
-        ],
-        [np.concatenate([b[0], [-1.0, 3.0]]), b[1] - 3.0, b[2]],
-    )
-    same(before, margins(dead, problem, p0, k))
-
-
 def refined(model, problem):
     """Every interval halved: midpoints by linear interpolation, the same widths, twice the
     steps.
@@ -218,22 +162,6 @@ def test_rows_may_be_reordered_rescaled_and_repeated_and_obstacles_swapped(seed,
         for o in problem.obstacles
     )
     same(before, margins(model, problem.replace(obstacles=extra), p0, k))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS)
-def test_bins_with_equal_widths_are_one_bin(seed):
-    model, problem, p0, k = example(seed)
-    one = model_of(model.net, model.domain, model.tube.interval[:1], model.tube.final[:1])
-    edges = [np.linspace(-1, 1, 4), np.linspace(-1, 1, 8)]
-    many = model_of(
-        model.net,
-        model.domain,
-        model.tube.interval[:1].repeat(21, axis=0),
-        model.tube.final[:1].repeat(21, axis=0),
-        edges,
-    )
-    same(margins(one, problem, p0, k), margins(many, problem, p0, k))
 
 
 def test_the_order_and_the_company_of_plans_do_not_matter(rng):
@@ -319,19 +247,10 @@ def test_polytopes_of_an_equal_problem_are_accepted_for_each_other():
     answer = Planner(model).solve(
         moved_problem,
         jax.random.key(0),
-        Settings(target=0.3, samples=50, budget_s=300, polytopes=True),
+        Settings(target=0.3, samples=50, budget_s=300),
     )
     x = np.concatenate([answer.samples, answer.sample(jax.random.key(1), 500)])
     here = verdicts(scene_of(problem, model), x[:, :2] - shift, x[:, 2:])
     assert (
         here.safe | (here.clearance > -1e-9) & (here.goal > -1e-9)
     ).all() and here.safe.mean() > 0.99
-
-
-@pytest.mark.night
-def test_box_is_its_rows():
-    model, problem, p0, k = example(2)
-    square = box([0.2, 0.1], [0.6, 0.5])
-    rows = hpolytope([[1, 0], [-1, 0], [0, 1], [0, -1]], [0.6, -0.2, 0.5, -0.1])
-    one, two = (reach_avoid(problem.goal, [o], problem.body, problem.start) for o in (square, rows))
-    np.testing.assert_array_equal(margins(model, one, p0, k), margins(model, two, p0, k))

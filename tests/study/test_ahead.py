@@ -9,11 +9,10 @@ import toy_driven as toy
 from synthetic_plants import plant
 
 import parc_jax as pj
-from parc_jax.app.study.driven import compile_near, guessed_near
-from parc_jax.drive.local.local_model import Local
+from parc_jax.drive.local.localise import Local, compile_near, guessed_near
 from parc_jax.learning.runs.collect import collect
 
-SETTINGS = pj.Settings(samples=4, target=0.3, polytopes=True)
+SETTINGS = pj.Settings(samples=4, target=0.3)
 
 
 @pytest.mark.slow
@@ -22,7 +21,7 @@ def test_what_stands_in_for_a_local_model_has_its_shapes():
     train = collect(system, key, 400, quiet=True)
     chosen = toy.answer().choose(delta=0.05)
     asked = Local(share=0.2, eps=0.1, rollouts=60, profile_runs=400)
-    model = chosen.claim_near(system, key, asked, settings=SETTINGS).near.model
+    model = chosen.localise(system, key, asked, settings=SETTINGS).near.model
     guess = guessed_near(train, chosen.k)
     shapes = [jax.tree.map(np.shape, (one.net, one.tube)) for one in (guess, model)]
     assert shapes[0] == shapes[1] and guess.claim.kind == "assumed"

@@ -8,9 +8,8 @@ from synthetic_plants import noisy, plant
 
 import parc_jax as pj
 from parc_jax.app.study.settings import Study
-from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.learning.bound import pipeline
-from parc_jax.learning.learn import learn
+from parc_jax.learning.learn import learn_report
 
 KEY = jax.random.PRNGKey(5)
 STUDY = Study(hidden=(), rollouts=200, eps=0.1, delta=0.05, profile_runs=300)
@@ -29,7 +28,7 @@ def learned(tmp_path, monkeypatch, first=None, study=STUDY):
     monkeypatch.setattr(pipeline, "scores_of", seen)
     firsts = []
     ask = firsts.append if first is None else first
-    made = learn(plant(noisy, toy.T), study, KEY, Stopwatch(), tmp_path, True, ask)
+    made = learn_report(plant(noisy, toy.T), KEY, study, path=tmp_path, quiet=True, first=ask)
     return made, firsts, fresh
 
 
@@ -37,10 +36,10 @@ def test_the_first_claim_takes_nothing_from_the_one_to_come(monkeypatch, tmp_pat
     made, (first,), fresh = learned(tmp_path / "with", monkeypatch)
     assert len(fresh) == 2 and not fresh[0] & fresh[1]
     assert not fresh[0] & set(made.train.hashes())
-    alone = learn(plant(noisy, toy.T), STUDY, KEY, Stopwatch(), tmp_path / "without", True)
-    assert made.main.claim.to_json() == alone.main.claim.to_json()
-    assert made.main.tube.hash == alone.main.tube.hash
-    assert first.net.hash == alone.main.net.hash and first.tube.hash != alone.main.tube.hash
+    alone = pj.learn(plant(noisy, toy.T), KEY, settings=STUDY, quiet=True)
+    assert made.model.claim.to_json() == alone.claim.to_json()
+    assert made.model.tube.hash == alone.tube.hash
+    assert first.net.hash == alone.net.hash and first.tube.hash != alone.tube.hash
 
 
 @pytest.mark.parametrize("eps, kept", [(0.001, 0.01), (0.1, 0.1)])
@@ -52,7 +51,7 @@ def test_the_first_claim_is_of_few_runs(eps, kept, monkeypatch, tmp_path):
         assert float(model.claim.eps) == kept and float(model.claim.delta) == STUDY.delta
         raise Enough
 
-    study = STUDY.replace(eps=eps, claims=("bins",), blocks=(1, 1), others=("4",))
+    study = STUDY.replace(eps=eps, blocks=(1, 1))
     with pytest.raises(Enough):
         learned(tmp_path, monkeypatch, stop, study)
     assert not (tmp_path / "fresh").exists() and (tmp_path / "first" / "fresh").exists()
@@ -60,8 +59,8 @@ def test_the_first_claim_is_of_few_runs(eps, kept, monkeypatch, tmp_path):
 
 @pytest.mark.slow
 def test_the_query_of_the_model_compiles_nothing_anew(monkeypatch, tmp_path):
-    settings = pj.Settings(samples=4, target=0.3, polytopes=True)
+    settings = pj.Settings(samples=4, target=0.3)
     made, (first,), _ = learned(tmp_path, monkeypatch)
-    assert made.main.tube.grid == first.tube.grid != (1, 1)
+    assert made.model.tube.grid == first.tube.grid != (1, 1)
     pj.Planner(first).warm_up(toy.problem(), settings)
-    assert compiled_by(lambda: pj.Planner(made.main).warm_up(toy.problem(), settings)) == 0
+    assert compiled_by(lambda: pj.Planner(made.model).warm_up(toy.problem(), settings)) == 0

@@ -11,10 +11,10 @@ import pytest
 
 from parc_jax import checker
 from parc_jax.app.cli import main
-from parc_jax.app.cli.saying import COMPILING, SEARCHING
+from parc_jax.app.cli.process import COMPILING, SEARCHING
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
-from parc_jax.learning.bound import pipeline, score
+from parc_jax.learning.bound import measure, pipeline
 from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.learning.bound.counts import required_runs
 from parc_jax.learning.model import load
@@ -54,10 +54,7 @@ def test_all_files_are_written_and_accepted(finished, capsys):
 def test_metrics_tell_what_was_claimed_and_replayed(finished):
     out, _ = finished
     metrics = json.loads((out / "metrics.json").read_text())
-    kinds = [(row["network"], row["claim"], row["by_bin"]) for row in metrics["comparison"]]
-    assert kinds[:3] == [("4", "assumed", False), ("4", "pac", True), ("4", "pac", False)]
-    assert [k[0] for k in kinds[::3]] == ["4", "PARC"]
-    assert metrics["claim"]["looks"] == 4  # two networks, two claims each: all hold together
+    assert metrics["claim"]["looks"] == 1 and len(metrics["claim"]["bin_eps"]) == 2
     seen = metrics["replay"]
     assert (seen["plans"], seen["repeats"], seen["runs"]) == (5, 20, 100)
     assert (
@@ -76,7 +73,7 @@ def test_metrics_tell_what_was_claimed_and_replayed(finished):
 def test_the_fresh_runs_are_enough_for_every_bin(finished):
     out, _ = finished
     claim = load(out / "model.npz").claim
-    assert min(claim.evidence["bin_runs"]) >= required_runs(0.1, 0.05 / (4 * 2), 0)
+    assert min(claim.evidence["bin_runs"]) >= required_runs(0.1, 0.05 / 2, 0)
 
 
 @pytest.mark.night
@@ -102,27 +99,20 @@ def test_a_saved_model_skips_learning(finished, tmp_path, capsys):
         assert f"{line} ...\n" in printed.err  # as `solve` says
 
 
-def test_networks_are_compared_where_they_are_named():
-    alone, asked = Study(), Study(others=("6-6", "PARC"))
-    assert alone.networks == (alone.hidden,) and not alone.compared
-    assert asked.networks == (asked.hidden, (6, 6), ()) and asked.compared
-    assert alone.replace(claims=("one", "bins")).compared
-
-
 @pytest.mark.slow
 def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch):
     """Stopped at the third chunk of the fresh runs, started again: chunks are reused, and the claim
     is the same.
     """
-    scored, real = [], score.score_arrays
+    scored, real = [], measure.score_arrays
 
     def stop_at_third(*arguments):
         scored.append(1)
-        if len(scored) == 2 * 3:  # two networks per chunk
+        if len(scored) == 3:
             raise KeyboardInterrupt
         return real(*arguments)
 
-    monkeypatch.setattr(score, "score_arrays", stop_at_third)
+    monkeypatch.setattr(measure, "score_arrays", stop_at_third)
     assert run("--out", tmp_path, "--quiet", "--fresh", 2000) == 130
     assert "continues" in capsys.readouterr().err
     kept = sorted((tmp_path / "unfinished" / "fresh").glob("chunk_*.npz"))
@@ -134,11 +124,11 @@ def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch
         seen_again.append({f for f in kept if f.exists() and f.stat().st_mtime_ns == before[f]})
         return real(*arguments)
 
-    monkeypatch.setattr(score, "score_arrays", watch)
+    monkeypatch.setattr(measure, "score_arrays", watch)
     assert run("--out", tmp_path, "--quiet", "--fresh", 2000, "--no-figures") == 0
     assert seen_again[-1] == set(kept)  # not one was computed again
     assert not (tmp_path / "unfinished").exists()
-    monkeypatch.setattr(score, "score_arrays", real)
+    monkeypatch.setattr(measure, "score_arrays", real)
     assert run("--out", tmp_path / "whole", "--quiet", "--fresh", 2000, "--no-figures") == 0
     assert (
         load(tmp_path / "model.npz").tube.hash == load(tmp_path / "whole" / "model.npz").tube.hash
@@ -148,9 +138,6 @@ def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        (("--claims", "none"), "claims"),
-        (("--claims", "one", "one"), "claims"),
-        (("--others", "6-x"), "others"),
         (("--repeats", "0"), "repeats"),
         (("--discard", "-1"), "discard"),
         (("--fresh", "30"), "calibrate_bins"),
@@ -164,9 +151,9 @@ def test_bad_input_is_refused_with_code_2(arguments, word, tmp_path, capsys):
 
 
 def test_settings_are_checked():
-    assert Study().claims == ("one",)
+    assert Study().bound.claims == ("one",) and Study(blocks=(2,)).bound.claims == ("bins",)
     with pytest.raises(InputError, match="claims"):
-        Study(claims=())
+        BoundSettings(claims=())
     for tail in ("tube", 1.0):
         with pytest.raises(InputError, match=r"^tail: expected a power of at least 2, or None"):
             Study(tail=tail)
@@ -189,4 +176,4 @@ def test_fresh_runs_grow_with_the_smallest_bin():
     )
     one = BoundSettings(eps=0.1, delta=0.05)
     assert pipeline.fresh_runs(one, even, 1) == required_runs(0.1, 0.05, 0)
-    assert pipeline.fresh_runs(Study(fresh=77), even, 1) == 77
+    assert pipeline.fresh_runs(Study(fresh=77).bound, even, 1) == 77

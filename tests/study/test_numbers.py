@@ -4,7 +4,7 @@ import numpy as np
 from toy_models import line_model
 from turning_bar import straight_bar
 
-from parc_jax.app.study.numbers import spread
+from parc_jax.app.study.report import spread
 
 
 def test_half_widths_have_units_and_names():

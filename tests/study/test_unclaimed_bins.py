@@ -9,12 +9,12 @@ import pytest
 from toy_models import model_of
 
 from parc_jax import checker
+from parc_jax.app.study.report import final_error
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.common.status import OfRegion, Status
-from parc_jax.learning.bound.risk import NoStatement
+from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import NO_CLAIM
-from parc_jax.learning.learn import final_error
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.neuralparc import Published
 from parc_jax.neuralparc.verdicts import region_verdicts
@@ -46,13 +46,10 @@ def world():
 def test_no_plan_lies_in_a_bin_without_claim_and_the_checker_accepts(tmp_path):
     half, key = model(without=0), jax.random.PRNGKey(0)
     planner = Planner(half)
-    answer = planner.solve(
-        world(), key, Settings(samples=20, target=0.1, budget_s=300, polytopes=True)
-    )
-    assert answer.found and answer.status is Status.PROVED
-    assert (answer.samples[:, 2] > 0).all() and all(
-        polytope.bin == 1 for polytope in answer.polytopes
-    )
+    answer = planner.solve(world(), key, Settings(samples=20, target=0.1, budget_s=300))
+    assert answer.status.found and answer.status is Status.PROVED
+    assert (answer.samples[:, 2] > 0).all()
+    assert all(polytope.bin == 1 for polytope in answer.polytopes(key, 500))
     assert not answer.contains([[0.3, 0.0]], [[-0.3, 0.0]])[0]
     assert checker.main([str(answer.save(tmp_path / "answer.json"))]) == 0
     assert np.isfinite(answer.scene.slack) and answer.scene.slack < 1e-9
@@ -67,9 +64,9 @@ def test_a_model_without_any_claim_says_so_before_it_looks():
     planner = Planner(model(without=(0, 1)))
     for settings in (Settings.whole(), Settings.fast()):
         answer = planner.solve(world(), jax.random.PRNGKey(0), settings)
-        assert answer.status is Status.NOT_FOUND and answer.counts["drawn"] == 0
-        assert answer.no_plan.leaves == 1 and "that have a claim" in answer.statement()
-        assert answer.volume() is None and answer.share_of_k() == 0.0
+        assert answer.status is Status.NOT_FOUND and answer.cover.drawn == 0
+        assert answer.absence.leaves == 1 and "that have a claim" in answer.details()
+        assert answer.share.volume is None and answer.share_of_k() == 0.0
 
 
 @pytest.mark.slow
@@ -98,7 +95,7 @@ def test_the_published_search_skips_it_too():
     answer = Planner(model(without=0)).solve(
         aside, jax.random.PRNGKey(0), Settings(method=Published(), proof=False)
     )
-    assert answer.found and (answer.samples[:, 2] >= 0).all()
+    assert answer.status.found and (answer.samples[:, 2] >= 0).all()
 
 
 def test_claims_by_bin_speak_of_dense_laws_only_where_every_bin_has_one():

@@ -11,10 +11,9 @@ from parc_jax.common.arrays import x64
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import Polygon, body_of
-from parc_jax.safe_set.verdict.facets import facets_of
 from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
-from parc_jax.safe_set.verdict.screen import screen
+from parc_jax.safe_set.verdict.screen import facets_of, screen
 
 pytestmark = pytest.mark.slow
 

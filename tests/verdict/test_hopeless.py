@@ -10,17 +10,17 @@ from toy_models import fold_model, line_model, random_network
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.labels import Labels
-from parc_jax.learning.network.predict import outputs
-from parc_jax.learning.network.within import outputs_within
+from parc_jax.learning.network.relu import outputs
+from parc_jax.learning.network.rounding import outputs_within
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import hull
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.question import question
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
-from parc_jax.safe_set.corridors.limit import Limit
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import laid_out, scene_of
 
 GOAL = box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0])  # corners at (3, +-0.5) are farthest from WALL
@@ -98,17 +98,17 @@ def here(model, goal, obstacles, body, at, **settings):
 @pytest.mark.parametrize("samples_only", [False, True])
 def test_a_start_in_an_obstacle_is_told_at_once(samples_only):
     answer = here(line_model(), GOAL, [WALL], 0.3, (5.2, 0.5), samples_only=samples_only)
-    said = answer.statement().split("\n")[0]
+    said = answer.details().split("\n")[0]
     assert said.startswith("No plan is safe: where the plan starts, the body")
-    assert said.endswith("touches obstacle 0.") and not answer.found
-    assert answer.cover.drawn == 0 and answer.ended is None  # nothing is searched for
+    assert said.endswith("touches obstacle 0.") and not answer.status.found
+    assert answer.cover.drawn == 0 and answer.cover.ended is None  # nothing is searched for
 
 
 def test_a_start_from_where_nothing_gets_to_the_goal_is_told_at_once():
     """Ends lie within 1 m of the start: so by bounds, that is for every plan."""
     model = line_model(e=0.01)
     answer = here(model, GOAL, [WALL], 0.3, (0.5, 0.0))
-    said = answer.statement()
+    said = answer.details()
     assert answer.cover.drawn == 0 and "No plan is safe: no plan of the model ends" in said
     assert "between -0.5 and 1.5, the goal asks for 3 to 4" in said
     near = scene_of(reach_avoid(GOAL, [], 0.3, box([2.01, 0.0], [2.02, 0.1])), model)

@@ -2,21 +2,17 @@
 is caught.
 """
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
-from toy_models import line_model, random_model, random_problem, toy_case
+from toy_models import line_model, toy_case
 
-from parc_jax.common.arrays import x64
 from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors import sampling as drawing
 from parc_jax.safe_set.corridors.sampling import draw, near
-from parc_jax.safe_set.separation import segment
 from parc_jax.safe_set.verdict import screen as screening
-from parc_jax.safe_set.verdict.facets import facets_of
 from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 from parc_jax.safe_set.verdict.screen import CHUNK, screen
@@ -80,26 +76,6 @@ def test_what_is_safe_comes_back_as_the_network_says(rng):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("body", ["disc", "polygon"])
-def test_the_test_at_a_few_knots_loses_no_safe_plan_and_most_of_the_others(body, rng):
-    model = random_model(rng)
-    problem = random_problem(rng, model, n_obstacles=3, body=body)
-    scene = scene_of(problem, model)
-    z, k = proposals(model, scene, rng, 4000)
-    few, knots = screening.few_outputs(model, 12)
-    facets = facets_of(scene)
-    with x64():
-        seen = screening._knot_tests(few, knots, model.tube, scene.tabled, z, k, facets)
-    reaches, outside = seen
-    p0, expected = anchor(scene, z, k)
-    e = verdicts(scene, p0, k)
-    np.testing.assert_array_equal(reaches, expected)
-    assert not (e.safe & ~np.asarray(outside)).any()
-    unsafe = expected & ~e.safe
-    assert (unsafe & np.asarray(outside)).sum() < 0.5 * unsafe.sum()
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("size", [[0.0, 0.0], [0.0, 0.4], [0.3, 0.0]])
 def test_a_pole_or_a_wall_has_no_inside(size, rng):
     model = line_model(4, 0.0)
@@ -108,25 +84,6 @@ def test_a_pole_or_a_wall_has_no_inside(size, rng):
     quick, exact = both(model, scene, *proposals(model, scene, rng, 1500))
     assert 0 < len(exact) < 1500
     np.testing.assert_array_equal(quick, exact)
-
-
-@pytest.mark.slow
-def test_a_test_that_sees_contact_too_early_is_caught(rng, monkeypatch):
-    model, problem = toy_case(4)
-    scene = scene_of(problem, model)
-    right = segment.touching
-
-    def wide(corner, sign, radius, p, error):
-        return right(corner, sign, radius + 0.05, p, error)
-
-    monkeypatch.setattr(segment, "touching", wide)
-    monkeypatch.setattr(
-        screening,
-        "_knot_tests",
-        jax.jit(jax.vmap(screening.knot_test, (None, None, None, None, 0, 0, None))),
-    )
-    quick, exact = both(model, scene, *proposals(model, scene, rng, 3 * CHUNK))
-    assert len(np.setdiff1d(exact, quick)) > 0
 
 
 @pytest.mark.slow

@@ -11,15 +11,17 @@ import parc_jax as pj
 from benchmarks.suite.answer import Piece, Sets
 from benchmarks.suite.entries import kit
 from parc_jax.common.sets.qhull import halfspace_intersection, scaled_around
-from parc_jax.learning.bound.intersample import DISCRETE_TIME, SpeedBound
+from parc_jax.learning.bound.asked import DISCRETE_TIME, SpeedBound
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.law import law_spec
 from parc_jax.neuralparc.cells import cells_outward
 from parc_jax.neuralparc.scene import paper_scene
 from parc_jax.neuralparc.search import SAMPLES_PER_REGION, paper_search
 from parc_jax.proof.regions import regions_of
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.polytope import cut_around
 from parc_jax.safe_set.corridors.sampling import points
-from parc_jax.safe_set.corridors.search import cover_around
+from parc_jax.safe_set.corridors.search import corridors_around
 from parc_jax.safe_set.verdict.pointwise import verdicts
 
 KNOTS = 40  # of a model, at most
@@ -91,16 +93,17 @@ def reserve(task: kit.Task) -> int:
 
 
 def polytopes(planner: pj.Planner, asked: pj.types.ReachAvoid, few: pj.Settings, rng) -> list[dict]:
-    """The largest of the safe polytopes around safe plans, as the suite spells them. They are
-    compared by the boxes around them: to triangulate them, as `safe_sets` does, takes minutes in
-    six dimensions; and looks that tell what they cover, as `with_polytopes` has, do so too. few:
-    as a few plans were asked for.
+    """The largest of the safe polytopes around safe plans, as the suite writes them. They are
+    compared by the boxes around them: to triangulate them takes minutes in six dimensions, and so
+    do the looks of `Answer.polytopes` that measure their coverage. few: settings for a few plans.
     """
     n_p = planner.model.n_p
     around = AROUND[n_p + planner.model.n_k]
     safe = planner.solve(asked, KEY, few.replace(samples=around)).samples
     scene, p0, k = planner.prepare(asked).scene, safe[:, :n_p], safe[:, n_p:]
-    _, cut = cover_around(scene, rng, points(p0, k, verdicts(scene, p0, k)))
+    plans = points(p0, k, verdicts(scene, p0, k))
+    corridors = Corridors(planner.model.tube, corridors_around(scene, rng, plans))
+    cut = cut_around(scene, corridors, np.zeros(len(corridors)), plans)
     found = [_spelled(one.halfspaces, np.concatenate([one.p0, one.k])) for one in cut]
     found = [one for one in found if one is not None]
     return sorted(found, key=lambda one: -np.prod(np.subtract(one["hi"], one["lo"])))[:PIECES]

@@ -3,22 +3,36 @@
 Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input, 3 a fault in a
 program, or a part that `check --second` did not look at, 130 stopped. Files appear complete or not
 at all, and a stopped `run` or `learn` continues where it was.
-With --verbose (twice for more), or PARC_JAX_LOG=info or debug, every command tells what it does.
+With --verbose (twice for more), or PARC_JAX_LOG=info or debug, every command logs its stages.
 Completion scripts: parc-jax --tyro-print-completion bash (or zsh). Version: parc-jax --version.
 """
 
 import contextlib
 import gc
+import importlib
 import os
 import sys
 import traceback
+from collections.abc import Callable
 
-from parc_jax.app.cli.logs import told
-from parc_jax.app.cli.stopping import STOPPED, Interrupts, stoppable
+from parc_jax.app.cli.process import STOPPED, Interrupts, logging_of, stoppable
 from parc_jax.common.errors import InputError, ParcError
 
 OK, NO_ANSWER, BAD_INPUT, BROKEN = 0, 1, 2, 3
-# new objects between two searches for what nobody refers to: tracing makes millions that all stay
+COMMANDS = {
+    "run": "run",
+    "learn": "learn",
+    "collect": "learn",
+    "solve": "solve",
+    "check": "check",
+    "replay": "check",
+    "plot": "plot",
+    "export": "plot",
+    "bench": "installation",
+    "systems": "systems",
+    "doctor": "installation",
+}  # and the file of each
+# new objects between two searches for garbage: tracing makes millions that all stay
 COLLECT_EVERY = 100_000
 
 
@@ -27,16 +41,16 @@ def main(arguments: list[str] | None = None) -> None:
     arguments = sys.argv[1:] if arguments is None else arguments
     gc.set_threshold(COLLECT_EVERY)
     try:
-        with stoppable() as interrupts, told(arguments) as asked:
-            code = _run(asked, interrupts)
+        with stoppable() as interrupts, logging_of(arguments) as words:
+            code = _run(words, interrupts)
             sys.stdout.flush()
-        code = STOPPED if interrupts.seen else code  # it was swallowed on the way
+        code = STOPPED if interrupts.came else code  # a library may swallow it on the way
     except KeyboardInterrupt:
-        kept = " Finished rollouts are kept; the same command continues from them."
-        code = _say(f"stopped.{kept if arguments[:1] in (['run'], ['learn']) else ''}", STOPPED)
+        more = " Finished rollouts are kept; the same command continues from them."
+        code = _say(f"stopped.{more if arguments[:1] in (['run'], ['learn']) else ''}", STOPPED)
     except InputError as error:
         code = _say(error, BAD_INPUT)
-    except BrokenPipeError:  # whoever read the output has seen enough, as `head` does
+    except BrokenPipeError:  # the reader of the output has enough, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = STOPPED
     sys.exit(code)
@@ -57,8 +71,8 @@ def _run(arguments: list[str], interrupts: Interrupts) -> int:
 
 
 def _require_once(arguments: list[str]) -> None:
-    """Refuse an option that is there twice, of which the parser would drop one without a word.
-    Raises InputError.
+    """Refuse an option that is given twice: the parser would drop one of them silently. Raises
+    InputError.
     """
     names = [word.split("=", 1)[0] for word in arguments if word.startswith("--")]
     for name in names:
@@ -69,33 +83,25 @@ def _require_once(arguments: list[str]) -> None:
             )
 
 
+def command(name: str) -> Callable:
+    """The function of a command."""
+    return getattr(importlib.import_module(f"parc_jax.app.cli.{COMMANDS[name]}"), name)
+
+
 def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
     # the compilation cache reports CPU tuning hints at the level of errors, page after page
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import tyro
 
-    from parc_jax.app.cli.bench import bench
-    from parc_jax.app.cli.check import check
-    from parc_jax.app.cli.collect import collect
-    from parc_jax.app.cli.doctor import doctor
-    from parc_jax.app.cli.export import export
-    from parc_jax.app.cli.help import readable, wrapped
-    from parc_jax.app.cli.learn import learn
-    from parc_jax.app.cli.plot import plot
-    from parc_jax.app.cli.replay import replay
-    from parc_jax.app.cli.run import run
-    from parc_jax.app.cli.solve import solve
-    from parc_jax.app.cli.systems import systems
+    from parc_jax.app.cli.options import readable, wrapped
 
-    functions = (run, learn, collect, solve, check, replay, plot, export, bench, systems, doctor)
     first = arguments[0] if arguments else ""
     commands = {
-        f.__name__: readable(f, first == f.__name__ or first.startswith("--tyro"))
-        for f in functions
+        name: readable(command(name), first == name or first.startswith("--tyro"))
+        for name in COMMANDS
     }
     try:
-        asks = {"-h", "--help"} & set(arguments)
-        with wrapped() if asks else contextlib.nullcontext():
+        with wrapped() if {"-h", "--help"} & set(arguments) else contextlib.nullcontext():
             return tyro.extras.subcommand_cli_from_dict(
                 commands,
                 prog="parc-jax",
@@ -110,16 +116,15 @@ def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
     except BrokenPipeError:
         raise
     except OSError as error:
-        what = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+        reason = f"{error.filename}: {error.strerror}" if error.filename else str(error)
         return _say(
-            f"expected to read and write the files named; {what}. Name another file or folder, or "
-            "make room and give the right to write.",
+            f"expected to read and write the files named; {reason}. Name another file or folder, "
+            "or make room and give the right to write.",
             BAD_INPUT,
         )
-    except (
-        Exception
-    ):  # a fault of ours, or in a robot's own program: never to be taken for "no plan"
-        if interrupts.seen:  # this is what a library made of it
+    except Exception:
+        # a fault here, or in the program of a robot: it must never look like "no plan"
+        if interrupts.came:  # a library turned it into an exception of its kind
             raise KeyboardInterrupt from None
         traceback.print_exc()
         return _say("this should not have happened; the lines above say where.", BROKEN)

@@ -1,13 +1,30 @@
-"""`parc-jax check`: the independent checker, and the one that is itself proved."""
+"""`parc-jax check`: the independent checker, and the one that is itself proved; and
+`parc-jax replay`: recorded runs against an answer.
+"""
 
 import contextlib
 import io
 import json
+import os
+import shutil
+import subprocess
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
-from parc_jax.app.cli.offer import Offer
-from parc_jax.app.cli.shell import Shell
+from parc_jax import checker
+from parc_jax.app.cli.options import Offer, Shell
+from parc_jax.checker.proved import PROVED_JS
+from parc_jax.common.errors import InputError
+
+VARIABLE = "PARC_JAX_PROVED_CHECKER"
+# Its verdict is read from its output: node itself ends with 1 where a program has a fault.
+ON_NODE = """
+require(process.argv[1]);
+const bytes = require("fs").readFileSync(process.argv[2]);
+console.log(JSON.stringify(parcCheck(bytes)));
+"""
+ACCEPTED, REJECTED, IN_PART = 0, 1, 3
+NO_EPISODES = "NO VERDICT: the proved checker reads answers; it does not read episodes."
 
 
 def check(
@@ -16,7 +33,7 @@ def check(
     *,
     second: bool = False,
     processes: int = 1,
-    shell: Annotated[Shell, Offer("app.cli.shell.Shell", only=("json",))],
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("json",))],
 ) -> int:
     """Verify the certificates of an answer in exact arithmetic; needs no JAX. Example: parc-jax
     check answer.json
@@ -37,27 +54,26 @@ def check(
 def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
     """Both verdicts, and the exit code of the two."""
     from parc_jax import checker
-    from parc_jax.app.cli.second import ACCEPTED, IN_PART, REJECTED, ask, find_second
 
-    other = find_second(answer)
-    heard = io.StringIO()
-    with contextlib.redirect_stdout(heard):
+    other = find_second(answer)  # refused before the first one takes its time
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
         first = checker.main(arguments)
     if first not in (ACCEPTED, REJECTED):
-        return first  # there is no answer to check, and that has been said
-    said = ask(other, answer)
-    agreed = first == said.code == ACCEPTED
-    refused = REJECTED in (first, said.code)
+        return first  # the first checker has reported that this is no answer
+    verdict = ask(other, answer)
+    agreed = first == verdict.code == ACCEPTED
+    refused = REJECTED in (first, verdict.code)
     if as_json:
         report = {
             "accepted": agreed,
-            "first": json.loads(heard.getvalue()),
-            "second": {"program": other.name, "code": said.code, "lines": said.lines},
+            "first": json.loads(printed.getvalue()),
+            "second": {"program": other.name, "code": verdict.code, "lines": verdict.lines},
         }
         print(json.dumps(report, indent=1))
     else:
-        print(f"Python checker:\n{heard.getvalue()}\nProved checker ({other.name}):")
-        print("\n".join([*said.lines, "", _sentence(first, said.code)]))
+        print(f"Python checker:\n{printed.getvalue()}\nProved checker ({other.name}):")
+        print("\n".join([*verdict.lines, "", _sentence(first, verdict.code)]))
     return ACCEPTED if agreed else REJECTED if refused else IN_PART
 
 
@@ -65,3 +81,108 @@ def _sentence(first: int, second: int | None) -> str:
     """Both verdicts in one line."""
     words = {0: "accepts", 1: "rejects", 3: "accepts what it looked at, not all", None: "gave none"}
     return f"Verdicts: the Python checker {words[first]}; the proved checker {words[second]}."
+
+
+class Second(NamedTuple):
+    """A program of the second checker: its name for people, and the words before the file."""
+
+    name: str
+    command: tuple[str, ...]
+
+
+class Verdict(NamedTuple):
+    """ACCEPTED, REJECTED or IN_PART, None for no verdict; and the printed lines."""
+
+    code: int | None
+    lines: list[str]
+
+
+def reads(answer: Path) -> bool:
+    """Whether the second checker reads such files; any other kind is left to the first one."""
+    try:
+        return not checker.is_episode(checker.load(answer))
+    except (OSError, checker.Rejected):
+        return True
+
+
+def find_second(answer: Path) -> Second:
+    """The built program that the environment names, else node with the one of the page; none of
+    them for an episode. Raises InputError.
+    """
+    if not reads(answer):
+        return Second("it reads no episodes", ())
+    named = os.environ.get(VARIABLE)
+    if named:
+        program = shutil.which(named)
+        if program is None:
+            raise InputError(
+                f"{VARIABLE}: expected the program that `make` builds in parc_jax/checker/proved; "
+                f"{named} is none. Name it, or unset the variable to use node."
+            )
+        return Second(f"the program {named}", (program, "--each"))
+    node = shutil.which("node")
+    if node is None:
+        raise InputError(
+            "check --second: expected node, or the built program of the proved checker; there is "
+            f"neither. Install node (Debian: apt-get install nodejs), or name the program in "
+            f"{VARIABLE}."
+        )
+    return Second(f"node, with {PROVED_JS.name}", (node, "-e", ON_NODE, str(PROVED_JS)))
+
+
+def ask(second: Second, answer: Path) -> Verdict:
+    """Run the second checker on a file."""
+    if not second.command:
+        return Verdict(None, [NO_EPISODES])
+    done = subprocess.run(
+        [*second.command, str(answer.resolve())], capture_output=True, text=True, errors="replace"
+    )
+    try:
+        verdict = json.loads(done.stdout)
+        code, lines = verdict["code"], verdict["lines"]
+        # node ends with 1 for a fault in a program too: only a printed code is a verdict
+        is_verdict = done.returncode == 0 and code in (ACCEPTED, REJECTED, IN_PART)
+    except (ValueError, KeyError, TypeError):
+        is_verdict = False
+    if not is_verdict:
+        why = (done.stderr.strip() or done.stdout.strip() or "nothing was printed")[-300:]
+        return Verdict(None, [f"NO VERDICT: the program ended with {done.returncode}: {why!a}"])
+    return Verdict(code, [str(line) for line in lines])
+
+
+def replay(
+    answer: Path,
+    log: Path,
+    /,
+    *,
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("json",))],
+) -> int:
+    """Move logged runs to starts that an answer proves safe for their k, and report their outcomes.
+    Example: parc-jax replay answer.json new_logs.npz
+
+    Nothing is run. Logs that no tube was sized by try the claim, others the proof alone.
+
+    Args:
+        answer: An answer file of `solve` or `run`; it is checked anew.
+        log: Logged runs (.npz, .mat, folder) on the time grid and of the points of its model; those
+            with k outside of its K are left out.
+    """
+    from parc_jax.app.cli.options import fitted
+    from parc_jax.app.files.answer_file import load_answer
+    from parc_jax.app.study.replay import replay_recorded
+    from parc_jax.learning.runs.loaders import load_rollouts
+
+    answered = load_answer(answer)
+    points = None if answered.model.n_points == 1 else answered.model.points
+    runs = load_rollouts(log, answered.model.time, points=points)
+    replayed = replay_recorded(answered, runs)
+    if shell.json:
+        counts = {"runs": runs.n, "with_start": 0} if replayed is None else replayed.counts()
+        print(json.dumps(counts, indent=1))
+    elif replayed is None:
+        print(
+            fitted(f"None of {runs.n:,} runs was replayed a start that is proved safe for its k.")
+        )
+    else:
+        print(fitted(replayed.statement()))
+    return 1 if replayed is None else 0

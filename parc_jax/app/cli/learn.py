@@ -1,11 +1,13 @@
-"""`parc-jax learn`: a model of a system, or of logged data, with an honest error bound."""
+"""`parc-jax learn`: a model of a system, or of logged data, with an honest error bound; and
+`parc-jax collect`: rows of a system's runs into a file that `learn` takes.
+"""
 
 import shutil
 from pathlib import Path
 from typing import Annotated
 
-from parc_jax.app.cli.offer import Offer
-from parc_jax.app.cli.shell import Shell
+from parc_jax.app.cli.options import Offer, Shell
+from parc_jax.common.errors import InputError
 
 
 def learn(
@@ -13,12 +15,10 @@ def learn(
     /,
     *,
     out: Path,
-    study: Annotated[
-        dict, Offer("learning.settings.Learning", left_out="the study's, or ", but=("others",))
-    ],
-    logged: Annotated[dict, Offer("app.cli.learning.Logged", left_out="")],
-    bagged: Annotated[dict, Offer("app.cli.bagged.Bagged", left_out="")],
-    shell: Annotated[Shell, Offer("app.cli.shell.Shell")],
+    study: Annotated[dict, Offer("learning.learn.Learning", left_out="the study's, or ")],
+    logged: Annotated[dict, Offer("app.cli.logged.Logged", left_out="")],
+    bagged: Annotated[dict, Offer("app.cli.logged.Bagged", left_out="")],
+    shell: Annotated[Shell, Offer("app.cli.options.Shell")],
 ) -> int:
     """Learn a trajectory model and bound its error. Example: parc-jax learn drift_parking --out
     model.npz
@@ -32,19 +32,23 @@ def learn(
     Args:
         source: A system of `parc-jax systems`, a module of yours with `system()`, logged runs
             (.npz, .mat, folder), or a bag or a folder of bags (.bag, .mcap, .db3).
-        out: The model file. Unfinished work is kept beside it, in OUT.unfinished.
+        out: The model file. Unfinished work stays beside it, in OUT.unfinished.
     """
-    from parc_jax.app.cli.bagged import Bagged, are_bags
-    from parc_jax.app.cli.help import fitted
-    from parc_jax.app.cli.learning import NEW_RUNS, Logged, from_log, refuse, summary
-    from parc_jax.app.cli.lock import held
-    from parc_jax.app.cli.places import require_place
+    from parc_jax.app.cli.logged import (
+        NEW_RUNS,
+        Bagged,
+        Logged,
+        are_bags,
+        from_log,
+        refuse,
+        summary,
+    )
+    from parc_jax.app.cli.options import fitted
+    from parc_jax.app.cli.places import held, only_of, require_place
     from parc_jax.app.cli.systems import black_box_of, find, study_of
-    from parc_jax.app.cli.unfinished import only_of
     from parc_jax.app.study.cache import keep_compiled
     from parc_jax.common.keys import key_of
-    from parc_jax.common.stopwatch import Stopwatch
-    from parc_jax.learning.learn import learn as learn_system
+    from parc_jax.learning.learn import learn_report
 
     if shell.cache:
         keep_compiled()
@@ -61,16 +65,67 @@ def learn(
                 run_anew = [name for name in run_anew if name != "rollouts"]
             refuse(run_anew, source, "a system that can be run")
             learned = from_log(Path(source), log, Bagged(**bagged), study, shell.seed)
-            learned.main.save(out)
+            learned.model.save(out)
         else:
             refuse(logged, source, "logged runs")
             module = find(source, needed=("system",))
-            asked = study_of(module, others=(), **study)
-            black_box = black_box_of(module, asked.plant, asked.body)
+            settings = study_of(module, **study)
+            black_box = black_box_of(module, settings.plant, settings.body)
             with only_of(module, work):
-                key, quiet = key_of(shell.seed), shell.quiet
-                learned = learn_system(black_box, asked, key, Stopwatch(), work, quiet)
-                learned.main.save(out)
+                key = key_of(shell.seed)
+                learned = learn_report(black_box, key, settings, path=work, quiet=shell.quiet)
+                learned.model.save(out)
             shutil.rmtree(work, ignore_errors=True)
     print(summary(learned, out, as_json=True) if shell.json else fitted(summary(learned, out)))
-    return 0 if learned.main.tube.claimed.any() else 1
+    return 0 if learned.model.tube.claimed.any() else 1
+
+
+def collect(
+    system: str,
+    /,
+    *,
+    into: Path,
+    rows: str,
+    study: Annotated[
+        dict,
+        Offer("learning.learn.Learning", left_out="the study's, or ", only=("plant", "body")),
+    ],
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("seed", "quiet", "cache"))],
+) -> int:
+    """Run rows of a system. Example: parc-jax collect drift_parking --rows 0:10000
+    --into runs/drift
+
+    The file in the folder is named by its rows; a stopped command goes on where it was. Then:
+    parc-jax learn FILE.
+
+    Args:
+        system: A system of `parc-jax systems`, or a module of yours with `system()`.
+        into: The folder of the file.
+        rows: BEGIN:END. Row i depends on the seed and i alone.
+    """
+    from parc_jax.app.cli.places import held, require_place
+    from parc_jax.app.cli.systems import black_box_of, find, study_of
+    from parc_jax.app.study.cache import keep_compiled
+    from parc_jax.common.keys import SEEDS, key_of
+    from parc_jax.learning.runs.collect import collect as collect_rows
+
+    first, sign, last = rows.partition(":")
+    if not (sign and first.isdecimal() and last.isdecimal()) or len(rows) > 20:
+        raise InputError(f"rows: expected BEGIN:END, such as 0:10000; got {rows!r:.40}.")
+    begin, end = int(first), int(last)
+    if not begin < end:
+        raise InputError(f"rows: expected BEGIN:END with BEGIN < END; got {rows}.")
+    if end > SEEDS:
+        raise InputError(f"rows: expected row numbers below {SEEDS:,}; got {rows}.")
+    require_place(into, folder=True)
+    if shell.cache:
+        keep_compiled()
+    module = find(system, needed=("system",))
+    settings = study_of(module, **study)
+    black_box = black_box_of(module, settings.plant, settings.body)
+    path = into / f"rows_{begin:09d}_{end - 1:09d}.npz"
+    with held(path):
+        how = {"first_row": begin, "path": path, "quiet": shell.quiet}
+        collect_rows(black_box, key_of(shell.seed), end - begin, **how)
+    print(f"Rows {begin:,} to {end - 1:,} are in {path}.")
+    return 0

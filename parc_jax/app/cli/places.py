@@ -1,11 +1,23 @@
-"""Places to write to, tried before the long work."""
+"""Places to write to: tried before the long work, locked while it runs, and unfinished work that
+continues only with the program that it was begun with.
+"""
 
 import contextlib
+import hashlib
+import os
+import shutil
+import socket
+import sys
 import tempfile
 from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
+from types import ModuleType
 
 from parc_jax.common.errors import InputError
+from parc_jax.learning.runs.files import write_atomic
+
+KINDS = (".py", ".xml", ".npz")  # files that a robot's program consists of
 
 
 def require_place(path: Path | None, *, folder: bool = False) -> None:
@@ -45,3 +57,108 @@ def folders(path: Path) -> Iterator[None]:
         for folder in made:
             with contextlib.suppress(OSError):  # it is not empty, or gone already
                 folder.rmdir()
+
+
+try:
+    import fcntl
+except ImportError:  # Windows: no lock
+    fcntl = None
+
+
+@contextlib.contextmanager
+def held(place: Path) -> Iterator[None]:
+    """Lock a file or folder against other commands until the block exits. Raises InputError that
+    names the holder.
+
+    The lock is the operating system's, on .NAME.lock beside the place, and ends with its process,
+    however that ends; the text in the file is for people.
+    """
+    if fcntl is None:
+        yield
+        return
+    place_at = place.resolve()
+    lock = place_at.parent / f".{place_at.name}.lock"
+    with folders(lock), contextlib.closing(_locked(lock, place)) as handle:
+        # text that its holder did not remove: the process was killed, and its lock went with it
+        before = handle.read().strip()
+        if before:
+            print(f"parc-jax: {place} is taken over from {before}, which is gone.", file=sys.stderr)
+        handle.truncate(0)
+        now = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+        handle.write(f"process {os.getpid()} on {socket.gethostname()} since {now}\n")
+        handle.flush()
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)
+
+
+def _locked(lock: Path, place: Path):
+    """The open file, locked by this process. Raises InputError."""
+    while True:
+        handle = open(lock, "a+")
+        handle.seek(0)
+        try:
+            fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
+            holder = handle.read().strip() or "another process"
+            handle.close()
+            raise InputError(
+                f"{place}: expected a place that nobody else writes to; it is held by {holder}. "
+                "Wait for it, stop it, or name another --out."
+            ) from None
+        with contextlib.suppress(FileNotFoundError):
+            # the last holder may have removed the file that was opened here; opening it a second
+            # time would give up the lock
+            if os.path.samestat(os.stat(lock), os.fstat(handle.fileno())):
+                return handle
+        handle.close()
+
+
+@contextlib.contextmanager
+def only_of(module: ModuleType, work: Path) -> Iterator[None]:
+    """Refuse finished runs in `work` of another program, such as the files of the system before
+    they were changed, or discard them if the user agrees. Raises InputError.
+
+    When nothing was finished inside, `work` is removed again.
+    """
+    note, now = work / "source.sha256", source_hash(module)
+    if work.is_dir() and any(work.iterdir()) and not (note.is_file() and note.read_text() == now):
+        _ask_to_discard(work, module.__name__)
+        shutil.rmtree(work)
+    with folders(note):
+        write_atomic(note, now.encode())
+        try:
+            yield
+        finally:
+            if work.is_dir() and list(work.iterdir()) == [note]:
+                shutil.rmtree(work)
+
+
+def _ask_to_discard(work: Path, module: str) -> None:
+    """Raises InputError unless someone at a terminal says yes."""
+    if sys.stdin.isatty() and sys.stderr.isatty():
+        print(
+            f"parc-jax: {work} holds unfinished runs of another program than {module} as it is "
+            "now. Discard them? [y/N] ",
+            end="",
+            file=sys.stderr,
+            flush=True,
+        )
+        if sys.stdin.readline().strip().lower() in ("y", "yes"):
+            return
+    raise InputError(
+        f"{work}: expected unfinished runs of {module} as it is now; those there are of another "
+        "program, or of that module before it was changed. Delete them, or name another --out."
+    )
+
+
+def source_hash(module: ModuleType) -> str:
+    """Hash of the module's file, and for a package of everything beside it."""
+    path = Path(module.__file__ or "")
+    files = (
+        [path]
+        if path.name != "__init__.py"
+        else sorted(p for p in path.parent.rglob("*") if p.suffix in KINDS)
+    )
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()

@@ -1,4 +1,6 @@
-"""`parc-jax plot`: pictures of an answer, one interactive page, or a film."""
+"""`parc-jax plot`: pictures of an answer, one interactive page, or a film; and `parc-jax export`:
+an answer for the computer of a robot, or for Foxglove.
+"""
 
 import importlib
 import sys
@@ -6,12 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Literal
 
-from parc_jax.app.cli.offer import Offer
-from parc_jax.app.cli.shell import Shell
+from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.common.errors import InputError
 
 Figure = Literal["samples", "regions", "projections", "timeline"]
-Job = tuple[str, Callable[[], Path]]  # what is drawn, and what draws it and names the file
+Job = tuple[str, Callable[[], Path]]  # a name, and the function that draws it
 
 
 def plot(
@@ -24,7 +25,7 @@ def plot(
     video: Path | None = None,
     sample: int = 0,
     system: str | None = None,
-    shell: Annotated[Shell, Offer("app.cli.shell.Shell", only=("quiet",))],
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("quiet",))],
 ) -> int:
     """Draw an answer from its file alone. Example: parc-jax plot answer.json --html page.html
 
@@ -37,22 +38,22 @@ def plot(
     Args:
         answer: An answer file of `solve` or `run`, or an episode of `pj.loop.save_episode`.
         html: Write one interactive page: scene, time slider, p0 and k by dragging or typing, with
-            the verdict live; of an episode what was under way at any time, and why.
-        out: Folder of the figures. Default: the answer's own.
-        figures: Which figures. Default: all that the answer supports, or none with --html or
-            --video.
+            the verdict live; of an episode the manoeuvre at any time, and the reasons.
+        out: Folder of the figures. Default: that of the answer.
+        figures: Which figures. Default: all that the answer supports but projections, which cut
+            polytopes, or none with --html or --video.
         video: Film one safe sample: .gif, .mp4 (needs the extra film), or a folder of .png files.
             Without a simulator the film shows the model's prediction.
         sample: Number of the sample that is filmed, from 0.
         system: Simulator for the film, as for `learn`. Default: the system that the answer names,
-            where it can be found.
+            if it is installed.
     """
     from tqdm import tqdm
 
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.files.answer_file import load_answer
-    from parc_jax.app.files.episode_file import is_episode
-    from parc_jax.app.plot.film_file import require_kind, require_sample
+    from parc_jax.app.plot.film import require_kind, require_sample
+    from parc_jax.drive.loop.episode_file import is_episode
 
     episode = is_episode(answer)
     if episode and html is None and video is None:
@@ -92,28 +93,28 @@ def plot(
 
 
 def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool) -> int:
-    """Of an episode there are a page and a film."""
-    from parc_jax.app.files.episode_file import load_episode
-    from parc_jax.app.plot.episode import film_episode
-    from parc_jax.app.plot.episode_page import write_episode_page
+    """The page and the film of an episode."""
+    from parc_jax.app.plot.film import film
+    from parc_jax.app.plot.page import write_page
+    from parc_jax.drive.loop.episode_file import load_episode
 
-    driven, drawn = load_episode(path), []
+    episode, drawn = load_episode(path), []
     if html is not None:
-        drawn.append(write_episode_page(driven, html))
+        drawn.append(write_page(episode, html))
     if video is not None:
-        drawn.append(film_episode(driven, video, quiet=quiet))
+        drawn.append(film(episode, video, quiet=quiet))
     if not quiet:
         print("\n".join(map(str, drawn)))
     return 0
 
 
 def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
-    """What is to be drawn. Raises InputError for a figure that the answer does not support."""
-    from parc_jax.app.plot.html import write_page
+    """The drawing jobs. Raises InputError for a figure that the answer does not support."""
+    from parc_jax.app.plot.page import write_page
 
     possible = _possible(answer)
-    # polytopes that the answer has not would have to be cut: they are not drawn unasked
-    unasked = [name for name in possible if name != "projections" or answer.polytopes]
+    # polytopes have to be cut for this picture: it is drawn by name only
+    unasked = [name for name in possible if name != "projections"]
     chosen = unasked if wanted is None else wanted
     for name in chosen:
         if name not in possible:
@@ -133,8 +134,8 @@ def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
 
 
 def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Path:
-    """The system's own film, or a plain one of its run, or of the prediction where it is not
-    known.
+    """The film that the system renders itself, else a plain one of its run, or of the prediction
+    without a system.
     """
     import jax
 
@@ -168,7 +169,7 @@ def _possible(answer) -> list[str]:
     return [
         *(["samples"] if len(answer.samples) else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
-        *(["projections"] if several and (answer.polytopes or answer.corridors) else []),
+        *(["projections"] if several and answer.corridors else []),
         *(["timeline"] if len(answer.samples) and answer.problem.obstacles else []),
     ]
 
@@ -178,11 +179,63 @@ def _draw(name: Figure, answer, path: Path) -> Path:
     if name != "regions":
         draw(answer, to=path)
         return path
-    from parc_jax.neuralparc.verdicts import region_verdicts
+    from parc_jax.app.figures import region_verdicts
     from parc_jax.proof.regions import enumerate_regions
 
     table = enumerate_regions(answer.model.net, answer.model.domain)
     safe_k = answer.samples[:, answer.model.n_p :]
     verdict = region_verdicts(answer, table)
-    draw(table, verdict, None, path, names=answer.model.labels.k, safe_k=safe_k)
+    draw(table, verdict, path, names=answer.model.labels.k, safe_k=safe_k)
     return path
+
+
+def export(
+    answer: Path,
+    /,
+    *,
+    c: Path | None = None,
+    name: str | None = None,
+    mcap: Path | None = None,
+    sample: int = 0,
+    map: Path | None = None,
+    frame_id: str = "map",
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("quiet",))],
+) -> int:
+    """Write an answer as a C99 header without dependencies, with is_safe(p0, k) and
+    nearest_plan. Example: parc-jax export answer.json --c safe_set.h
+
+    For Foxglove, as messages of ROS 2: parc-jax export answer.json --mcap answer.mcap, or an
+    episode: parc-jax export drive.json --mcap drive.mcap --map hall.yaml
+
+    Args:
+        answer: An answer file of `solve` or `run`; it is checked anew. With --mcap also the file of
+            an episode.
+        c: The header to write.
+        name: What its functions begin with. Default: the name of the header.
+        mcap: The MCAP file to write: path, tf, body, tube, obstacles, goal, statement.
+        sample: Number of the sample that is driven there, from 0.
+        map: A map_server YAML file, which is written there too.
+        frame_id: Name of the world frame there.
+    """
+    from parc_jax.app.cli.places import require_place
+    from parc_jax.app.files.answer_file import load_answer
+    from parc_jax.common.errors import InputError
+    from parc_jax.drive.onboard.header import write_c
+
+    if c is None and mcap is None:
+        raise InputError("export: expected --c or --mcap, the file to write; got neither.")
+    for place in (c, mcap):
+        require_place(place)
+    written = []
+    if mcap is not None:
+        from parc_jax.app.exchange import write_mcap
+        from parc_jax.problem.world.map_file import load_map
+
+        grid = None if map is None else load_map(map)
+        written.append(write_mcap(mcap, answer, plan=sample, grid=grid, frame=frame_id))
+    if c is not None:
+        written.append(write_c(load_answer(answer), c, name))
+    if not shell.quiet:
+        for path in written:
+            print(f"{path}: {len(path.read_bytes()):,} bytes")
+    return 0

@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from parc_jax.app.cli.offer import Offer
-from parc_jax.app.cli.shell import Shell
+from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.safe_set.settings import Settings
 
 DOUBT = Offer(
@@ -35,12 +34,12 @@ def solve(
     at: str | None = None,
     first: bool = False,
     doubt: Annotated[dict, DOUBT],
-    shell: Annotated[Shell, Offer("app.cli.shell.Shell")],
+    shell: Annotated[Shell, Offer("app.cli.options.Shell")],
 ) -> int:
     """Find and prove the safe starts and parameters of a scene. Example: parc-jax solve
     drift_parking --first
 
-    With files of your own: parc-jax solve model.npz scene.toml
+    With your files: parc-jax solve model.npz scene.toml
 
     A scene file names a goal, obstacles, a body and optionally a start set; `parc-jax systems NAME`
     prints one. --doubt-..., --given, --unknown and --sensing-eps replace entries of its table
@@ -60,13 +59,18 @@ def solve(
     """
     import sys
 
-    from parc_jax.app.cli.doubt import numbers_of_option, under_doubt
-    from parc_jax.app.cli.goal_in_reach import odd_size, require_goal_in_reach
-    from parc_jax.app.cli.help import fitted
+    from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import require_place
-    from parc_jax.app.cli.saying import COMPILING, SEARCHING, saying
+    from parc_jax.app.cli.process import COMPILING, SEARCHING, saying
+    from parc_jax.app.cli.scene import (
+        as_json,
+        numbers_of_option,
+        odd_size,
+        require_goal_in_reach,
+        under_doubt,
+        verdict,
+    )
     from parc_jax.app.cli.systems import model_of, scene_of
-    from parc_jax.app.cli.verdict import as_json, verdict
     from parc_jax.app.study.cache import keep_compiled
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of
@@ -85,10 +89,10 @@ def solve(
     require_place(out)
     learned = model_of(model, system)
     if scene is None:
-        asked = scene_of(learned)
+        given = scene_of(learned)
     else:
-        asked, learned = load_problem(scene, learned.points), labelled(learned, scene)
-    problem = under_doubt(asked, doubt)
+        given, learned = load_problem(scene, learned.points), labelled(learned, scene)
+    problem = under_doubt(given, doubt)
     planner = Planner(learned)
     if not first:
         require_goal_in_reach(problem, planner)
@@ -96,21 +100,21 @@ def solve(
     methods = {"exact": Exact(), "paper": Published(), "paper-lp": Published(lps=True)}
     settings = settings.replace(method=methods[method])
     place = None if at is None else numbers_of_option("at", at)
-    planner.prepare(problem, at=place)  # what does not fit is told before anything is done
+    planner.prepare(problem, at=place)  # a misfit is refused before the long part
     odd = odd_size(problem, planner.model)
     if odd is not None:
         print(odd, file=sys.stderr)
     with saying(shell.quiet) as say:
         if first:
             say("compiling, and looking for a safe plan")
-            kept = {"budget_s": settings.budget_s, "method": settings.method}
-            one = Settings.fast().replace(samples=1, proof=True, **kept)
+            rest = {"budget_s": settings.budget_s, "method": settings.method}
+            one = Settings.fast().replace(samples=1, proof=True, **rest)
             answer = planner.solve(problem, key, one, at=place)
             cold_s = None
         else:
             # so that the times are those of the search and not of the compiler
             say(COMPILING)
-            cold_s = planner.warm_up(problem, settings, at=place).timings["first_sample_s"]
+            cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
             say(SEARCHING)
             answer = planner.solve(problem, key, settings, at=place)
     answer.save(out)
@@ -118,4 +122,4 @@ def solve(
         print(as_json(answer, out, cold_s))
     else:
         print(fitted(verdict(answer, out, cold_s, short=shell.quiet)))
-    return 0 if answer.found else 1
+    return 0 if answer.status.found else 1

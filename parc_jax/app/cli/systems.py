@@ -10,16 +10,16 @@ from pathlib import Path
 from types import ModuleType
 from typing import Annotated
 
-from parc_jax.app.cli.offer import Offer
+from parc_jax.app.cli.options import Offer
 from parc_jax.common.errors import InputError
 from parc_jax.learning.systems.user_code import blamed, own_place, said
 
-WANTED = {
+REQUIRED = {
     "system": ("name", "domain", "time", "n_p", "n_q"),
     "problem": ("goal", "obstacles", "body", "start"),
-}  # attributes of what a module's functions return
+}  # attributes of the results of a module's functions
 
-BODY = Offer("learning.settings.Learning", left_out="its study's, or ", only=("body",))
+BODY = Offer("learning.learn.Learning", left_out="its study's, or ", only=("body",))
 
 
 def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
@@ -30,7 +30,7 @@ def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
         name: Print this system's scene as a TOML file for `solve`, to be changed.
     """
     if name is None:
-        for each in known():
+        for each in installed():
             print(f"{each:16} {(find(each, or_job=True).__doc__ or '').splitlines()[0]}")
         return 0
     from parc_jax.learning.labels import labels_of
@@ -45,7 +45,7 @@ def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
     return 0
 
 
-def known() -> tuple[str, ...]:
+def installed() -> tuple[str, ...]:
     """Names of the systems and jobs that come with the package and are installed."""
     sims = importlib.import_module("sims")
     names = sims.NAMES + sims.JOBS
@@ -53,18 +53,18 @@ def known() -> tuple[str, ...]:
 
 
 def find(name: str, needed: tuple[str, ...] = ("system", "problem"), or_job=False) -> ModuleType:
-    """The module of a system: one of `known`, or any importable module with the functions needed;
-    or_job: or with a function `job`. Raises InputError.
+    """The module of a system: an installed one, or any importable module with the `needed`
+    functions, or, with or_job, a function `job`. Raises InputError.
     """
-    target = importlib.import_module("sims").place(name) if name in known() else name
+    target = importlib.import_module("sims").place(name) if name in installed() else name
     if target == name and os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())  # a console script does not look where it is started
     try:
         module = importlib.import_module(target)
-    except Exception as error:  # whatever the user's module raises
+    except Exception as error:  # any error of the user's module
         if isinstance(error, ModuleNotFoundError) and error.name in (target, target.split(".")[0]):
             raise InputError(
-                f"system: expected one of {', '.join(known())}, or a module of your own; got "
+                f"system: expected one of {', '.join(installed())}, or a module of your own; got "
                 f"{name!r} ({error})."
             ) from None
         place = own_place(error)
@@ -134,7 +134,7 @@ def scene_of(model):
     """
     from parc_jax.safe_set.verdict.outline import require_fit
 
-    if model.system not in known():
+    if model.system not in installed():
         raise InputError(
             f"scene: expected a file, .toml or .json, since nothing is known of a scene of "
             f"{model.system or 'unnamed'!r}; got none. Name it after the model."
@@ -164,15 +164,15 @@ def build(module: ModuleType, function: str, **options):
             raise InputError(
                 f"{key}: expected an option of {module.__name__}.{function} ({known_options})."
             )
-    quiet = function in WANTED  # simulators print on import
+    quiet = function in REQUIRED  # simulators print on import
     silence = contextlib.redirect_stdout(io.StringIO()) if quiet else contextlib.nullcontext()
     with blamed(f"{module.__name__}.{function}(): expected it to run"), silence:
         built = target(**chosen)
-    lacking = [name for name in WANTED.get(function, ()) if not hasattr(built, name)]
+    lacking = [name for name in REQUIRED.get(function, ()) if not hasattr(built, name)]
     if lacking:
         raise InputError(
             f"{module.__name__}.{function}(): expected something with "
-            f"{', '.join(WANTED[function])}; "
+            f"{', '.join(REQUIRED[function])}; "
             f"got {type(built).__name__} without {lacking[0]}."
         )
     return built

@@ -1,26 +1,36 @@
-"""Networks trained elsewhere: .npz, ONNX, PyTorch state dicts. Linear layers and ReLU,
-normalisation folded.
+"""Trained networks of other tools, from and to files: each is a chain of operations, folded into
+the float64 network that is verified.
 """
 
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.app.files.chain import Linear, Relu, fold_chain
-from parc_jax.app.files.onnx_read import read_onnx
-from parc_jax.common.errors import InputError
-from parc_jax.learning.network.fold import Normalisation, fold
-from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.runs.files import read_npz
+from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.on_use import package
+from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import (
+    FOLD_RELATIVE,
+    Normalisation,
+    ReLUNetwork,
+    fold,
+    relu_network,
+)
+from parc_jax.learning.runs.files import read_npz, write_atomic
 
 SCALINGS = ("x_mean", "x_scale", "y_mean", "y_scale")
+_KINDS = (("weight", "W"), ("bias", "b"))
+KNOWN = "Gemm, MatMul, Add, Sub, Mul, Div, Relu, Flatten, Identity, Dropout, Constant"
+_PASSING = ("Identity", "Flatten", "Dropout")
+OPSET, IR_VERSION = 17, 8  # old enough for every verifier and engine in use
 
 
 def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwork:
-    """The network k -> (c_1 ... c_T, q) in a file, in float64. Raises InputError that says what
-    cannot be read. Of a robot with several reference points: (c_0 without its first point, c_1 ...
+    """The network k -> (c_1 ... c_T, q) in a file, in float64. Raises InputError that names the
+    unreadable part. Of a robot with several reference points: (c_0 without its first point, c_1 ...
     c_T, q), point by point.
 
     *.npz       W0, b0, W1, b1, ... with W (out, in); or the names of a PyTorch state dict. May hold
@@ -68,9 +78,8 @@ def from_state_dict(
     between them.
 
     state: "....weight" (out, in) and "....bias" (out,) as arrays or tensors; a layer without bias
-        has none. The
-    file does not say what lies between the layers: ReLU is your word. Raises InputError for any
-    other entry.
+        has none. The file does not name the functions between the layers: ReLU is your word.
+    Raises InputError for any other entry.
     """
     state = {key: _array(key, value, name) for key, value in state.items()}
     layers = [key.removesuffix("weight") for key in state if key.endswith("weight")]
@@ -133,7 +142,7 @@ def _torch_state(path: Path) -> Mapping:
         state = torch.load(path, map_location="cpu", weights_only=True)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
-    except Exception as error:  # torch raises whatever its unpickler meets
+    except Exception as error:  # torch raises any error of its unpickler
         raise InputError(
             f"{path}: expected a state dict of tensors; {type(error).__name__}: {error!s:.200}"
         ) from None
@@ -144,4 +153,215 @@ def _torch_state(path: Path) -> Mapping:
     return state
 
 
-_KINDS = (("weight", "W"), ("bias", "b"))
+class Linear(NamedTuple):
+    """y = W x + b. W (out, in), b (out,)."""
+
+    W: np.ndarray
+    b: np.ndarray
+
+
+class Scale(NamedTuple):
+    """y = factor * x + offset, entry by entry; both (n,) or ()."""
+
+    factor: np.ndarray
+    offset: np.ndarray
+
+
+class Relu(NamedTuple):
+    """y = max(x, 0)."""
+
+
+def apply(chain: list, x: np.ndarray) -> np.ndarray:
+    """The chain as it is written, in float64, on inputs (b, n_in)."""
+    for step in chain:
+        if isinstance(step, Relu):
+            x = np.maximum(x, 0)
+        elif isinstance(step, Scale):
+            x = step.factor * x + step.offset
+        else:
+            x = x @ step.W.T + step.b
+    return x
+
+
+def fold_chain(chain: list, name: str) -> ReLUNetwork:
+    """The ReLU network equal to the chain; scalings before, between and after the layers are folded
+    into them.
+
+    The equality is checked on random inputs of several sizes before the network is returned. name:
+    of the file, for messages. Raises InputError for a chain that is no network of linear layers and
+    ReLU, SoundnessError if the check fails.
+    """
+    first = next((step for step in chain if isinstance(step, Linear)), None)
+    if first is None:
+        raise InputError(f"{name}: expected a network with at least one linear layer; found none.")
+    n_in = first.W.shape[1]
+    weights: list[np.ndarray] = []
+    biases: list[np.ndarray] = []
+    W, b = np.eye(n_in), np.zeros(n_in)
+    fresh = True  # nothing but the identity since the last ReLU
+    for step in chain:
+        if isinstance(step, Relu):
+            if fresh and weights:
+                continue  # max(max(x, 0), 0)
+            weights, biases, fresh = [*weights, W], [*biases, b], True
+            W, b = np.eye(len(b)), np.zeros(len(b))
+            continue
+        fresh = False
+        try:
+            if isinstance(step, Scale):
+                factor, offset = (np.broadcast_to(v, b.shape) for v in step)
+                W, b = factor[:, None] * W, factor * b + offset
+            else:
+                W, b = step.W @ W, step.W @ b + step.b
+        except ValueError as error:
+            raise InputError(
+                f"{name}: expected each layer to fit the one before it; {error}."
+            ) from None
+    net = relu_network([*weights, W], [*biases, b])
+    x = np.random.default_rng(0).normal(size=(512, n_in)) * np.logspace(-2, 2, 512)[:, None]
+    expected, got = apply(chain, x), outputs(net, x)
+    gap = (np.abs(expected - got).max(axis=1) / np.maximum(1.0, np.abs(expected).max(axis=1))).max()
+    if not gap <= FOLD_RELATIVE:
+        raise SoundnessError(
+            f"{name}: the folded network differs from the file's by {gap:.1e} (relative)."
+        )
+    return net
+
+
+def onnx_package():
+    """The package onnx. Raises InputError when it is not installed."""
+    return package("onnx", "ONNX files", "exchange")
+
+
+def read_onnx(path) -> ReLUNetwork:
+    """The network of an ONNX file with one input and one output, in float64. Raises InputError.
+
+    The numbers are those stored in the file; an inference engine that computes in float32 rounds on
+    the way.
+    """
+    onnx, path = onnx_package(), Path(path)
+    try:
+        graph = onnx.load(path).graph
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file.") from None
+    except Exception as error:  # protobuf has errors of its kinds
+        raise InputError(
+            f"{path}: expected an ONNX file; {type(error).__name__}: {error!s:.120}."
+        ) from None
+    constants = {
+        t.name: onnx.numpy_helper.to_array(t).astype(np.float64) for t in graph.initializer
+    }
+    inputs = [i.name for i in graph.input if i.name not in constants]
+    if len(inputs) != 1 or len(graph.output) != 1:
+        raise InputError(
+            f"{path}: expected one input and one output; got {len(inputs)} and {len(graph.output)}."
+        )
+    chain, at = [], inputs[0]
+    for node in graph.node:
+        attributes = {a.name: onnx.helper.get_attribute_value(a) for a in node.attribute}
+        if node.op_type == "Constant" and "value" in attributes:
+            constants[node.output[0]] = onnx.numpy_helper.to_array(attributes["value"]).astype(
+                np.float64
+            )
+            continue
+        if at not in node.input:
+            raise InputError(
+                f"{path}: expected a chain; {node.op_type} {node.name!r} does not follow {at!r}."
+            )
+        chain += _steps(path, node, attributes, constants, at)
+        at = node.output[0]
+    if at != graph.output[0].name:
+        raise InputError(
+            f"{path}: expected the chain to end in the output {graph.output[0].name!r}; it ends in "
+            f"{at!r}."
+        )
+    return fold_chain(chain, str(path))
+
+
+def _steps(path, node, attributes: dict, constants: dict, at: str) -> list:
+    """One node as steps of a chain; the running value has rows as examples, so x is a row vector in
+    ONNX.
+    """
+    kind, inputs = node.op_type, list(node.input)
+    if kind == "Relu":
+        return [Relu()]
+    if kind in _PASSING:
+        return []
+    try:
+        if kind == "Gemm" and inputs[0] == at and not attributes.get("transA", 0):
+            return [_gemm(attributes, *(constants[name] for name in inputs[1:]))]
+        if kind == "MatMul" and inputs[0] == at and constants[inputs[1]].ndim == 2:
+            W = constants[inputs[1]].T
+            return [Linear(W, np.zeros(len(W)))]
+        if kind in ("Add", "Sub", "Mul", "Div") and len(inputs) == 2 and inputs[0] != inputs[1]:
+            return [
+                _elementwise(path, kind, inputs.index(at), constants[inputs[1 - inputs.index(at)]])
+            ]
+    except KeyError as missing:
+        raise InputError(
+            f"{path}: {kind} {node.name!r} takes {missing}, which is no constant of the file."
+        ) from None
+    raise InputError(
+        f"{path}: expected a chain of {KNOWN}; got {kind} {node.name!r} as it stands here."
+    )
+
+
+def _gemm(attributes: dict, B: np.ndarray, C: np.ndarray | None = None) -> Linear:
+    W = attributes.get("alpha", 1.0) * (B if attributes.get("transB", 0) else B.T)
+    b = np.zeros(len(W)) if C is None else attributes.get("beta", 1.0) * C
+    return Linear(W, np.broadcast_to(b.reshape(-1), (len(W),)))
+
+
+def _elementwise(path, kind: str, side: int, value: np.ndarray) -> Scale:
+    """x op value (side 0) or value op x (side 1)."""
+    if value.ndim > 1 and value.size != value.shape[-1]:
+        raise InputError(
+            f"{path}: expected {kind} with one number per coordinate; got an array {value.shape}."
+        )
+    value = value.reshape(-1) if value.size > 1 else value.reshape(())
+    one = np.ones_like(value)
+    if kind == "Add":
+        return Scale(one, value)
+    if kind == "Sub":
+        return Scale(one, -value) if side == 0 else Scale(-one, value)
+    if kind == "Mul":
+        return Scale(value, 0 * one)
+    if side == 1 or not value.all():
+        raise InputError(f"{path}: expected Div by constants that are not zero.")
+    return Scale(1 / value, 0 * one)
+
+
+def write_onnx(path, net: ReLUNetwork, dtype=np.float64) -> Path:
+    """Write the network as Gemm and Relu nodes, input `X` (batch, n_in), output `Y` (batch, n_out);
+    atomically.
+
+    dtype: float64 is exact; float32, which most verifiers read, is another, rounded network.
+    Raises InputError.
+    """
+    onnx, dtype = onnx_package(), np.dtype(dtype)
+    if dtype not in (np.float32, np.float64):
+        raise InputError(f"onnx: expected dtype float32 or float64; got {dtype}.")
+    nodes, constants, at = [], [], "X"
+    for i, (W, b) in enumerate(zip(net.weights, net.biases, strict=True)):
+        last = i == len(net.weights) - 1
+        constants += [
+            onnx.numpy_helper.from_array(v.astype(dtype), f"{n}{i}")
+            for n, v in (("W", W), ("b", b))
+        ]
+        name = "Y" if last else f"z{i}"
+        nodes.append(
+            onnx.helper.make_node("Gemm", [at, f"W{i}", f"b{i}"], [name], f"linear{i}", transB=1)
+        )
+        if not last:
+            at = f"h{i}"
+            nodes.append(onnx.helper.make_node("Relu", [name], [at], f"relu{i}"))
+    kind = onnx.helper.np_dtype_to_tensor_dtype(dtype)
+    sizes = (("X", net.n_in), ("Y", net.n_out))
+    ends = [[onnx.helper.make_tensor_value_info(name, kind, ["batch", n])] for name, n in sizes]
+    graph = onnx.helper.make_graph(nodes, "parc_jax", *ends, initializer=constants)
+    opset = [onnx.helper.make_opsetid("", OPSET)]
+    model = onnx.helper.make_model(
+        graph, opset_imports=opset, ir_version=IR_VERSION, producer_name="parc_jax"
+    )
+    onnx.checker.check_model(model)
+    return write_atomic(path, model.SerializeToString())

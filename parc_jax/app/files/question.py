@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.files.onnx_write import write_onnx
+from parc_jax.app.files.network_file import write_onnx
 from parc_jax.checker import number
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
@@ -127,7 +127,7 @@ def _margins(answer: Answer, sample: int, bins: np.ndarray):
         offsets += list(problem.start.b)
     table = scene.directions
     assert table is not None  # the scene of an answer has them
-    sep = by_pair(answer.sample_parts[sample]["sep"])
+    sep = by_pair(answer.certificates[sample]["sep"])
     for o, runs in enumerate(sep):
         first = int(np.argmax(scene.obstacles.active[o]))
         for stop, terms in runs:

@@ -1,101 +1,122 @@
-"""A film of an episode: one manoeuvre after another, each with all that the body may reach and the
-stop that it ends in. In the plane, from above; the picture goes with the robot.
+"""An episode at a time, for its film and its page: one manoeuvre after another, each with the
+reachable set of the body and the stop that it ends in. In the plane.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from parc_jax.app.files.episode_file import Episode
-from parc_jax.app.plot import style
-from parc_jax.app.plot.film import OBSTACLE, TUBE
-from parc_jax.app.plot.film_file import counted, require_kind, write_film
-from parc_jax.app.plot.manoeuvres import Stage, Truth, polygons
+from parc_jax.answer.path import NominalPath, nominal_path
+from parc_jax.app.plot.shapes import footprints, in_world, obstacle_triangles, tube_triangles
+from parc_jax.common.errors import InputError
+from parc_jax.drive.loop.episode_file import Episode, Manoeuvre, load_episode
+from parc_jax.problem.body import numbered
+from parc_jax.problem.robust.pose import Pose
 
-RATE = 10.0  # [frames/s]
-REST = 10  # frames at the end, so that one sees where it stops
-COLOURS = 32  # of a .gif: seven, and what is between them on edges
-INCHES, DPI = (4.6, 5.0), 100
-FREE, STANDS = "#F3F0DC", "#D9D9D9"
+REACH = 1.6  # [m] half width of the picture around the robot; more where a manoeuvre needs it
+SAME = 1e-9  # [s] moments that are one
 
 
-def film_episode(
-    what: Episode | str | Path, out, truth: Truth | None = None, *, quiet: bool = True
-) -> Path:
-    """Film an episode: .mp4, .gif, or a folder of .png files.
-
-    what: a file of `save_episode`, which is checked anew first, or one that was loaded. truth: the
-    run as it was; without it the film shows what was predicted of every manoeuvre until the next
-    one began. quiet: no progress bar. Raises InputError, also for an episode in space.
+class Truth(NamedTuple):
+    """The true run of an episode. times (n,) [s] of the loop's clock and poses (n, 3) x, y [m],
+    heading [rad]: of the robot. standing: outlines (v, 2) [m] of the true obstacles. free: (time
+    [s], Shapely region) of places observed to be free from then on.
     """
-    out = Path(out)
-    require_kind(out)
-    canvas = _Canvas(Stage(what, truth))
-    times = canvas.stage.times(RATE)
-    frames = [canvas.frame(t) for t in counted(times, len(times), quiet)]
-    return write_film(out, [*frames, *[frames[-1]] * REST], RATE, COLOURS)
+
+    times: np.ndarray
+    poses: np.ndarray
+    standing: Sequence[np.ndarray] = ()
+    free: Sequence[tuple[float, Any]] = ()
 
 
-class _Canvas:
-    """On which every frame is drawn anew: all of it moves."""
+class Shown:
+    """One manoeuvre in the world: triangles (t, 3, 2) [m] of the tube that its body sweeps and of
+    the obstacles that it was proved against; outlines (v, 2) [m] of the body at its rest.
+    """
 
-    def __init__(self, stage: Stage):
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+    def __init__(self, driven: Episode, one: Manoeuvre):
+        self.begin, self.pose, self.k = float(one.begin), one.pose, one.k
+        self.path: NominalPath = nominal_path(driven.model, one.p0, one.k)
+        self.parts = numbered(one.problem.body, driven.model.points)
+        tube = tube_triangles(self.parts, self.path.places, self.path.tube)
+        self.tube = in_world(tube, self.pose)[..., :2]
+        near = obstacle_triangles(one.problem.obstacles, self.path.places)
+        self.obstacles = in_world(near, self.pose)[..., :2]
+        self.rest = self._body(self.path.places[-1], self.pose)
 
-        self.stage = stage
-        self.way: list[np.ndarray] = []
-        self.figure = Figure(INCHES, dpi=DPI, layout="constrained")
-        self.canvas = FigureCanvasAgg(self.figure)
+    @property
+    def end(self) -> float:
+        """[s] of its rest, on the loop's clock."""
+        return self.begin + float(self.path.times[-1])
 
-    def frame(self, t: float) -> np.ndarray:
-        """Image (height, width, 3) uint8 of a time t [s]."""
-        from matplotlib import rc_context
+    def predicted(self, t: float) -> list[np.ndarray]:
+        """The body at a time t [s] of the loop's clock, as the model says."""
+        flat = self.path.places.reshape(len(self.path.times), -1)
+        since = t - self.begin
+        places = np.array([np.interp(since, self.path.times, column) for column in flat.T])
+        return self._body(places, self.pose)
 
-        with rc_context(style.RC):
-            self.figure.clear()
-            self._draw(self.figure.subplots(), t)
-            self.canvas.draw()
-        return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
+    def driven(self, pose: np.ndarray) -> list[np.ndarray]:
+        """The body at a true pose (3,)."""
+        start = self.path.places[0]
+        if self.pose.heading is None:
+            return self._body(start - start[0] + pose[:2], self.pose)
+        return self._body(start, Pose(pose[:2], float(pose[2])))
 
-    def _draw(self, ax, t: float) -> None:
-        stage, now = self.stage, self.stage.at(t)
-        one = stage.shown[now.number]
-        self.way.append(now.middle)
-        if stage.truth is not None:
-            style.areas(ax, list(stage.truth.standing), facecolor=STANDS)
-            self._draw_free(ax, t)
-        style.areas(ax, one.tube, facecolor=TUBE, edgecolor=TUBE, linewidth=0.3)
-        looks = {"facecolor": OBSTACLE, "edgecolor": OBSTACLE, "linewidth": 0.6}
-        style.areas(ax, one.obstacles, **looks)
-        style.areas(ax, one.rest, facecolor="none", edgecolor=style.BLUE, linewidth=0.8)
-        ax.plot(*np.array(self.way).T, color=style.BLUE, linewidth=0.9)
-        style.areas(ax, now.body, facecolor=style.BLUE)
-        ax.set_aspect("equal")
-        style.limits(ax, now.middle - stage.reach, now.middle + stage.reach)
-        ax.set_axis_off()
-        ax.set_title(f"{stage.name}, {t - stage.begin:.1f} s: manoeuvre {now.number}")
-        style.legend(self.figure, _handles(stage.truth), 3)
-
-    def _draw_free(self, ax, t: float) -> None:
-        """The last region that was seen by then."""
-        from matplotlib.patches import PathPatch
-        from matplotlib.path import Path as Outline
-
-        known = [region for time, region in self.stage.truth.seen if time <= t + 1e-9]
-        for part in polygons(known[-1]) if known else ():
-            rings = [np.asarray(ring.coords) for ring in (part.exterior, *part.interiors)]
-            outline = Outline.make_compound_path(*[Outline(ring, closed=True) for ring in rings])
-            ax.add_patch(PathPatch(outline, facecolor=FREE, edgecolor="none"))
+    def _body(self, places: np.ndarray, pose: Pose) -> list[np.ndarray]:
+        outlines = footprints(self.parts, places.reshape(1, -1), 2)
+        return [in_world(outline, pose)[:, :2] for outline in outlines]
 
 
-def _handles(truth: Truth | None) -> list:
-    found = [
-        style.patch("robot", color=style.BLUE),
-        style.patch("may reach, proved", color=TUBE),
-        style.patch("stop in hand", facecolor="none", edgecolor=style.BLUE),
-        style.patch("obstacles of the proof", color=OBSTACLE),
-    ]
-    if truth is not None:
-        found += [style.patch("seen free", color=FREE), style.patch("stands there", color=STANDS)]
-    return found
+class Moment(NamedTuple):
+    """A time [s] of the loop's clock. number: of the manoeuvre under way. body: outlines (v, 2) [m]
+    of its parts. middle (2,) [m] of them.
+    """
+
+    time: float
+    number: int
+    body: list[np.ndarray]
+    middle: np.ndarray
+
+
+class Stage:
+    """All of an episode. source: the episode, or its file. truth: its true run, if there is one.
+    reach: [m] half width of the picture around the robot. Raises InputError for a file whose proof
+    fails, or an episode in space.
+    """
+
+    def __init__(self, source: Episode | str | Path, truth: Truth | None):
+        driven = source if isinstance(source, Episode) else load_episode(source)
+        if driven.model.n_p != 2:
+            raise InputError(
+                f"episode: expected one in the plane to draw; got one in {driven.model.n_p}-D."
+            )
+        self.driven, self.truth = driven, truth
+        self.shown = [Shown(driven, one) for one in driven.manoeuvres]
+        self.name = driven.model.system or "episode"
+        self.begin, self.end = self.shown[0].begin, self.shown[-1].end
+        if truth is not None:
+            self.begin, self.end = float(truth.times[0]), float(truth.times[-1])
+        self.reach = max([REACH, *(np.ptp(one.tube, axis=(0, 1)).max() for one in self.shown)])
+
+    def times(self, rate: float) -> np.ndarray:
+        """[s] of so many moments a second, and the last."""
+        return np.append(np.arange(self.begin, self.end - SAME, 1 / rate), self.end)
+
+    def at(self, t: float) -> Moment:
+        """The robot at a time [s]: its true place, or without a true run the predicted one."""
+        number = max(int(sum(one.begin <= t + SAME for one in self.shown)) - 1, 0)
+        one = self.shown[number]
+        if self.truth is None:
+            body = one.predicted(t)
+        else:
+            columns = self.truth.poses.T
+            body = one.driven(np.array([np.interp(t, self.truth.times, each) for each in columns]))
+        return Moment(t, number, body, np.mean([part.mean(axis=0) for part in body], axis=0))
+
+
+def polygons(region) -> list:
+    """Of a Shapely region."""
+    return [one for one in getattr(region, "geoms", [region]) if not one.is_empty]

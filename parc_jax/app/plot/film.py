@@ -1,61 +1,170 @@
-"""A plain film of one plan, for any robot: its true run where there is one, else the model's
-prediction. In the plane from above, in space from three sides.
+"""Films: of one plan, its true run where there is one, else the model's prediction; of an episode,
+one manoeuvre after another, each with the reachable set of the body and the stop that it ends in.
+
+In the plane from above, in space from three sides. A film is a .mp4 or .gif file or a folder of
+.png files, complete or absent.
 """
 
+import io
+import tempfile
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from parc_jax.answer.answer import Answer
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.film_file import counted, require_kind, require_sample, write_film
-from parc_jax.app.plot.predict import predicted
-from parc_jax.app.plot.views import View, views_of
+from parc_jax.app.plot.episode import Stage, Truth, polygons
+from parc_jax.app.plot.shapes import SceneView, View, predicted, views_of
 from parc_jax.common.errors import InputError
+from parc_jax.drive.loop.episode_file import Episode
 from parc_jax.learning.labels import name_of, unit_of
-from parc_jax.problem.body import numbered
+from parc_jax.learning.runs.files import write_atomic
 
-RATE = 25.0  # [frames/s]
+RATE, RATE_OF_EPISODE = 25.0, 10.0  # [frames/s]
 MOST = 250  # frames: a longer manoeuvre is shown faster than it is
-REST = 15  # frames at the end, so that one sees where it stops
+REST = 1.0  # [s] of the last frame, so that one sees where it stops
 DPI = 100
 INCHES = {2: (7.2, 5.0), 3: (11.6, 4.0)}  # by dimension of the workspace
-TUBE, GOAL, OBSTACLE = "#D6E8F5", "#CBE8DF", "#6E6E6E"
-SEE_THROUGH = 0.6  # obstacles in space, which hide what is behind them
+INCHES_OF_EPISODE = (4.6, 5.0)
+FREE, STANDS = "#F3F0DC", "#D9D9D9"  # regions observed to be free, and true outlines
+KINDS = (".mp4", ".gif", "")
+COLOURS, COLOURS_OF_EPISODE = 128, 32  # of a .gif; an episode has seven, and their edges
+PALETTE_FRAMES = 6  # frames that choose the colours
 
 
 def film(
-    answer,
-    out,
+    source: Answer | Episode | str | Path,
+    out: str | Path,
     sample: int = 0,
-    run: np.ndarray | None = None,
+    run: np.ndarray | Truth | None = None,
     *,
     quiet: bool = True,
 ) -> Path:
-    """Film one safe sample of an answer: .mp4, .gif, or a folder of .png files.
+    """Film one safe sample of an answer, or an episode: .mp4, .gif, or a folder of .png files.
 
-    run: (n_record + 1, n_c) [m] its recorded true run, all reference points in the workspace; None
-    films the prediction. The body moves and turns with its points. Blue: the tube of every point
-    that was proved, and the path predicted. quiet: no progress bar. Raises InputError.
+    source: an answer; or an episode in the plane, or its file, which is checked anew first.
+    sample: number of the sample of an answer.
+    run: the true run, None = the prediction. Of an answer (n_record + 1, n_c) [m], all reference
+        points in the workspace; of an episode a `Truth`.
+    quiet: no progress bar.
+    Returns `out`. Raises InputError.
     """
-    out, model = Path(out), answer.model
+    out = Path(out)
     require_kind(out)
-    require_sample(answer, sample)
-    plan = answer.samples[sample]
-    path, _, error = (part[0] for part in predicted(model, plan[None]))
-    driven = path if run is None else np.asarray(run, float)
-    if driven.shape[1:] != path.shape[1:]:
+    if isinstance(source, Episode | str | Path):
+        canvas = _EpisodeCanvas(Stage(source, run))
+        times = canvas.stage.times(RATE_OF_EPISODE)
+        frames = [canvas.frame(t) for t in counted(times, len(times), quiet)]
+        return write_film(out, _rest(frames, RATE_OF_EPISODE), RATE_OF_EPISODE, COLOURS_OF_EPISODE)
+    require_sample(source, sample)
+    model = source.model
+    path, _, error = (part[0] for part in predicted(model, source.samples[[sample]]))
+    true = path if run is None else np.asarray(run, float)
+    if true.shape[1:] != path.shape[1:]:
         raise InputError(
             f"film: expected a run with {path.shape[1]} columns, the coordinates of all reference "
-            f"points; got {driven.shape[1]}."
+            f"points; got {true.shape[1]}."
         )
-    seconds = np.linspace(0.0, model.time.t_f, len(driven))
+    canvas = _PlanCanvas(source, sample, path, error, true, run is not None)
+    seconds = np.linspace(0.0, model.time.t_f, len(true))
     shown = np.linspace(0.0, model.time.t_f, min(MOST, round(model.time.t_f * RATE) + 1))
-    at = np.stack([np.interp(shown, seconds, column) for column in driven.T], axis=1)
-    caption = _caption(answer, sample, run is not None)
-    way = "way so far" if run is None else "true run"
-    stage = _Stage(answer, path, error, driven, caption, way)
-    frames = [stage.frame(t, p) for t, p in counted(zip(shown, at, strict=True), len(at), quiet)]
-    return write_film(out, [*frames, *[frames[-1]] * REST], RATE)
+    poses = np.stack([np.interp(shown, seconds, column) for column in true.T], axis=1)
+    moments = counted(zip(shown, poses, strict=True), len(poses), quiet)
+    frames = [canvas.frame(t, pose) for t, pose in moments]
+    return write_film(out, _rest(frames, RATE), RATE)
+
+
+def _rest(frames: list[np.ndarray], rate: float) -> list[np.ndarray]:
+    return [*frames, *[frames[-1]] * round(REST * rate)]
+
+
+def require_kind(out: Path) -> None:
+    """Refuse another suffix, before anything is drawn. Raises InputError."""
+    if out.suffix not in KINDS:
+        raise InputError(
+            f"film: expected a .mp4 or .gif file, or a folder for .png files; got {out}."
+        )
+    if out.suffix == ".mp4":
+        try:
+            import imageio_ffmpeg  # noqa: F401
+        except ImportError:
+            raise InputError(
+                f"film: {out} needs imageio and imageio-ffmpeg: pip install 'parc_jax[film]'. A "
+                ".gif file, or a folder for .png files, needs neither."
+            ) from None
+
+
+def require_sample(answer, sample: int) -> None:
+    """Refuse the number of a sample that the answer lacks. Raises InputError."""
+    n = len(answer.samples)
+    if not n:
+        raise InputError("film: expected an answer with safe samples; this one has none to film.")
+    if not 0 <= sample < n:
+        raise InputError(
+            f"film: expected the number of one of {n} safe samples, 0 to {n - 1}; got {sample}."
+        )
+
+
+def counted(frames: Iterable, n: int, quiet: bool) -> Iterable:
+    """The same n frames, with a progress bar unless `quiet`."""
+    from tqdm import tqdm
+
+    return tqdm(frames, desc="film", unit="frame", total=n, disable=quiet)
+
+
+def write_film(
+    out: Path, images: Sequence[np.ndarray], rate: float, colours: int = COLOURS
+) -> Path:
+    """Write images (height, width, 3) uint8 as a film, by the suffix of `out`.
+
+    rate: frames per second. colours: of a .gif, 256 at most; the fewer, the smaller.
+    Returns `out`. Raises InputError.
+    """
+    out = Path(out)
+    require_kind(out)
+    if out.suffix == ".mp4":
+        return write_atomic(out, _mp4(images, rate))
+    if out.suffix == ".gif":
+        return write_atomic(out, _gif(images, rate, colours))
+    from matplotlib.image import imsave
+
+    out.mkdir(parents=True, exist_ok=True)
+    for number, image in enumerate(images):
+        imsave(out / f"{number:04d}.png", image)
+    return out
+
+
+def _mp4(images: Sequence[np.ndarray], rate: float) -> bytes:
+    import imageio.v2 as imageio
+
+    with tempfile.TemporaryDirectory() as folder:  # the encoder writes to a path alone
+        target = Path(folder) / "film.mp4"
+        imageio.mimwrite(target, images, fps=rate, macro_block_size=2)
+        return target.read_bytes()
+
+
+def _gif(images: Sequence[np.ndarray], rate: float, colours: int) -> bytes:
+    """One palette for all frames and no dithering: parts that stand still cost nothing."""
+    from PIL import Image
+
+    sampled = np.concatenate(images[:: max(1, len(images) // PALETTE_FRAMES)])
+    palette = Image.fromarray(sampled).quantize(colours)
+    first, *others = (
+        Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE)
+        for image in images
+    )
+    buffer = io.BytesIO()
+    first.save(
+        buffer,
+        format="gif",
+        save_all=True,
+        append_images=others,
+        duration=1000 / rate,
+        loop=0,
+        optimize=False,
+    )
+    return buffer.getvalue()
 
 
 def _caption(answer, sample: int, true: bool) -> str:
@@ -66,35 +175,40 @@ def _caption(answer, sample: int, true: bool) -> str:
         f"{name_of(label)} {value:.4g} {unit_of(label)}".rstrip()
         for label, value in zip(model.labels.k, k, strict=True)
     ]
-    what = "true run" if true else "prediction of the model"
-    return f"{model.system or 'plan'}: {what}, sample {sample}\n{', '.join(words)}"
+    shown = "true run" if true else "prediction of the model"
+    return f"{model.system or 'plan'}: {shown}, sample {sample}\n{', '.join(words)}"
 
 
-class _Stage:
-    """The scene on a canvas, drawn once; every frame adds what moves."""
+class _PlanCanvas:
+    """One plan in its scene, drawn once; every frame adds the moving parts.
 
-    def __init__(self, answer, path, error, driven, caption: str, way: str):
+    path (T + 1, n_c), error (T, n_c), run (t, n_c) [m].
+    """
+
+    def __init__(self, answer, sample: int, path, error, run, is_true: bool):
         from matplotlib import rc_context
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
         model, views = answer.model, views_of(answer.model.n_p)
         self.time = model.time
-        self.seconds = np.linspace(0.0, self.time.t_f, len(driven))
+        self.seconds = np.linspace(0.0, self.time.t_f, len(run))
         with rc_context(style.RC):
             figure = Figure(INCHES[model.n_p], dpi=DPI, layout="constrained")
             self.canvas = FigureCanvasAgg(figure)
-            sides = [_Side(answer, view, path, error, driven) for view in views]
+            sides = [_Side(answer, view, path, error, run) for view in views]
             ratios = [(side.hi - side.lo)[0] / (side.hi - side.lo)[1] for side in sides]
             axes = figure.subplots(1, len(views), width_ratios=ratios, squeeze=False)[0]
-            figure.suptitle(caption, x=0.01, ha="left", fontsize=9.5)
+            figure.suptitle(_caption(answer, sample, is_true), x=0.01, ha="left", fontsize=9.5)
             self.clock = figure.text(0.99, 0.99, "", ha="right", va="top", fontsize=11)
             self.clock.set_animated(True)
-            style.legend(figure, _handles(model.points, way), 4)
+            way = "true run" if is_true else "way so far"
+            style.legend(figure, _plan_handles(model.points, way), 4)
             for side, ax in zip(sides, axes, strict=True):
                 side.draw(ax)
             self.sides = sides
             self.canvas.draw()
+            # animated artists are missing from this image: each frame draws them on top of it
             self.still = self.canvas.copy_from_bbox(figure.bbox)
 
     def frame(self, t: float, pose: np.ndarray) -> np.ndarray:
@@ -111,46 +225,35 @@ class _Stage:
         return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
 
-class _Side:
-    """One view of the scene. path (T + 1, n_c), error (T, n_c), driven (t, n_c) [m]."""
+class _Side(SceneView):
+    """The scene and one plan in it. path (T + 1, n_c), error (T, n_c), driven (t, n_c) [m]."""
 
     def __init__(self, answer, view: View, path, error, driven):
-        model, problem = answer.model, answer.problem
-        self.view, self.n_p, self.labels = view, model.n_p, model.labels.p
-        self.parts = numbered(problem.body, model.points)
-        self.spans = problem.all_spans
-        self.path = self._of_points(path)
-        self.tubes = shapes.tubes(self.path, self._of_points(error))
-        self.driven = self._of_points(driven)[0]
-        found = shapes.goals(problem.goal, model.n_p, model.n_points, [view.axes])
-        self.goals = [outline for _, (outline,) in found]
-        self.obstacles = [shapes.shadow(o, view.axes) for o in problem.obstacles]
-        around = shapes.footprints(self.parts, driven, model.n_p, view.axes)
+        super().__init__(answer, view)
+        self.spans = answer.problem.all_spans
+        self.path = self.of_points(path)
+        self.tubes = shapes.tubes(self.path, self.of_points(error))
+        self.driven = self.of_points(driven)[0]
+        around = self.bodies(driven)
         self.lo, self.hi = shapes.span(self.path, *around, *self.goals, *self.obstacles)
 
-    def _of_points(self, columns: np.ndarray) -> np.ndarray:
-        """What is seen (m, t, 2) of columns (t, n_c)."""
-        return self.view.of_points(columns, self.n_p).swapaxes(0, 1)
-
     def draw(self, ax) -> None:
-        """What stands still, and what moves, which no draw of the whole figure shows."""
+        """Draw the still parts, and add the moving ones, which a draw of the figure leaves out."""
         from matplotlib.patches import Polygon
 
         self.ax = ax
-        ax.set_aspect("equal")
+        self.label(ax)
         style.limits(ax, self.lo, self.hi)
-        ax.set_xlabel(self.labels[self.view.axes[0]])
-        ax.set_ylabel(self.labels[self.view.axes[1]])
         if self.n_p == 3:
             ax.set_title(self.view.name)
         for goal in self.goals:
-            ax.fill(*goal.T, facecolor=GOAL, edgecolor=style.GREEN, zorder=0.6)
-        style.areas(ax, self.tubes.reshape(-1, 6, 2), facecolors=TUBE, zorder=0.7)
+            ax.fill(*goal.T, facecolor=style.GOAL, edgecolor=style.GREEN, zorder=0.6)
+        style.areas(ax, self.tubes.reshape(-1, 6, 2), facecolors=style.TUBE, zorder=0.7)
         ax.plot(*self.path[0].T, color=style.BLUE, linewidth=0.9, zorder=2)
         ax.plot(*self.path[0, 0], marker="o", color=style.ORANGE, zorder=3)
-        ink = None if self.n_p == 2 else SEE_THROUGH
+        ink = None if self.n_p == 2 else style.SEE_THROUGH
         self.blocks = [
-            Polygon(o, facecolor=OBSTACLE, alpha=ink, zorder=2.5) for o in self.obstacles
+            Polygon(o, facecolor=style.OBSTACLE, alpha=ink, zorder=2.5) for o in self.obstacles
         ]
         looks = {"facecolor": style.SKY, "edgecolor": style.BLUE, "alpha": 0.5}
         self.body = [Polygon(np.zeros((1, 2)), **looks) for _ in self.parts]
@@ -162,26 +265,91 @@ class _Side:
             part.set_animated(True)
 
     def move(self, interval: int, past: int, pose: np.ndarray) -> None:
-        """Draw what moves: in a model interval, with so many records past, at a pose (n_c,)."""
+        """Draw the moving parts in a model interval, after `past` records, at a pose (n_c,)."""
         for block, span in zip(self.blocks, self.spans, strict=True):
             block.set_visible(span is None or span[0] <= interval <= span[1])
-        here = self._of_points(pose[None])[0]
+        here = self.of_points(pose[None])[0]
         self.trail.set_data(*np.concatenate([self.driven[:past], here]).T)
-        outlines = shapes.footprints(self.parts, pose[None], self.n_p, self.view.axes)
+        outlines = self.bodies(pose[None])
         for part, outline in zip(self.body, outlines, strict=True):
             part.set_xy(outline)
         for part in self.moving:
             self.ax.draw_artist(part)
 
 
-def _handles(points: tuple[str, ...], way: str) -> list:
+def _plan_handles(points: tuple[str, ...], way: str) -> list:
     of_points = "" if len(points) == 1 else " of every reference point"
     of_first = shapes.name_first(points)
     return [
-        style.patch("obstacle", facecolor=OBSTACLE),
-        style.patch("goal", facecolor=GOAL, edgecolor=style.GREEN),
+        style.patch("obstacle", facecolor=style.OBSTACLE),
+        style.patch("goal", facecolor=style.GOAL, edgecolor=style.GREEN),
         style.patch("body", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.5),
-        style.patch(f"tube{of_points}", facecolor=TUBE),
+        style.patch(f"tube{of_points}", facecolor=style.TUBE),
         style.mark(f"predicted path{of_first}", color=style.BLUE, linewidth=0.9),
         style.mark(way + of_first, color=style.BLACK),
     ]
+
+
+class _EpisodeCanvas:
+    """An episode, every frame of which is drawn anew: the picture moves with the robot."""
+
+    def __init__(self, stage: Stage):
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        self.stage = stage
+        self.way: list[np.ndarray] = []
+        self.figure = Figure(INCHES_OF_EPISODE, dpi=DPI, layout="constrained")
+        self.canvas = FigureCanvasAgg(self.figure)
+
+    def frame(self, t: float) -> np.ndarray:
+        """Image (height, width, 3) uint8 of a time t [s]."""
+        from matplotlib import rc_context
+
+        with rc_context(style.RC):
+            self.figure.clear()
+            self._draw(self.figure.subplots(), t)
+            self.canvas.draw()
+        return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
+
+    def _draw(self, ax, t: float) -> None:
+        stage, now = self.stage, self.stage.at(t)
+        one = stage.shown[now.number]
+        self.way.append(now.middle)
+        if stage.truth is not None:
+            style.areas(ax, list(stage.truth.standing), facecolor=STANDS)
+            self._draw_free(ax, t)
+        style.areas(ax, one.tube, facecolor=style.TUBE, edgecolor=style.TUBE, linewidth=0.3)
+        looks = {"facecolor": style.OBSTACLE, "edgecolor": style.OBSTACLE, "linewidth": 0.6}
+        style.areas(ax, one.obstacles, **looks)
+        style.areas(ax, one.rest, facecolor="none", edgecolor=style.BLUE, linewidth=0.8)
+        ax.plot(*np.array(self.way).T, color=style.BLUE, linewidth=0.9)
+        style.areas(ax, now.body, facecolor=style.BLUE)
+        ax.set_aspect("equal")
+        style.limits(ax, now.middle - stage.reach, now.middle + stage.reach)
+        ax.set_axis_off()
+        ax.set_title(f"{stage.name}, {t - stage.begin:.1f} s: manoeuvre {now.number}")
+        style.legend(self.figure, _episode_handles(stage.truth), 3)
+
+    def _draw_free(self, ax, t: float) -> None:
+        """The last free region observed by then."""
+        from matplotlib.patches import PathPatch
+        from matplotlib.path import Path as Outline
+
+        regions = [region for time, region in self.stage.truth.free if time <= t + 1e-9]
+        for part in polygons(regions[-1]) if regions else ():
+            rings = [np.asarray(ring.coords) for ring in (part.exterior, *part.interiors)]
+            outline = Outline.make_compound_path(*[Outline(ring, closed=True) for ring in rings])
+            ax.add_patch(PathPatch(outline, facecolor=FREE, edgecolor="none"))
+
+
+def _episode_handles(truth: Truth | None) -> list:
+    entries = [
+        style.patch("robot", color=style.BLUE),
+        style.patch("may reach, proved", color=style.TUBE),
+        style.patch("stop in hand", facecolor="none", edgecolor=style.BLUE),
+        style.patch("obstacles of the proof", color=style.OBSTACLE),
+    ]
+    if truth is not None:
+        entries += [style.patch("seen free", color=FREE), style.patch("stands there", color=STANDS)]
+    return entries

@@ -1,8 +1,9 @@
-"""The safe polytopes seen from several sides."""
+"""Projections of the safe polytopes onto pairs of coordinates."""
 
 from collections.abc import Sequence
 from itertools import combinations
 
+import jax
 import numpy as np
 
 from parc_jax.app.plot import shapes, style
@@ -11,11 +12,13 @@ from parc_jax.common.spelling import counted
 
 COLUMNS = 3
 FILL, OUTLINE = "#BBDDF2", 0.8  # colour, width [points] of the line around the union
+SPREAD_OUT = 6  # dimensions of (p0, k) up to which polytopes are cut for a picture
 MANY = 300  # polytopes: the edges of more of them hide each other
 
 
 def projections(
     answer,
+    polytopes=None,
     pairs: Sequence[tuple[int, int]] | None = None,
     to=None,
     *,
@@ -24,13 +27,14 @@ def projections(
     """Projections of the safe polytopes onto pairs of coordinates of (p0, k), with the samples as
     dots.
 
-    pairs: coordinates shown, None = starts, then parameters, then starts against parameters, six at
+    polytopes: of `answer.polytopes`; None cuts them, up to SPREAD_OUT dimensions of (p0, k). pairs:
+    coordinates shown, None = starts, then parameters, then starts against parameters, six at
     most. names: labels with units of all coordinates of (p0, k), None = the model's. More than MANY
     polytopes are drawn as their union, with its outline. to: as in `style.sheet`, one Axes
-    per pair. Polytopes are cut now where the query cut none. Raises InputError.
+    per pair. Raises InputError.
     """
-    answer = answer.in_polytopes()
-    if not answer.polytopes:
+    polytopes = _cut(answer) if polytopes is None else polytopes
+    if not len(polytopes):
         raise InputError("projections: expected an answer with safe polytopes; this one has none.")
     if pairs is None:
         n_p = answer.model.n_p
@@ -49,32 +53,42 @@ def projections(
         )
     with style.sheet(to, (3.3 * columns, 3.0 * rows), rows, columns) as sheet:
         for ax, pair in zip(sheet.axes, pairs, strict=True):
-            _one(ax, answer, pair, names)
+            _one(ax, answer, polytopes, pair, names)
         if sheet.out is sheet.figure:
-            covered = f"{100 * answer.coverage.share:.1f} % of the model's safe set"
+            covered = f"{100 * polytopes.coverage.share:.1f} % of the model's safe set"
             sheet.figure.suptitle(
-                f"{counted(len(answer.polytopes), 'safe polytope')}, {covered}",
+                f"{counted(len(polytopes), 'safe polytope')}, {covered}",
                 x=0.01,
                 ha="left",
                 fontsize=9.5,
             )
-            style.legend(sheet.figure, _handles(len(answer.polytopes) > MANY), 2)
+            style.legend(sheet.figure, _handles(len(polytopes) > MANY), 2)
     return sheet.out
 
 
 def default_pairs(n_p: int, n_k: int, from_here: bool = False) -> list[tuple[int, int]]:
-    """Starts, parameters, then mixed pairs: as many as fill whole rows, six at most. from_here:
+    """Starts, parameters, then mixed pairs: as many as fill rows, six at most. from_here:
     there is one start, and only parameters are shown.
     """
     first = list(combinations(range(n_p), 2))
     inner = [(n_p + i, n_p + j) for i, j in combinations(range(n_k), 2)]
     mixed = [(n_p + i, j) for i in range(n_k) for j in range(n_p)]
-    found = inner[:6] if from_here else (first + inner + mixed)[:6]
-    return found if len(found) < COLUMNS else found[: len(found) // COLUMNS * COLUMNS]
+    pairs = inner[:6] if from_here else (first + inner + mixed)[:6]
+    return pairs if len(pairs) < COLUMNS else pairs[: len(pairs) // COLUMNS * COLUMNS]
 
 
-def _one(ax, answer, pair, names) -> None:
-    outlines = [shapes.hull(points) for points in answer.project(pair)]
+def _cut(answer):
+    n = answer.model.n_k + (answer.model.n_p if answer.scene.at is None else 0)
+    if n > SPREAD_OUT:
+        raise InputError(
+            f"projections: expected at most {SPREAD_OUT} dimensions of (p0, k); this answer has "
+            f"{n}, whose polytopes may take minutes. Pass `answer.polytopes(key)`."
+        )
+    return answer.polytopes(jax.random.PRNGKey(0))
+
+
+def _one(ax, answer, polytopes, pair, names) -> None:
+    outlines = [shapes.hull(points) for points in polytopes.project(pair)]
     if len(outlines) > MANY:
         _union(ax, outlines)
     else:

@@ -1,4 +1,4 @@
-"""The regions of a network over K, coloured by what was found in them and by time."""
+"""The regions of a network over K, coloured by verdict."""
 
 from collections.abc import Sequence
 
@@ -21,31 +21,25 @@ EDGES = {"edgecolors": "white", "linewidths": 0.35}
 def regions(
     table: RegionTable,
     verdict,
-    seconds=None,
     to=None,
     *,
     names: Sequence[str] | None = None,
     axes=(0, 1),
     at=None,
-    time_label: str = "first safe polytope after [s]",
     safe_k=None,
 ):
-    """Regions coloured by verdict and, beside them, by time.
+    """Regions coloured by verdict.
 
-    table: RegionTable over a box. verdict: (r,) from `region_verdicts`. seconds: (r,) a time per
-    region, NaN where there is none; None leaves the second panel out. names: labels with units of
+    table: RegionTable over a box. verdict: (r,) from `region_verdicts`. names: labels with units of
     the coordinates of k. axes: the two coordinates shown. at: (n_k,) where the other coordinates
     are cut, None = the middle of K. safe_k: (m, n_k) safe parameters shown as dots where n_k = 2.
-    to: as in `style.sheet`, one Axes or two. Raises InputError.
+    to: as in `style.sheet`, one Axes. Raises InputError.
     """
     verdict = np.asarray(verdict)
-    if verdict.shape != (table.count,) or (
-        seconds is not None and np.shape(seconds) != (table.count,)
-    ):
-        raise InputError(f"regions: expected one verdict and one time per region ({table.count}).")
+    if verdict.shape != (table.count,):
+        raise InputError(f"regions: expected one verdict per region ({table.count}).")
     shown, outlines = slices(table, axes, at)
-    columns = 1 if seconds is None else 2
-    with style.sheet(to, (4.6 * columns, 4.2), columns=columns) as sheet:
+    with style.sheet(to, (4.6, 4.2)) as sheet:
         style.areas(
             sheet.axes[0], outlines, facecolors=[COLORS[v] for v in verdict[shown]], **EDGES
         )
@@ -54,27 +48,13 @@ def regions(
                 *np.asarray(safe_k)[:, axes].T, s=4, color=style.BLACK, linewidth=0
             )
         sheet.axes[0].set_title(_title(table, shown, names, axes, at))
-        if seconds is not None:
-            _by_time(sheet, outlines, np.asarray(seconds, float)[shown], time_label)
         for ax in sheet.axes:
             style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
             ax.set_xlabel(style.name_axis(names, axes[0], "k"))
             ax.set_ylabel(style.name_axis(names, axes[1], "k"))
         handles = _handles(verdict, safe_k is not None and table.net.n_in == 2)
-        style.explain(sheet, handles, 2 if columns == 1 else 4, "upper left")
+        style.explain(sheet, handles, 2, "upper left")
     return sheet.out
-
-
-def region_seconds(answer, table: RegionTable) -> np.ndarray:
-    """Seconds (r,) after the query began at which each region had its first safe polytope; NaN
-    where it has none.
-    """
-    seconds = np.full(table.count, np.nan)
-    if answer.polytopes:
-        number = table.locate(np.array([p.k for p in answer.polytopes]))
-        for i, p in zip(number, answer.polytopes, strict=True):
-            seconds[i] = np.fmin(seconds[i], p.born)
-    return seconds
 
 
 def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -103,16 +83,6 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
             numbers.append(i)
             outlines.append(shapes.shadow(cut))
     return np.array(numbers, int), outlines
-
-
-def _by_time(sheet, outlines, seconds, label) -> None:
-    ax = sheet.axes[1]
-    known = np.isfinite(seconds)
-    style.areas(ax, outlines, facecolors="#EFEFEF", **EDGES)
-    shown = [o for o, k in zip(outlines, known, strict=True) if k]
-    timed = style.areas(ax, shown, array=seconds[known], cmap=style.SEQUENTIAL, **EDGES)
-    sheet.figure.colorbar(timed, ax=ax, label=label, pad=0.02, aspect=30)
-    ax.set_title("the same by time" + ("" if known.all() else " (pale: none)"))
 
 
 def _title(table, shown, names, axes, at) -> str:

@@ -7,11 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.predict import predicted
-from parc_jax.app.plot.views import View, views_of
+from parc_jax.app.plot.shapes import SceneView, View, predicted, views_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted
-from parc_jax.problem.body import numbered
 
 CLOSER = 0.8  # the second panel shows at most this share of the first one's extent
 NEAR = 0.9  # room around the goal on the right, in widths of the goal
@@ -22,14 +20,14 @@ FOOTPRINTS = 9  # of the body along the first sample
 def samples(
     answer, replay=None, to=None, *, most: int = 100, heading: int | None = None, outline=None
 ):
-    """Safe samples of an answer in the workspace, in the plane whole on the left and, where that
-    shows more, around the goal on the right; in space from above, from the side and from the front.
+    """Safe samples of an answer in the workspace, in the plane all of it on the left and, where
+    that shows more, around the goal on the right; in space from three sides.
 
     answer: Answer with n samples. replay: Replay of the same samples, drawn as the true runs. to:
-    as in `style.sheet`; two Axes, or one for the whole alone, in space three. most: samples drawn.
+    as in `style.sheet`; two Axes, or one for the left alone, in space three. most: samples drawn.
     heading: number of the goal state q that is the final heading [rad], None = the one whose label
     says so; arrows show it.
-    outline: (v, 2) [m] vertices of the robot in its own frame, drawn at the end of the first
+    outline: (v, 2) [m] vertices of the robot in its frame, drawn at the end of the first
     sample; needs heading. Returns the figure or the Axes. Raises InputError.
     """
     count = min(len(answer.samples), most)
@@ -47,9 +45,9 @@ def samples(
             "samples: expected an answer with safe samples; this one has none. Draw its regions "
             "instead."
         )
-    seen = predicted(answer.model, answer.samples[:count])
+    paths = predicted(answer.model, answer.samples[:count])
     pictures = [
-        _Picture(answer, view, *seen, replay, count, heading, outline)
+        _Picture(answer, view, *paths, replay, count, heading, outline)
         for view in views_of(answer.model.n_p)
     ]
     drawn = _in_space if len(pictures) > 1 else _in_plane
@@ -63,11 +61,11 @@ def _in_plane(pictures: list["_Picture"], to, title: str):
     same_height = [_shape(*scene.span), _shape(*at_goal)]
     wide, ratios = (9.0, same_height) if columns == 2 else (6.0, [1.0])
     with style.sheet(to, (wide, 3.5), columns=columns, width_ratios=ratios) as sheet:
-        whole, *beside = sheet.axes
-        scene.draw(whole)
-        scene.robot(whole)
-        style.limits(whole, *scene.span)
-        whole.set_title(title)
+        left, *beside = sheet.axes
+        scene.draw(left)
+        scene.robot(left)
+        style.limits(left, *scene.span)
+        left.set_title(title)
         for near in beside:
             scene.draw(near)
             scene.headings(near)
@@ -75,7 +73,7 @@ def _in_plane(pictures: list["_Picture"], to, title: str):
             near.set_title("the same, at the goal")
             near.set_ylabel("")
         if not beside:
-            scene.headings(whole)
+            scene.headings(left)
         _legend(sheet, scene)
     return sheet.out
 
@@ -98,41 +96,28 @@ def _legend(sheet, picture: "_Picture") -> None:
     style.explain(sheet, picture.handles(), 4 if wide else 3)
 
 
-class _Picture:
-    """Everything that all panels of a view show. path (n, T + 1, n_c), error (n, T, n_c), q (n,
-    n_q); on_view (n, m, T + 1, 2) and tubes (n, m, T, 6, 2) are of all reference points.
+class _Picture(SceneView):
+    """The scene and its samples, for all panels of a view: path (n, T + 1, n_c), error (n, T, n_c),
+    q (n, n_q); tubes (n, m, T, 6, 2) are of all reference points.
     """
 
     def __init__(self, answer, view: View, path, q, error, replay, count, heading, outline):
-        model = answer.model
-        self.view, self.n_p, self.q, self.outline = view, model.n_p, q, outline
+        super().__init__(answer, view)
+        model, self.q, self.outline = answer.model, q, outline
         self.heading = model.labels.heading if heading is None else heading
-        self.problem, self.labels = answer.problem, model.labels.p
-        self.points = model.points
-        self.parts = numbered(answer.problem.body, model.points)
-        self.single = shapes.grows_obstacles(answer)
+        self.problem, self.points = answer.problem, model.points
         self.columns = path
-        self.path = self._of_points(path)
-        self.tubes = shapes.tubes(self.path, self._of_points(error))
-        self.obstacles = [shapes.shadow(o, view.axes) for o in answer.problem.obstacles]
-        self.grown = [
-            shapes.grown(o, self.parts[0]) for o in answer.problem.obstacles if self.single
-        ]
-        found = shapes.goals(answer.problem.goal, model.n_p, model.n_points, [view.axes])
-        self.goals = [outline for _, (outline,) in found]
+        self.path = self.of_points(path)
+        self.tubes = shapes.tubes(self.path, self.of_points(error))
         self.replay, self.count = replay, count
         every = max(1, model.time.stride // SHOWN_RECORDS)
         if replay is not None:
-            self.true = self._of_points(replay.path[:count])[:, 0]
+            self.true = self.of_points(replay.path[:count])[:, 0]
             self.shown = self.true[:, ::every]
-
-    def _of_points(self, columns: np.ndarray) -> np.ndarray:
-        """What is seen (n, m, t, 2) of columns (n, t, n_c)."""
-        return self.view.of_points(columns, self.n_p).swapaxes(1, 2)
 
     @property
     def span(self):
-        """Corners (2,), (2,) of all that is to be seen."""
+        """Corners (2,), (2,) of the picture."""
         return shapes.span(
             self.path, *self.goals, *self.obstacles, *self.grown, *self._ends_of_bodies[:1]
         )
@@ -140,16 +125,16 @@ class _Picture:
     def draw(self, ax) -> None:
         flat = {"edgecolors": "none", "rasterized": True}
         swept, first = self.tubes.reshape(-1, 6, 2), self.tubes[0].reshape(-1, 6, 2)
-        style.areas(ax, swept, facecolors="#D6E8F5", **flat, zorder=1)
+        style.areas(ax, swept, facecolors=style.TUBE, **flat, zorder=1)
         style.areas(ax, first, facecolors="#9CCBE8", **flat, zorder=1.5)
         for goal in self.goals:
             ax.fill(*goal.T, facecolor=style.GREEN, alpha=0.25, edgecolor="none", zorder=2)
             ax.fill(*goal.T, fill=False, edgecolor=style.GREEN, linewidth=1.2, zorder=2.5)
         for around in self.grown:
             ax.fill(*around.T, **shapes.GROWN, linewidth=0.9, zorder=0.5)
-        ink = None if self.n_p == 2 else 0.6  # in space they hide what is behind them
+        ink = None if self.n_p == 2 else style.SEE_THROUGH
         for obstacle in self.obstacles:
-            ax.fill(*obstacle.T, facecolor="#6E6E6E", edgecolor="none", zorder=2, alpha=ink)
+            ax.fill(*obstacle.T, facecolor=style.OBSTACLE, edgecolor="none", zorder=2, alpha=ink)
         lines = self.path[:, 0]
         style.ways(ax, lines, colors=style.BLUE, linewidths=0.4, alpha=0.6, zorder=3)
         ax.plot(*lines[0].T, color=style.BLUE, linewidth=1.6, zorder=4.5)
@@ -163,9 +148,7 @@ class _Picture:
         ax.scatter(
             *lines[:, 0].T, s=7, color=style.ORANGE, edgecolor="white", linewidth=0.3, zorder=5
         )
-        ax.set_aspect("equal")
-        ax.set_xlabel(self.labels[self.view.axes[0]])
-        ax.set_ylabel(self.labels[self.view.axes[1]])
+        self.label(ax)
 
     @property
     def _ends(self):
@@ -179,7 +162,7 @@ class _Picture:
     @property
     def _ends_of_bodies(self) -> list[np.ndarray]:
         """Outlines of all parts at the predicted ends of all samples."""
-        return shapes.footprints(self.parts, self.columns[:, -1], self.n_p, self.view.axes)
+        return self.bodies(self.columns[:, -1])
 
     def robot(self, ax) -> None:
         """Body, and the robot itself, along or at the end of the first sample."""
@@ -203,7 +186,7 @@ class _Picture:
     def _way(self, ax) -> None:
         """The true shape of the body along the first sample."""
         knots = np.linspace(0, self.columns.shape[1] - 1, FOOTPRINTS).round().astype(int)
-        along = shapes.footprints(self.parts, self.columns[0, knots], self.n_p, self.view.axes)
+        along = self.bodies(self.columns[0, knots])
         ends = len(self.parts)
         looks = {"edgecolors": style.BLUE, "linewidths": 0.6, "zorder": 4.2}
         style.areas(ax, along[:-ends], facecolors="none", **looks)
@@ -224,7 +207,7 @@ class _Picture:
             style.ways(ax, strokes, colors=style.BLUE, linewidths=0.7, zorder=6)
 
     def tally(self) -> str:
-        """What the replay saw, in a few words."""
+        """The outcomes of the replay, in a few words."""
         if self.replay is None:
             return ""
         reached, touched = (
@@ -237,10 +220,10 @@ class _Picture:
         tubes = "tubes (first sample darker)" if one else "tubes of all points"
         of_first = shapes.name_first(self.points)
         entries = [
-            style.patch("obstacle", facecolor="#6E6E6E"),
+            style.patch("obstacle", facecolor=style.OBSTACLE),
             *([style.patch("grown by the body", **shapes.GROWN)] if self.single else []),
-            style.patch("goal", facecolor="#CBE8DF", edgecolor=style.GREEN),
-            style.patch(tubes, facecolor="#D6E8F5"),
+            style.patch("goal", facecolor=style.GOAL, edgecolor=style.GREEN),
+            style.patch(tubes, facecolor=style.TUBE),
             style.mark(f"predicted path{of_first}", color=style.BLUE),
             style.mark("start", color=style.ORANGE, marker="o", linestyle="none", markersize=4),
             *self._bodies(),

@@ -1,18 +1,28 @@
-"""Outlines of sets in the plane, or of their projections, ready to draw."""
+"""Outlines and triangles of sets, bodies, paths and tubes, ready to draw, and the views
+of a workspace. Pictures only: corners are rounded, and far parts are cut off.
+"""
 
+import itertools
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.app.plot import style
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.polygons import corners_of_many
 from parc_jax.common.sets.qhull import convex_hull
 from parc_jax.common.sets.vertices import vertices
-from parc_jax.problem.body import Disc, Part, Polygon
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import moved_to, trajectories
+from parc_jax.problem.body import Disc, Part, Polygon, numbered
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.robust.pose import Pose
 
 GROWN = {"facecolor": "#EBEBEB", "edgecolor": style.GREY, "linestyle": "--"}  # of an obstacle
 ARC = 48  # points on the circle of a disc body
+AROUND = 20.0  # [m] around a manoeuvre that is drawn
 
 
 def hull(points: np.ndarray) -> np.ndarray:
@@ -20,8 +30,8 @@ def hull(points: np.ndarray) -> np.ndarray:
     enclose no area.
     """
     points = np.asarray(points, float)
-    found = convex_hull(points)
-    return points if found is None else points[found.vertices]
+    boundary = convex_hull(points)
+    return points if boundary is None else points[boundary.vertices]
 
 
 def shadow(poly: HPolytope, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
@@ -39,39 +49,40 @@ def linked(poly: HPolytope, axes: Sequence[int]) -> tuple[HPolytope, list[int]]:
     them.
     """
     used = poly.A != 0
-    mine = np.isin(np.arange(poly.n), axes)
+    linked_axes = np.isin(np.arange(poly.n), axes)
+    # coordinates are linked over rows: add those of linked rows until none is new
     while True:
-        rows = used[:, mine].any(axis=1)
-        more = mine | used[rows].any(axis=0)
-        if (more == mine).all():
+        rows = used[:, linked_axes].any(axis=1)
+        more = linked_axes | used[rows].any(axis=0)
+        if (more == linked_axes).all():
             break
-        mine = more
-    at = [int(mine[:axis].sum()) for axis in axes]
-    return HPolytope(poly.A[np.ix_(rows, mine)], poly.b[rows]), at
+        linked_axes = more
+    at = [int(linked_axes[:axis].sum()) for axis in axes]
+    return HPolytope(poly.A[np.ix_(rows, linked_axes)], poly.b[rows]), at
 
 
 def goals(goal: HPolytope, n_p: int, n_points: int, sides: Sequence[tuple[int, int]] = ((0, 1),)):
-    """Where the reference points of a robot are to end, seen from some sides (pairs of axes): per
+    """Where the reference points of a robot are to end, from some sides (pairs of axes): per
     region that the goal has for any of them the numbers of these points and its outlines (v, 2),
     one from each side. A region that is not bounded is left out.
     """
-    found: list[tuple[list[int], list[np.ndarray]]] = []
+    regions: list[tuple[list[int], list[np.ndarray]]] = []
     for point in range(n_points):
         columns = [tuple(point * n_p + axis for axis in axes) for axes in sides]
         try:
             outlines = [shadow(goal, pair) for pair in columns]
         except InputError:
             continue
-        known = [points for points, others in found if all(map(_same, others, outlines))]
-        if known:
-            known[0].append(point)
+        same = [points for points, others in regions if all(map(_same, others, outlines))]
+        if same:
+            same[0].append(point)
         else:
-            found.append(([point], outlines))
-    return found
+            regions.append(([point], outlines))
+    return regions
 
 
 def part_outline(part: Part, places: np.ndarray, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
-    """Outline (v, 2) of a part of the body, seen along two axes, while its reference points are at
+    """Outline (v, 2) of a part of the body, along two axes, while its reference points are at
     places (i, n_p).
     """
     if isinstance(part.shape, Disc):
@@ -103,14 +114,14 @@ def disc(radius: float) -> np.ndarray:
 
 
 def name_first(points: tuple[str, ...]) -> str:
-    """What a legend adds where, of several reference points, only the first is drawn: its name."""
+    """The name of the first reference point, for the legend of a picture that draws it alone."""
     return "" if len(points) == 1 else f" ({points[0]})"
 
 
 def footprints(
     parts: Sequence[Part], columns: np.ndarray, n_p: int, axes: tuple[int, int] = (0, 1)
 ) -> list[np.ndarray]:
-    """Outlines (v, 2) of all parts of the body (`numbered`), seen along two axes, at poses (t, m
+    """Outlines (v, 2) of all parts of the body (`numbered`), along two axes, at poses (t, m
     n_p): the places of the m reference points.
     """
     poses = columns.reshape(len(columns), -1, n_p)
@@ -149,3 +160,182 @@ def span(*points: np.ndarray, room: float = 0.04) -> tuple[np.ndarray, np.ndarra
     lo, hi = flat.min(axis=0), flat.max(axis=0)
     pad = room * max((hi - lo).max(), 1e-9)
     return lo - pad, hi + pad
+
+
+class View(NamedTuple):
+    """name: where one looks from. axes: the two coordinates that one sees."""
+
+    name: str
+    axes: tuple[int, int]
+
+    def of(self, places: np.ndarray) -> np.ndarray:
+        """Places or widths (..., n_p) in the view, (..., 2)."""
+        return places[..., list(self.axes)]
+
+    def of_points(self, columns: np.ndarray, n_p: int) -> np.ndarray:
+        """Columns (..., m n_p) of m reference points in the view, (..., m, 2)."""
+        return self.of(columns.reshape(*columns.shape[:-1], -1, n_p))
+
+
+TOP = View("from above", (0, 1))
+SIDE = View("from the side", (0, 2))
+FRONT = View("from the front", (1, 2))
+
+
+def views_of(n_p: int) -> tuple[View, ...]:
+    """The views of a workspace of n_p dimensions."""
+    return (TOP,) if n_p == 2 else (TOP, SIDE, FRONT)
+
+
+class SceneView:
+    """The scene of an answer in one view: outlines of its goals and obstacles, the parts of its
+    body, and, where the body is one point, the obstacles grown by it.
+    """
+
+    def __init__(self, answer, view: View):
+        model, problem = answer.model, answer.problem
+        self.view, self.n_p, self.labels = view, model.n_p, model.labels.p
+        self.parts = numbered(problem.body, model.points)
+        self.obstacles = [shadow(o, view.axes) for o in problem.obstacles]
+        self.single = grows_obstacles(answer)
+        self.grown = [grown(o, self.parts[0]) for o in problem.obstacles if self.single]
+        regions = goals(problem.goal, model.n_p, model.n_points, [view.axes])
+        self.goals = [outline for _, (outline,) in regions]
+
+    def of_points(self, columns: np.ndarray) -> np.ndarray:
+        """Columns (..., t, n_c) of m reference points in the view, (..., m, t, 2)."""
+        return self.view.of_points(columns, self.n_p).swapaxes(-3, -2)
+
+    def bodies(self, columns: np.ndarray) -> list[np.ndarray]:
+        """Outlines (v, 2) of all parts of the body at poses (t, n_c)."""
+        return footprints(self.parts, columns, self.n_p, self.view.axes)
+
+    def label(self, ax) -> None:
+        """Names and equal scales of the axes."""
+        ax.set_aspect("equal")
+        ax.set_xlabel(self.labels[self.view.axes[0]])
+        ax.set_ylabel(self.labels[self.view.axes[1]])
+
+
+class Predicted(NamedTuple):
+    """path (n, T + 1, n_c) [m], q (n, n_q), error (n, T, n_c) [m]: predicted paths of all reference
+    points, goal states, tubes around them.
+    """
+
+    path: np.ndarray
+    q: np.ndarray
+    error: np.ndarray
+
+
+def predicted(model: TrajectoryModel, plans: np.ndarray) -> Predicted:
+    """Paths and tubes of plans (n, n_p + n_k) over (p0, k), in float64, for drawing and not for
+    verdicts.
+    """
+    p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
+    offsets, q = trajectories(model.net, model.layout, k)
+    return Predicted(moved_to(p0, offsets), q, model.tube.widest_at(k)[0])
+
+
+def in_world(points: np.ndarray, pose: Pose | None) -> np.ndarray:
+    """Points (..., n_p) in the frame of a pose with a heading, as (..., 3) in the world."""
+    if pose is not None and pose.heading is not None:
+        points = placed(points, pose.place, pose.heading)
+    return np.concatenate([points, np.zeros((*points.shape[:-1], 3 - points.shape[-1]))], axis=-1)
+
+
+def headings(places: np.ndarray, pose: Pose | None) -> np.ndarray:
+    """(T + 1,) [rad] by which the points (T + 1, m, n_p) of a body have turned, from the pose's;
+    one point alone has no heading, and is drawn with that of the start.
+    """
+    begin = 0.0 if pose is None or pose.heading is None else pose.heading
+    if places.shape[1] < 2 or places.shape[2] != 2:
+        return np.full(len(places), begin)
+    turned = places - places.mean(axis=1, keepdims=True)
+    x, y = turned[0, :, 0], turned[0, :, 1]
+    across = (x * turned[..., 1] - y * turned[..., 0]).sum(axis=1)
+    along = (x * turned[..., 0] + y * turned[..., 1]).sum(axis=1)
+    return begin + np.arctan2(across, along)
+
+
+def obstacle_triangles(obstacles: Sequence[HPolytope], about: np.ndarray) -> np.ndarray:
+    """(t, 3, n_p) of the obstacles, near places (..., n_p)."""
+    flat = about.reshape(-1, about.shape[-1])
+    lo, hi = flat.min(axis=0) - AROUND, flat.max(axis=0) + AROUND
+    eye = np.eye(len(lo))
+    # walls of maps may be unbounded: a box around the manoeuvre bounds them
+    cut = [
+        HPolytope(np.concatenate([o.A, eye, -eye]), np.concatenate([o.b, hi, -lo]))
+        for o in obstacles
+    ]
+    cut_corners = corners_of_many(cut)
+    drawn = [
+        triangles(vertices(poly) if corners is None else corners)
+        for poly, corners in zip(cut, cut_corners, strict=True)
+    ]
+    return np.concatenate([np.zeros((0, 3, len(lo))), *drawn])
+
+
+def goal_triangles(problem: ReachAvoid, n_p: int) -> np.ndarray:
+    """(t, 3, n_p) where the first reference point is to end; none where that is not bounded."""
+    try:
+        part, at = linked(problem.goal, range(n_p))
+        return triangles(vertices(part)[:, at])
+    except InputError:
+        return np.zeros((0, 3, n_p))
+
+
+def body_triangles(parts: Sequence[Part], places: np.ndarray) -> np.ndarray:
+    """(t, 3, n_p) of the parts of a body while its reference points are at places (m, n_p)."""
+    return _reached(parts, places[:, None])
+
+
+def tube_triangles(parts: Sequence[Part], places: np.ndarray, tube: np.ndarray) -> np.ndarray:
+    """(t, 3, n_p): all that the body may reach of a path (T + 1, m, n_p) with the half widths
+    (T, m, n_p) of its tube, interval by interval; none of an interval without a claim.
+    """
+    signs = _signs(places.shape[2])[:, None, None]
+    pieces = [np.zeros((0, 3, places.shape[2]))]
+    for t, half in enumerate(tube):
+        if np.isfinite(half).all():
+            corners = places[t : t + 2] + signs * half  # (corner, knot, m, n_p)
+            reachable = np.moveaxis(corners, 2, 0).reshape(places.shape[1], -1, places.shape[2])
+            pieces.append(_reached(parts, reachable))
+    return np.concatenate(pieces)
+
+
+def _reached(parts: Sequence[Part], places: np.ndarray) -> np.ndarray:
+    """(t, 3, n_p) of a body each of whose points is anywhere in the hull of places (m, v, n_p)."""
+    grown = [_grown(part, np.concatenate(places[list(part.points)])) for part in parts]
+    return np.concatenate([triangles(points) for points in grown])
+
+
+def _grown(part: Part, places: np.ndarray) -> np.ndarray:
+    """Points (v, n_p) whose hull is a part of the body with its reference points at places; a ball
+    in space is drawn as the cube around it.
+    """
+    n_p = places.shape[1]
+    if n_p == 2:
+        return part_outline(part, places)
+    ball = isinstance(part.shape, Disc)
+    around = part.shape.radius * _signs(n_p) if ball else part.shape.vertices
+    return (places[:, None] + around).reshape(-1, n_p)
+
+
+def _signs(n_p: int) -> np.ndarray:
+    """(2^n_p, n_p) corners of the cube of half width 1."""
+    return np.array(list(itertools.product((-1.0, 1.0), repeat=n_p)))
+
+
+def triangles(points: np.ndarray) -> np.ndarray:
+    """(t, 3, n_p) of the convex hull of points (v, n_p): the area in the plane, the surface in
+    space. A flat one has none.
+    """
+    n_p = points.shape[1]
+    if len(points) <= n_p:
+        return np.zeros((0, 3, n_p))
+    if n_p == 2:
+        around = hull(points)
+        fan = [around[[0, i, i + 1]] for i in range(1, len(around) - 1)]
+        return np.array(fan).reshape(-1, 3, 2)
+    boundary = convex_hull(points)
+    return np.zeros((0, 3, n_p)) if boundary is None else points[boundary.simplices]

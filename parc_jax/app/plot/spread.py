@@ -1,14 +1,14 @@
-"""What disturbances do to plans: many runs of each in the workspace, and all their errors over time
-inside the tube.
+"""The spread of plans under disturbances: many runs of each in the workspace, and their errors over
+time inside the tube.
 """
 
 import numpy as np
 
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.predict import predicted
+from parc_jax.app.plot.shapes import predicted
 from parc_jax.common.errors import InputError
 
-SHOWN = 4  # plans in the workspace, far apart
+SHOWN = 4  # plans in the workspace, far from each other
 RUNS = 100  # runs drawn per plan
 POINTS = 120  # points per drawn run
 LEVELS = (
@@ -59,11 +59,11 @@ def far_apart(points: np.ndarray, most: int) -> np.ndarray:
 
 
 def _workspace(ax, answer, path, error, true, failed, shown: int) -> None:
-    for obstacle in answer.problem.obstacles:
-        if shapes.grows_obstacles(answer):
-            around = shapes.grown(obstacle, answer.problem.parts[0])
-            ax.fill(*around.T, **shapes.GROWN, linewidth=0.9, zorder=0.5)
-        ax.fill(*shapes.shadow(obstacle).T, facecolor="#6E6E6E", edgecolor="none", zorder=2)
+    scene = shapes.SceneView(answer, shapes.TOP)
+    for around in scene.grown:
+        ax.fill(*around.T, **shapes.GROWN, linewidth=0.9, zorder=0.5)
+    for obstacle in scene.obstacles:
+        ax.fill(*obstacle.T, facecolor=style.OBSTACLE, edgecolor="none", zorder=2)
     goal = shapes.shadow(answer.problem.goal)
     path, error, true = (part[..., :2] for part in (path, error, true))
     ax.fill(
@@ -84,9 +84,7 @@ def _workspace(ax, answer, path, error, true, failed, shown: int) -> None:
         ax.plot(*path[number, 0], **dot, color=color, zorder=5)
     lo, hi = shapes.span(path[chosen], true[chosen, :, ::every], goal, room=0.06)
     style.limits(ax, lo, hi)
-    ax.set_aspect("equal")
-    ax.set_xlabel(answer.model.labels.p[0])
-    ax.set_ylabel(answer.model.labels.p[1])
+    scene.label(ax)
     ax.set_title(f"{len(chosen)} of {len(path)} plans, {min(true.shape[1], RUNS)} runs each")
 
 
@@ -121,7 +119,7 @@ def _handles(answer, any_failed: bool) -> list:
     if shapes.grows_obstacles(answer):
         entries.append(style.patch("obstacle grown by the body", **shapes.GROWN))
     else:
-        entries.append(style.patch("obstacle", facecolor="#6E6E6E"))
+        entries.append(style.patch("obstacle", facecolor=style.OBSTACLE))
     if any_failed:
         entries.append(style.mark("true run that failed", color=style.RED))
     return entries

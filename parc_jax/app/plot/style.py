@@ -1,4 +1,4 @@
-"""One look for every picture: fonts, colours that colour-blind readers can tell apart, how figures
+"""One look for every picture: fonts, colours that colour-blind readers distinguish, how figures
 are made and saved.
 
 Figures are built without pyplot, inside `rc_context`: no backend is chosen and no global setting
@@ -20,7 +20,9 @@ BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"  # Okabe a
 SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#222222", "#8C8C8C"
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
 DASHES = ("-", (0, (5, 1.6)), (0, (1, 1.2)), (0, (5, 1.4, 1, 1.4)))
-SEQUENTIAL = "cividis"  # even in lightness, read alike with and without red-green vision
+SEQUENTIAL = "cividis"  # even in lightness, readable with and without red-green vision
+TUBE, GOAL, OBSTACLE = "#D6E8F5", "#CBE8DF", "#6E6E6E"
+SEE_THROUGH = 0.6  # obstacles in space, which hide the parts behind them
 SMALL = {"color": GREY, "fontsize": 8}  # of words within a picture
 DPI = 200
 
@@ -47,9 +49,7 @@ RC = {
 
 
 class Sheet(NamedTuple):
-    """What a figure function draws on. axes: flat array of Axes. out: what the function hands
-    back.
-    """
+    """The canvas of a figure function. axes: flat array of Axes. out: its return value."""
 
     figure: Any
     axes: np.ndarray
@@ -123,7 +123,7 @@ def legend(figure, handles, columns: int) -> None:
 
 
 def explain(sheet: Sheet, handles, columns: int, loc: str = "best") -> None:
-    """The legend of a sheet: below a figure of its own, within the first of Axes that were given,
+    """The legend of a sheet: below a new figure, within the first of Axes that were given,
     at `loc`.
     """
     if sheet.out is sheet.figure:
@@ -172,7 +172,7 @@ def limits(ax, lo, hi) -> None:
 
 
 def line(number: int) -> dict:
-    """Colour and dashes of the n-th line of a picture: never told apart by colour alone."""
+    """Colour and dashes of the n-th line of a picture, so that lines differ in more than colour."""
     return {"color": CYCLE[number % len(CYCLE)], "linestyle": DASHES[number % len(DASHES)]}
 
 

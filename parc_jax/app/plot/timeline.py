@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 from parc_jax.app.plot import style
-from parc_jax.app.plot.predict import predicted
+from parc_jax.app.plot.shapes import predicted
 from parc_jax.checker import number
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import InputError
@@ -51,7 +51,7 @@ def timeline(
                 above.stairs(gap, edges, baseline=None, **style.line(o), label=f"{names[o]}: tube")
             if replay is not None:
                 _true(above, answer, replay.path[i], names)
-            for row, runs in enumerate(direction_runs(answer, answer.sample_parts[i]["sep"])):
+            for row, runs in enumerate(direction_runs(answer, answer.certificates[i]["sep"])):
                 color = style.line(row // len(parts))["color"]
                 _runs(below, len(rows) - 1 - row, runs, model.time.dt, color)
             _dress(above, below, answer, i, rows, model.time.t_f)
@@ -78,12 +78,12 @@ def direction_runs(answer, sep) -> list[list[tuple[int, int, np.ndarray]]]:
     for o, (obstacle, parts) in enumerate(zip(answer.problem.obstacles, sep, strict=True)):
         span = answer.problem.all_spans[o]
         for runs in parts:
-            first, mine = 0 if span is None else span[0], []
+            first, directions = 0 if span is None else span[0], []
             for end, multipliers in runs:
                 w = sum(float(number(value)) * obstacle.A[row] for row, value in multipliers)
-                mine.append((first, end, w / np.linalg.norm(w)))
+                directions.append((first, end, w / np.linalg.norm(w)))
                 first = end
-            out.append(mine)
+            out.append(directions)
     return out
 
 
@@ -105,7 +105,7 @@ def _clearances(answer, path: np.ndarray, errors) -> np.ndarray:
 
 
 def _parts(answer) -> list[str]:
-    """What tells the parts of the body apart: nothing where there is only one."""
+    """Suffixes that name the parts of the body; empty for a single one."""
     n = len(answer.problem.parts)
     return [""] if n == 1 else [f", part {part}" for part in range(n)]
 
@@ -142,8 +142,8 @@ def _dress(above, below, answer, i: int, names, t_f: float) -> None:
     above.set_xticklabels([])
     below.set_yticks(range(len(names)), list(names)[::-1])
     below.set_ylim(-0.6, len(names) - 0.4)
-    seen = "" if answer.model.n_p == 2 else ", from above"
-    below.set_xlabel(f"time [s]; arrows: separating direction{seen}")
+    view = "" if answer.model.n_p == 2 else ", from above"
+    below.set_xlabel(f"time [s]; arrows: separating direction{view}")
     above.set_xlim(0, t_f)
 
 

@@ -1,4 +1,4 @@
-"""Compiled programs are kept between runs, in a private folder per jaxlib version and processor."""
+"""A cache of compiled programs, in a private folder per jaxlib version and processor."""
 
 import hashlib
 import os
@@ -9,8 +9,8 @@ WORTH_KEEPING_S = 0.005  # [s] of compiling: reading a program takes less
 
 
 def keep_compiled() -> None:
-    """Turn JAX's persistent cache on, unless JAX_COMPILATION_CACHE_DIR says where or that it is.
-    The folder, of native code, is its owner's only, and named after what that was made for.
+    """Turn JAX's persistent cache on, in a folder of its version and processor, readable by its
+    owner only, since it holds native code; or where JAX_COMPILATION_CACHE_DIR is set, there.
     """
     import jax
     import jaxlib
@@ -28,7 +28,7 @@ def keep_compiled() -> None:
 
 
 def processor() -> str:
-    """A name for what compiled code runs on."""
+    """A name of the processor that code is compiled for."""
     text = platform.machine()
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()

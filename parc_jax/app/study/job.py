@@ -1,50 +1,40 @@
-"""The main job: one command from rollouts to a proved safe set, its replay and the pictures."""
+"""The main job: one command from rollouts to a proved safe set, its replay, the pictures, and the
+plan that is executed. [T23]
+"""
 
 import json
 import platform
 import shutil
+import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from threading import Thread
 
 import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.study.compare import compare
-from parc_jax.app.study.driven import compile_near, drive
-from parc_jax.app.study.numbers import facts_of
-from parc_jax.app.study.replay import Replay, replay, tally
+from parc_jax.app.study.replay import replay, tally
+from parc_jax.app.study.report import Studied, eps_of, facts_of, final_error
+from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import part_of
 from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.learning.learn import Learned, final_error, learn
+from parc_jax.drive.local.localise import Local, compile_near
+from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.proof.regions import RegionTable, enumerate_regions
+from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.settings import Search, Settings
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
 METRICS = "metrics.json"
+LOOKS = 2  # a test of the plan to drive, and a claim near it
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
-
-
-class Studied(NamedTuple):
-    """Everything a study produced. learned is None when the model came from a file.
-
-    runs: of every returned plan, study.repeats each, grouped by plan; None when there is no plan.
-    """
-
-    answer: Answer
-    runs: Replay | None
-    table: RegionTable
-    learned: Learned | None
-    metrics: dict
 
 
 def run_study(
@@ -56,24 +46,20 @@ def run_study(
     model: TrajectoryModel | None = None,
     quiet: bool = False,
     learn_from=None,
-    first: Callable[[Answer], None] | None = None,
-    early: Callable[[Studied], None] | None = None,
+    figures: bool = False,
     during: Callable[[str], AbstractContextManager] = nullcontext,
 ) -> Studied:
     """Learn (unless a model is given), solve, replay, and write it all below `out`.
 
-    learn_from: the same system on another plant, for the many runs of training and claims; the
+    learn_from: the same system on another plant, for the many runs of training and bound; the
         replay is of `system`.
-    first: called with a first answer, proved after few looks under a claim of few runs, where a
-        model is learned, and before its many runs; below `out`/unfinished is room for what it
-        tells.
-    early: called with all but the plan that is driven, which takes as long as the rest; answer,
-        model and metrics are on disk by then.
-    during: what is entered for each stage, by its name.
+    figures: draw the pictures, a first one below `out`/unfinished before the many runs of a model
+        that is learned: of plans proved under a bound of few runs.
+    quiet: no progress bars, and no word about places of files on stderr.
+    during: entered for each stage, by its name.
 
-    What an earlier study left there stays whole until the answer of this one is on disk, and so do
-    the finished runs below `out`/unfinished, from which a stopped study continues; a model that was
-    learned is there too.
+    The files of an earlier study stay until the answer of this one is on disk, and so do the
+    finished runs below `out`/unfinished, from which a stopped study continues, and its model.
     Raises InputError for settings or scenes that make no sense, before the first run, and
     SoundnessError when a replay contradicts a proof.
     """
@@ -86,41 +72,41 @@ def run_study(
     settings = Settings(**part_of(study, Search))
     cold = None
 
-    def first_query(model: TrajectoryModel, told: Callable[[Answer], None] | None = None) -> None:
-        """What it compiles serves the next one."""
+    def first_query(model: TrajectoryModel, picture: bool = True) -> None:
+        """Compile for the queries to come; with a picture, prove and draw the answer."""
         nonlocal cold
         with watch("first query (cold)"):
-            cold = Planner(model).warm_up(problem, settings, proof=told is not None)
-        if told is not None and len(cold.samples):
-            told(cold)
+            cold = Planner(model).warm_up(problem, settings, proof=picture)
+        if picture and len(cold.samples):
+            _draw_first(cold, out / UNFINISHED / "samples.png", system.name, quiet)
 
     learned = None
     if model is None:
         work = out / UNFINISHED
-        ask = partial(first_query, told=first) if first is not None and settings.proof else None
-        learned = learn(learn_from or system, study, key, watch, work, quiet, ask)
-        model = learned.main
+        ask = first_query if figures and settings.proof else None
+        source = system if learn_from is None else learn_from
+        learned = learn_report(source, key, study, path=work, quiet=quiet, watch=watch, first=ask)
+        model = learned.model
         model.save(out / UNFINISHED / "model.npz")
     if cold is None:
-        first_query(model)
+        first_query(model, picture=False)
     with watch("regions"):
         table = enumerate_regions(model.net, model.domain)
-    rows = []
-    if learned is not None and study.compared:
-        with watch("comparison"):
-            rows = [row for one in learned.networks for row in compare(one, problem, key)]
     with watch("safe set"):
         answer = Planner(model).solve(problem, key, settings)
     # before the replay: if that finds a contradiction, the evidence is on disk
     _replace_older(out, model, answer)
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
-    driven = study.driven and answer.found and answer.doubt is None
+    doubt = answer.scene.asked.doubt
+    driven = study.driven and answer.status.found and doubt is None
     ahead = None
+    # compiles while the plan is chosen and run: the query near it would wait for that
     if driven and learned is not None and len(answer.samples):
         ahead = compile_near(problem, learned.train, answer.samples[0, model.n_p :])
     runs = None
-    if len(answer.samples) and not (answer.doubt and answer.doubt.copies):
+    # under an uncertain execution a plan has several realisations, and no one run to replay
+    if len(answer.samples) and not (doubt and doubt.copies):
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)
@@ -132,23 +118,69 @@ def run_study(
         "device": jax.devices()[0].device_kind,
         "regions": table.count,
         "final_error": final_error(model).tolist(),
-        **facts_of(answer, cold.timings["first_sample_s"]),
+        **facts_of(answer, cold.cover.timings["first_sample_s"]),
         "share_of_k": answer.share_of_k(),
         "replay": None if runs is None else tally(runs, study.repeats, study.delta),
         "driven": None,
-        "comparison": rows,
         "stages": watch.stages,
         "claim": model.claim.to_json(),
     }
     outcome = Studied(answer, runs, table, learned, finish(out, metrics))
-    if early is not None:
-        early(outcome)
+    if figures:
+        metrics["figures"] = [file.name for file in draw_figures(outcome, study, out)]
+        finish(out, metrics)
+    # now, since the plan to execute takes as long as the rest
+    if study.driven and not quiet:
+        print(f"{system.name}: the answer is in {out}.", file=sys.stderr)
     if driven:
         with watch("the plan that is driven"):
             metrics |= {"driven": drive(system, answer, study, key, out, quiet, ahead)}
-        answer.save(out / "answer.json")  # again: the file tells which looks are taken
+        answer.save(out / "answer.json")  # again, with the looks that are taken
         finish(out, metrics)
     return outcome
+
+
+def _draw_first(answer: Answer, picture: Path, name: str, quiet: bool) -> None:
+    """A picture of the first plans, long before all is done."""
+    from parc_jax.app.plot.samples import samples
+
+    samples(answer, None, picture)
+    if not quiet:
+        so_far = f"a claim with eps = {eps_of(answer.model.claim)}, so far"
+        print(f"{name}: first plans are in {picture}, proved under {so_far}.", file=sys.stderr)
+
+
+def drive(
+    system,
+    answer: Answer,
+    study: Study,
+    key: jax.Array,
+    out: Path,
+    quiet: bool,
+    ahead: Thread | None,
+) -> dict:
+    """Test and localise the plan with most room: plan and sentences (D). [T23]
+
+    ahead: compiles the query under the local claim. Writes that answer as near.json.
+    """
+    chosen = answer.choose(delta=study.delta, looks=LOOKS)
+    chosen = chosen.test(system, key, eps=study.eps, quiet=quiet)
+    if ahead is not None:
+        ahead.join()
+    chosen = chosen.localise(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
+    near = chosen.near
+    if near.answer is not None:
+        near.answer.save(out / "near.json")
+    return {
+        "plan": chosen.plan.tolist(),
+        "runs": chosen.tested.n,
+        "failures": chosen.tested.failures,
+        "share_of_k": float(near.share),
+        "proved_share_of_near": float(near.held),
+        "narrower_at_end": near.at_end,
+        "narrower_on_the_way": near.on_the_way,
+        "statement": chosen.statement(),
+    }
 
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:

@@ -1,4 +1,5 @@
-"""Replay of certified plans in the black box: the only test that knows the truth.
+"""Replay of certified plans: in the black box, the only test that knows the truth, or by recorded
+runs, moved to starts from which an answer proves their k safe.
 
 A plan whose run stayed inside the tube must reach the goal and touch nothing: anything else is a
 bug, and raises. A run that left the tube is counted against the claim.
@@ -9,11 +10,13 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.answer.answer import Answer
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.counts import clopper_pearson
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.executions import executions_of
@@ -24,10 +27,12 @@ from parc_jax.safe_set.verdict.scene import Scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
 CHUNK = 256
+ENDS = 400  # places in the goal tried as the predicted end of a run
+STARTS = 10  # of those that prove safe, replayed at most
 
 
 class Replay(NamedTuple):
-    """What the black box did with n plans: reached the goal, touched, stayed inside (n,) bool.
+    """Outcomes of n plans in the black box: reached the goal, touched, stayed inside (n,) bool.
 
     clearance (n,) [m]: smallest distance of the body from an obstacle over the recorded path, not
     positive when touched. path (n, n_record + 1, n_c), q (n, n_q): the true runs, started at p0.
@@ -51,7 +56,7 @@ def replay(
 ) -> Replay:
     """Run plans (n, n_p + n_k) with fresh randomness from the REPLAY stream of `key`.
 
-    system: a black box; or a RolloutBatch of recorded runs, one of each plan's own k, in order,
+    system: a black box; or a RolloutBatch of recorded runs, one for the k of each plan, in order,
         which are moved to the plans' starts: then key is unused. `replay_recorded` finds such
         plans.
     Raises SoundnessError when the proof and the run disagree, InputError for another system, or
@@ -60,13 +65,14 @@ def replay(
     runs, inside = _driven(system, scene, plans, key, quiet)
     path, reached, distance = outcomes(whole_scene(scene), runs, plans[:, : scene.model.n_p])
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
+    # the proof covers runs inside the tube, so one that fails there refutes it
     _refuse_contradictions(plans, out.inside & out.failed)
     return out
 
 
 def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[str, int]:
-    """How many of the plans did what, by the same judgement: for the many, whose distances nobody
-    reads. Raises SoundnessError as `replay` does.
+    """Counts of outcomes of many plans, without their distances. Raises SoundnessError as `replay`
+    does.
     """
     runs, inside = _driven(system, scene, plans, key, quiet=True)
     scene = whole_scene(scene)
@@ -83,11 +89,11 @@ def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[s
 def tally(runs: Replay, repeats: int, delta: float) -> dict:
     """Counts, and upper bounds on how often these plans fail, both at confidence 1 - delta. [T6]
 
-    mean: over the plans, all runs together. Runs of different plans are independent but not alike;
-    for fewer failures than the mean the binomial tail is still an upper bound (Hoeffding 1956), so
-    Clopper-Pearson holds for the mean.
-    worst: for every plan at once, from its own runs, delta split over the plans. Not for systems
-    without disturbance, where one run decides.
+    mean: over the plans, all runs together. Runs of different plans are independent, with different
+    laws; for fewer failures than the mean the binomial tail is still an upper bound (Hoeffding
+    1956), so Clopper-Pearson holds for the mean.
+    worst: for every plan at once, from the runs of each, delta split over the plans. Not for
+    systems without disturbance, where one run decides.
     """
     failed = runs.failed.reshape(-1, repeats).sum(axis=1)
     plans = len(failed)
@@ -130,14 +136,14 @@ def _driven(
 
 
 def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]:
-    """The model that was asked and all parameters (n, n_k) of its plans, where k (n, chosen) are
-    what is left to choose of them, and the rest is given exactly; else what the scene says.
+    """The model of the query and all parameters (n, n_k) of its plans, where k (n, chosen) are the
+    free ones and the rest is given exactly; else the model of the scene and k.
     """
-    asked = scene.asked.question
-    if asked is None or asked.problem.doubt is None or asked.model.n_k == scene.model.n_k:
+    query = scene.asked.question
+    if query is None or query.problem.doubt is None or query.model.n_k == scene.model.n_k:
         return scene.model, k
-    executions = executions_of(asked.problem.doubt, asked.model)
-    return (asked.model, executions.whole(k)) if executions.exact else (scene.model, k)
+    executions = executions_of(query.problem.doubt, query.model)
+    return (query.model, executions.whole(k)) if executions.exact else (scene.model, k)
 
 
 def _check_recorded(runs: RolloutBatch, model: TrajectoryModel, k: np.ndarray) -> None:
@@ -160,3 +166,76 @@ def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:
             f"inside the tube; the first is (p0, k) = {plans[first].tolist()}. This contradicts "
             "the proof: please report it with the answer."
         )
+
+
+class Recorded(NamedTuple):
+    """Replays of recorded runs. runs: their outcomes. plans (n, n_p + n_k) and row (n,): the
+    replayed plans, and the run of each. with_start (n_runs,) bool: runs with a start that the
+    answer proves safe.
+    """
+
+    runs: Replay
+    plans: np.ndarray
+    row: np.ndarray
+    with_start: np.ndarray
+
+    def counts(self) -> dict[str, int]:
+        """Numbers of runs, of their replays, and of the outcomes."""
+        done = self.runs
+        return {
+            "runs": len(self.with_start),
+            "with_start": int(self.with_start.sum()),
+            "replays": len(self.plans),
+            "left_the_tube": int((~done.inside).sum()),
+            "missed_the_goal": int((~done.reached).sum()),
+            "touched": int(done.touched.sum()),
+        }
+
+    def statement(self) -> str:
+        """One sentence."""
+        n = self.counts()
+        return (
+            f"At least {n['with_start']:,} of {n['runs']:,} recorded runs have a k with a start "
+            f"that is proved safe; of {n['replays']:,} replays from such starts "
+            f"{n['left_the_tube']:,} left the tube, {n['missed_the_goal']:,} missed the goal, "
+            f"{n['touched']:,} touched an obstacle; none that stayed in the tube failed."
+        )
+
+
+def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
+    """Move every recorded run to starts from which the answer proves its k safe, at most STARTS
+    each; None where no run has one.
+
+    Raises InputError for an answer under doubt, or runs on another time grid or of other points;
+    SoundnessError when a run that stays in the tube misses the goal or touches an obstacle.
+    """
+    if answer.scene.asked.doubt is not None:
+        raise InputError(
+            "replay_recorded: expected an answer without doubt, since recorded runs were executed "
+            "as they are; solve the same problem with doubt=None."
+        )
+    plans, row = starts_of(answer, runs)
+    if not len(plans):
+        return None
+    done = replay(runs.select(row), answer.scene, plans)
+    return Recorded(done, plans, row, np.isin(np.arange(runs.n), row))
+
+
+def starts_of(answer: Answer, runs: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
+    """Plans (n, n_p + n_k) that the answer proves safe with the k of the runs, at most STARTS of
+    each, and the rows (n,) of the runs that they belong to. Of all starts those are tried that lead
+    to ENDS places in the goal's box, or the only one of the answer.
+    """
+    model, scene = answer.model, answer.scene
+    lo, hi = (np.asarray(side)[: model.n_p] for side in (scene.z_lo, scene.z_hi))
+    ends = lo + (hi - lo) * np.random.default_rng(0).random((ENDS, model.n_p))
+    offsets = trajectories(model.net, model.layout, runs.k)[0][:, -1, : model.n_p]
+    plans = [np.zeros((0, model.n_p + model.n_k))]
+    rows = [np.zeros(0, int)]
+    for row in np.flatnonzero(model.domain.contains(runs.k)):
+        p0 = ends - offsets[row] if scene.at is None else scene.at[None]
+        k = np.tile(runs.k[row], (len(p0), 1))
+        inside = np.flatnonzero(answer.contains(p0, k))[:STARTS]
+        plans.append(np.concatenate([p0[inside], k[inside]], axis=1))
+        rows.append(np.full(len(inside), row))
+    return np.concatenate(plans), np.concatenate(rows)

@@ -1,27 +1,21 @@
-"""What a study runs, from rollouts to a proved safe set: one frozen record."""
+"""Settings of a study, from rollouts to a proved safe set: one frozen record."""
 
 from dataclasses import dataclass
 
 from parc_jax.common.options import check_count
-from parc_jax.learning.settings import Learning
+from parc_jax.learning.learn import Learning
 from parc_jax.safe_set.settings import Search
 
 
 @dataclass(frozen=True)
 class Study(Search, Learning):
-    """Settings of a study: what is learned, the query, and the replay. Raises InputError."""
+    """Settings of a study: learning, the query, and the replay. Raises InputError."""
 
-    polytopes: bool = True
     repeats: int = 1
     """Runs of each returned plan in the replay, with fresh randomness."""
     driven: bool = False
-    """Choose one plan, run it afresh and make a local claim near it, and say what is then known of
+    """Choose one plan, run it afresh and make a local claim near it, and report the sentence about
     it [T23]."""
-
-    @property
-    def compared(self) -> bool:
-        """Is there more than one network, or claim, to put into a table?"""
-        return len(self.networks) * len(self.claims) > 1
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,1 +1,1 @@
-"""Local claims: the plan that is driven, a small box around it, what is known of it. [T23, T24]"""
+"""The plan to drive: fresh runs of it, a claim about a small box around it. [T23, T24]"""

@@ -1,32 +1,37 @@
 """Refine where it matters: new runs where the plans of a scene are, or nearly are. [T23, T24]
 
-Probes zoom in on small boxes of K by a few runs each; nothing is claimed of them, so they cost no
-error probability. On the best box a local claim is made, from runs of its own: one look, of the few
-that were declared. Everything is proved again under it.
+Pilot samples zoom in on small boxes of K by a few runs each; nothing is claimed of them, so they
+cost no error probability. The best boxes are localised in turn, each from runs of its own and for
+one look of the few declared, until a plan is proved under the claim.
 """
 
 import logging
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from parc_jax.answer.looks import Look, Looks, fresh_key
+from parc_jax.answer.looks import Looks
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
-from parc_jax.drive.local.almost import judged, nearly_safe, spread_out
-from parc_jax.drive.local.choice import Choice, near_by
-from parc_jax.drive.local.local_model import Local, best_claimed, tried_first
-from parc_jax.drive.local.probe import Aim, Probe, inside, probes
+from parc_jax.drive.local.choice import Choice
+from parc_jax.drive.local.localise import Local, LocalAnswer, localise, start_trial
 from parc_jax.drive.local.safe_box import box_around, share_of
-from parc_jax.learning.model import TrajectoryModel
+from parc_jax.drive.local.search import (
+    Aim,
+    PilotSample,
+    pilot_samples,
+    rank_given,
+    rank_plans,
+    smaller_boxes,
+    spaced,
+)
 from parc_jax.learning.system import System
-from parc_jax.method import Exact
-from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.question import Question
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
@@ -35,68 +40,37 @@ from parc_jax.safe_set.verdict.scene import laid_out, scene_of
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class Refine:
-    """How a refinement looks for its box, and what it claims there.
-
-    shares: of K that the boxes of each round of probes take, falling. centres: probes a round.
-    runs: of each probe. around: values of k where something is known to be calm; the first round
-    looks there too.
-    local: of the claim; its share is not used. shapes: of the tube, the most promising one is
-    taken before the holdout is seen.
-    looks: claims that may be made, delta is split over them. delta: of all together.
-    """
-
-    shares: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)
-    centres: int = 12
-    runs: int = 200
-    around: tuple[tuple[float, ...], ...] = ()
-    local: Local = field(default_factory=Local)
-    shapes: tuple[str, ...] = ("box", "fitted")
-    looks: int = 2
-    delta: float = 1e-3
-
-    def __post_init__(self):
-        falling = all(a > b for a, b in zip(self.shares, self.shares[1:], strict=False))
-        if not self.shares or not falling or not 0 < self.shares[-1] <= self.shares[0] <= 1:
-            raise InputError(
-                f"refine: expected falling shares of K between 0 and 1; got {self.shares}."
-            )
-        if self.centres < 1 or self.runs < 20:
-            raise InputError(
-                "refine: expected at least one centre and 20 runs of each; got "
-                f"{self.centres}, {self.runs}."
-            )
-
-
 class Bought(NamedTuple):
-    """What one stage bought. box: of K, its best one; share: of K that it takes. runs: made in it.
-    room: [m, .] the least margin of the best plan found: under the tube, positive for a safe one,
-    or of all runs of a probe. widest: [m, .] half width at the end, the largest of all coordinates.
+    """The result of one stage. box: of K, its best one; share: of K that it takes. runs: made in
+    it. margin: [m, .] least one of the best plan: under the tube, positive for a safe plan, or of
+    all runs of a pilot sample. widest: [m, .] largest half width at the end, of all coordinates.
     """
 
     stage: str
     box: Box
     share: float
     runs: int
-    room: float
+    margin: float
     widest: float
+
+    def __str__(self) -> str:
+        sides = zip(self.box.lo, self.box.hi, strict=True)
+        where = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in sides)
+        return (
+            f"{self.stage}: margin {self.margin:.4f}, half width at the end {self.widest:.4f}, k "
+            f"in {where}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """What refinement found. choice: the plan that is driven, with its local claim in `near`; None
-    when no claim left a safe plan. stages: what each of them bought.
+    """The result of a refinement. choice: the plan to drive, with its local claim and the answer
+    under it in `near`; None when no claim left a safe plan. stages: their results, in order.
     """
 
     choice: Choice | None
     stages: tuple[Bought, ...]
     looks: Looks
-
-    @property
-    def answer(self) -> Any:
-        """The `Answer` under the local claim, with proofs for the checker; None without a plan."""
-        return None if self.choice is None else self.choice.near.answer
 
     def statement(self) -> str:
         """The sentences (D) of the plan, or that there is none, which proves nothing."""
@@ -108,10 +82,10 @@ class Refined:
         return self.choice.statement()
 
     def table(self) -> str:
-        """What each stage bought, one line each."""
-        lines = ["stage                     share of K      runs     room  half width at the end"]
+        """The result of each stage, one line each."""
+        lines = ["stage                     share of K      runs   margin  half width at the end"]
         for s in self.stages:
-            lines += [f"{s.stage:24s} {s.share:11.2g} {s.runs:9,d} {s.room:8.4f}  {s.widest:.4f}"]
+            lines += [f"{s.stage:24s} {s.share:11.2g} {s.runs:9,d} {s.margin:8.4f}  {s.widest:.4f}"]
         return "\n".join(lines)
 
 
@@ -119,127 +93,104 @@ def refine(
     question: Question,
     system: System,
     key: jax.Array,
-    solve: Callable[..., Any],
-    asked: Refine,
+    local: Local,
+    *,
+    shares: Sequence[float],
+    centres: int,
+    runs: int,
+    around: Sequence[Sequence[float]],
+    looks: Looks,
     settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> Refined:
-    """Zoom, claim, prove: see `Planner.refine`. solve: as of `Choice`. say: told of stages."""
-    model, problem = question.model, question.problem
-    looks = Looks().declare(asked.delta, asked.looks)
-    say = say or _log.info
-    start = tried_first(system, key, asked.local)
-    boxes, stages = _zoom(model, problem, system, key, asked, say)
-    for box in boxes[: asked.looks]:
-        look = looks.take()
-        own = fresh_key(key, look, box.lo, box.hi)
-        local = best_claimed(
-            system, start, box, own, look.delta, asked.local, asked.shapes, problem
+    """Search for boxes, then localise the best: see `Planner.refine`."""
+    falling = all(a > b for a, b in pairwise(shares))
+    if not shares or not falling or not 0 < shares[-1] <= shares[0] <= 1:
+        raise InputError(f"refine: expected falling shares of K between 0 and 1; got {shares}.")
+    if centres < 1 or runs < 20:
+        raise InputError(
+            f"refine: expected at least one centre and 20 runs of each; got {centres}, {runs}."
         )
-        query = question.of(local)
-        bought, answer = _proved(query, model, own, solve, look, looks, asked, settings)
-        stages.append(bought)
-        say(_line(bought))
+    model, stages = question.model, []
+
+    def note(stage: Bought) -> None:
+        stages.append(stage)
+        (say or _log.info)(str(stage))
+
+    start = start_trial(system, key, local)
+    boxes = _zoom(question, system, key, shares, centres, runs, around, note)
+    for box in boxes[: looks.planned]:
+        found = localise(question, system, start, box, key, looks, local, settings)
+        note(_bought(found, model.domain, local))
+        answer = found.answer
         if answer is not None and answer.corridors:
-            choice = Choice(*answer.best("room"), laid_out(question.plain()), looks, solve)
-            choice = replace(choice, near=near_by(choice, local, answer, look))
-            return Refined(choice, tuple(stages), looks)
+            choice = Choice(*answer.best("room"), laid_out(question.plain()), looks)
+            return Refined(choice.under(found), tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
 
 
-def _line(stage: Bought) -> str:
-    sides = zip(stage.box.lo, stage.box.hi, strict=True)
-    where = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in sides)
-    return (
-        f"{stage.stage}: room {stage.room:.4f}, half width at the end {stage.widest:.4f}, k in "
-        f"{where}"
-    )
-
-
 def _zoom(
-    model: TrajectoryModel,
-    problem: ReachAvoid,
+    question: Question,
     system: System,
     key: jax.Array,
-    asked: Refine,
-    say: Callable[[str], None],
-) -> tuple[list, list[Bought]]:
-    """Boxes to claim on, the most promising first, and what each round bought. Ends when a round
-    of smaller boxes is no better than the last.
+    shares: Sequence[float],
+    centres: int,
+    runs: int,
+    around: Sequence[Sequence[float]],
+    note: Callable[[Bought], None],
+) -> list[Box]:
+    """Boxes to claim on, the most promising first. Ends when a round of smaller boxes is no better
+    than the last.
     """
+    model = question.model
+    if any(len(k) != model.n_k for k in around):
+        raise InputError(f"refine: expected around of {model.n_k} parameters each; got {around}.")
     rng = generator(stream(key, Stage.DRIVEN))
-    scene = scene_of(problem, model)
-    side = asked.shares[0] ** (1 / model.n_k)
-    # its tube is left out of the order, for that of a small box is another one
-    plans = nearly_safe(scene, rng, part=0.0, apart=side)
-    whole = judged(scene, plans.p0, plans.k).score
+    scene = scene_of(question.problem, model)
+    side = shares[0] ** (1 / model.n_k)
+    # the tube is left out of the order, for that of a small box is another one
+    plans = rank_plans(scene, rng, part=0.0, spacing=side)
+    whole = rank_given(scene, plans.p0, plans.k).score
     widest = float(np.median(model.tube.final, axis=0).max())
-    stages = [
-        Bought("model of all of K", model.domain, 1.0, 0, whole, widest),
-        Bought("the same without a tube", model.domain, 1.0, 0, plans.score, 0.0),
-    ]
-    for stage in stages:
-        say(_line(stage))
-    chosen = spread_out(plans.k, model.domain, asked.centres, side)
+    note(Bought("model of all of K", model.domain, 1.0, 0, whole, widest))
+    note(Bought("the same without a tube", model.domain, 1.0, 0, plans.score, 0.0))
+    chosen = spaced(plans.k, model.domain, centres, side)
     ends = paths_of(model, plans.p0[chosen], plans.k[chosen])[:, -1, : model.n_p]
-    if any(len(k) != model.n_k for k in asked.around):
-        raise InputError(
-            f"refine: expected around of {model.n_k} parameters each; got {asked.around}."
-        )
-    known = np.array(asked.around, float).reshape(-1, model.n_k)
-    centres = np.concatenate([known, plans.k[chosen]])[: asked.centres]
-    ends = np.concatenate([np.repeat(ends[:1], len(known), axis=0), ends])
-    places = [
-        Aim(box_around(k, side, model.domain), end) for k, end in zip(centres, ends, strict=False)
+    given = np.array(around, float).reshape(-1, model.n_k)
+    k = np.concatenate([given, plans.k[chosen]])[:centres]
+    ends = np.concatenate([np.repeat(ends[:1], len(given), axis=0), ends])
+    aims = [
+        Aim(box_around(values, side, model.domain), end)
+        for values, end in zip(k, ends, strict=False)
     ]
-    found: list[Probe] = []
+    samples: list[PilotSample] = []
     best = -np.inf
-    for number, share in enumerate(asked.shares):
-        if not places:
+    for number, share in enumerate(shares):
+        if not aims:
             break
-        own = jax.random.fold_in(stream(key, Stage.DRIVEN), number)
-        round_ = probes(system, scene, places, asked.runs, own, rng)
+        # numbers of rounds stay below those of the trial of starts, in the same stream
+        fresh = jax.random.fold_in(stream(key, Stage.DRIVEN), number)
+        round_ = pilot_samples(system, scene, aims, runs, fresh, rng)
         if not round_:
             break
         top = round_[0]
-        runs = len(places) * asked.runs
-        stage = f"probes, round {number + 1}"
-        stages.append(Bought(stage, top.box, share, runs, top.room, top.unrest))
-        say(_line(stages[-1]))
-        found = sorted([*found, *round_], key=lambda probe: probe.score, reverse=True)
-        if top.score <= best or share == asked.shares[-1]:
+        stage = f"pilot samples, round {number + 1}"
+        note(Bought(stage, top.box, share, len(aims) * runs, top.margin, top.scatter))
+        samples = sorted([*samples, *round_], key=lambda sample: sample.score, reverse=True)
+        if top.score <= best or share == shares[-1]:
             break
         best = top.score
-        part = asked.shares[number + 1] / share
-        smaller = [one for probe in round_ for one in inside(probe, scene, part, rng)]
+        part = shares[number + 1] / share
+        smaller = [one for sample in round_ for one in smaller_boxes(sample, scene, part, rng)]
         smaller.sort(key=lambda one: one[0], reverse=True)
-        places = [place for _, place in smaller[: asked.centres]]
-    return [probe.box for probe in found], stages
+        aims = [aim for _, aim in smaller[:centres]]
+    return [sample.box for sample in samples]
 
 
-def _proved(
-    query: Question,
-    model: TrajectoryModel,
-    key: jax.Array,
-    solve: Callable[..., Any],
-    look: Look,
-    looks: Looks,
-    asked: Refine,
-    settings: Settings,
-):
-    """The stage of the query's model, and the answer under it; None where no plan is safe."""
-    local = query.model
-    share = float(share_of(local.domain, model.domain))
-    rng = np.random.default_rng(0)
-    widest = float(local.tube.final.max())
-    runs = asked.local.rollouts + asked.local.profile_runs + local.claim.n
+def _bought(found: LocalAnswer, domain: Box, local: Local) -> Bought:
+    """The stage of a local claim."""
+    model, look = found.model, found.look
+    share = float(share_of(model.domain, domain))
+    runs = local.rollouts + local.profile_runs + model.claim.n
     name = f"claim, look {look.number} of {look.planned}"
-    if not local.tube.claimed.any():
-        return Bought(name, local.domain, share, runs, -np.inf, widest), None
-    plans = nearly_safe(scene_of(query.problem, local), rng)
-    bought = Bought(name, local.domain, share, runs, plans.score, widest)
-    if not plans.score > 0:
-        return bought, None
-    if settings.method is None:
-        settings = settings.replace(method=Exact((plans.p0[0], plans.k[0])))
-    return bought, solve(query, key, settings, looks)
+    return Bought(name, model.domain, share, runs, found.margin, float(model.tube.final.max()))

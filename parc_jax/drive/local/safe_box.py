@@ -12,13 +12,13 @@ from parc_jax.common.spelling import hex_text
 from parc_jax.proof.certificate.prove import proves_box
 from parc_jax.proof.certificate.write import corridor_part
 from parc_jax.safe_set.corridors.sampling import points
-from parc_jax.safe_set.corridors.search import cover_around
+from parc_jax.safe_set.corridors.search import corridors_around
 from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene
 
 HALVINGS = 24  # of the box of all K, until a box of safe plans is found
-LOOKED_AT = 256  # plans of a box that are judged before a corridor is asked to hold all of it
+SAMPLED = 256  # plans of a box with a verdict, before a corridor is tried on all of it
 SHRINK = 0.85  # [1] from a box that the checker refuses to the next one
 ATTEMPTS = 10
 # [bits] corners of a box are multiples of its side, rounded to a power of two, over 2^GRID
@@ -28,10 +28,10 @@ INWARD = 1 - 2.0**-40  # [1] middle and half widths are rounded: their box stays
 
 @dataclass(frozen=True, eq=False)
 class SafeBox:
-    """A box of k from one start, every plan of which is proved safe in exact arithmetic.
+    """A box of k from one start, every plan of it proved safe in exact arithmetic.
 
-    p0 (n_p,): the start. middle, half (n_k,): the box. share: exact, of K. certificate: as the
-    checker's `check_doubt` takes it.
+    p0 (n_p,): the start. middle, half (n_k,): the box. share: exact, of K. certificate: for the
+    checker's `check_doubt`.
     """
 
     p0: np.ndarray
@@ -52,17 +52,17 @@ class SafeBox:
 
 
 def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None:
-    """A large box around k, cut to `within`, every plan from p0 proved safe; None for none.
+    """A large box around k, cut to `within`, every plan of it from p0 proved safe; or None. [T21]
 
-    Boxes have the sides of `within`. Large, not largest: it is found by looking at plans, and what
-    is returned is what the exact checker accepted. [T21]
+    Its sides are in the ratio of those of `within`. Large, not largest: sampled plans propose its
+    size, the exact checker accepts or refuses it.
     """
     model = scene.model
     rng = np.random.default_rng(0)
-    scene = whole_scene(scene)
+    scene = whole_scene(scene)  # the checker tests all obstacles, pruned ones too
     if not verdicts(scene, p0[None], k[None]).safe.all():
         return None
-    scale = _of_safe_plans(scene, p0, k, within, rng)
+    scale = _scale(scene, p0, k, within, rng)
     if scale is None:
         return None
     for _ in range(ATTEMPTS):
@@ -75,8 +75,9 @@ def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None
 
 
 def box_around(k: np.ndarray, scale: float | np.ndarray, within: Box) -> Box:
-    """The box around k (n_k,) with `scale` times the sides of `within`, of each or of all, moved
-    into it at its borders; its corners are short binary fractions, so that its middle is one too.
+    """The box around k (n_k,) with `scale` times the sides of `within`, moved into it at borders.
+
+    scale: one factor, or (n_k,). Corners are short binary fractions, so that the middle is one too.
     """
     side = scale * (within.hi - within.lo)
     lo = np.clip(k - side / 2, within.lo, within.hi - side)
@@ -91,13 +92,14 @@ def _cut(k: Float[np.ndarray, " n_k"], scale: float, within: Box) -> tuple[np.nd
     hi = np.minimum(k + side, within.hi)
     middle = (lo + hi) / 2
     half = (hi - lo) / 2
+    # middle ± half rounds: a side that leaves `within` by an ulp is drawn inwards
     return middle, np.where(_inside(middle, half, within), half, half * INWARD)
 
 
 def _inside(
     middle: Float[np.ndarray, " n_k"], half: Float[np.ndarray, " n_k"], within: Box
 ) -> np.ndarray:
-    """(n_k,) bool: whether the box is inside `within` in exact arithmetic."""
+    """(n_k,) bool: the box is inside `within` along an axis, in exact arithmetic."""
     exact = [
         (Fraction(float(m)), Fraction(float(h)), Fraction(float(lo)), Fraction(float(hi)))
         for m, h, lo, hi in zip(middle, half, within.lo, within.hi, strict=True)
@@ -105,10 +107,10 @@ def _inside(
     return np.array([lo <= m - h and m + h <= hi for m, h, lo, hi in exact])
 
 
-def _of_safe_plans(
+def _scale(
     scene: Scene, p0: Vector, k: Params, within: Box, rng: np.random.Generator
 ) -> float | None:
-    """The largest scale of boxes whose plans, as far as looked at, are all safe."""
+    """The largest scale of boxes whose sampled plans are all safe, or None."""
     scale = 2.0
     for _ in range(HALVINGS):
         x = _plans_of(*_cut(k, scale, within), rng)
@@ -119,33 +121,34 @@ def _of_safe_plans(
 
 
 def _plans_of(middle: np.ndarray, half: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """(LOOKED_AT, n_k) corners of a box, its middle, and uniform draws, a little inside of it."""
+    """(SAMPLED, n_k) corners of a box, its middle, and uniform draws, a little inside of it."""
     n = len(middle)
-    ways = np.array(np.meshgrid(*[[-1.0, 1.0]] * min(n, 6))).reshape(min(n, 6), -1).T
-    corners = np.pad(ways, ((0, 0), (0, n - ways.shape[1])))[: LOOKED_AT // 2]
-    drawn = rng.uniform(-1, 1, (LOOKED_AT - len(corners) - 1, n))
+    # corners of the first six axes, or there would be 2^n; draws cover the others
+    signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * min(n, 6))).reshape(min(n, 6), -1).T
+    corners = np.pad(signs, ((0, 0), (0, n - signs.shape[1])))[: SAMPLED // 2]
+    drawn = rng.uniform(-1, 1, (SAMPLED - len(corners) - 1, n))
     return middle + half * np.concatenate([np.zeros((1, n)), corners, drawn]) * INWARD
 
 
 def _certificates(
     scene: Scene, p0: Vector, box: tuple[np.ndarray, np.ndarray], rng: np.random.Generator
 ):
-    """Certificates for the box: of corridors around its plans, first those that hold most."""
+    """Certificates for the box: of corridors around its plans, those of most plans first."""
     x = _plans_of(*box, rng)
     starts = np.broadcast_to(p0, (len(x), len(p0)))
     e = verdicts(scene, starts, x)
-    seen = points(starts, x, e).at(e.safe)
-    if not len(seen.k):
+    safe = points(starts, x, e).at(e.safe)
+    if not len(safe.k):
         return
-    corridors, _ = cover_around(scene, rng, seen)
-    room = {"p0": hex_text(np.zeros(len(p0))), "k": hex_text(box[1])}
+    corridors = corridors_around(scene, rng, safe)
+    margin = {"p0": hex_text(np.zeros(len(p0))), "k": hex_text(box[1])}
     for corridor in corridors[:4]:
         part = corridor_part(corridor, scene.problem)
-        yield {"p0": hex_text(p0), "k": hex_text(box[0]), "room": room, "sep": part["sep"]}
+        yield {"p0": hex_text(p0), "k": hex_text(box[0]), "room": margin, "sep": part["sep"]}
 
 
 def share_of(part: Box, whole: Box) -> Fraction:
-    """Exact share of the volume of a box that a box in it takes."""
+    """Exact share of the volume of the box `whole` that the box `part` in it takes."""
     share = Fraction(1)
     for lo, hi, least, most in zip(part.lo, part.hi, whole.lo, whole.hi, strict=True):
         share *= (Fraction(float(hi)) - Fraction(float(lo))) / (

@@ -1,12 +1,12 @@
 """What the room offers: the one list, for type checkers and for `__init__.py`."""
 
+from parc_jax.drive.loop.candidates import Outlook as Outlook
+from parc_jax.drive.loop.candidates import Thinking as Thinking
+from parc_jax.drive.loop.commitment import left_tube as left_tube
+from parc_jax.drive.loop.episode_file import save_episode as save_episode
 from parc_jax.drive.loop.episodes import Episodes as Episodes
 from parc_jax.drive.loop.episodes import drive_episodes as drive_episodes
-from parc_jax.drive.loop.left import left_tube as left_tube
-from parc_jax.drive.loop.log import save_episode as save_episode
 from parc_jax.drive.loop.loop import Effort as Effort
 from parc_jax.drive.loop.loop import Loop as Loop
-from parc_jax.drive.loop.outcome import Outcome as Outcome
-from parc_jax.drive.loop.outlook import Outlook as Outlook
 from parc_jax.drive.loop.prover import Prover as Prover
-from parc_jax.drive.loop.thinking import Thinking as Thinking
+from parc_jax.drive.loop.workers import Outcome as Outcome

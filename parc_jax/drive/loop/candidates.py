@@ -1,21 +1,42 @@
-"""What a loop chooses from: parameters that are given, and values of those that are not."""
+"""Candidates of a loop: measured and chosen parameters, their predictions, rest at the end.
 
-from collections.abc import Sequence
+A candidate's given parameters are measured, or are the command that is under way [T39]; the others
+are chosen. Predictions order candidates and decide nothing. That a robot rests at the end of its
+manoeuvres is assumed; `require_rest` may refute it and proves nothing. [T38]
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import ArrayLike
 from scipy.stats import qmc
 
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import listed
+from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.learning.network.relu import outputs
+from parc_jax.learning.system import TURNS
+from parc_jax.problem.robust.pose import Pose
+
+AT_ONCE = 64  # candidates predicted at a time
+SAMPLED = 10  # 2 to the power of so many k, even over K, are tried for rest ...
+CORNERS = 10  # ... and the corners of K, up to so many parameters
+ROUNDED = 1e-9  # [m] more than networks round by: a model that moves so little more is believed
+SAME = Fraction(1, 10**6)  # [s] moments of a clock that are one: they come as floats
 
 
 def given_axes(model: TrajectoryModel, given: Sequence[str | int] | None) -> tuple[int, ...]:
-    """Numbers of the given parameters: all that the system declares, by default these. Where the
-    claim rests on runs no others, since it would not say what their start leaves hidden [T37].
+    """Indices of the given parameters: all that the system declares, by default these alone. Where
+    the claim rests on runs it excludes others, whose start those runs leave hidden. [T37]
     Raises InputError.
     """
     names = [name_of(label) for label in model.labels.k]
@@ -55,7 +76,9 @@ def even_candidates(model: TrajectoryModel, given: tuple[int, ...], n: int) -> n
     return k
 
 
-def own_candidates(model: TrajectoryModel, given: tuple[int, ...], values: ArrayLike) -> np.ndarray:
+def listed_candidates(
+    model: TrajectoryModel, given: tuple[int, ...], values: ArrayLike
+) -> np.ndarray:
     """(b, n_k) of values of the chosen parameters alone. Raises InputError."""
     chosen = [axis for axis in range(model.n_k) if axis not in given]
     values = as_float64("candidates", values, (None, len(chosen)))
@@ -65,3 +88,160 @@ def own_candidates(model: TrajectoryModel, given: tuple[int, ...], values: Array
     k = np.zeros((len(values), model.n_k))
     k[:, chosen] = values
     return k
+
+
+class Outlook(NamedTuple):
+    """Predictions of candidates in the world frame; leading axis b.
+
+    k (b, n_k). path (b, T + 1, n_p) [m] of the first reference point at all knots. q (b, n_q): the
+    other goal states at the end. heading (b,) [rad] at the end, None where no goal state turns.
+    leave: index of the first knot at which a manoeuvre may be left.
+    """
+
+    k: np.ndarray
+    path: np.ndarray
+    q: np.ndarray
+    heading: np.ndarray | None
+    leave: int
+
+
+def outlook(model: TrajectoryModel, pose: Pose, k: np.ndarray, leave: int) -> Outlook:
+    """Predict candidates k (b, n_k) from a pose by the model's network alone."""
+    n_p, n_c, n_steps = model.n_p, model.n_c, model.time.n_steps
+    of_first = n_c * np.arange(1, n_steps + 1)[:, None] - n_p + np.arange(n_p)
+    rows = np.concatenate([of_first.ravel(), np.arange(model.layout.n_offsets, model.net.n_out)])
+    # few rows at a time: for large products BLAS starts threads, which costs more than it saves
+    parts = [outputs(model.net, k[some], rows) for some in slices(len(k), AT_ONCE)]
+    y = np.concatenate(parts)
+    path, q = y[:, : n_p * n_steps].reshape(-1, n_steps, n_p), y[:, n_p * n_steps :]
+    path = np.concatenate([np.zeros((len(k), 1, n_p)), path], axis=1)
+    if pose.heading is None:
+        return Outlook(k, path + pose.place, q, None, leave)
+    cosine, sine = np.cos(pose.heading), np.sin(pose.heading)
+    x, y = path[..., 0], path[..., 1]
+    turned = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
+    turns = np.array([word == TURNS for word in model.rotation], bool)
+    q = q + pose.heading * turns
+    heading = q[:, turns.argmax()] if turns.any() else None
+    return Outlook(k, turned + pose.place, q, heading, leave)
+
+
+def moved_last(
+    model: TrajectoryModel, k: Float[np.ndarray, "b n_k"]
+) -> tuple[Float[np.ndarray, " b"], Float[np.ndarray, " b"]]:
+    """Motion [m] of the prediction in the last interval, and its excess over the motion that the
+    tube allows for a robot at rest: the largest of all points and axes.
+
+    A robot at rest is off by at most the tube of the interval at its beginning, and at its end by
+    the lesser of that and the tube at the end. On an edge between bins any of them may allow it.
+    """
+    moved, beyond = [], []
+    for some in slices(len(k), AT_ONCE):
+        knots, _ = trajectories(model.net, model.layout, k[some])
+        way = np.abs(knots[:, -1] - knots[:, -2])
+        bins = model.tube.bins_of(k[some])
+        during = model.tube.interval[bins, -1].max(axis=1)
+        at_end = model.tube.final[bins, : model.n_c].max(axis=1)
+        moved.append(way.max(axis=1))
+        beyond.append((way - during - np.minimum(during, at_end)).max(axis=1))
+    return np.concatenate(moved), np.concatenate(beyond)
+
+
+def require_rest(
+    model: TrajectoryModel, candidates: Float[np.ndarray, "b n_k"], given: tuple[int, ...]
+) -> None:
+    """Raises InputError for a model that moves in its last interval by more than its tube allows
+    at rest, at any k that is tried: 2^SAMPLED even over K, its corners, and all candidates, their
+    given parameters in the middle of K.
+    """
+    lo, hi = model.domain.lo, model.domain.hi
+    even = lo + qmc.Sobol(model.n_k, seed=0).random_base2(SAMPLED) * (hi - lo)
+    middle = candidates.copy()
+    middle[:, list(given)] = ((lo + hi) / 2)[list(given)]
+    corners = np.array(list(product(*zip(lo, hi, strict=True)))) if model.n_k <= CORNERS else even
+    k = np.concatenate([even, corners, middle])
+    moved, beyond = moved_last(model, k)
+    i = int(np.argmax(beyond))
+    if not beyond[i] <= ROUNDED:
+        values = ", ".join(f"{x:.3g}" for x in k[i])
+        raise InputError(
+            f"Loop: expected a model whose manoeuvres end at rest; at k = ({values}) it moves by "
+            f"{moved[i]:.3g} m in its last {model.time.dt:g} s, {beyond[i]:.3g} m more than its "
+            f"tube allows at rest. Learn it from runs that stop before {model.time.t_f:g} s."
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Thinking:
+    """Thinking time as a part of the manoeuvre: every run of the model begins when pose and speeds
+    are measured, continues for `seconds` with the command under way, follows the new one for
+    `held`, then stops. [T39]
+
+    seconds: [s] from measuring to the first moment of the new command, exactly; the command of a
+    commitment begins at its `begin` plus this. before: given parameters of k that are the command
+    under way, each with the chosen parameter that it continues with, by name or index.
+    held: [s] for which a command is followed. rest: values of `before`, in its order, without a
+    command: from the stop on, and at the first start.
+    """
+
+    seconds: float
+    before: Mapping[str | int, str | int]
+    held: float
+    rest: Sequence[float]
+
+
+class UnderWay:
+    """The command under way, for a loop with thinking time. Raises InputError where `thinking` does
+    not fit the model. axes: indices of the given parameters that are this command.
+    """
+
+    def __init__(self, thinking: Thinking, model: TrajectoryModel, given: tuple[int, ...]):
+        names = [name_of(label) for label in model.labels.k]
+        pairs = [
+            [names.index(name) if name in names else name for name in pair]
+            for pair in thinking.before.items()
+        ]
+        fits = all(a in given and b not in given and b in range(model.n_k) for a, b in pairs)
+        chosen = {b for _, b in pairs}
+        if not fits or len(chosen) < len(pairs) or len(chosen) < model.n_k - len(given):
+            raise InputError(
+                "thinking: expected every chosen parameter once, as what a given one goes on "
+                f"with; got {dict(thinking.before)!r:.200}."
+            )
+        seconds, held = (
+            Fraction(float(as_float64(f"thinking {name}", value, ())))
+            for name, value in (("seconds", thinking.seconds), ("held", thinking.held))
+        )
+        if not (0 < seconds and 0 < held and seconds + held <= Fraction(model.time.t_f) + SAME):
+            raise InputError(
+                "thinking: expected seconds and held above 0 s, together within a manoeuvre of "
+                f"{model.time.t_f:g} s; got {thinking.seconds!r} and {thinking.held!r}."
+            )
+        self.seconds, self._held = seconds, held
+        self.axes, self._chosen = [a for a, _ in pairs], [b for _, b in pairs]
+        self.rest = as_float64("thinking rest", thinking.rest, (len(pairs),))
+        lo, hi = model.domain.lo[self.axes], model.domain.hi[self.axes]
+        if not ((lo <= self.rest) & (self.rest <= hi)).all():
+            raise InputError(f"thinking: expected rest within K; got {self.rest.tolist()}.")
+
+    def command(self, last: Commitment | None, at: Fraction) -> np.ndarray:
+        """The command, values of `axes`, that lasts from a time for `seconds`. Raises InputError
+        where it changes in between.
+        """
+        if last is None:
+            return self.rest
+        begun, ended = self.seconds, self.seconds + self._held
+        first = at - last.begin
+        then = first + self.seconds
+        for values, begin, end in (
+            (last.k[self.axes], Fraction(0), begun),
+            (last.k[self._chosen], begun, ended),
+            (self.rest, ended, None),
+        ):
+            if begin - SAME <= first and (end is None or then <= end + SAME):
+                return values
+        raise InputError(
+            f"at: expected a time from which the command under way goes on for "
+            f"{float(self.seconds):g} s; it is {float(first):g} s into a manoeuvre whose commands "
+            f"change at {float(begun):g} and {float(ended):g} s."
+        )

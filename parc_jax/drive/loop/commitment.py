@@ -1,15 +1,35 @@
-"""What a loop has committed to, or why it goes on with the stop in hand."""
+"""Manoeuvres that a loop committed to: where each may lead, and whether the robot left its tube.
+[T38, T40]
+"""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.measure import allowance, score_arrays
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.problem.body import Disc, parts_of
+from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.question import Plain
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part, sample_part
 from parc_jax.safe_set.verdict.near import scene_near_path
 from parc_jax.safe_set.verdict.pointwise import paths_of
+
+if TYPE_CHECKING:
+    import shapely
+
+AT_ONCE = 64  # manoeuvres scored in one compiled call
+ROUNDED = 1e-9  # [m] more than floats round places up to 1e5 m by: so far outside is inside
+WHOLE = 1e-6  # [records] a manoeuvre that begins so near to one begins there
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,10 +38,9 @@ class Commitment:
     at its end is assumed. [T38] Proved in float64 with the margin that covers rounding; `proved`
     and `certificate` have the exact proof.
 
-    number: from 0. begin, end: [s] of the loop's clock, from its pose to its end. k (n_k,): what
-    was measured at the start and what is commanded. clearance: [m] kept from everything by every
-    run inside the tube. judged: candidates that were looked at. asked: the plain question, told
-    from the pose.
+    number: from 0. begin, end: [s] of the loop's clock, from its pose to its end. k (n_k,): values
+    measured at the start, and the command. clearance: [m] from everything, of every run inside the
+    tube. judged: candidates that had a verdict. asked: the plain question, from the pose.
     """
 
     number: int
@@ -40,7 +59,7 @@ class Commitment:
         )
 
     def proved(self) -> bool:
-        """Does the exact checker accept it? Takes some ten to hundred milliseconds."""
+        """Check it exactly, in some ten to hundred milliseconds."""
         return bool(prove(self.asked.problem, self.asked.model, [self.part])[0][0])
 
     def certificate(self) -> dict:
@@ -65,11 +84,152 @@ class Commitment:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """What to do now. committed: the manoeuvre that is under way from now on, None before the
-    first one. new: it was committed to in this step; else the robot goes on with it, to its end.
-    reason: why there is no new one, empty where there is.
+    """The decision of one step. committed: the manoeuvre under way from now on, None before the
+    first one. new: it was committed to in this step; else the robot continues it, to its end.
+    reason: why there is no new one, else empty.
     """
 
     committed: Commitment | None
     new: bool
     reason: str = ""
+
+
+def left_tube(
+    commitments: Sequence[Commitment], path: ArrayLike, heading: ArrayLike | None = None
+) -> bool:
+    """Test whether the robot left a tube in an episode, at any record of the executed part of a
+    manoeuvre. A run that rounding might have put outside, or that is not finite, counts as left.
+
+    commitments: of one loop, in their order. path: true places of its reference points
+    (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the time
+    between records of the model. heading (n,) [rad]: of a robot whose poses have one.
+    The last manoeuvre counts up to the end of the path. Other goal states (q) are not tested, which
+    only `end` rests on. Raises InputError.
+    """
+    if not commitments:
+        return False
+    model = commitments[0].asked.question.model
+    if any(one.asked.question.model is not model for one in commitments):
+        raise InputError("left_tube: expected commitments of one loop; got some of another model.")
+    turns = commitments[0].asked.pose.heading is not None
+    path = _path(model, path)
+    heading = np.zeros(len(path)) if heading is None else heading
+    heading = as_float64("left_tube: heading", np.where(turns, heading, 0.0), (len(path),))
+    begin = [_record(one, model.time.dt_record, len(path)) for one in commitments]
+    k = np.stack([one.k for one in commitments])
+    knots, q = trajectories(model.net, model.layout, k)
+    p = _between(knots, model.time.stride)
+    for i, (first, last) in enumerate(zip(begin, [*begin[1:], len(path) - 1], strict=True)):
+        n = min(last - first, model.time.n_record) + 1
+        p[i, :n] = _seen_from(path[first : first + n], heading[first])
+    slack = allowance(model.net, model.domain, model.layout)
+    score = []
+    for i in range(0, len(k), AT_ONCE):
+        some = np.minimum(np.arange(i, i + AT_ONCE), len(k) - 1)  # a short call repeats its last
+        score.append(score_arrays(model.net, slack, model.tube, k[some], p[some], q[some])[0])
+    # NaN fails the comparison: a run that is not finite has left
+    return not bool((np.concatenate(score) <= 1.0).all())
+
+
+def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> float:
+    """Distance [m] of a measured pose from the places that a manoeuvre may have led to by a time of
+    the clock, of the farthest reference point; 0 inside. [T38]
+
+    k (n_k,): with the parameters measured at the pose; its start places the other points.
+    The places are a box around the tube, grown by the doubt of both poses and ROUNDED. A heading
+    shows in the other points alone, so it is ignored for a robot of one point.
+    """
+    asked, begun = last.asked.question, last.asked.pose
+    model, doubt = asked.model, asked.problem.doubt
+    tube, n_p, steps = model.tube, model.n_p, model.time.n_steps
+    (knots, starts), _ = trajectories(model.net, model.layout, np.stack([last.k, k]))
+    passed = min(float((at - last.begin) / Fraction(model.time.dt)), float(steps))
+    before = min(int(passed), steps - 1)
+    way = knots[before] + (passed - before) * (knots[before + 1] - knots[before])
+    heading = begun.heading or 0.0
+    around = _turned(starts[0].reshape(-1, n_p), heading - (pose.heading or 0.0))
+    there = _turned(pose.place - begun.place, heading) + around
+    at_start = tube.interval[tube.bins_of(k[None])[0], 0].max(axis=0)
+    at_start[:n_p] = 0.0  # of the first point, which is where the pose is
+    allowed = tube.interval[tube.bins_of(last.k[None])[0], before].max(axis=0) + at_start
+    allowed = allowed.reshape(-1, n_p) + ROUNDED
+    if doubt is not None:
+        far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
+        turned = float(doubt.heading or 0.0) * far[:, None]
+        allowed = allowed + 2 * doubt.shifts(n_p).sum() + turned
+    beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)
+    return float(np.linalg.norm(beyond, axis=1).max())
+
+
+def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
+    """Test whether any of the body may enter a region of the plane during a manoeuvre: the hull of
+    all its points in each interval, grown by tube, doubt and body. Overestimates.
+    """
+    if region.is_empty:
+        return False
+    from shapely import MultiPoint
+
+    asked, begun = last.asked.question, last.asked.pose
+    model, doubt = asked.model, asked.problem.doubt
+    knots, _ = trajectories(model.net, model.layout, last.k[None])
+    away = knots[0].reshape(-1, model.n_points, model.n_p)
+    places = begun.place + _turned(away, -(begun.heading or 0.0))
+    shapes = [part.shape for part in parts_of(asked.problem.body)]
+    grown = max(
+        one.radius if isinstance(one, Disc) else np.linalg.norm(one.vertices, axis=1).max()
+        for one in shapes
+    )
+    if doubt is not None:
+        far = np.linalg.norm(away, axis=-1).max()
+        grown += doubt.shifts(model.n_p).sum() + float(doubt.heading or 0.0) * far
+    widths = model.tube.interval[model.tube.bins_of(last.k[None])[0]].max(axis=0)
+    for both, width in zip(pairwise(places), widths, strict=True):
+        off = np.linalg.norm(width.reshape(model.n_points, -1), axis=1).max()
+        if MultiPoint(np.concatenate(both)).convex_hull.distance(region) <= grown + off:
+            return True
+    return False
+
+
+def _path(model: TrajectoryModel, path: ArrayLike) -> np.ndarray:
+    """(n, points, n_p); places that are not finite are outside every tube. Raises InputError."""
+    path = np.asarray(path, np.float64)
+    shape = (model.n_points, model.n_p)
+    if path.ndim < 2 or path.shape[1:] not in (shape, (model.n_p,) if shape[0] == 1 else shape):
+        raise InputError(
+            f"left_tube: expected places of {shape[0]} points in {shape[1]} axes at each record, "
+            f"(n, {shape[0]}, {shape[1]}); got shape {path.shape}."
+        )
+    return path.reshape(len(path), *shape)
+
+
+def _record(one: Commitment, step: float, n: int) -> int:
+    """The record at which a manoeuvre began. Raises InputError."""
+    number = float(one.begin) / step
+    nearest = round(number)
+    if abs(number - nearest) > WHOLE * max(1.0, abs(number)) or not 0 <= nearest < n:
+        raise InputError(
+            f"left_tube: expected manoeuvres that began at records of the path, every {step:g} s "
+            f"from 0 to {step * (n - 1):g} s; number {one.number} began at {float(one.begin):g} s."
+        )
+    return nearest
+
+
+def _between(knots: np.ndarray, stride: int) -> np.ndarray:
+    """(n, n_record + 1, n_c) from knots (n, T + 1, n_c), straight in between."""
+    share = (np.arange(stride) / stride)[:, None]
+    a, b = knots[:, :-1, None], knots[:, 1:, None]
+    within = (a * (1 - share) + b * share).reshape(len(knots), -1, knots.shape[-1])
+    return np.concatenate([within, knots[:, -1:]], axis=1)
+
+
+def _seen_from(path: np.ndarray, heading: float) -> np.ndarray:
+    """(n, n_c) from the place of the first point at the start, with the heading there."""
+    return _turned(path - path[0, 0], heading).reshape(len(path), -1)
+
+
+def _turned(away: np.ndarray, heading: float) -> np.ndarray:
+    """(..., n_p) from the world into a frame with this heading."""
+    if not heading:
+        return away
+    cosine, sine = np.cos(heading), np.sin(heading)
+    return away @ np.array([[cosine, -sine], [sine, cosine]])

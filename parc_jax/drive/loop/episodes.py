@@ -1,5 +1,8 @@
-"""What is claimed of a loop: fresh episodes of a law, counted. [T40]"""
+"""The claim about a loop: fresh episodes of a law, counted, and their folder. [T40]"""
 
+import fcntl
+import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -12,22 +15,22 @@ from parc_jax.answer.looks import DELTA, Look
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.options import check_count
-from parc_jax.drive.loop.crew import driven
-from parc_jax.drive.loop.ledger import Ledger
-from parc_jax.drive.loop.outcome import Driven, Outcome, Task
+from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
 from parc_jax.learning.bound.counts import as_probability, clopper_pearson
-from parc_jax.learning.runs.chunks import cores
-from parc_jax.learning.runs.rows import seed_of
+from parc_jax.learning.runs.chunks import cores, refuse_other_work
+from parc_jax.learning.runs.collect import seed_of
+from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.systems.identity import lasting_digest
 from parc_jax.statement import about_episodes
 
 FORMAT = "parc_jax.episodes/1"
-HOPELESS = 4  # episodes, all failed, after which nobody goes on
+HOPELESS = 4  # episodes, all failed, after which driving ends
+LINES, ABOUT = "episodes.jsonl", "meta.json"
 
 
 @dataclass(frozen=True)
 class Episodes:
-    """What fresh episodes of a law showed. [T40]
+    """Results of fresh episodes of a law. [T40]
 
     driven: all of them, by number. look: which of the looks this is, with its share of delta.
     """
@@ -47,18 +50,18 @@ class Episodes:
 
     @property
     def left(self) -> int | None:
-        """In which a tube was left; None where nobody looked in all of them."""
-        known = [one.left for one in self.driven if not one.failed]
-        return None if None in known else sum(known)
+        """In which a tube was left; None where that was not tested in all of them."""
+        left = [one.left for one in self.driven if not one.failed]
+        return None if None in left else sum(left)
 
     @property
     def failed(self) -> int:
-        """That came to no outcome; they count as bad."""
+        """Without an outcome; they count as bad."""
         return sum(bool(one.failed) for one in self.driven)
 
     @property
     def bad(self) -> int:
-        """In which a tube was left, or anything touched, or nobody knows."""
+        """In which a tube was left, anything touched, or that is unknown."""
         return sum(one.bad for one in self.driven)
 
     @property
@@ -92,25 +95,24 @@ def drive_episodes(
     looks: Sequence[int] = (),
     quiet: bool = False,
 ) -> Episodes:
-    """Drive n fresh episodes of a law and say what they show of the next one. [T40]
+    """Drive n fresh episodes of a law and bound the probability that the next one is bad. [T40]
 
-    drive: (world, seed) -> Outcome, with all that was decided before: the planner, its model and
-        tube, the sensors, when an episode ends. An exception is a failed episode, and so is one
-        that ends its process; failed ones count as bad.
-    law: seed -> a world, with its start and goal: whatever differs from episode to episode. A seed
-        is an array (2,) of uint32: a random key of JAX, or `numpy.random.default_rng(seed)`. All
-        randomness comes from seeds; they are the key's and the episode's number alone, and meet no
+    drive: (world, seed) -> Outcome, with all decisions made before: planner, model and tube,
+        sensors, end of an episode. An exception is a failed episode, and so is one that ends its
+        process; failed ones count as bad.
+    law: seed -> a world with its start and goal, all that differs between episodes. A seed is an
+        array (2,) of uint32: a random key of JAX, or `numpy.random.default_rng(seed)`. All
+        randomness comes from seeds, which depend on key and number of the episode alone and meet no
         other stream.
-    folder: keeps a line for each episode, written whole when it ends: a killed run goes on where it
-        was. Episodes of another drive, law or key are refused; of objects, what begins with an
-        underscore is not looked at.
-    workers: processes, None for one per core, 0 for none; drive and law are sent to each once,
-        pickled.
+    folder: gets a line for each episode when it ends; a killed run continues there. Episodes of
+        another drive, law or key are refused; attributes of objects with a leading underscore are
+        not compared.
+    workers: processes, None for one per core, 0 for none; each gets drive and law once, pickled.
     delta: error probability of all looks together. looks: all numbers n at which the claim may ever
-        be asked for, declared before the first episode, each with its share of delta; by default n
-        alone. What is seen in between, or in a folder, may then decide nothing.
+        be evaluated, declared before the first episode, each with its share of delta; by default n
+        alone. Results in between, or in a folder, may then decide nothing.
 
-    Assumed: what kills a run, and when you do, does not depend on how its episodes were going.
+    Assumed: the cause and time of a killed run do not depend on how its episodes were going.
     Raises InputError.
     """
     check_count("episodes", n, 1, "how many to drive")
@@ -136,6 +138,72 @@ def drive_episodes(
     with Ledger(folder, meta) as ledger:
         _drive(drive, law, words, n, workers, ledger.done, ledger.add, quiet)
         return _of(ledger.done, n, look)
+
+
+class Ledger:
+    """Open while it is written: `with Ledger(folder, meta) as ledger`.
+
+    meta: identity of the episodes; a folder of others is refused. done: episodes by their number.
+    """
+
+    def __init__(self, folder: str | Path, meta: dict):
+        self.folder, self.meta = Path(folder), meta
+        self.done: dict[int, Driven] = {}
+
+    def __enter__(self) -> "Ledger":
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self._file = os.open(self.folder / LINES, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
+        try:
+            self._open()
+        except BaseException:
+            os.close(self._file)
+            raise
+        return self
+
+    def __exit__(self, *_) -> None:
+        os.close(self._file)
+
+    def add(self, one: Driven) -> None:
+        """Append an episode; it is on disk when this returns."""
+        line = json.dumps(one._asdict()) + "\n"
+        os.write(self._file, line.encode())
+        os.fsync(self._file)
+        self.done[one.number] = one
+
+    def _open(self) -> None:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # ends with the process
+        except OSError:
+            raise InputError(
+                f"{self.folder}: expected a folder that no run writes to; another run does."
+            ) from None
+        about = self.folder / ABOUT
+        if about.exists():
+            refuse_other_work(self.folder, json.loads(about.read_text()), self.meta)
+        else:
+            write_atomic(about, json.dumps(self.meta, sort_keys=True, indent=1).encode())
+        text = (self.folder / LINES).read_bytes()
+        # a line that a killed run did not finish is dropped, and its episode driven again
+        whole = text.rfind(b"\n") + 1
+        os.ftruncate(self._file, whole)
+        for i, line in enumerate(text[:whole].splitlines()):
+            one = _read(self.folder / LINES, i, line)
+            if one.number in self.done:
+                raise InputError(
+                    f"{self.folder / LINES}: expected every episode once; {one.number} stands "
+                    "there twice."
+                )
+            self.done[one.number] = one
+
+
+def _read(path: Path, i: int, line: bytes) -> Driven:
+    try:
+        return Driven(**json.loads(line))
+    except (ValueError, TypeError):
+        raise InputError(
+            f"{path}: expected an episode in every line; line {i + 1} is none. Lines are not to be "
+            "changed: take the folder away and drive again."
+        ) from None
 
 
 def _look(n: int, looks: Sequence[int], delta: Fraction) -> Look:
@@ -164,7 +232,7 @@ def _drive(
     n: int,
     workers: int,
     done: Mapping[int, Driven],
-    keep: Callable[[Driven], None],
+    store: Callable[[Driven], None],
     quiet: bool,
 ) -> None:
     """All that are not done yet. Raises InputError where not one of the first has an outcome."""
@@ -173,7 +241,7 @@ def _drive(
     tasks = [task_of(words, i) for i in range(n) if i not in done]
     with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
         for one in driven(drive, law, tasks, workers):
-            keep(one)
+            store(one)
             done[one.number] = one
             bar.update()
             if len(done) >= min(n, HOPELESS) and all(each.failed for each in done.values()):

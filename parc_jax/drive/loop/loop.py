@@ -1,5 +1,5 @@
-"""The loop that never stops being safe: at every step a new manoeuvre that is proved over all of
-its time, rest included, or the one that is under way, which was. [T37, T38, T39]
+"""The loop that never stops being safe: every step commits to a new manoeuvre that is proved over
+all of its time, rest included, or continues the one under way, which was. [T37, T38, T39]
 """
 
 import math
@@ -16,14 +16,20 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.drive.loop.candidates import even_candidates, given_axes, own_candidates
-from parc_jax.drive.loop.commitment import Commitment, Step
-from parc_jax.drive.loop.left import leads_to, outside_tube
-from parc_jax.drive.loop.outlook import Outlook, outlook
+from parc_jax.drive.loop.candidates import (
+    SAME,
+    Outlook,
+    Thinking,
+    UnderWay,
+    even_candidates,
+    given_axes,
+    listed_candidates,
+    outlook,
+    require_rest,
+)
+from parc_jax.drive.loop.commitment import Commitment, Step, leads_to, outside_tube
 from parc_jax.drive.loop.prover import Prover
-from parc_jax.drive.loop.rest import require_rest
 from parc_jax.drive.loop.scenes import Scenes
-from parc_jax.drive.loop.thinking import SAME, Thinking, UnderWay
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.systems.chained import hand_over_of
@@ -31,26 +37,26 @@ from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.robust.pose import Pose, pose_of
 from parc_jax.problem.robust.question import Plain
-from parc_jax.safe_set.corridors.preferred import preferred
+from parc_jax.safe_set.corridors.first import preferred
 
 if TYPE_CHECKING:
     import shapely
 
-AT_ONCE = 64  # candidates judged in one compiled call, between looks at the clock
-AMONG = 6  # safe ones of a call, of which one with room is taken
+AT_ONCE = 64  # candidates judged in one compiled call, between readings of the clock
+AMONG = 6  # safe ones of a call, of which one with enough clearance is taken
 
 Prefer = Callable[[Outlook], np.ndarray]
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How a loop looks for manoeuvres.
+    """The work of one step of a loop.
 
-    candidates: drawn once, evenly over the chosen parameters. judged: of these, at most, the best
-    first. looks: at a pair of an obstacle and a part, which are nearly all of the work; after so
-    many no further candidate is judged, so that no scene is dear. room: [m] of clearance that is
-    liked: of the first few safe ones the best liked one with so much is taken, else the one with
-    most. deadline: [s] of the clock for a step; what is not decided by then is not committed to.
+    candidates: drawn once, evenly over the chosen parameters. judged: most of these per step, the
+    best first. looks: most tests of a pair of an obstacle and a part, which are nearly all of the
+    work; no further candidate is judged after as many. room: [m] preferred clearance: of the first
+    few safe candidates the cheapest with as much is taken, else the one with most.
+    deadline: [s] of the clock for a step; nothing is committed to after it.
     """
 
     candidates: int = 1024
@@ -69,25 +75,24 @@ class Effort:
 
 
 class Loop:
-    """A robot that drives by one model. Made once, which compiles; `step` is asked again and again.
+    """A robot that drives by one model. Made once, which compiles; `step` is called repeatedly.
 
-    model: whose manoeuvres carry their stop: at the end of each the robot rests, and stays. body:
-    as of `reach_avoid`. leave: [s] after the start of a manoeuvre from when on it may be left for
-    the next one. given: parameters of k that are measured at the start, names or numbers; by
-    default those that the system declares, and where the claim rests on runs just these. doubt: of
-    the start and heading, the same at every step. end: where a manoeuvre may end, a set over all
-    points and q seen from its start with the heading that is measured, whichever within its doubt
-    it has; None for anywhere. candidates (b, chosen parameters): that are looked at, at every step;
-    by default `effort.candidates` of them, even over K. prover: proves every commitment exactly in
-    a second process; while it is far behind, and after it rejected one, nothing is committed to.
-    thinking: that every run of the model waits for the next command; None where the new one is
-    followed from the very moment of measuring, as in a simulation that waits. Raises InputError for
-    what does not fit the model, also for one that at some k of many (`require_rest`) does not rest
-    at its end, and for a time to leave at which no run of its claim was left.
+    model: its manoeuvres contain their stop: at the end of each the robot rests, and stays.
+    body: as of `reach_avoid`. leave: [s] from the start of a manoeuvre to the first moment at which
+    the next one may begin. given: parameters of k measured at the start, names or indices; by
+    default those that the system declares, the only choice where the claim rests on runs.
+    doubt: of start and heading, equal at every step. end: set of admissible ends, over all points
+    and q seen from the start with the measured heading, for every heading in its doubt; None for
+    all. candidates (b, chosen parameters): to judge at every step; by default `effort.candidates`,
+    even over K. prover: proves every commitment exactly in a second process; nothing is committed
+    to while it is far behind, nor after it rejected one. thinking: every run of the model waits for
+    the next command; None where that begins at the very moment of measuring, as in a simulation.
+    Raises InputError for arguments that do not fit the model, for one that does not rest at its end
+    (`require_rest`), and for a time to leave at which no run of its claim was left.
 
     A pose outside of the tube of the manoeuvre under way, by more than its doubt and drift, begins
-    nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre goes on to
-    its stop, with a sentence by how far, until `restart` says that another episode begins.
+    nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre continues to
+    its stop, with a sentence by how far, until `restart` begins another episode.
     """
 
     def __init__(
@@ -125,11 +130,11 @@ class Loop:
             self._leaves = of_runs
             self._require_left(self.leave_after, "leave")
             self._leaves = (max(of_runs[0], self.leave_after), of_runs[1])
-        self._known_before = None if thinking is None else UnderWay(thinking, model, self.given)
+        self._command = None if thinking is None else UnderWay(thinking, model, self.given)
         self._require_time_to_think()
         self.candidates = even_candidates(model, self.given, self.effort.candidates)
         if candidates is not None:
-            self.candidates = own_candidates(model, self.given, candidates)
+            self.candidates = listed_candidates(model, self.given, candidates)
         require_rest(model, self.candidates, self.given)
         self.under_way: Commitment | None = None
         self._before: Commitment | None = None
@@ -148,20 +153,20 @@ class Loop:
         drift: float = 0.0,
         gone: "shapely.Geometry | None" = None,
     ) -> Step:
-        """Commit to the best manoeuvre that is safe, or go on with the one that is under way.
+        """Commit to the cheapest manoeuvre that is proved safe, or continue the one under way.
 
-        pose: where the robot is, as of `Planner.solve`. given: values of the given parameters, in
-        their order, without those that `thinking` knows. obstacles: boxes or polytopes in the
-        world that it must not touch from now on. prefer: of an Outlook of candidates, (b,) numbers,
-        the least is liked best; NaN and infinite ones are left out. at: [s] of the loop's clock, at
-        which the pose was measured; None for when the manoeuvre under way may first be left; before
-        that nothing is begun. measured: the reading of `time.perf_counter()` at that moment, from
-        which the deadline counts; None for now. spans: when the obstacles exist, in intervals from
-        the moment of the pose, as of `reach_avoid`; those of `moving` move. Nothing is told of them
-        after the manoeuvre's rest: they may run into a robot that rests [T38]. drift: [m] by which
-        the pose may be off against the one at which the manoeuvre under way began, as odometry's
-        may, beside the doubt of both. gone: as of `FreeSpace.gone`, for the sentence. Whatever is
-        wrong with what was measured ends in the manoeuvre under way, with a sentence.
+        pose: measured, as of `Planner.solve`. given: values of the given parameters, in their
+        order, without those of `thinking`. obstacles: boxes or polytopes in the world to avoid from
+        now on. prefer: maps an Outlook of b candidates to costs (b,); NaN and infinite ones are
+        left out. at: [s] of the loop's clock at which the pose was measured; None for the first
+        moment at which the manoeuvre under way may be left; nothing begins earlier. measured: the
+        reading of `time.perf_counter()` at that moment, from which the deadline counts; None for
+        now. spans: intervals, counted from the pose, in which each obstacle exists, as of
+        `reach_avoid`; those of `moving` move. After the manoeuvre's rest nothing is claimed of
+        them: they may run into a robot that rests [T38]. drift: [m] by which the pose may be off
+        against that at which the manoeuvre under way began, beside the doubt of both, as odometry
+        may. gone: as of `FreeSpace.gone`, for the sentence. Wrong measurements end in the manoeuvre
+        under way, with a sentence.
         """
         begin = time.perf_counter()
         trouble = "" if self.prover is None else self.prover.trouble()
@@ -176,7 +181,7 @@ class Loop:
                 here = here._replace(heading=math.remainder(here.heading, 2 * math.pi))
             k = self._all_of_k(self._with_command(given, at))
             self._require_inside(here, at, k[0], drift)
-            scene = self._scenes.seen(here, obstacles, spans)
+            scene = self._scenes.scene(here, obstacles, spans)
         except InputError as error:
             return self.go_on(str(error).rstrip("."), gone)
         cost = np.asarray(prefer(outlook(self.model, here, k, self.leave)), float)
@@ -188,21 +193,22 @@ class Loop:
         judged = looks = 0
         while judged < most and looks < self.effort.looks:
             rows = order[judged : min(judged + AT_ONCE, most)]
-            # a short call is filled up with its last candidate
+            # a short call repeats its last candidate: one shape, one compiled program
             rows = rows[np.minimum(np.arange(AT_ONCE), len(rows) - 1)]
             left = self.effort.looks - looks
-            found = preferred(scene, k[rows], AMONG, self.effort.room, left)
-            judged, looks = min(judged + found.judged, most), looks + found.looks
+            safe = preferred(scene, k[rows], AMONG, self.effort.room, left)
+            judged, looks = min(judged + safe.judged, most), looks + safe.looks
+            # read after the verdicts: a manoeuvre that was proved too late begins too late
             if time.perf_counter() - begin > self.effort.deadline:
                 return self.go_on(
                     f"no manoeuvre was proved within {self.effort.deadline:g} s, effort.deadline; "
                     f"{judged:,} of {len(order):,} candidates were looked at",
                     gone,
                 )
-            if len(found.rows):
-                i = int(np.argmax(np.minimum(found.clearance, self.effort.room)))
-                chosen = k[rows[found.rows[i]]]
-                return self._commit(scene.asked, chosen, found.clearance[i], judged, at)
+            if len(safe.rows):
+                i = int(np.argmax(np.minimum(safe.clearance, self.effort.room)))
+                chosen = k[rows[safe.rows[i]]]
+                return self._commit(scene.asked, chosen, safe.clearance[i], judged, at)
         more = ""
         if judged < len(order):
             which = "looks" if judged < most else "judged"
@@ -221,18 +227,18 @@ class Loop:
         self._n = 0
 
     def go_on(self, reason: str, gone: "shapely.Geometry | None" = None) -> Step:
-        """The manoeuvre under way goes on to its stop, for a reason of the caller: a scan that
-        makes no sense, a place without free space around it. gone: as of `step`; whether the
-        manoeuvre may lead there is told.
+        """Continue the manoeuvre under way to its stop, for a reason of the caller: an invalid
+        scan, a place without free space. gone: as of `step`; the sentence says whether the
+        manoeuvre may lead there.
         """
         if self.under_way is not None and gone is not None and leads_to(self.under_way, gone):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
         return Step(self.under_way, False, reason)
 
     def _warm_up(self) -> None:
-        """Compile all that a step needs, whatever it sees."""
+        """Compile everything that a step may need."""
         pose = np.zeros(self.model.n_p + (self.model.rotation is not None))
-        scene = self._scenes.seen(pose_of(pose, self.model), ())
+        scene = self._scenes.scene(pose_of(pose, self.model), ())
         k = self._all_of_k(self.model.domain.lo[list(self.given)])
         preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
         if self.prover is not None:
@@ -250,7 +256,7 @@ class Loop:
         return Step(one, True)
 
     def _time(self, at: float | None) -> Fraction:
-        """[s] of the clock, after the manoeuvre under way began. Raises InputError."""
+        """[s] of the clock, exact, after the manoeuvre under way began. Raises InputError."""
         last = self.under_way
         if at is None:
             return Fraction(0) if last is None else last.begin + self.leave_after
@@ -278,9 +284,9 @@ class Loop:
 
     def _require_time_to_think(self) -> None:
         """Raises InputError where a step could end, or the next one begin, before the command."""
-        if self._known_before is None:
+        if self._command is None:
             return
-        seconds = float(self._known_before.seconds)
+        seconds = float(self._command.seconds)
         if not (self.effort.deadline <= seconds <= float(self.leave_after)):
             raise InputError(
                 f"Loop: expected a deadline within the {seconds:g} s of thinking, and a time to "
@@ -289,25 +295,26 @@ class Loop:
             )
 
     def _with_command(self, given: ArrayLike, at: Fraction):
-        """Values of all given parameters: what was measured, and what the loop knows itself. [T39]
+        """Values of all given parameters: the measured ones, and the command under way. [T39]
         Raises InputError.
         """
-        known = self._known_before
-        if known is None:
+        command = self._command
+        if command is None:
             return given
-        own = [axis for axis in self.given if axis not in known.axes]
-        values = dict(zip(own, as_float64("given", given, (len(own),)), strict=True))
-        values |= dict(zip(known.axes, known.command(self.under_way, at), strict=True))
+        measured = [axis for axis in self.given if axis not in command.axes]
+        values = dict(zip(measured, as_float64("given", given, (len(measured),)), strict=True))
+        values |= dict(zip(command.axes, command.command(self.under_way, at), strict=True))
         return [values[axis] for axis in self.given]
 
     def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray, drift: float) -> None:
-        """Raises InputError for a pose to which the manoeuvre under way has not led. [T38]"""
+        """Raises InputError for a pose to which the manoeuvre under way cannot have led. [T38]"""
         last = self.under_way
         drift = float(as_float64("drift", drift, ()))
         if not drift >= 0:
             raise InputError(f"drift: expected 0 m or more; got {drift:g}.")
         if last is None or (outside := outside_tube(last, pose, at, k)) <= drift:
             return
+        # inside of the tube before: the robot does not follow the last command yet
         late = ""
         if self._before is None:
             moved = outside_tube(last, pose, last.begin, k)
@@ -322,7 +329,7 @@ class Loop:
         )
 
     def _all_of_k(self, given: ArrayLike) -> np.ndarray:
-        """(b, n_k) all candidates from what was measured. Raises InputError."""
+        """(b, n_k) all candidates with measured values. Raises InputError."""
         values = as_float64("given", given, (len(self.given),))
         lo, hi = (side[list(self.given)] for side in (self.model.domain.lo, self.model.domain.hi))
         outside = ~((lo <= values) & (values <= hi))

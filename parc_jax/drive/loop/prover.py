@@ -1,16 +1,39 @@
-"""The exact proof of every commitment, in a process of its own, while the loop goes on."""
+"""The exact proof of every commitment, in a second process, while the loop goes on."""
 
 import multiprocessing
+import pickle
+import signal
+import time
+from io import BytesIO
+from multiprocessing.connection import Connection
+from multiprocessing.queues import Queue
+from typing import NamedTuple
 
+from parc_jax import checker
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.drive.loop.commitment import Commitment
-from parc_jax.drive.loop.proving import READY, Packer, Proof, serve
+from parc_jax.drive.loop.episode_file import head_part, manoeuvre_part
+from parc_jax.learning.model import TrajectoryModel
 
 MOST = 10  # commitments that may wait
+READY = "ready"
+
+
+class Proof(NamedTuple):
+    """Of one commitment. proved: it is safe over all of its time, from its pose. follows: it began
+    where the one before may have been left; False where a tube was left, or a pose was wrong.
+    why: reason where it is not proved. seconds: processor time that it took.
+    """
+
+    number: int
+    proved: bool
+    follows: bool
+    why: str
+    seconds: float
 
 
 class Prover:
-    """Proves what a loop commits to, in exact arithmetic, by the independent checker, in a second
+    """Proves the commitments of a loop in exact arithmetic, by the independent checker, in a second
     process: `with pj.loop.Prover() as prover: loop = pj.loop.Loop(..., prover=prover)`.
 
     Every commitment is proved in float64 before it is driven, with a margin for all rounding; the
@@ -29,10 +52,10 @@ class Prover:
         self.most, self.proofs = most, []
         self._sent, self._packer = 0, Packer()
         context = multiprocessing.get_context("spawn")
-        self._asked = context.Queue()  # a thread of it waits where its pipe is full, no loop does
-        self._asked.cancel_join_thread()
-        self._told, there = context.Pipe(duplex=False)
-        self._process = context.Process(target=serve, args=(self._asked, there), daemon=True)
+        self._tasks = context.Queue()  # a thread of it waits where its pipe is full, no loop does
+        self._tasks.cancel_join_thread()
+        self._answers, there = context.Pipe(duplex=False)
+        self._process = context.Process(target=serve, args=(self._tasks, there), daemon=True)
         self._process.start()
         there.close()
         self._wait_ready()
@@ -49,12 +72,12 @@ class Prover:
 
     def add(self, one: Commitment) -> None:
         """Prove it, as soon as those before it are."""
-        self._asked.put(self._packer.pack(one))
+        self._tasks.put(self._packer.pack(one))
         self._sent += 1
 
     def rehearse(self, one: Commitment) -> None:
-        """Read its model and compile what a proof of such a commitment needs; waits for it."""
-        self._asked.put(self._packer.pack(one, rehearsal=True))
+        """Read its model and compile its proof; waits for both."""
+        self._tasks.put(self._packer.pack(one, rehearsal=True))
         self._wait_ready()
 
     @property
@@ -87,7 +110,7 @@ class Prover:
         """All proofs, waited for. Raises SoundnessError where one is missing or rejected."""
         while self.behind and self.rejected is None:
             try:
-                self.proofs.append(self._told.recv())
+                self.proofs.append(self._answers.recv())
             except (EOFError, OSError):
                 self._process.join()
                 break
@@ -96,23 +119,23 @@ class Prover:
         return self.proofs
 
     def close(self) -> None:
-        """End the process; what waits is not proved."""
-        self._asked.close()
+        """End the process; waiting commitments stay unproved."""
+        self._tasks.close()
         self._process.kill()
         self._process.join()
-        self._told.close()
+        self._answers.close()
 
     def _read(self) -> None:
-        """What has come by now."""
+        """Receive the proofs that are ready."""
         try:
-            while self._told.poll():
-                self.proofs.append(self._told.recv())
+            while self._answers.poll():
+                self.proofs.append(self._answers.recv())
         except (EOFError, OSError):  # the process ended: `trouble` says so
             return
 
     def _wait_ready(self) -> None:
         try:
-            ready = self._told.recv()
+            ready = self._answers.recv()
         except (EOFError, OSError):
             ready = None
         if ready != READY:
@@ -121,3 +144,103 @@ class Prover:
                 "Prover: expected its process to start; it ended at once. Guard the script's own "
                 'start with `if __name__ == "__main__":`.'
             )
+
+
+class Packed(NamedTuple):
+    """A commitment on its way. model: pickled, where it was not sent before."""
+
+    commitment: bytes
+    model: bytes | None
+    rehearsal: bool = False  # read the model, compile what it needs, say nothing
+
+
+class Packer:
+    """Packs commitments; the model, which is large, goes once."""
+
+    def __init__(self):
+        self._models: list[TrajectoryModel] = []
+
+    def pack(self, one: Commitment, rehearsal: bool = False) -> Packed:
+        """The bytes of a commitment."""
+        new: list[TrajectoryModel] = []
+
+        class Pickler(pickle.Pickler):
+            def persistent_id(pickler: pickle.Pickler, x: object):
+                # by identity: a model is megabytes, and each commitment holds two
+                return self._number(x, new) if isinstance(x, TrajectoryModel) else None
+
+        buffer = BytesIO()
+        Pickler(buffer).dump(one)
+        return Packed(buffer.getvalue(), pickle.dumps(new) if new else None, rehearsal)
+
+    def _number(self, model: TrajectoryModel, new: list) -> int:
+        for number, known in enumerate(self._models):
+            if known is model:
+                return number
+        self._models.append(model)
+        new.append(model)
+        return len(self._models) - 1
+
+
+class Unpacker:
+    """The other side of a Packer."""
+
+    def __init__(self):
+        self._models: list[TrajectoryModel] = []
+
+    def unpack(self, packed: Packed) -> Commitment:
+        """The commitment that was packed."""
+        if packed.model is not None:
+            self._models += pickle.loads(packed.model)
+
+        class Unpickler(pickle.Unpickler):
+            def persistent_load(unpickler: pickle.Unpickler, number: int):
+                return self._models[number]
+
+        return Unpickler(BytesIO(packed.commitment)).load()
+
+
+class Proving:
+    """Commitments of one loop after another, proved in their order. Network and tube, which take
+    the checker seconds to read, are read once for all episodes of a loop.
+    """
+
+    def __init__(self):
+        self._about: tuple = ()
+        self._chain: checker.Chain | None = None
+
+    def proof(self, one: Commitment) -> Proof:
+        """Serialise and check it in exact arithmetic; an error proves nothing."""
+        begin = time.process_time()
+        follows, why = False, ""
+        try:
+            follows = self._chain_of(one).add(manoeuvre_part(one))
+        except checker.Rejected as error:
+            why = str(error)
+        except Exception as error:
+            why = f"{type(error).__name__}: {error}"
+        seconds = time.process_time() - begin
+        return Proof(one.number, not why, follows, why, seconds)
+
+    def _chain_of(self, one: Commitment) -> checker.Chain:
+        """The chain that it continues; a first commitment follows nothing."""
+        doubt = one.asked.question.problem.doubt
+        about = one.asked.model, None if doubt is None else doubt.of_model
+        known = self._about and about[0] is self._about[0] and about[1] == self._about[1]
+        if self._chain is None or not known:
+            self._about, self._chain = about, checker.Chain(head_part(one.asked))
+        # another episode: the robot was moved, so it follows no manoeuvre
+        if one.number == 0:
+            self._chain.last = None
+        return self._chain
+
+
+def serve(tasks: Queue, answers: Connection) -> None:
+    """Prove commitments of the queue `tasks`, send proofs by `answers`, until None comes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, which ends this process
+    unpacker, proving = Unpacker(), Proving()
+    answers.send(READY)
+    while (packed := tasks.get()) is not None:
+        one = unpacker.unpack(packed)
+        proof = proving.proof(one)
+        answers.send(READY if packed.rehearsal else proof)

@@ -1,6 +1,4 @@
-"""What a loop asks at every step: a scene as the robot sees it, in which manoeuvres end where they
-may.
-"""
+"""The problem of every step of a loop: a scene as measured, and a goal that admits every end."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,26 +7,29 @@ import numpy as np
 
 from parc_jax.common.arrays import slices
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.drive.loop.ends import any_goal, everywhere, moved_goal
-from parc_jax.drive.loop.outlook import AT_ONCE
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.drive.loop.candidates import AT_ONCE
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.relu import outputs
+from parc_jax.learning.network.rounding import rounding_bound
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.copies import copied_problem
-from parc_jax.problem.robust.pose import Pose
+from parc_jax.problem.robust.pose import ROUNDING, Pose
 from parc_jax.problem.robust.question import question
-from parc_jax.safe_set.verdict.hopeless import why_none
+from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import Scene, laid_out
 from parc_jax.safe_set.verdict.sized import ROOM, roomy
 
-CORNERS = 8  # of an obstacle in the plane, that scenes have room for without compiling anew
+CORNERS = 8  # of an obstacle in the plane: scenes are padded to as many, so none compiles anew
 
 
 class Scenes:
-    """Of one model and body. end, doubt: as of `Loop`. Raises InputError where they do not fit."""
+    """Makes scenes of one model and body. end, doubt: as in `Loop`. Raises InputError where they do
+    not fit the model.
+    """
 
     def __init__(
         self,
@@ -38,8 +39,7 @@ class Scenes:
         doubt: Doubt,
     ):
         self.model, self.body, self.end, self.doubt = model, body, end, doubt
-        known = doubt.k or doubt.given or doubt.unknown
-        if known or doubt.goal:
+        if doubt.k or doubt.given or doubt.unknown or doubt.goal:
             raise InputError(
                 "Loop: expected doubt of start and heading alone; what is measured of k is given "
                 "at every step."
@@ -49,22 +49,23 @@ class Scenes:
                 f"end: expected a set over {model.n_c + model.n_q} coordinates, of all points and "
                 f"then q, as the model has them; got {end.n}."
             )
-        self._known: dict = {}
+        self._models: dict = {}  # under doubt, made once
 
-    def seen(self, pose: Pose, obstacles: Sequence, spans: Sequence | None = None) -> Scene:
-        """The scene as the robot sees it from a pose. Raises InputError."""
-        # what is measured at the start comes with every step
+    def scene(self, pose: Pose, obstacles: Sequence, spans: Sequence | None = None) -> Scene:
+        """The scene at a measured pose. Raises InputError."""
+        # given parameters are exact at every step: they come with the candidates
         doubt = replace(self.doubt, given={axis: FREE for axis in self.model.given})
         goal = any_goal(self.model)
         problem = reach_avoid(goal, obstacles, self.body, spans=spans, doubt=doubt)
         asked = question(problem, self.model)
-        asked = replace(asked, pose=pose).plain(self._known)
+        # the goal is set only now: in the robot's frame, for the model under doubt
+        asked = replace(asked, pose=pose).plain(self._models)
         goal = moved_goal(self._end(asked.model), asked.model, asked.at)
         asked = replace(asked, problem=asked.problem.replace(goal=goal))
         return roomy(laid_out(asked), ROOM, CORNERS)
 
     def why_none(self, scene: Scene, k: np.ndarray) -> str:
-        """What is known of why none of k (b, n_k) is safe, as the end of a sentence."""
+        """A reason why none of k (b, n_k) is safe, as the end of a sentence; empty without one."""
         why = why_none(scene)
         if why is not None:
             return f": {why.words.rstrip('.')}"
@@ -73,12 +74,36 @@ class Scenes:
         n = self.model.n_c + self.model.n_q
         rows = np.arange(self.model.net.n_out - n, self.model.net.n_out)
         parts = [outputs(self.model.net, k[some], rows) for some in slices(len(k), AT_ONCE)]
+        # of the predictions alone: it explains, the verdicts above decided
         met = (np.concatenate(parts) @ self.end.A.T <= self.end.b).all(axis=1).any()
         return "" if met else ": none ends where a manoeuvre may end"
 
     def _end(self, model: TrajectoryModel) -> HPolytope:
-        """Where a manoeuvre may end, for the model under doubt: all its copies."""
+        """The goal of a manoeuvre for the model under doubt: for all its vertex realisations."""
         if self.end is None:
             return everywhere(model)
         copies = model.n_points // self.model.n_points
         return copied_problem(reach_avoid(self.end, (), self.body), self.model, 1, copies).goal
+
+
+def any_goal(model: TrajectoryModel) -> HPolytope:
+    """A goal of one row, a placeholder until the problem is in the robot's frame."""
+    row = np.zeros((1, model.n_c + model.n_q))
+    row[0, 0] = 1.0
+    return hpolytope(row, [1e6])
+
+
+def moved_goal(goal: HPolytope, model: TrajectoryModel, place: np.ndarray) -> HPolytope:
+    """The goal of a robot at a place (n_p,), where all its points move; less rounding."""
+    rows = goal.A[:, : model.n_c].reshape(-1, model.n_points, model.n_p)
+    terms = np.abs(rows).sum(axis=(1, 2)) * np.abs(place).sum() + np.abs(goal.b)
+    return HPolytope(goal.A, goal.b + (rows @ place).sum(axis=1) - ROUNDING * terms)
+
+
+def everywhere(model: TrajectoryModel) -> HPolytope:
+    """A box that holds every end of a robot at the origin, with every error of the tube."""
+    tube = model.tube
+    widest = tube.final[tube.claimed].max(initial=0.0)
+    far = 2.0 * (float(rounding_bound(model.net, model.domain).magnitude.max()) + widest)
+    n = model.n_c + model.n_q
+    return from_box(box([-far] * n, [far] * n))

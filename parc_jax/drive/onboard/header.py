@@ -52,10 +52,10 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     """Write an answer's corridors as a C99 header without dependencies; it appears complete or not
     at all.
 
-    name: what its functions begin with; default: the name of the file. A plan that the header calls
-    safe keeps to one of the answer's corridors: so it is tested there in float64, with the margins
-    that the answer itself keeps [T10, T11]; whatever keeps to one is safe [T27].
-    Raises InputError, also where these margins would not pay for all rounding.
+    name: prefix of its functions; default: the name of the file. A plan that the header calls safe
+    satisfies one of the answer's corridors, tested in float64 with the margins of the answer
+    [T10, T11], and every such plan is safe [T27]. Raises InputError, also where these margins would
+    not pay for all rounding.
     """
     path = Path(path)
     name = path.stem if name is None else name
@@ -67,28 +67,28 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
             "another file, or give a name."
         )
     check_model(answer.model)
-    known = tables(answer)
-    require_fitting(known, answer.model)
-    require_paid(known, answer.model, float(answer.scene.slack))
-    return write_atomic(path, "\n".join(_lines(answer, known, name)).encode())
+    table = tables(answer)
+    require_fitting(table, answer.model)
+    require_paid(table, answer.model, float(answer.scene.slack))
+    return write_atomic(path, "\n".join(_lines(answer, table, name)).encode())
 
 
-def _lines(answer: Answer, known: Tables, name: str) -> Iterator[str]:
+def _lines(answer: Answer, table: Tables, name: str) -> Iterator[str]:
     guard = f"{name.upper()}_H"
-    yield from _comment(f"{answer.statement()}\n{WARNING}")
+    yield from _comment(f"{answer.details()}\n{WARNING}")
     yield f"#ifndef {guard}\n#define {guard}\n"
     yield GUARDS
-    for what, number in _sizes(answer, known):
+    for what, number in _sizes(answer, table):
         yield f"#define {name}_{what} {number}"
     yield ""
-    for kind, what, array in _arrays(answer, known):
+    for kind, what, array in _arrays(answer, table):
         yield from _table(kind, f"{name}_{what}", array)
     yield CODE.read_text().replace("NAME", name)
     yield "#endif"
     yield ""
 
 
-def _sizes(answer: Answer, known: Tables) -> Iterator[tuple[str, int]]:
+def _sizes(answer: Answer, table: Tables) -> Iterator[tuple[str, int]]:
     model = answer.model
     yield "N_P", model.n_p
     yield "N_C", model.n_c
@@ -97,41 +97,41 @@ def _sizes(answer: Answer, known: Tables) -> Iterator[tuple[str, int]]:
     yield "N_STEPS", model.time.n_steps
     yield "N_LAYERS", len(model.net.weights)
     yield "WIDEST", max(model.n_k, *(len(b) for b in model.net.biases[:-1]), 1)
-    yield "N_CORRIDORS", len(known.probes)
-    yield "N_PROBES", known.probes.shape[1]
-    yield "N_PART", known.pair_points.shape[1]
-    yield "N_BASES", 0 if isinstance(known.errors, ErrorBox) else known.errors.half.shape[-2]
-    yield "N_START", len(known.start_b)
-    yield "N_GOAL", len(known.goal_A)
-    yield "N_PLANS", len(known.plans)
+    yield "N_CORRIDORS", len(table.probes)
+    yield "N_PROBES", table.probes.shape[1]
+    yield "N_PART", table.pair_points.shape[1]
+    yield "N_BASES", 0 if isinstance(table.errors, ErrorBox) else table.errors.half.shape[-2]
+    yield "N_START", len(table.start_b)
+    yield "N_GOAL", len(table.goal_A)
+    yield "N_PLANS", len(table.plans)
 
 
-def _arrays(answer: Answer, known: Tables) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Type, name and values of every table. An empty one has a zero that nobody reads."""
+def _arrays(answer: Answer, table: Tables) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Type, name and values of every table. An empty one has a zero that is never read."""
     net = answer.model.net
     yield "int", "widths", np.array([answer.model.n_k, *(len(b) for b in net.biases)])
     yield "double", "weights", np.concatenate([W.T.ravel() for W in net.weights])
     yield "double", "biases", np.concatenate(net.biases)
-    yield "double", "edges", np.concatenate(known.edges)
-    yield "int", "first_edge", np.cumsum([0, *(len(e) for e in known.edges)])
-    if not isinstance(known.errors, ErrorBox):
-        yield "double", "dual", known.errors.dual
-        yield "double", "centre", known.errors.centre
-    yield "double", "half", known.errors.half
-    yield "int", "pair_points", known.pair_points
-    yield "int", "first_run", known.runs.first_run
-    yield "int", "run_pair", known.runs.pair
-    yield "int", "run_first", known.runs.first
-    yield "int", "run_end", known.runs.end
-    yield "double", "run_w", known.runs.w
-    yield "double", "run_support", known.runs.support
-    yield "int", "probes", known.probes
-    yield "double", "far", known.far
-    yield "double", "start_A", known.start_A
-    yield "double", "start_b", known.start_b
-    yield "double", "goal_A", known.goal_A
-    yield "double", "goal_b", known.goal_b
-    yield "double", "plans", known.plans
+    yield "double", "edges", np.concatenate(table.edges)
+    yield "int", "first_edge", np.cumsum([0, *(len(e) for e in table.edges)])
+    if not isinstance(table.errors, ErrorBox):
+        yield "double", "dual", table.errors.dual
+        yield "double", "centre", table.errors.centre
+    yield "double", "half", table.errors.half
+    yield "int", "pair_points", table.pair_points
+    yield "int", "first_run", table.runs.first_run
+    yield "int", "run_pair", table.runs.pair
+    yield "int", "run_first", table.runs.first
+    yield "int", "run_end", table.runs.end
+    yield "double", "run_w", table.runs.w
+    yield "double", "run_support", table.runs.support
+    yield "int", "probes", table.probes
+    yield "double", "far", table.far
+    yield "double", "start_A", table.start_A
+    yield "double", "start_b", table.start_b
+    yield "double", "goal_A", table.goal_A
+    yield "double", "goal_b", table.goal_b
+    yield "double", "plans", table.plans
 
 
 def _table(kind: str, name: str, array) -> Iterator[str]:

@@ -1,6 +1,5 @@
-"""Do a header's tables fit together, and its margins pay for all rounding? What the theorem about
-its code asks of the tables, asked number by number in exact rationals; bounds on the way are
-rounded up. [T10, T11]
+"""Premises of the theorem about a header's code, tested of its tables in exact rationals: they fit
+together, and its margins pay for all rounding. Bounds on the way are rounded up. [T10, T11]
 
 Names and formulas are those of the proof (Dot.v, Network.v, Tube.v, Sound.v in proved/theories).
 """
@@ -27,11 +26,11 @@ _exact = np.vectorize(Fraction, otypes=[object])
 _up = np.vectorize(lambda x: Fraction(round_up(x)), otypes=[object])
 
 
-def require_fitting(known: Tables, model: TrajectoryModel) -> None:
-    """What the theorem calls `fits_together`, and that no index of the code leads out of a table.
-    Raises InputError where something does not.
+def require_fitting(table: Tables, model: TrajectoryModel) -> None:
+    """Raises InputError unless the tables satisfy `fits_together` of the theorem, and no index of
+    the code leads out of one.
     """
-    unfitting = _unfitting(known, model)
+    unfitting = _unfitting(table, model)
     if unfitting:
         raise InputError(
             f"export: expected tables that fit together; {unfitting} do not. Was the answer or "
@@ -39,12 +38,12 @@ def require_fitting(known: Tables, model: TrajectoryModel) -> None:
         )
 
 
-def _unfitting(known: Tables, model: TrajectoryModel) -> str | None:
+def _unfitting(table: Tables, model: TrajectoryModel) -> str | None:
     """The first table that does not fit to the others; None where all do."""
     n_p, n_c, n_k, T = model.n_p, model.n_c, model.n_k, model.time.n_steps
-    runs, tube, n_runs = known.runs, as_template(known.errors, 1), len(known.runs.w)
-    n_bins = [len(e) - 1 for e in known.edges]
-    lead, n_goal = (int(np.prod(n_bins)), T, n_c // max(n_p, 1)), len(known.goal_A)
+    runs, tube, n_runs = table.runs, as_template(table.errors, 1), len(table.runs.w)
+    n_bins = [len(e) - 1 for e in table.edges]
+    lead, n_goal = (int(np.prod(n_bins)), T, n_c // max(n_p, 1)), len(table.goal_A)
     widths = [n_k, *(len(b) for b in model.net.biases)]
     weights = [W.shape for W in model.net.weights]
     ends = (*runs.first_run[:1], *runs.first_run[-1:])
@@ -57,21 +56,21 @@ def _unfitting(known: Tables, model: TrajectoryModel) -> str | None:
         and tube.half.shape[4:] == (n_p,)
         and tube.centre.shape == tube.half.shape
         and tube.dual.shape == (*tube.half.shape, n_p),
-        "rows of the start": known.start_A.shape == (len(known.start_b), n_p)
-        and known.far.shape == (n_p,),
-        "rows of the goal": known.goal_A.shape[1:] == (n_c + model.n_q,)
-        and known.goal_b.shape == (lead[0], n_goal),
-        "points of the body": _within(known.pair_points, lead[2]),
+        "rows of the start": table.start_A.shape == (len(table.start_b), n_p)
+        and table.far.shape == (n_p,),
+        "rows of the goal": table.goal_A.shape[1:] == (n_c + model.n_q,)
+        and table.goal_b.shape == (lead[0], n_goal),
+        "points of the body": _within(table.pair_points, lead[2]),
         "runs of the corridors": ends == (0, n_runs)
-        and len(runs.first_run) == len(known.probes) + 1
+        and len(runs.first_run) == len(table.probes) + 1
         and bool((np.diff(runs.first_run) >= 0).all())
         and {len(column) for column in runs[1:]} == {n_runs}
         and runs.w.shape == (n_runs, n_p)
-        and _within(runs.pair, len(known.pair_points))
+        and _within(runs.pair, len(table.pair_points))
         and _within(runs.first, T)
         and _within(runs.end, T + 1),
-        "probes": _within(known.probes[..., 0], n_runs) and _within(known.probes[..., 1], T),
-        "plans": known.plans.shape[1:] == (n_k,),
+        "probes": _within(table.probes[..., 0], n_runs) and _within(table.probes[..., 1], T),
+        "plans": table.plans.shape[1:] == (n_k,),
     }
     return next((what for what, fits in fit.items() if not fits), None)
 
@@ -81,11 +80,11 @@ def _within(indices: np.ndarray, n: int) -> bool:
     return bool(((indices >= 0) & (indices < n)).all())
 
 
-def require_paid(known: Tables, model: TrajectoryModel, slack: float) -> None:
-    """Half of the slack for each unit of |w|_1 pays for what the header's own code rounds; the
-    other half is for the tables. Raises InputError where it does not.
+def require_paid(table: Tables, model: TrajectoryModel, slack: float) -> None:
+    """Raises InputError unless half of the slack for each unit of |w|_1 pays for all rounding of
+    the header's code; the other half is for the tables.
     """
-    unpaid = _unpaid(known, model, Fraction(slack) / 2)
+    unpaid = _unpaid(table, model, Fraction(slack) / 2)
     if unpaid:
         raise InputError(
             f"export: expected margins that pay for all rounding; those of {unpaid} do not. Give "
@@ -93,32 +92,33 @@ def require_paid(known: Tables, model: TrajectoryModel, slack: float) -> None:
         )
 
 
-def _unpaid(known: Tables, model: TrajectoryModel, room: Fraction) -> str | None:
+def _unpaid(table: Tables, model: TrajectoryModel, room: Fraction) -> str | None:
     """The first part whose margins do not pay; None where all do."""
-    tube = as_template(known.errors, 1)
-    rows = (known.start_A, known.start_b, known.goal_A, known.goal_b)
-    numbers = (*known.edges, known.far, *rows, known.runs.w, known.runs.support)
+    tube = as_template(table.errors, 1)
+    rows = (table.start_A, table.start_b, table.goal_A, table.goal_b)
+    numbers = (*table.edges, table.far, *rows, table.runs.w, table.runs.support)
     if not all(np.isfinite(x).all() for x in (*numbers, tube.dual, tube.centre, tube.half)):
         return "numbers that are not finite"
     if (tube.half < 0).any():
         return "errors of less than none"
-    start = max(map(Fraction, known.far))
-    ends = [Fraction(max(abs(e[0]), abs(e[-1]))) for e in known.edges]
+    start = max(map(Fraction, table.far))
+    ends = [Fraction(max(abs(e[0]), abs(e[-1]))) for e in table.edges]
     bounded = _network_bounded(model.net, np.array(ends, object))
     if bounded is None:
         return "a network whose outputs may overflow"
-    beta, most = bounded
+    beta, most = bounded  # of the outputs, with all rounding of the layers
     moved = U * (most + start) + ETA  # what p0 + out loses
     off, size = beta + moved, most + start + moved
+    # compared before any sum: an overflow would make every later bound void
     if size > LARGEST:
         return "starts so far out that sums may overflow"
-    of_rows = _norms(known.start_A)
+    of_rows = _norms(table.start_A)
     if not _rows_paid(of_rows, model.n_p, Fraction(0), start, room):
         return "a row of the start"
-    of_rows = _norms(known.goal_A)
+    of_rows = _norms(table.goal_A)
     if not _rows_paid(of_rows, model.n_c + model.n_q, off, size, room):
         return "a row of the goal"
-    return _runs_unpaid(known, model.n_p, (off, size), _reaches(tube), room)
+    return _runs_unpaid(table, model.n_p, (off, size), _reaches(tube), room)
 
 
 def _network_bounded(net: ReLUNetwork, size: np.ndarray) -> tuple[Fraction, Fraction] | None:
@@ -130,6 +130,7 @@ def _network_bounded(net: ReLUNetwork, size: np.ndarray) -> tuple[Fraction, Frac
         absolute = weight @ size + np.abs(_exact(b))
         if (absolute > LARGEST / 4).any():
             return None
+        # numerators of exact rationals grow with every layer: both bounds are rounded up
         off = _up(weight @ off + _lost_by(n + 1, 2 * n, absolute))
         size = _up(_reach_of(n + 1, 2 * n, absolute))
     return off.max(), size.max()
@@ -162,13 +163,13 @@ def _reaches(tube: ErrorTemplate) -> _Reaches:
     return _Reaches(steep, n * (centre + half), n * steep * (2 * centre + cancels))
 
 
-def _runs_unpaid(known: Tables, n_p: int, path, tube: _Reaches, room: Fraction) -> str | None:
+def _runs_unpaid(table: Tables, n_p: int, path, tube: _Reaches, room: Fraction) -> str | None:
     off, size = path
     deep, many = n_p + 1, 2 * n_p  # roundings of a sum along a direction, and of one face
     all_deep, all_many = 2 * n_p + 1, 4 * n_p  # of all faces of a basis
     g = _grown(deep + all_deep) - 1
     least = many * ETA * _grown(deep + all_deep) * tube.wide + all_many * ETA * _grown(all_deep)
-    for norm, support in zip(_norms(known.runs.w), map(Fraction, known.runs.support), strict=True):
+    for norm, support in zip(_norms(table.runs.w), map(Fraction, table.runs.support), strict=True):
         reach, face = (_reach_of(deep, many, norm * x) for x in (size, tube.steep))
         faces = _reach_of(all_deep, all_many, tube.wide * face)
         if max(reach, face, abs(support) + faces) > LARGEST:
@@ -192,7 +193,7 @@ def _grown(depth: int) -> Fraction:
 
 
 def _lost_by(depth: int, n: int, size):
-    """What n roundings, at most so many one after another, may lose of terms of a size."""
+    """Bound on the loss of n roundings, `depth` of them in sequence, of terms of a size."""
     return (_grown(depth) - 1) * size + n * ETA * _grown(depth)
 
 

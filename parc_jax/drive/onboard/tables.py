@@ -1,4 +1,4 @@
-"""What a robot's own computer needs to know of an answer: every number that decides, laid out."""
+"""Tables of an answer for a robot's own computer: every number that a verdict there reads."""
 
 from typing import NamedTuple
 
@@ -18,8 +18,9 @@ PROBES = 4  # intervals of a corridor that are tried before all others
 class RunTable(NamedTuple):
     """Directions of all corridors, each over some intervals of one pair of obstacle and part.
 
-    first_run (n_corridors + 1,): where a corridor's begin. pair, first, end (n_runs,): intervals
-    first up to, not including, end. w (n_runs, n_p). support (n_runs,) [m], float slack included.
+    first_run (n_corridors + 1,): index of a corridor's first run. pair, first, end (n_runs,):
+    intervals first up to, not including, end. w (n_runs, n_p). support (n_runs,) [m], float slack
+    included.
     """
 
     first_run: np.ndarray
@@ -37,10 +38,10 @@ class Tables(NamedTuple):
     of the corridors, those that hold most plans first. probes (n_corridors, PROBES, 2): a run and
     an interval in which other plans often leave it; (n_corridors, 0, 2) where nothing is in the
     way. pair_points (o, i).
-    far (n_p,) [m]: whoever ends in the goal starts no farther out along an axis; all others are
-    refused, so that the size of every number is known. start_A (s, n_p), start_b (s,): rows of P0
-    less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows of the goal less what the errors
-    of a bin take, and the slack.
+    far (n_p,) [m]: a plan that ends in the goal starts no farther out along an axis; all others are
+    refused, so that the size of every number is bounded. start_A (s, n_p), start_b (s,): rows of P0
+    less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows of the goal less the support of
+    the errors of a bin, and the slack.
     plans (n_plans, n_k): safe ones.
     """
 
@@ -61,7 +62,7 @@ def tables(answer: Answer) -> Tables:
     """The tables of an answer with corridors. Raises InputError for one without, or
     about one pose."""
     model, scene = answer.model, answer.scene
-    if answer.pose is not None:
+    if scene.asked.pose is not None:
         raise InputError(
             "export: expected an answer about any start; this one is told from one pose, perhaps "
             "in the robot's own frame, which a header would not say. Solve without `at`."
@@ -71,12 +72,13 @@ def tables(answer: Answer) -> Tables:
             "export: expected an answer with corridors; this one has none. Ask again with more "
             "work, or for an easier scene."
         )
-    seen = answer.samples
-    if not len(seen):
-        seen = np.array([np.concatenate([c.p0, c.k]) for c in answer.corridors])
-    p0, k = seen[:, : model.n_p], seen[:, model.n_p :]
+    plans = answer.samples
+    if not len(plans):
+        plans = np.array([np.concatenate([c.p0, c.k]) for c in answer.corridors])
+    p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
     paths, bins = paths_of(model, p0, k), model.tube.bins_of(k)[:, 0]
     left = [_left(corridor, model.tube.during(bins), paths) for corridor in answer.corridors]
+    # most tests end in the corridor that holds most samples, so it comes first
     order = np.argsort([outside.any(axis=(1, 2)).sum() for outside in left], kind="stable")
     corridors = [answer.corridors[i] for i in order]
     runs = _runs(corridors)
@@ -94,11 +96,9 @@ def tables(answer: Answer) -> Tables:
         start_A=start_A,
         start_b=start_b,
         goal_A=goal_A,
+        # a bin without claim leaves no goal: its rows hold for no number
         goal_b=np.where(np.isfinite(lost_at_end), goal_b - lost_at_end, -NO_CLAIM),
-        plans=np.unique(
-            np.concatenate([k, *([c.k] for c in corridors), *([p.k] for p in answer.polytopes)]),
-            axis=0,
-        ),
+        plans=np.unique(np.concatenate([k, *([c.k] for c in corridors)]), axis=0),
     )
 
 
@@ -130,8 +130,8 @@ def _asked(A, b, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _left(corridor: Corridor, errors: ErrorSet, paths: np.ndarray) -> np.ndarray:
-    """(n, o, T) bool: where plans with paths (n, T + 1, n_c) and errors (n, T, n_points) leave a
-    corridor. To put tests in order, no verdict.
+    """(n, o, T) bool: pairs and intervals in which plans with paths (n, T + 1, n_c) and errors
+    (n, T, n_points) leave a corridor. It orders tests and decides nothing.
     """
     n_p = corridor.w.shape[2]
     outside = np.zeros((len(paths), *corridor.support.shape), bool)
@@ -174,18 +174,18 @@ def _runs(corridors: list[Corridor]) -> RunTable:
 
 
 def _probes(outside: np.ndarray, runs: RunTable, corridor: int) -> np.ndarray:
-    """A run and an interval of a corridor, PROBES of them (PROBES, 2): each finds the most of those
-    plans that leave it, outside (n, o, T), and that no probe before it found.
+    """Runs and intervals (PROBES, 2) of a corridor to test first: greedily those that most plans
+    leave of the ones that no probe before them refused. outside (n, o, T).
     """
     first, end = runs.first_run[corridor : corridor + 2]
     if first == end:
         return np.zeros((0, 2), int)
     every = [(run, t) for run in range(first, end) for t in range(runs.first[run], runs.end[run])]
     run, t = np.array(every).T
-    found = outside[:, runs.pair[run], t]  # (n, intervals of this corridor)
+    refused = outside[:, runs.pair[run], t]  # (n, intervals of this corridor)
     chosen = []
     for _ in range(PROBES):
-        best = int(np.argmax(found.sum(axis=0)))
+        best = int(np.argmax(refused.sum(axis=0)))
         chosen.append(every[best])
-        found = found[~found[:, best]]
+        refused = refused[~refused[:, best]]
     return np.array(chosen)

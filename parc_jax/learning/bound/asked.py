@@ -1,21 +1,90 @@
-"""What is asked of claims: probabilities, runs, shapes, as one frozen record."""
+"""Settings of error bounds: probabilities, runs, shapes, and the time between records. [T9]"""
 
+import ast
 import math
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, check_count
 from parc_jax.learning.bound.counts import MOST, as_probability
-from parc_jax.learning.bound.intersample import (
-    DISCRETE_TIME,
-    AccelerationBound,
-    DiscreteTime,
-    SpeedBound,
-)
+
+
+@dataclass(frozen=True)
+class DiscreteTime:
+    """The system is declared to exist at its record times only; nothing is added."""
+
+    def term(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:
+        """(n_points n_p,) [m] to add to interval errors; h: record step [s]."""
+        return np.zeros(n_points * n_p)
+
+    def assumption(self, h: float) -> str:
+        """Identifier for the ledger."""
+        return f"DISCRETE_TIME(h = {h:g} s)"
+
+
+@dataclass(frozen=True)
+class SpeedBound:
+    """Declared: |velocity| <= v [m/s] per axis (a number, or one per axis, for every reference
+    point) at all times. Adds v h / 2. [T9]
+    """
+
+    v: float | tuple[float, ...]
+
+    def term(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:
+        """(n_points n_p,) [m] to add to interval errors; h: record step [s]."""
+        return _per_column("speed bound", self.v, n_p, n_points) * (0.5 * h) * _UP
+
+    def assumption(self, h: float) -> str:
+        """Identifier for the ledger."""
+        return f"INTERSAMPLE(speed <= {self.v} m/s, h = {h:g} s)"
+
+
+@dataclass(frozen=True)
+class AccelerationBound:
+    """Declared: |acceleration| <= a [m/s^2] per axis (a number, or one per axis, for every
+    reference point) at all times. Adds a h^2 / 8. [T9]
+    """
+
+    a: float | tuple[float, ...]
+
+    def term(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:
+        """(n_points n_p,) [m] to add to interval errors; h: record step [s]."""
+        return _per_column("acceleration bound", self.a, n_p, n_points) * (h * h / 8) * _UP
+
+    def assumption(self, h: float) -> str:
+        """Identifier for the ledger."""
+        return f"INTERSAMPLE(acceleration <= {self.a} m/s^2, h = {h:g} s)"
+
+
+def intersample_of(assumptions: Iterable[str]) -> DiscreteTime | SpeedBound | AccelerationBound:
+    """The declaration that a ledger names, as the records below spell it."""
+    for entry in assumptions:
+        bound = re.match(r"INTERSAMPLE\((speed|acceleration) <= (.*) m/s(\^2)?, h = ", entry)
+        if bound:
+            value = ast.literal_eval(bound[2])
+            return SpeedBound(value) if bound[1] == "speed" else AccelerationBound(value)
+    return DISCRETE_TIME
+
+
+_UP = 1 + 2.0**-50  # a few roundings, upward
+
+
+def _per_column(name: str, value: npt.ArrayLike, n_p: int, n_points: int) -> np.ndarray:
+    bound = np.asarray(value, np.float64)
+    if bound.shape not in ((), (n_p,)) or not (np.isfinite(bound) & (bound >= 0)).all():
+        raise InputError(f"{name}: expected one number >= 0, or {n_p} of them; got {value}.")
+    return np.tile(np.broadcast_to(bound, (n_p,)), n_points)
+
+
+DISCRETE_TIME = DiscreteTime()
+
 
 Intersample = DiscreteTime | SpeedBound | AccelerationBound
 CLAIMS = ("one", "bins")
@@ -60,23 +129,33 @@ class Sizing(Options):
 
 
 @dataclass(frozen=True)
-class BoundSettings(Sizing):
-    """What is asked of the claims about some networks, for all of these together."""
+class ModelBound(Sizing):
+    """The bound of a model's error over the whole of K."""
 
     delta: float | Fraction = 1e-3
     """One minus the confidence in eps, for all networks and claims at once."""
-    claims: tuple[str, ...] = ("one",)
-    """"one" over all of K [T1, T2], "bins" in every bin at once [T4]; the first is the one that the
-    returned model has, the others are compared."""
-    blocks: tuple[int, ...] | None = None
-    """Claims per axis of K where "bins" is asked for, each about a block of neighbouring bins: a
-    profile in fine bins, claims in coarse ones. Default: every bin."""
     bins: tuple[int, ...] | tuple[np.ndarray, ...] | None = None
     """Bins per axis of K over which the tube's profile varies; in Python also their edges per axis.
     Default: cut where the error of the first network changes."""
+    blocks: tuple[int, ...] | None = None
+    """Claims per axis of K, each about a block of neighbouring bins: a profile in fine bins, claims
+    in coarse ones [T4]. Default: one claim over K; every bin, where claims by "bins" are named."""
     even: bool = False
     """Hold a quarter of the profile's runs back, and widen every bin by what it lacked for them, so
     that the worst learnt bin does not decide about all."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        as_probability("delta", self.delta)
+
+
+@dataclass(frozen=True)
+class BoundSettings(ModelBound):
+    """Claims about some networks, from the same fresh runs."""
+
+    claims: tuple[str, ...] = ("one",)
+    """"one" over all of K [T1, T2], "bins" in every bin or block at once [T4]; the first one is
+    returned by `bound_error`."""
     looks: int = 1
     """Times that the fresh runs are used beyond the networks and claims asked for here."""
     intersample: Intersample = DISCRETE_TIME
@@ -84,7 +163,6 @@ class BoundSettings(Sizing):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        as_probability("delta", self.delta)
         given = set(self.claims)
         if not given or len(given) < len(self.claims) or given - set(CLAIMS):
             raise InputError(

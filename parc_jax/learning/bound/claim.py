@@ -9,19 +9,27 @@ from pathlib import Path
 
 import numpy as np
 
+from parc_jax.checker import Rejected
+from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import hex_text, listed, plain, rounded_up
-from parc_jax.learning.bound.counts import RECORDED_ROWS, RECORDINGS, RUNS, Unit
-from parc_jax.learning.bound.risk import NoStatement, Risk, density_of_share, risk_of
+from parc_jax.common.spelling import hex_text, listed, nearest_floats, plain, rounded_up
+from parc_jax.learning.bound.counts import (
+    RECORDED_ROWS,
+    RECORDINGS,
+    RUNS,
+    NoStatement,
+    Risk,
+    Unit,
+    density_of_share,
+    risk_of,
+)
 from parc_jax.learning.bound.statement import DIGITS, premises_of, statement
-from parc_jax.learning.bound.tube import Tube, refined
-from parc_jax.learning.bound.tube_file import tube_to_json
+from parc_jax.learning.bound.tube import Tube, refined, tube_from_json, tube_to_json
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.runs.law import LawSpec
-from parc_jax.learning.runs.subject import Subject
+from parc_jax.learning.runs.law import LawSpec, Subject, subject_from_json
 
 KINDS = ("pac", "assumed", "declared")
 FORMAT = "parc_jax.claim/3"
@@ -134,7 +142,7 @@ class ErrorClaim:
         if density is None:
             return NoStatement(
                 "a probability over k says nothing about one k; draw k from a certified set, or "
-                "run the plan afresh (Choice.run)"
+                "run the plan afresh (Choice.test)"
             )
         by_bin = self.bin_eps or (self.eps,)
         if None in by_bin:
@@ -302,3 +310,81 @@ def _box(domain: Box) -> str:
 
 def _spell(value: Fraction | None) -> str | None:
     return None if value is None else str(value)
+
+
+_AS_THEY_ARE = "kind", "network", "quantifier", "n", "discard", "looks", "evidence", "hash"
+
+
+def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
+    """The claim of `to_json`, about the given tube. Raises InputError on missing or foreign
+    fields, and when it was made about anything else.
+    """
+    try:
+        if data["format"] != FORMAT or data["kind"] not in KINDS:
+            raise InputError(
+                f"claim: expected format {FORMAT}, kind one of {KINDS}; got {data['format']}, "
+                f"{data['kind']}."
+            )
+        law = data["law"]
+        pairs = tuple((name, value) for name, value in law["parameters"])
+        claim = ErrorClaim(
+            **{name: data[name] for name in _AS_THEY_ARE},
+            tube=error_tube,
+            subject=subject_from_json(data["subject"]),
+            eps=_parse(data["eps"]),
+            delta=_parse(data["delta"]),
+            law=LawSpec(law["generator"], pairs, law["k_law"], tuple(law["lo"]), tuple(law["hi"])),
+            assumptions=tuple(data["assumptions"]),
+            bin_eps=None if data["bin_eps"] is None else tuple(_parse(e) for e in data["bin_eps"]),
+            intersample=tuple(nearest_floats(data["intersample"])),
+        )
+        check_claim(claim)
+        _check_counts(claim)
+        _check_sum(data, error_tube.n_bins)
+        return claim
+    except (KeyError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"claim: expected the fields of ErrorClaim.to_json; {type(error).__name__}: {error}."
+        ) from None
+
+
+def load_claim(path: str | Path) -> ErrorClaim:
+    """A claim of `ErrorClaim.save`. Raises InputError for a missing, truncated or foreign file."""
+    try:
+        data = json.loads(Path(path).read_text())
+        return claim_from_json(data["claim"], tube_from_json(data["tube"]))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file.") from None
+    except (json.JSONDecodeError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{path}: expected a complete claim file; got {type(error).__name__}: {error}."
+        ) from None
+
+
+def _check_sum(data: dict, n_bins: int) -> None:
+    """Refuse numbers of which one does not follow from the others. Raises InputError."""
+    parts = {"network": data["network"], "tube": ""}
+    try:
+        checked_claim(data | {f"{name}_hash": x for name, x in parts.items()}, parts, n_bins)
+    except Rejected as why:
+        raise InputError(
+            f"claim: expected numbers that follow from its runs; {why}. Take the file as it was "
+            "written, or bound the error anew."
+        ) from None
+
+
+def _check_counts(claim: ErrorClaim) -> None:
+    """Refuse numbers of failed runs that cannot be. Raises InputError."""
+    if claim.kind != "pac":
+        return
+    failed, bounded = claim.evidence.get("failed", 0), claim.tube.claimed.all()
+    most = claim.discard if bounded and claim.bin_eps is None else claim.n
+    if type(failed) is not int or not 0 <= failed <= most:
+        raise InputError(
+            f"claim: expected 0 to {most:,} failed {claim.unit.many}, as its n, discards and tube "
+            f"allow; got {failed}. Take the file as it was written, or bound the error anew."
+        )
+
+
+def _parse(text: str | None) -> Fraction | None:
+    return None if text is None else Fraction(text)

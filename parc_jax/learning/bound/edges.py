@@ -75,7 +75,8 @@ def choose_edges(
     """
     if len(k) < _FOLDS:
         raise InputError(
-            f"choose_edges: expected at least {_FOLDS} finite training runs; got {len(k)}."
+            f"choose_edges: expected at least {_FOLDS} finite training runs to cut K; got "
+            f"{len(k)}. Collect more, or say the bins: bins=({', '.join(['1'] * domain.n)},)."
         )
     per_axis = max(2, round(_CELLS ** (1 / domain.n)))
     thinned = _join_times(np.asarray(errors.interval))

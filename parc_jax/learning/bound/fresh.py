@@ -6,12 +6,18 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import hex_floats
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.learning.bound.score import Scores
-from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.copies import marks_of, near_copies
-from parc_jax.learning.runs.groups import NAMED
+from parc_jax.learning.bound.claim import ErrorClaim
+from parc_jax.learning.bound.measure import Scores
+from parc_jax.learning.runs.batch import NAMED, RolloutBatch
+from parc_jax.learning.runs.independent import (
+    LEVEL,
+    REPEATS,
+    by_chance,
+    check_uniform,
+    marks_of,
+    near_copies,
+)
 from parc_jax.learning.runs.law import TO_ALL
-from parc_jax.learning.runs.uniform import by_chance, check_uniform
 
 _HOW_NEAR = (
     f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "
@@ -20,8 +26,9 @@ _HOW_NEAR = (
 
 
 def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
-    """Refuse repeated runs, near copies, runs of the training data, and a K that was fitted to
-    these very runs. Raises InputError.
+    """Refuse repeated runs, near copies, runs of the training data, missing rows of a seed, k that
+    are not uniform where the law says so, and a K that was fitted to these very runs. Raises
+    InputError.
     """
     if scores.law.fitted == TO_ALL:
         raise InputError(
@@ -34,16 +41,53 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
             f"holdout: {repeated} of {len(scores.ids)} runs occur twice; expected independent "
             "runs. Remove the copies."
         )
+    if scores.law.k_law == "uniform":
+        # of a seed the word of the law is the program's own, and hardly ever to be doubted
+        level = LEVEL if scores.seed is None else REPEATS
+        check_uniform("holdout", scores.k, _domain(scores), scores.groups, level=level)
     if scores.seed is None:  # the rows of a seed are independent by construction
         _check_recorded(scores)
+    elif left_out(scores, train):
+        raise InputError(
+            f"holdout: expected all rows from {scores.rows.min():,} to {scores.rows.max():,} of "
+            f"their seed; {left_out(scores, train):,} are missing. A failed run counts as one that "
+            "leaves the tube: pass the runs as they were collected, and split them before any is "
+            "left out."
+        )
     if train is not None:
         _check_unseen(scores, train)
 
 
+def left_out(scores: Scores, train: RolloutBatch | None) -> int:
+    """Rows between the first and the last of the calibration runs, and of training runs of the same
+    source, that are in neither: they were left out of the runs, as failed ones are by `finite`.
+    """
+    rows = scores.rows
+    if train is not None and _one_log(scores, train):
+        rows = np.concatenate([rows, train.rows])
+    return int(rows.max() - rows.min()) + 1 - len(np.unique(rows))
+
+
+def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
+    """(n,) bool: runs that the claim was calibrated on: rows of its seed, or recorded runs with the
+    same content.
+    """
+    evidence = claim.evidence
+    if batch.seed is None or evidence.get("seed") is None:
+        return np.isin(short_ids(batch.hashes()), evidence.get("runs", []))
+    source = [claim.law.generator, tuple(evidence["seed"]), evidence["stage"]]
+    first, last = evidence["holdout_rows"]
+    inside = (first <= batch.rows) & (batch.rows <= last)
+    return inside & (source == [batch.law.generator, batch.seed, batch.stage])
+
+
+def short_ids(hashes: np.ndarray) -> list[str]:
+    """The first 48 bits of content hashes: as much as evidence keeps of recorded runs."""
+    return [text.decode()[:12] for text in hashes.tolist()]
+
+
 def _check_recorded(scores: Scores) -> None:
     """Recorded runs that cannot be independent of each other."""
-    if scores.law.k_law == "uniform":
-        check_uniform("holdout", scores.k, _domain(scores), scores.groups)
     pairs = near_copies(scores.marks, None, _width(scores))
     if scores.groups is not None:
         pairs = pairs[scores.groups[pairs[:, 0]] != scores.groups[pairs[:, 1]]]
@@ -76,7 +120,10 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
         )
     if scores.groups is None or train.groups is None:
         return
-    shared, named = np.isin(scores.groups, train.groups), _named(scores, train)
+    shared = np.isin(scores.groups, train.groups)
+    named = (
+        min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
+    )  # the same in every file
     if not (named or _one_log(scores, train) or shared.any()):
         raise InputError(
             f"holdout: expected recordings that can be told from those of training; in "
@@ -98,21 +145,15 @@ def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
         return ()
     if train is None:
         return ("FRESH(there were no training runs to compare with)",)
-    ungrouped = scores.groups is None and train.groups is None
-    grouped = scores.groups is not None and train.groups is not None
-    if grouped or (ungrouped and _one_log(scores, train)):
+    if scores.groups is not None and train.groups is not None:
         return ()
     return ("FRESH(other windows of recordings that training saw would not be recognised)",)
 
 
-def _named(scores: Scores, train: RolloutBatch) -> bool:
-    """Have all recordings names, by which they are known in every file?"""
-    return min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
-
-
 def _one_log(scores: Scores, train: RolloutBatch) -> bool:
-    """Are these rows of one file, each in one of the two? Files of one name have rows in common."""
-    same = scores.law.generator == train.law.generator
+    """Are these rows of one source, each in one of the two? Files of one name share rows."""
+    ours = scores.law.generator, scores.seed, scores.stage
+    same = ours == (train.law.generator, train.seed, train.stage)
     return same and not np.isin(scores.rows, train.rows).any()
 
 

@@ -1,5 +1,8 @@
-"""Watching a claim at run time: bets against it that ring when they won too much to be luck."""
+"""After deployment: bets against a claim that ring when they won too much to be luck, and a new
+claim from new data.
+"""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,14 +10,15 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import agree
 from parc_jax.common.spelling import rounded_up
-from parc_jax.learning.bound.claim import ErrorClaim, check_network
-from parc_jax.learning.bound.measure import allowance, by_chunk
-from parc_jax.learning.bound.risk import NoStatement
-from parc_jax.learning.bound.score import sizes
+from parc_jax.learning.bound.asked import GAP, intersample_of
+from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
+from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement
+from parc_jax.learning.bound.fresh import calibration_runs
+from parc_jax.learning.bound.measure import allowance, by_chunk, sizes
+from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.labels import plain_k
-from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.groups import worst_by_group
+from parc_jax.learning.network.relu import ReLUNetwork, features, relu_network
+from parc_jax.learning.runs.batch import NAMED, RolloutBatch, worst_by_group
 from parc_jax.learning.runs.law import LOG
 
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
@@ -26,7 +30,8 @@ class Monitor:
 
     log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
     the tube. peak: largest e-value so far. alpha: if the claim is true, the alarm ever rings with
-    probability <= alpha, however long one watches.
+    probability <= alpha, however long one watches. declared: whether the caller said how the k are
+    drawn. ids, groups, sources: of the runs observed, of their recordings and of their files.
     """
 
     claim: ErrorClaim
@@ -38,6 +43,10 @@ class Monitor:
     seen: int = 0
     left: int = 0
     peak: float = 1.0
+    declared: bool = False
+    ids: frozenset[bytes] = frozenset()
+    groups: frozenset[int] = frozenset()
+    sources: frozenset[str] = frozenset()
 
     @property
     def e_value(self) -> float:
@@ -52,10 +61,14 @@ class Monitor:
 
     def observe(self, batch: RolloutBatch) -> "Monitor":
         """The monitor after the runs of the batch, one by one in order. A failed run has left the
-        tube; a group of runs counts as one, which has left when one of them has.
+        tube; of a claim about recordings a group counts as one, which has left when one of its runs
+        has. Raises InputError for runs that are no new evidence: calibration runs of the claim,
+        runs or recordings that were observed before; and for runs that count otherwise than the
+        claim's, or whose k are drawn otherwise.
         """
-        state = self
         left = ~inside_tube(self.claim, self.net, batch)
+        _require_same_law(self, batch)
+        state = _with_new(self, batch)
         for outside in worst_by_group(left, batch.groups):
             state = state.bet(bool(outside))
         return state
@@ -89,7 +102,8 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
             "nothing to refute."
         )
     bets = np.geomspace(1.5 * rate, 0.75, _BETS)
-    return Monitor(claim, net, rate, float(alpha), bets, np.zeros(_BETS))
+    start = np.zeros(_BETS)
+    return Monitor(claim, net, rate, float(alpha), bets, start, declared=bool(law))
 
 
 def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:
@@ -115,6 +129,49 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
     return by_chunk(batch.n, inside)
 
 
+def _require_same_law(watch: Monitor, batch: RolloutBatch) -> None:
+    """Refuse runs that are not counted, or whose k are not drawn, as those of the claim."""
+    claim = watch.claim
+    unit = RUNS if batch.groups is None else RECORDINGS
+    if unit != claim.unit:
+        how = "Name the recording of each: groups=." if unit == RUNS else "Leave groups out."
+        raise InputError(
+            f"{batch.name}: expected {claim.unit.many}, as the claim counts; got {unit.many}. {how}"
+        )
+    if not watch.declared and batch.law.k_law != claim.law.k_law:
+        raise InputError(
+            f"{batch.name}: expected k drawn as those of the claim, k {claim.law.how_drawn}; got k "
+            f"{batch.law.how_drawn}. Declare it: monitor(claim, net, share=s), of a set that the "
+            "claim's law enters with probability s, 1.0 where both laws are one."
+        )
+
+
+def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
+    """The monitor with the runs and recordings of a batch noted. Raises InputError."""
+    old = calibration_runs(watch.claim, batch)
+    if old.any():
+        raise InputError(
+            f"{batch.name}: expected runs made after the claim; {int(old.sum())} of {batch.n} are "
+            f"its calibration runs, the first is row {batch.rows[np.argmax(old)]}. Leave them out."
+        )
+    ids = batch.hashes().tolist()
+    again = len(ids) - len(set(ids) - watch.ids)
+    if again:
+        raise InputError(
+            f"{batch.name}: expected each run once; {again} of {batch.n} occur twice or were "
+            "observed before. Leave them out: they are no new evidence."
+        )
+    groups = frozenset([] if batch.groups is None else batch.groups.tolist())
+    shared, sources = len(groups & watch.groups), watch.sources | {batch.name}
+    if shared or (len(sources) > 1 and min(groups | watch.groups, default=NAMED) < NAMED):
+        why = f"{shared} were observed before" if shared else "numbers of several files"
+        raise InputError(
+            f"{batch.name}: expected recordings that differ from those observed before; got {why}. "
+            "Observe all runs of a recording at once, and name recordings: groups of texts."
+        )
+    return replace(watch, ids=watch.ids | set(ids), groups=watch.groups | groups, sources=sources)
+
+
 def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
     """Refuse runs that the claim says nothing of. A log states neither the name of its robot nor
     what it declares, and may not name its parameters. Raises InputError.
@@ -138,3 +195,67 @@ def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
             f"{batch.n} runs are outside, the first is row {batch.rows[np.argmax(outside)]}. The "
             "claim says nothing of them: leave them out."
         )
+
+
+def update(
+    claim: ErrorClaim,
+    net: ReLUNetwork,
+    seen: RolloutBatch,
+    fresh: RolloutBatch,
+    tune: Callable[[ReLUNetwork, RolloutBatch], ReLUNetwork] | None = None,
+    **options,
+) -> tuple[ReLUNetwork, ErrorClaim]:
+    """The network and a new claim after new data, with the eps and delta of the old one.
+
+    seen:  everything looked at before the decision to update: training runs, and those a monitor
+        watched until it rang.
+    fresh: runs of the law to be deployed, made after that decision. Neither network nor profile may
+        see them.
+    tune:  (net, seen) -> net, for example `refit`; None = keep the network.
+    options: of `bound_error`; eps, delta, shape, gap, intersample, bins, claims and blocks are
+        those of the old claim where not given, and as many fresh runs are left outside as these
+        allow.
+    Raises InputError, also when a fresh run was seen before, by training or by the old claim.
+    """
+    if claim.eps is None and "eps" not in options:
+        raise InputError("update: expected eps and delta, since the old claim has none.")
+    again = calibration_runs(claim, fresh)
+    if again.any():
+        raise InputError(
+            f"update: expected fresh runs; {int(again.sum())} of {fresh.n} are calibration runs of "
+            f"the old claim, the first is row {fresh.rows[np.argmax(again)]}. Runs that one claim "
+            "was made from decided that there would be another: draw new ones, from another key or "
+            "recorded since."
+        )
+    net = net if tune is None else tune(net, seen)
+    start = claim.evidence.get("start")
+    kept = {
+        "eps": claim.eps,
+        "delta": claim.delta,
+        "shape": "box" if claim.tube.templates is None else "fitted",
+        "gap": GAP if start is None else float.fromhex(start["gap"]),
+        "intersample": intersample_of(claim.assumptions),
+        "claims": ("one",) if claim.bin_eps is None else ("bins",),
+        "blocks": claim.evidence.get("blocks_asked"),
+    }
+    # else the old bins do not span the new K
+    if fresh.subject.identity["domain"] == claim.subject.identity["domain"]:
+        kept["bins"] = claim.tube.edges
+    new = bound_error(net, fresh, None, train=seen, **kept | options)
+    old = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
+    return net, derived(new, evidence={"updated_from": old})
+
+
+def refit(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:
+    """The network with its last layer solved anew by least squares on the data; hidden layers, and
+    so regions, stay. Raises InputError when fewer than ten runs are finite.
+    """
+    from parc_jax.learning.network.train import training_arrays
+
+    k, y = training_arrays(data)
+    hidden = features(net.weights[:-1], net.biases[:-1], k)
+    centre = hidden.mean(axis=0)
+    solution = np.linalg.lstsq(hidden - centre, y - y.mean(axis=0), rcond=1e-10)[0].T
+    return relu_network(
+        [*net.weights[:-1], solution], [*net.biases[:-1], y.mean(axis=0) - solution @ centre]
+    )

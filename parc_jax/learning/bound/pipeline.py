@@ -1,40 +1,109 @@
 """From trained networks and runs to claims: the one pipeline behind `bound_error`, `parc-jax learn`
 and `parc-jax run`.
 
-profile (training runs and further ones) -> scores of fresh runs -> claims -> allowance for the
+error shape (training runs and further ones) -> scores of fresh runs -> claims -> allowance for the
 start. Every step after the scores only widens a tube, so every label stays true.
 """
 
 import itertools
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 
 import jax
 import numpy as np
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import as_key
+from parc_jax.common.keys import Stage, as_key
 from parc_jax.common.sets.box import Box
 from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.learning.bound.bins import Bins, Edges
-from parc_jax.learning.bound.by_bin import block_of_bins, block_shares, calibrate_bins
-from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.calibrate import block_of_bins, block_shares, calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import MOST, as_probability, cheaper, required_runs
 from parc_jax.learning.bound.edges import choose_edges
-from parc_jax.learning.bound.fitting import fitted_profile
-from parc_jax.learning.bound.measure import Errors, measure
-from parc_jax.learning.bound.profile import evened, learnt_from, profile_of
-from parc_jax.learning.bound.runs import RecordedRuns, Runs, SystemRuns
-from parc_jax.learning.bound.score import check_profile, scores_of
+from parc_jax.learning.bound.measure import Errors, check_profile, measure, scores_of
+from parc_jax.learning.bound.profile import evened, fitted_profile, learnt_from, profile_of
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import layout_of
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch, refitted
-from parc_jax.learning.runs.forecast import Forecast
+from parc_jax.learning.runs.chunks import Forecast
+from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.system import System, check_system
+
+
+class Runs:
+    """Where the runs behind claims come from: by themselves none."""
+
+    def further(self, n: int) -> Iterable[RolloutBatch]:
+        """n runs for the profile."""
+        return ()
+
+    def fresh(self, n: int) -> Iterable[RolloutBatch]:
+        """n runs that nothing has seen."""
+        return ()
+
+
+@dataclass(frozen=True, eq=False)
+class SystemRuns(Runs):
+    """Runs of a black box from the streams of `key`. first_row: of the further runs, behind the
+    training ones. path: keeps finished chunks. quiet: no bars. forecast: of the cost of all.
+    """
+
+    system: object
+    key: jax.Array
+    first_row: int
+    path: Path | None
+    quiet: bool
+    forecast: Forecast | None = None
+
+    def further(self, n: int) -> Iterable[RolloutBatch]:
+        """The TRAIN stream behind the training runs."""
+        return self._stream(n, Stage.TRAIN, "profile", self.first_row)
+
+    def fresh(self, n: int) -> Iterable[RolloutBatch]:
+        """The BOUND stream."""
+        return self._stream(n, Stage.BOUND, "fresh", 0)
+
+    def _stream(self, n: int, stage: Stage, name: str, first_row: int):
+        path = None if self.path is None else Path(self.path) / name
+        options = {"path": path, "quiet": self.quiet, "forecast": self.forecast}
+        return stream_rollouts(self.system, self.key, n, stage, first_row=first_row, **options)
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedRuns(Runs):
+    """Runs of the past, unseen by training: nothing can be run again."""
+
+    held: RolloutBatch
+
+    def fresh(self, n: int) -> Iterable[RolloutBatch]:
+        """All of them, whatever was asked for."""
+        return (self.held,)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldRuns(Runs):
+    """Runs of a system that were simulated before: several claims that are to be compared, each on
+    its own, use the same.
+    """
+
+    held: RolloutBatch
+    unseen: RolloutBatch
+
+    def further(self, n: int) -> Iterable[RolloutBatch]:
+        """The first n that are held."""
+        return (self.held.select(slice(0, n)),)
+
+    def fresh(self, n: int) -> Iterable[RolloutBatch]:
+        """The first n that nothing has seen. Raises InputError for fewer."""
+        if self.unseen.n < n:
+            raise InputError(f"runs: expected at least {n:,} fresh ones; got {self.unseen.n:,}.")
+        return (self.unseen.select(slice(0, n)),)
+
 
 # [standard deviations] by which the expected runs of the smallest bin exceed what its claim needs
 SPARE = 4.0

@@ -5,7 +5,9 @@ claim's premises.
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from parc_jax.checker import Rejected
 from parc_jax.checker.claim import stated_premises
+from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premise, Premises, premises
 from parc_jax.common.spelling import rounded_down, rounded_up
 
@@ -23,7 +25,10 @@ def premises_of(c: "ErrorClaim") -> Premises:
         ("box", MEASURED, c.law.box),
         ("open bins", MEASURED, f"{int((~c.tube.claimed).sum())} of {c.tube.n_bins}"),
     ]
-    return premises([*shown, *more, *stated_premises(c.facts())])
+    try:
+        return premises([*shown, *more, *stated_premises(c.facts())])
+    except Rejected as why:
+        raise InputError(f"claim: expected fields that a sentence can state; {why}.") from None
 
 
 def statement(p: Premises) -> str:
@@ -109,9 +114,12 @@ def _counts(p: Premises) -> str:
     """What was counted and left out: numbers that were fixed, or seen, before the claim."""
     _, many = _number(p)
     looks = f"; delta is shared by {p['looks']} looks" if p["looks"] > 1 else ""
+    gaps = ""
+    if "left out" in p:
+        gaps = f" Before that {p['left out']:,} rows between theirs were left out of the runs."
     return (
         f"{p['box']} = {p['K']}. Of these {many} {_failed(p)} failed; discards, fixed "
-        f"beforehand: {p['discards']:,}{looks}."
+        f"beforehand: {p['discards']:,}{looks}.{gaps}"
     )
 
 
@@ -124,9 +132,8 @@ def _chosen(p: Premises) -> str:
             f"For k drawn uniformly at random from a certified set of share s of {p['box']}: at "
             f"most {_eps(p)}/s."
         )
-    how = "as the calibration's k were given" if p["k"] == "as it was given" else p["k"]
     return (
-        f"For k drawn {how}, whenever it falls into a certified set that it falls into with "
+        f"For k drawn {p['k']}, whenever it falls into a certified set that it falls into with "
         f"probability s: at most {_eps(p)}/s. The share of K that the set fills says nothing: "
         "these runs may hardly visit some of K."
     )

@@ -1,6 +1,6 @@
 """The tube: how far the black box may be from the model, per bin of k, interval and axis."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import jax
@@ -12,10 +12,17 @@ from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.shapes import Index, Indices
-from parc_jax.common.spelling import counted
+from parc_jax.common.spelling import counted, hex_floats, hex_text
 from parc_jax.learning.bound.bins import Binned
-from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorBox, ErrorSet, at
-from parc_jax.learning.bound.faces import Faces, Templates
+from parc_jax.learning.bound.error_set import (
+    NO_CLAIM,
+    ErrorBox,
+    ErrorSet,
+    Faces,
+    Templates,
+    at,
+    templates_of,
+)
 from parc_jax.learning.network.predict import Layout
 
 
@@ -268,3 +275,44 @@ def zero_tube(
     n_bins = int(np.prod([len(e) - 1 for e in edges]))
     interval = np.zeros((n_bins, n_steps, n_c))
     return tube(edges, interval, np.zeros((n_bins, n_end)), n_points)
+
+
+def tube_to_json(error_tube: Tube) -> dict:
+    """Edges and widths as nested lists of hex floats ("inf" in bins without claim)."""
+    points = {} if error_tube.n_points == 1 else {"points": error_tube.n_points}
+    arrays = {name: hex_text(array) for name, array in tube_arrays(error_tube).items()}
+    edges = [arrays.pop(f"edges{axis}") for axis in range(error_tube.n_k)]
+    return points | {"edges": edges} | arrays
+
+
+def tube_from_json(data: dict) -> Tube:
+    """The tube of `tube_to_json`."""
+    arrays = {f"edges{axis}": edge for axis, edge in enumerate(data["edges"])} | data
+    known = {name: arrays[name] for name in arrays if name not in ("edges", "points")}
+    return tube_from_arrays(
+        {name: hex_floats(values) for name, values in known.items()},
+        len(data["edges"]),
+        data.get("points", 1),
+    )
+
+
+def tube_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
+    """Everything a tube is made of but n_points, by name."""
+    edges = {f"edges{axis}": edge for axis, edge in enumerate(error_tube.edges)}
+    boxes = {"interval": error_tube.interval, "final": error_tube.final}
+    faces = {} if error_tube.templates is None else error_tube.templates.arrays
+    return edges | boxes | faces
+
+
+def tube_from_arrays(arrays: Mapping[str, np.ndarray], n_k: int, n_points: int = 1) -> Tube:
+    """The tube of `tube_arrays`. Raises InputError, also for boxes that are not those around the
+    faces; KeyError when one is missing.
+    """
+    edges = [arrays[f"edges{axis}"] for axis in range(n_k)]
+    boxes = tube(edges, arrays["interval"], arrays["final"], n_points)
+    if "interval_directions" not in arrays:
+        return boxes
+    fitted = fitted_tube(edges, *templates_of(arrays))
+    if replace(fitted, templates=None).hash != boxes.hash:
+        raise InputError("tube: expected the boxes around its faces; got other ones.")
+    return fitted

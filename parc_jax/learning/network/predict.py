@@ -1,6 +1,5 @@
 """What the network says of an input: one kernel for JAX, one function for NumPy, for everybody."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
@@ -8,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float, Shaped
 
-from parc_jax.learning.network.relu import ReLUNetwork, forward
+from parc_jax.learning.network.relu import ReLUNetwork, forward, outputs
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.system import BlackBoxSystem, points_of
 
@@ -46,21 +45,6 @@ def predict(
     y, active = forward(net.weights, net.biases, k)
     knots = jnp.concatenate([jnp.zeros(layout.n_p, y.dtype), y[: layout.n_offsets]])
     return knots.reshape(-1, layout.n_c), y[layout.n_offsets :], active
-
-
-def features(
-    weights: Sequence[np.ndarray], biases: Sequence[np.ndarray], x: np.ndarray
-) -> np.ndarray:
-    """Values (n, width) after the given hidden layers at inputs x (n, n_in), on the host."""
-    for W, b in zip(weights, biases, strict=True):
-        x = np.maximum(x @ W.T + b, 0.0)
-    return x
-
-
-def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(None)) -> np.ndarray:
-    """Network outputs (n, n_out) at k (n, n_k), on the host in float64. rows: of those wanted."""
-    h = features(net.weights[:-1], net.biases[:-1], k)
-    return h @ net.weights[-1][rows].T + net.biases[-1][rows]
 
 
 def trajectories(net: ReLUNetwork, layout: Layout, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -20,9 +20,8 @@ from jaxtyping import Float
 from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, stream
 from parc_jax.common.options import check_count
-from parc_jax.learning.network.fold import Normalisation, fold
-from parc_jax.learning.network.predict import features, layout_of, outputs
-from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.network.predict import layout_of
+from parc_jax.learning.network.relu import Normalisation, ReLUNetwork, features, fold, outputs
 from parc_jax.learning.runs.batch import RolloutBatch
 
 # [mean feature power] keeps dead and twin features from making the last layer singular

@@ -1,6 +1,8 @@
-"""Which twist runs show: the simplest model that others of them do not contradict."""
+"""A prior from few real runs: a twist model, identified and corrected by their errors."""
 
+import itertools
 import math
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -8,17 +10,198 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.network.predict import by_point
-from parc_jax.learning.prior.correct import folds
-from parc_jax.learning.prior.twist import (
-    TwistModel,
-    at_fine_times,
-    at_records,
-    basis,
-    driven,
-    integrated,
-    monomials,
-)
 from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.law import Subject
+from parc_jax.learning.system import TimeGrid, Trajectory
+
+SMOOTHINGS = (0.1, 1.0, 10.0)  # [1] of thin plates over K scaled to [-1, 1]; more is stiffer
+FOLDS = 5  # parts of the training runs that take turns: each is predicted from the others
+CLEARLY = 2.0  # [standard errors] by which they must help
+_UNLIKE_RESIDUAL = 3.0  # [median size] residuals of runs that are larger count as so large
+
+
+class Corrected(NamedTuple):
+    """A prior at real runs, and what is added to it anywhere.
+
+    predicted (n, m): places at all records and goal states at the k of the runs, as corrected.
+    more: what of that is added, (n, m) at any k (n, n_k). smoothing: of the residuals; None where
+    they are left out. errors (n, m): of every run as predicted from the other parts of them. alone,
+    best [m]: the typical largest error of a run, by the prior and by the best of the corrections.
+    """
+
+    predicted: np.ndarray
+    more: Callable[[np.ndarray], np.ndarray]
+    smoothing: float | None
+    errors: np.ndarray
+    alone: float
+    best: float
+
+    def statement(self) -> str:
+        """One sentence."""
+        seen = (
+            f"predicted from others, a training run is typically off by {self.alone:.2g} m by the "
+            f"prior alone and by {self.best:.2g} m when their residuals correct it"
+        )
+        if self.smoothing is None:
+            return f"residuals left out ({seen}, which is not clearly less)"
+        return f"corrected by residuals ({seen})"
+
+
+def corrected(prior: Callable[[np.ndarray], np.ndarray], runs: RolloutBatch) -> Corrected:
+    """A prior, corrected by the residuals of finite runs where every fifth of these, as predicted
+    from the others, is clearly nearer for it.
+
+    prior: from a mask (n,) of the runs that it may know to what it predicts for all of them, (n, m)
+    places at all records, then goal states.
+    """
+    truth = flat(runs)
+    choices = (None, *SMOOTHINGS)
+    errors = {choice: np.zeros_like(truth) for choice in choices}
+    for fit, held in folds(runs):
+        rest = truth - prior(fit)
+        for choice in choices:
+            more = _smoothed(runs.select(fit), rest[fit], choice)
+            errors[choice][held] = rest[held] - more(runs.k[held])
+    sizes = {
+        choice: np.log(largest(runs, e) + TOLERANCES.profile_floor) for choice, e in errors.items()
+    }
+    best = min(SMOOTHINGS, key=lambda choice: sizes[choice].mean())
+    less = sizes[None] - sizes[best]
+    chosen = best if less.mean() > CLEARLY * less.std() / np.sqrt(len(less)) else None
+    whole = prior(np.ones(runs.n, bool))
+    more = _smoothed(runs, truth - whole, chosen)
+    typical = (float(np.exp(sizes[choice].mean())) for choice in (None, best))
+    return Corrected(whole + more(runs.k), more, chosen, errors[chosen], *typical)
+
+
+def folds(runs: RolloutBatch) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Masks (n,) of the rows to fit and of those held out, in turn; groups stay whole."""
+    own = np.arange(runs.n) if runs.groups is None else runs.groups
+    number = np.unique(own, return_inverse=True)[1].ravel() % FOLDS
+    for part in range(FOLDS):
+        if (number == part).any() and (number != part).any():
+            yield number != part, number == part
+
+
+def flat(runs: RolloutBatch) -> np.ndarray:
+    """(n, m) places at all records, then goal states."""
+    return np.concatenate([np.asarray(runs.p, np.float64).reshape(runs.n, -1), runs.q], axis=1)
+
+
+def largest(runs: RolloutBatch, errors: np.ndarray) -> np.ndarray:
+    """(n,) [m] the largest of the errors (n, m) of every run in a coordinate of a place."""
+    return np.abs(errors[:, : errors.shape[1] - runs.n_q]).max(axis=1)
+
+
+def _smoothed(runs: RolloutBatch, residual: np.ndarray, smoothing: float | None) -> Callable:
+    """Residuals (n, m) of runs as a function of k."""
+    if smoothing is None:
+        return lambda k: np.zeros((len(k), residual.shape[1]))
+    from scipy.interpolate import RBFInterpolator
+
+    size = np.abs(residual).max(axis=1)
+    tame = (
+        residual
+        * np.minimum(1.0, _UNLIKE_RESIDUAL * np.median(size) / np.maximum(size, 1e-12))[:, None]
+    )
+    lo, hi = runs.domain.lo, runs.domain.hi
+
+    def in_unit(k):
+        return (2 * k - lo - hi) / (hi - lo)
+
+    plates = RBFInterpolator(in_unit(runs.k), tame, smoothing=smoothing, degree=1)
+    return lambda k: plates(in_unit(k))
+
+
+FINE = 64  # steps, at least, in which a twist is integrated
+
+
+class TwistModel:
+    """A black box without disturbance: the body moves ahead, to its left and turns as k says, and
+    its reference points with it.
+
+    about: what the runs are about, whose domain, time grid and points it has. order: of the
+    polynomials in k. gain (degree + 1, n_terms, 3): of every Legendre polynomial of time and every
+    monomial of the scaled k, to (ahead, left [m/s], turning [rad/s]). places (n_points, 2) [m]: of
+    the reference points in the body at the start, the first at 0. goal (n_terms, n_q): of the
+    further goal states.
+    """
+
+    n_p = 2
+
+    def __init__(self, about: Subject, order: int, gain, places, goal):
+        self.name = f"{about.system}, twist"
+        self.domain = about.domain
+        self.time = about.time
+        self.points = about.points
+        self.n_q = goal.shape[1]
+        self.order = order
+        self.gain = gain
+        self.places = places
+        self.goal = goal
+
+    def rollout_batch(self, keys, ks) -> Trajectory:
+        """k (B, n_k) -> p (B, n_record + 1, n_points, 2) [m], no axis of one point, q (B, n_q)."""
+        del keys
+        terms = monomials(self.domain, self.order, np.asarray(ks))
+        p = driven(self.time, terms, self.gain, self.places)
+        return Trajectory(p[:, :, 0] if len(self.points) == 1 else p, terms @ self.goal)
+
+
+def monomials(domain, order: int, k: np.ndarray) -> np.ndarray:
+    """All monomials (n, n_terms) up to an order of k (n, n_k), scaled from K to [-1, 1]."""
+    x = (2 * k - domain.lo - domain.hi) / (domain.hi - domain.lo)
+    chosen = (
+        list(axes)
+        for degree in range(order + 1)
+        for axes in itertools.combinations_with_replacement(range(domain.n), degree)
+    )
+    return np.stack([x[:, axes].prod(axis=1) for axes in chosen], axis=1)
+
+
+def driven(time: TimeGrid, terms: np.ndarray, gain: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Places (n, n_record + 1, n_points, 2) of the points of runs with these terms (n, n_terms)."""
+    shape = basis(time, len(gain))
+    ahead, left, turning = np.einsum("tj,jac,na->cnt", shape, gain, terms)
+    heading = integrated(time, turning)
+    turned = np.exp(1j * heading)
+    way = integrated(time, (ahead + 1j * left) * turned)[:, :: _within(time)]
+    offsets = places @ np.array([1.0, 1j])
+    at = way[..., None] + turned[:, :: _within(time), None] * offsets
+    return np.stack([at.real, at.imag], axis=-1)
+
+
+def basis(time: TimeGrid, n: int) -> np.ndarray:
+    """The first n Legendre polynomials over [0, t_f] at the fine times (n_fine + 1, n)."""
+    return np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, _fine(time) + 1), n - 1)
+
+
+def integrated(time: TimeGrid, rate: np.ndarray) -> np.ndarray:
+    """Integral from 0 of a rate (..., n_fine + 1), at the fine times."""
+    from scipy.integrate import cumulative_simpson
+
+    return cumulative_simpson(rate, dx=time.t_f / _fine(time), axis=-1, initial=0)
+
+
+def at_fine_times(time: TimeGrid, recorded: np.ndarray) -> np.ndarray:
+    """Records (n, n_record + 1) interpolated at the fine times (n, n_fine + 1)."""
+    fine, records = np.linspace(0, 1, _fine(time) + 1), np.linspace(0, 1, time.n_record + 1)
+    return np.stack([np.interp(fine, records, run) for run in recorded])
+
+
+def at_records(time: TimeGrid, fine: np.ndarray) -> np.ndarray:
+    """Of values (..., n_fine + 1) at the fine times those at the records."""
+    return fine[..., :: _within(time)]
+
+
+def _within(time: TimeGrid) -> int:
+    """Fine steps from one record to the next; an even number, as Simpson's rule likes it."""
+    return 2 * int(np.ceil(FINE / time.n_record / 2))
+
+
+def _fine(time: TimeGrid) -> int:
+    return time.n_record * _within(time)
+
 
 ORDERS, DEGREES = (1, 2, 3), (0, 1, 2, 3)  # of polynomials in k, and in time
 _LEAST = 8  # runs

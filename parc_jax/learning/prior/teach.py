@@ -8,8 +8,14 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
-from parc_jax.learning.prior.correct import corrected, flat, largest
-from parc_jax.learning.prior.identify import chosen_kind, fitted, moving_body
+from parc_jax.learning.prior.identify import (
+    chosen_kind,
+    corrected,
+    fitted,
+    flat,
+    largest,
+    moving_body,
+)
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import points_of

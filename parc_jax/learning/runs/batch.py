@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import itertools
+import re
 from collections.abc import Iterable
 from functools import cached_property
 
@@ -14,10 +15,60 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import check_seed
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.labels import Labels
-from parc_jax.learning.runs.groups import group_numbers
-from parc_jax.learning.runs.law import FITTED, TO_ALL, TO_TRAINING, LawSpec, law_spec
-from parc_jax.learning.runs.subject import Subject, subject
+from parc_jax.learning.runs.law import (
+    FITTED,
+    TO_ALL,
+    TO_TRAINING,
+    LawSpec,
+    Subject,
+    law_spec,
+    subject,
+)
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
+
+NAMED = 1 << 62  # numbers of groups that have names; below it they have nothing but a number
+
+
+def group_numbers(groups, n: int) -> np.ndarray | None:
+    """Names of groups as int64: whole numbers, also as text, as they are; other texts by their
+    hash, equal in every file, from NAMED on. Raises InputError, also for an empty name and a number
+    that is not whole.
+    """
+    if groups is None:
+        return None
+    names = np.asarray(groups)
+    if names.shape != (n,) or names.dtype.kind not in "iuUS":
+        raise InputError(
+            f"groups: expected a whole number or a name for each of {n} rows; got "
+            f"{names.dtype} of shape {names.shape}."
+        )
+    if names.dtype.kind in "iu":
+        return names.astype(np.int64)
+    return np.array([_number(name.strip()) for name in names.astype(str).tolist()], np.int64)
+
+
+def _number(name: str) -> int:
+    whole = re.fullmatch(r"([+-]?\d{1,18})(\.0*)?", name)
+    if whole:
+        return int(whole[1])
+    if not name or re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)", name):
+        raise InputError(
+            f"groups: expected names, or whole numbers, of recordings; got {name!r}. Give each "
+            "recording a name with a letter in it."
+        )
+    return NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
+
+
+def worst_by_group(values: np.ndarray, groups: np.ndarray | None) -> np.ndarray:
+    """The largest of the values (n,) of every group, in the order in which groups first appear;
+    all of them without groups.
+    """
+    if groups is None:
+        return values
+    _, first, number = np.unique(groups, return_index=True, return_inverse=True)
+    worst = values[first].copy()
+    np.maximum.at(worst, number.ravel(), values)
+    return worst[np.argsort(first, kind="stable")]
 
 
 @struct.dataclass
@@ -249,11 +300,20 @@ def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]
 def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, RolloutBatch]:
     """Training runs and others; where K was fitted to the others too it becomes the smallest box of
     the training runs, and what of the others lies outside of it is left out and counted: a claim
-    from them is then about runs whose k lies in a K that they had no part in. Raises InputError
+    from them is then about runs whose k lies in a K that they had no part in.
+
+    Of both halves, the training runs alone say that K is their own smallest box: split again they
+    are fitted again, and halves that changed places are refused. Raises InputError for these, and
     when none is left.
     """
     if held.law.fitted != TO_ALL:
         return train, held
+    if (train.law.fitted or "").startswith(TO_TRAINING):
+        raise InputError(
+            f"{held.name}: expected a K that the calibration runs had no part in; these are the "
+            "half whose smallest box K is, and chose which of the other half are left. Pass the "
+            "halves of split() in its order, or declare K: domain=box(lo, hi)."
+        )
     domain = box(train.k.min(axis=0), train.k.max(axis=0))
     inside = domain.contains(held.k)
     if not inside.any():
@@ -268,7 +328,7 @@ def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, Rol
         law = law_spec(batch.law.generator, domain, batch.law.k_law, about)
         return dataclasses.replace(batch, domain=domain, law=law)
 
-    return on(train, TO_TRAINING), on(held.select(inside), TO_TRAINING + missed)
+    return on(train, TO_ALL), on(held.select(inside), TO_TRAINING + missed)
 
 
 def require_finite_k(k) -> None:
@@ -292,10 +352,10 @@ def require_finite_k(k) -> None:
 
 
 def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> RolloutBatch:
-    """One batch from several of the same law (and so K), time grid, reference points, rotation and
-    given parameters, in order. n: rows of all together, where it is known: then batches may come
-    one after another, and none is held any longer than it takes to copy it. Raises InputError when
-    they differ.
+    """One batch from several of the same law (and so K), time grid, reference points, rotation,
+    given parameters and labels, in order. n: rows of all together, where it is known: then batches
+    may come one after another, and none is held any longer than it takes to copy it. Raises
+    InputError when they differ, or have rows in common, as two files of one name do.
     """
     if n is None:
         batches = list(batches)
@@ -315,16 +375,27 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
             lost[begin:at] = 0 if batch.lost is None else batch.lost
     if at != n:
         raise InputError(f"concatenate: expected {n:,} rows in all batches together; got {at:,}.")
+    shared = n - len(np.unique(whole["rows"]))
+    if shared:
+        raise InputError(
+            f"concatenate: expected each row of {first.name} once; {shared:,} of {n:,} occur "
+            "again. Two files of one name number their rows, and their groups, anew: load all "
+            "their runs as one folder, with a name for each recording."
+        )
     return dataclasses.replace(first, **whole, lost=_losses(lost, n))
 
 
 def _require_alike(first: RolloutBatch, other: RolloutBatch) -> None:
-    shared = ("law", "time", "seed", "stage", "points", "rotation", "given")
-    alike = all(getattr(other, fact) == getattr(first, fact) for fact in shared)
-    if not alike or first.p.dtype != other.p.dtype:
+    def facts(batch: RolloutBatch) -> dict:
+        shared = ("time", "seed", "stage", "points", "rotation", "given", "labels")
+        groups = "none" if batch.groups is None else "given"
+        own = {"law": batch.law.describe(), "storage": batch.p.dtype.name, "groups": groups}
+        return own | {fact: getattr(batch, fact) for fact in shared}
+
+    one, two = facts(first), facts(other)
+    differs = [f"{name} ({one[name]}; {two[name]})" for name in one if one[name] != two[name]]
+    if differs:
         raise InputError(
-            "concatenate: expected batches of one law, time grid, seed, stage, reference "
-            "points, rotation, given parameters and storage; they differ."
+            f"concatenate: expected batches of one source; they differ in {', '.join(differs)}. "
+            "Load or collect them in the same way, or train and bound with one of them."
         )
-    if (first.groups is None) != (other.groups is None):
-        raise InputError("concatenate: expected groups in all batches or in none.")

@@ -1,10 +1,13 @@
-"""Work in chunks: several worker threads, bounded memory, results in order, finished chunks kept on
-disk.
+"""Work in chunks: several worker threads, bounded memory, results in order, finished chunks stored
+and resumed with the same system only, and a forecast of the time.
 """
 
 import json
 import os
 import queue
+import sys
+import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -15,9 +18,86 @@ import numpy as np
 
 from parc_jax.common.backend import backend
 from parc_jax.common.errors import InputError
-from parc_jax.learning.runs.files import read_npz, write_atomic, write_npz
-from parc_jax.learning.runs.resume import refuse_other_work
+from parc_jax.common.spelling import hex_text
+from parc_jax.common.tolerances import TOLERANCES
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.files import read_npz, rollouts_from_npz, write_atomic, write_npz
 from parc_jax.learning.system import points_of
+
+
+def require_same_runs(where, stored: dict, again: dict, system) -> None:
+    """Refuse stored runs that the system does not repeat. Raises InputError.
+
+    stored, again: arrays of rows, from the disk and simulated just now; those beyond the last of
+    either are left out. Another machine may round differently, hence `TOLERANCES.resumed`.
+    """
+    single = np.dtype(getattr(system, "dtype", np.float64)) == np.float32
+    within = TOLERANCES.resumed_single if single else TOLERANCES.resumed
+    kept = max(map(len, stored.values()))
+    for name, old in stored.items():
+        if not np.issubdtype(old.dtype, np.floating):
+            continue
+        new = np.asarray(again[name])[:kept]
+        old = old[: len(new)]
+        same = old.shape == new.shape and np.isclose(
+            new, old, rtol=within, atol=within, equal_nan=True
+        )
+        if not np.all(same):
+            raise InputError(
+                f"{where}: expected the stored runs to repeat themselves; simulated again, their "
+                f"{name} comes out differently. The simulator has changed, or draws randomness "
+                "that does not come from the key. Delete it or choose another path."
+            )
+
+
+def finished(path, identity: dict, work: dict) -> tuple[RolloutBatch, int | None]:
+    """The batch of a finished file and its chunk size. Raises InputError when it holds other runs
+    than asked for.
+
+    identity: of the system. work: further facts that must agree: n, first_row, seed, stage, dtype,
+    k (as given, else None), law.
+    """
+    arrays = read_npz(path)
+    batch = rollouts_from_npz(path, arrays)
+    made_by = json.loads(str(arrays["meta"])).get("made_by") or {}
+    time = batch.time
+    have = {
+        "law": batch.law.hash,
+        "grid": hex_text((time.dt, time.t_f, time.dt_record)),
+        "n_p": batch.n_p,
+        "n_q": batch.n_q,
+        "points": list(batch.points),
+    } | made_by.get("system", {})
+    differs = {name for name, value in have.items() if identity.get(name) != value}
+    facts = {
+        "n": batch.n,
+        "first_row": int(batch.rows[0]),
+        "seed": batch.seed,
+        "stage": batch.stage,
+        "dtype": batch.p.dtype.name,
+    }
+    differs |= {name for name, value in facts.items() if work[name] != value}
+    if work["k"] is not None and not (batch.k == np.asarray(work["k"], np.float64)).all():
+        differs.add("k")
+    if differs:
+        raise InputError(
+            f"{path}: holds other rollouts than the ones asked for; expected the same "
+            f"{', '.join(sorted(differs))}. Delete it or choose another path."
+        )
+    return batch, made_by.get("chunk")
+
+
+def refuse_other_work(folder: Path, stored: dict, wanted: dict) -> None:
+    """Refuse a folder whose description differs. Raises InputError."""
+    differs = sorted(
+        name for name in wanted.keys() | stored.keys() if wanted.get(name) != stored.get(name)
+    )
+    if differs:
+        raise InputError(
+            f"{folder}: holds chunks of other work; expected the same {', '.join(differs)}. "
+            "Delete the folder or choose another path."
+        )
+
 
 Arrays = dict[str, np.ndarray]
 
@@ -64,9 +144,21 @@ class ChunkStore:
     def put(self, index: int, arrays: Arrays) -> None:
         """Keep a finished chunk, atomically."""
         write_npz(self._path(index), arrays)
+        self._marker(index).unlink(missing_ok=True)
+
+    def begin(self, index: int) -> int:
+        """Note that a chunk is begun. Returns how often it was begun before and never finished."""
+        with open(self._marker(index), "ab") as marker:
+            marker.write(b".")
+            marker.flush()
+            os.fsync(marker.fileno())
+            return marker.tell() - 1
 
     def _path(self, index: int) -> Path:
         return self.folder / f"chunk_{index:06d}.npz"
+
+    def _marker(self, index: int) -> Path:
+        return self.folder / f"begun_{index:06d}"
 
 
 def cores() -> int:
@@ -93,13 +185,18 @@ def worker_devices(system) -> list:
 
 
 def run_chunks(
-    work: Callable[[int, object], Arrays], n_chunks: int, devices: list, store=None
+    work: Callable[[int, object], Arrays],
+    n_chunks: int,
+    devices: list,
+    store: ChunkStore | None = None,
+    count_losses: bool = False,
 ) -> Iterator[Arrays]:
     """Yield work(index, device) for every index, in order, at most two results per worker ahead of
     the consumer.
 
     A chunk found in the store is not computed again. On an error or Ctrl-C, waiting chunks are
-    cancelled.
+    cancelled. count_losses: the rows of a chunk that was begun before and never finished count as
+    lost so often; for work that may end its own process, where a second attempt is a choice.
     """
     free = queue.SimpleQueue()
     for device in devices:
@@ -111,9 +208,13 @@ def run_chunks(
             return done
         device = free.get()
         try:
+            before = store.begin(index) if store is not None and count_losses else 0
             arrays = work(index, device)
         finally:
             free.put(device)
+        if before:
+            lost = arrays.get("lost", np.zeros(len(arrays["k"]), np.int64))
+            arrays = arrays | {"lost": np.where(lost < 0, lost, lost + before)}
         if store is not None:
             store.put(index, arrays)
         return arrays
@@ -139,3 +240,84 @@ def default_chunk(system, n: int, workers: int) -> int:
     largest = max(how.rollouts, how.rollout_bytes // row_bytes)
     wanted = max(16, -(-n // workers))
     return min(1 << (largest.bit_length() - 1), 1 << (wanted - 1).bit_length())
+
+
+LONG_S = 30.0  # what takes longer is announced
+
+
+class Forecast:
+    """The cost of all runs that a command will make, said once, at the rate of the first ones.
+
+    runs: of all stages together. advice: what would be cheaper, in words. quiet: say nothing.
+    """
+
+    def __init__(self, runs: int, advice: str = "", quiet: bool = False):
+        self.runs = runs
+        self.advice = advice
+        self._is_said = quiet
+        self._lock = threading.Lock()
+
+    def measured(self, name: str, seconds_per_run: float) -> None:
+        """Tell the forecast how long a run of the system `name` takes, all workers together."""
+        with self._lock:
+            if self._is_said:
+                return
+            self._is_said = True
+        if self.runs * seconds_per_run > LONG_S:
+            from tqdm import tqdm
+
+            tqdm.write(self.sentence(name, seconds_per_run), file=sys.stderr)
+
+    def sentence(self, name: str, seconds_per_run: float) -> str:
+        """For example "cart: 12,300 runs x 0.6 s = 2 h; eps = 0.01 needs 690 runs"."""
+        cost = (
+            f"{name}: {self.runs:,} runs x {spell(seconds_per_run)} = "
+            f"{spell(self.runs * seconds_per_run)}"
+        )
+        return f"{cost}; {self.advice}" if self.advice else cost
+
+
+class Pace:
+    """Seconds per run from the chunks that workers hand in. The first one does not count, nor what
+    ran beside it: it waits for a compiler, or for the start of a simulator's own processes, which
+    is soon over: one of LONG_S without a compiler counts. forecast: is told the pace of the system
+    `name`.
+    """
+
+    def __init__(
+        self, workers: int, compiles: bool, forecast: Forecast | None = None, name: str = ""
+    ):
+        self._workers = workers
+        self._compiles = compiles
+        self._forecast = forecast
+        self._name = name
+        self._from: float | None = None
+        self._lock = threading.Lock()
+
+    def timed(self, runs: int, work: Callable):
+        """What work() gives, which makes so many runs."""
+        began = time.perf_counter()
+        done = work()
+        each = self.of(runs, began, time.perf_counter())
+        if each is not None and self._forecast is not None:
+            self._forecast.measured(self._name, each)
+        return done
+
+    def of(self, runs: int, began: float, ended: float) -> float | None:
+        """Seconds per run of one chunk that ran from `began` to `ended` [s], or None."""
+        with self._lock:
+            first = self._from is None
+            if first:
+                self._from = ended
+        counts = ended - began >= LONG_S and not self._compiles if first else began >= self._from
+        return (ended - began) / runs / self._workers if counts else None
+
+
+def spell(seconds: float) -> str:
+    """A duration for people: two digits and a unit."""
+    sizes = {"d": 86_400, "h": 3_600, "min": 60, "s": 1}
+    unit = next((name for name, size in sizes.items() if seconds >= size), "s")
+    if seconds < 0.1:
+        return f"{1e3 * seconds:.2g} ms"
+    amount = seconds / sizes[unit]
+    return f"{amount:,.0f} {unit}" if amount >= 100 else f"{amount:.2g} {unit}"

@@ -1,23 +1,35 @@
-"""The law that rollouts are drawn from: the distribution every statistical claim is about."""
+"""The law that rollouts are drawn from, which every statistical claim is about, and their subject:
+system, K, time grid, reference points.
+"""
 
 import hashlib
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, is_dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, is_dataclass, replace
 
-from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import hex_text
+from parc_jax.common.errors import InputError
+from parc_jax.common.premises import MEASURED, Premises, premises
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.spelling import counted, hex_text, nearest_floats
+from parc_jax.learning.labels import PARTS, Labels, labels_of, name_of
+from parc_jax.learning.labels import labels as valid_labels
+from parc_jax.learning.system import ONE_POINT, TimeGrid, check_points, check_rotation, time_grid
 from parc_jax.learning.systems.user_code import blamed
 
+OURS = (
+    "parc_jax:"  # begins parameters that no system may declare, so that none reads as one of ours
+)
 # parameter of a law whose k are drawn from a small box inside K, which sentences call N
-BOX = "box of k"
+BOX = f"{OURS}box of k"
 LOG = "file:"  # begins the generator of runs that were logged
-# parameter of a law whose K was not declared but fitted to logged k, and what it was fitted to
+# parameter of a law whose K was not declared but fitted to logged k, and the runs of that fit
 FITTED, TO_ALL, TO_TRAINING = (
-    "K",
+    f"{OURS}K",
     "the smallest box of these runs",
     "the smallest box of the training runs",
 )
+SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
+GIVEN = "given "  # begins that of values
 
 
 @dataclass(frozen=True)
@@ -26,8 +38,8 @@ class LawSpec:
 
     generator:  what produced the rollouts: a system's name, or file:<name>.
     parameters: (name, value) pairs as text, sorted: the disturbance law of the system.
-    k_law:      how k is drawn: "uniform" on [lo, hi], "given" (chosen by the caller), "logged", or
-        a sampler's name.
+    k_law:      how k is drawn: "uniform" on [lo, hi], "given" with the values, "logged", "the
+        sampler" with its name, or as a chained system has it.
     lo, hi:     (n_k,) corners of K, as hex floats.
     """
 
@@ -54,13 +66,17 @@ class LawSpec:
 
     def describe(self) -> str:
         """One phrase for people."""
-        uniform = f"k uniform on {self.box}"
-        how = {"uniform": uniform, "given": "k as given", "logged": "k as logged"}.get(
-            self.k_law, f"k by {self.k_law}"
-        )
         others = (pair for pair in self.parameters if pair[0] != BOX)
-        extra = "".join(f", {name} = {value}" for name, value in others)
-        return f"{self.generator} ({how}{extra}; {self.hash[:8]})"
+        extra = "".join(f", {name.removeprefix(OURS)} = {value}" for name, value in others)
+        return f"{self.generator} (k {self.how_drawn}{extra}; {self.hash[:8]})"
+
+    @property
+    def how_drawn(self) -> str:
+        """How k is drawn, in words that follow "k"."""
+        if self.k_law == "uniform":
+            return f"uniform on {self.box}"
+        as_it_was = self.k_law == "logged" or self.k_law.startswith(GIVEN)
+        return f"{'as' if as_it_was else 'by'} {self.k_law}"
 
 
 def law_spec(
@@ -73,12 +89,164 @@ def law_spec(
 
 
 def law_of(system, k_law: str = "uniform") -> LawSpec:
-    """The law of a system: what `law` offers (mapping or dataclass), and `plant` when that is a
-    name.
+    """The law of a system: its `law` (mapping or dataclass), and `plant` when that is a name.
+    Raises InputError for a parameter with a name of ours.
     """
     with blamed(f"{system.name}: expected a law that can be read"):
         law = getattr(system, "law", None)
     parameters = dict((asdict(law) if is_dataclass(law) else law) or {})
     if isinstance(getattr(system, "plant", None), str):
         parameters["plant"] = system.plant
+    ours = [name for name in parameters if str(name).startswith(OURS)]
+    if ours:
+        raise InputError(
+            f"{system.name}: expected parameters of a law that do not begin with {OURS!r}; got "
+            f"{', '.join(map(str, ours))}. Rename them."
+        )
     return law_spec(system.name, system.domain, k_law, parameters)
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What runs, a claim about them and a model that has it are about. Build with `subject`, which
+    validates.
+
+    system: name of the black box. domain: K. time: knots, records and horizon. points: names of the
+    robot's reference points, in the order of their coordinates. rotation: what the system declares
+    of the heading, as `rotation_of` has it. labels: what coordinates are called, for people. given:
+    axes of k that are measured at the start and not chosen, as `given_of` has them. [T37]
+    """
+
+    system: str
+    domain: Box
+    time: TimeGrid
+    points: tuple[str, ...]
+    rotation: tuple[str, ...] | None
+    labels: Labels
+    given: tuple[int, ...] = ()
+
+    @property
+    def n_p(self) -> int:
+        """Dimension of the workspace."""
+        return len(self.labels.p)
+
+    @property
+    def n_q(self) -> int:
+        """Number of further goal states."""
+        return len(self.labels.q)
+
+    @property
+    def identity(self) -> dict:
+        """All but what is for people alone, as plain values: two subjects with the same identity
+        are the same.
+        """
+        measured = {"given": list(self.given)} if self.given else {}
+        return measured | {
+            "system": self.system,
+            "domain": {"lo": hex_text(self.domain.lo), "hi": hex_text(self.domain.hi)},
+            "time": hex_text([self.time.dt, self.time.t_f, self.time.dt_record]),
+            "n_p": self.n_p,
+            "n_q": self.n_q,
+            "points": list(self.points),
+            "rotation": None if self.rotation is None else list(self.rotation),
+        }
+
+    @property
+    def premises(self) -> Premises:
+        """The same for people, and the names of the parameters: what others about it agree with."""
+        told = {
+            "system": self.system,
+            "K": hex_text([self.domain.lo, self.domain.hi]),
+            "time": hex_text([self.time.dt, self.time.t_f, self.time.dt_record]),
+            "workspace": f"{self.n_p}-D with {counted(self.n_q, 'goal state')}",
+            "points": list(self.points),
+            "rotation": "none" if self.rotation is None else ["heading", *self.rotation],
+            "given": [str(axis) for axis in self.given],
+            "parameters": list(self.labels.k),
+        }
+        return premises((name, MEASURED, value) for name, value in told.items())
+
+    def to_json(self) -> dict:
+        """A JSON-able dictionary; numbers are strings."""
+        words = {part: list(given) for part, given in self.labels._asdict().items()}
+        return self.identity | {"labels": words}
+
+    def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "Subject":
+        """The same with other labels; a mapping gives some of p, q and k. Raises InputError."""
+        words = self.labels._asdict() | words_of(given)
+        named = valid_labels(self.n_p, self.n_q, self.domain.n, **words)
+        return replace(self, labels=named)
+
+
+def subject(
+    system: str,
+    domain: Box,
+    time: TimeGrid,
+    n_p: int,
+    n_q: int,
+    points: Sequence[str] | None = None,
+    rotation: Sequence[str] | None = None,
+    labels: Labels | Mapping[str, Sequence[str]] | None = None,
+    given: Sequence[str | int] = (),
+) -> Subject:
+    """Validated subject. labels: `Labels`, or a mapping of some of p, q and k; what is not given
+    has plain ones. given: parameters by label, name or number. Raises InputError.
+    """
+    named = valid_labels(n_p, n_q, domain.n, **words_of(labels))
+    return Subject(
+        str(system),
+        domain,
+        time,
+        ONE_POINT if points is None else check_points("runs", tuple(points)),
+        None if rotation is None else check_rotation("runs", rotation, n_p, n_q),
+        named,
+        check_given("runs", given, named.k),
+    )
+
+
+def given_of(system) -> tuple[int, ...]:
+    """Axes of k that a system declares to be measured at the start: `given`. Raises InputError."""
+    return check_given(system.name, getattr(system, "given", ()), labels_of(system).k)
+
+
+def check_given(owner: str, words, k_labels: Sequence[str]) -> tuple[int, ...]:
+    """Axes of the parameters named by label, name or number. Raises InputError."""
+    names = [name_of(label) for label in k_labels]
+    axes = []
+    for word in words if isinstance(words, tuple | list) else (words,):
+        name = name_of(word) if isinstance(word, str) else word
+        axes.append(names.index(name) if name in names else name)
+    known = [axis for axis in axes if type(axis) is int and 0 <= axis < len(names)]
+    if len(known) < len(axes) or len(set(axes)) < len(axes) or len(axes) == len(names):
+        raise InputError(
+            f"{owner}: expected given, a tuple of parameters that are measured at the start, of "
+            f"{', '.join(names)}, each once and not all of them; got {words!r:.60}."
+        )
+    return tuple(known)
+
+
+def words_of(given: Labels | Mapping[str, Sequence[str]] | None) -> dict[str, Sequence[str]]:
+    """Labels by part, none for None. Raises InputError for a part that there is none of."""
+    words = given._asdict() if isinstance(given, Labels) else dict(given or {})
+    if words.keys() - {*PARTS}:
+        raise InputError(
+            f"labels: expected those of {', '.join(PARTS)}, as {{'k': ('speed [m/s]', ...)}}; got "
+            f"{', '.join(map(str, words))}."
+        )
+    return words
+
+
+def subject_from_json(data: dict) -> Subject:
+    """The subject of `Subject.to_json`. Raises InputError; KeyError, TypeError for what is none."""
+    lo, hi = (nearest_floats(data["domain"][side]) for side in ("lo", "hi"))
+    return subject(
+        data["system"],
+        box(lo, hi),
+        time_grid(*nearest_floats(data["time"])),
+        data["n_p"],
+        data["n_q"],
+        data["points"],
+        data["rotation"],
+        data["labels"],
+        data.get("given", ()),
+    )

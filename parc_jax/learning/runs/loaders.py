@@ -1,4 +1,6 @@
-"""Rollouts from files: our own .npz, a folder of CSV logs, the published *_rawdata.mat layout."""
+"""Rollouts from files: our own .npz, a folder of CSV logs, the table of a sweep, the published
+*_rawdata.mat layout.
+"""
 
 import csv
 import itertools
@@ -14,12 +16,13 @@ from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
-from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec
-from parc_jax.learning.runs.subject import words_of
-from parc_jax.learning.runs.uniform import check_uniform
+from parc_jax.learning.runs.independent import check_uniform
+from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec, words_of
+from parc_jax.learning.runs.sweep import sweep_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
+_HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
 
 
 def load_rollouts(
@@ -27,6 +30,7 @@ def load_rollouts(
     time: TimeGrid | None = None,
     domain: Box | None = None,
     *,
+    columns: Mapping[str, str | Sequence[str]] | None = None,
     k_law: str = "logged",
     groups=None,
     points: Sequence[str] | None = None,
@@ -45,6 +49,12 @@ def load_rollouts(
             rows, each with n_record + 1 rows of n_p numbers. groups.csv may name the recording of
             each row. A first line of names, such as speed [m/s], labels the columns of k, q, and of
             p where there is one point.
+    *.csv   with `columns`: one row per record of every run, as a sweep in Simulink, Gazebo or a
+            spreadsheet leaves it; or a mapping of names to columns, such as a DataFrame.
+    columns: its names, {"k": (...), "p": (...), "q": (...), "run": "run", "t": "t"}, the last three
+    optional: p point by point, `run` numbers or names the runs, `t` is a clock [s] from any start.
+    A run is interpolated at the record times between samples at most a record apart; behind its
+    last one it is NaN: it did not finish, and failures count. q is that of the sample nearest t_f.
     time: the record grid of the runs; needed for all but our own files. domain: K; None = the
     smallest box that holds all k, and once they are split that of the training runs: the claim is
     then about runs whose k lies in it. k_law: "logged", or
@@ -58,26 +68,44 @@ def load_rollouts(
     are called, as {"k": ("speed [m/s]", ...)}; they go before those of the file. given: parameters
     that are measured at the start of a run and not chosen, by name or number. Runs with NaN stay.
     """
+    about = {"rotation": rotation, "labels": labels, "given": given}
+    if columns is not None:
+        name = Path(path if isinstance(path, str | Path) else "table")
+        check_k_law(name, k_law, domain)
+        arrays = sweep_arrays(path, time, columns)
+        return _assemble(name, arrays, time, domain, k_law, groups, points, about)
     path = Path(path)
     check_k_law(path, k_law, domain)
-    about = {"rotation": rotation, "labels": labels, "given": given}
     if path.is_dir():
         return _assemble(path, _csv_folder(path), time, domain, k_law, groups, points, about)
     if path.suffix == ".mat":
         return _assemble(path, _mat_arrays(path), time, domain, k_law, groups, points, about)
     if path.suffix != ".npz":
-        table = " One table of all runs is for `load_sweep`." if path.suffix == ".csv" else ""
+        table = ' One table of all runs needs columns={"k": ...}.' if path.suffix == ".csv" else ""
         raise InputError(
             f"{path}: expected a .npz file, a .mat file or a folder of CSV files.{table}"
         )
     arrays = read_npz(path)
     if "meta" not in arrays:
         return _assemble(path, arrays, time, domain, k_law, groups, points, about)
-    return _own(path, rollouts_from_npz(path, arrays), k_law, groups, points, about)
+    own = rollouts_from_npz(path, arrays)
+    for given, wanted in (("time", time), ("domain", domain)):
+        if wanted is not None and not _equal(wanted, getattr(own, given)):
+            raise InputError(
+                f"{path}: expected no {given}, or that of the file, {getattr(own, given)}; got "
+                f"{wanted}. A file of save_rollouts has its own: leave {given} out, or collect anew."
+            )
+    return _own(path, own, k_law, groups, points, about)
+
+
+def _equal(one: TimeGrid | Box, other: TimeGrid | Box) -> bool:
+    if isinstance(one, Box) and isinstance(other, Box):
+        return np.array_equal(one.lo, other.lo) and np.array_equal(one.hi, other.hi)
+    return type(one) is type(other) and one == other
 
 
 def _own(path: Path, own: RolloutBatch, k_law: str, groups, points, about: dict) -> RolloutBatch:
-    """Runs that know what they are. Raises InputError where they are told otherwise."""
+    """Runs of `save_rollouts`. Raises InputError for arguments that contradict the file."""
     others = points is not None and tuple(points) != own.points
     told = groups is not None or any(x is not None and len(x) > 0 for x in about.values())
     if k_law != "logged" or others or told:
@@ -246,11 +274,24 @@ def _csv_folder(path: Path) -> dict:
     if (path / "q.csv").exists():
         arrays["q"], names["q"] = _csv(path / "q.csv")
     if (path / "groups.csv").exists():
-        given = [line.strip() for line in (path / "groups.csv").read_text().splitlines()]
-        given = [name for name in given if name]
-        # one line more than rows: a header
-        arrays["groups"] = np.array(given[1:] if len(given) == len(k) + 1 else given, dtype=str)
+        arrays["groups"] = _groups(path / "groups.csv", len(k))
     return arrays
+
+
+def _groups(path: Path, n: int) -> np.ndarray:
+    """(n,) names of recordings, a line each, after a header where there is one. Raises InputError
+    for any other number of lines: a name that slips by one row is that of another recording.
+    """
+    names = [line.strip() for line in path.read_text().rstrip().splitlines()]
+    if names and names[0].lstrip("# ").lower() in _HEADERS:
+        names = names[1:]
+    if len(names) != n or not all(names):
+        empty = f", line {names.index('') + 1} of them empty" if "" in names else ""
+        raise InputError(
+            f"{path}: expected a name for each of {n} rows of k.csv, a line each, and before them "
+            f"at most a header, one of {', '.join(_HEADERS)}; got {len(names)}{empty}."
+        )
+    return np.array(names, dtype=str)
 
 
 def _require_one_order(path: Path, names: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""Runs of a sweep, as a simulator logs them: one table with a row per record of every run."""
+"""The table of a sweep, as a simulator logs it: one row per record of every run."""
 
 import csv
 from collections.abc import Mapping, Sequence
@@ -7,11 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import Box
-from parc_jax.learning.labels import Labels
-from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.loaders import check_k_law, points_in, recorded
-from parc_jax.learning.system import ONE_POINT, TimeGrid
+from parc_jax.learning.system import TimeGrid
 
 NOT_ENOUGH = (
     "how often a k succeeded says nothing of where the robot was, so it proves nothing in another "
@@ -20,55 +16,38 @@ NOT_ENOUGH = (
 )
 
 
-def load_sweep(
-    table,
-    time: TimeGrid,
-    k: Sequence[str],
-    p: Sequence[str],
-    q: Sequence[str] = (),
-    *,
-    run: str = "run",
-    t: str = "t",
-    domain: Box | None = None,
-    k_law: str = "logged",
-    points: Sequence[str] = ONE_POINT,
-) -> RolloutBatch:
-    """A batch from a table with a row per record, as sweeps in Simulink, Gazebo or a spreadsheet
-    leave behind.
+def sweep_arrays(table, time: TimeGrid | None, columns: Mapping[str, str | Sequence[str]]) -> dict:
+    """Arrays k, p, q of the runs of a table, and the labels of their columns.
 
-    table: a .csv file with a first line of names, or a mapping of names to columns, such as a
-        DataFrame. k, p, q: names of the columns that hold parameters, coordinates (point by point)
-        and other goal states. run: of the column that numbers or names the runs. t: of the clock
-        [s], which counts from the first row of each run.
-    A run is interpolated at the record times between its samples, which may not be farther apart
-    than a record; after its last one it is NaN: it did not finish, and failures count. q is that of
-    the sample nearest to t_f. domain, k_law, points: as of `load_rollouts`. Raises InputError,
-    also for a table of k and success rates, which is not enough.
+    table: a .csv file with a first line of names, or a mapping of names to columns.
+    columns: as of `load_rollouts`.
+    Raises InputError, also for a table of k and success rates, which is not enough.
     """
     name = table if isinstance(table, str | Path) else "table"
-    check_k_law(name, k_law, domain)
-    columns = _columns(name, table)
+    k, p, q = ([*columns.get(part, ())] for part in ("k", "p", "q"))
+    run, t = columns.get("run", "run"), columns.get("t", "t")
+    if time is None:
+        raise InputError(f"{name}: expected time=time_grid(dt, t_f, dt_record); got none.")
+    cells = _columns(name, table)
     asked = [run, t, *k, *p, *q]
-    missing = [word for word in asked if word not in columns]
+    missing = [word for word in asked if word not in cells]
     if missing or not k or not p:
         raise InputError(
             f"{name}: expected a row per record of every run, with columns {', '.join(asked)}; got "
-            f"{', '.join(columns):.200} ({', '.join(missing)} missing). If that is a table of k "
+            f"{', '.join(cells):.200} ({', '.join(missing)} missing). If that is a table of k "
             f"and success: {NOT_ENOUGH}."
         )
-    clock, ks, ps, qs = (_numbers(name, columns, words) for words in ([t], k, p, q))
-    rows = _rows_by_run(columns[run])
+    clock, ks, ps, qs = (_numbers(name, cells, words) for words in ([t], k, p, q))
+    rows = _rows_by_run(cells[run])
     if max(map(len, rows), default=0) < 2:
         raise InputError(
             f"{name}: expected a row per record of every run; got {len(rows):,} runs of one row. "
             f"If that is the outcome of each: {NOT_ENOUGH}."
         )
     at = time.dt_record * np.arange(time.n_record + 1)
-    cut = [_cut(f"{name}, run {columns[run][i[0]]}", i, clock[:, 0], ks, ps, qs, at) for i in rows]
+    cut = [_cut(f"{name}, run {cells[run][i[0]]}", i, clock[:, 0], ks, ps, qs, at) for i in rows]
     k_of, p_of, q_of = (np.stack(part) for part in zip(*cut, strict=True))
-    labels = Labels(p=tuple(p), q=tuple(q), k=tuple(k)) if len(points) == 1 else {"k": k, "q": q}
-    named = points_in(name, p_of, points)
-    return recorded(name, k_of, p_of, q_of, named, domain, k_law, time=time, labels=labels)
+    return {"k": k_of, "p": p_of, "q": q_of, "labels": {"k": k, "p": p, "q": q}}
 
 
 def _rows_by_run(names: np.ndarray) -> list[np.ndarray]:

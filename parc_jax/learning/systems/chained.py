@@ -16,7 +16,7 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted
 from parc_jax.learning.labels import labels_of
-from parc_jax.learning.runs.subject import given_of
+from parc_jax.learning.runs.law import given_of
 from parc_jax.learning.system import check_system
 from parc_jax.learning.systems.user_code import blamed
 
@@ -114,7 +114,7 @@ def chained(system, before: int = 3, hand_over: tuple[float, float] | None = Non
 
 def hand_over_of(k_law: str) -> tuple[Fraction, Fraction] | None:
     """[s] `hand_over` of the chains that a law of k names, None where it names none."""
-    if LEFT not in k_law:
+    if not k_law.startswith("a chain of") or LEFT not in k_law:
         return None
     begin, end = k_law.split(LEFT)[1].removesuffix(" s").split(" to ")
     return Fraction(begin), Fraction(end)

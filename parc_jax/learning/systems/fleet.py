@@ -1,9 +1,11 @@
 """Runs on workers: processes of our own, or any `concurrent.futures.Executor`, here or elsewhere.
 
-A run that is lost with its worker has failed, since the robot may have ended it. Only where the
-user says that workers go away whatever their runs do it is made again, and counted.
+A run that is lost with its worker has failed, since the robot may have ended it. Where the user
+declares that workers go away whatever their runs do it is made again, and counted.
 """
 
+import multiprocessing
+import signal
 import sys
 import threading
 import time
@@ -15,9 +17,11 @@ from concurrent.futures import (
     CancelledError,
     Executor,
     Future,
+    ProcessPoolExecutor,
     wait,
 )
 from dataclasses import dataclass
+from queue import LifoQueue
 from typing import NamedTuple
 from uuid import uuid4
 
@@ -31,6 +35,52 @@ from parc_jax.learning.systems.python_worker import (
     run_sent,
 )
 from parc_jax.learning.systems.user_code import blamed, said
+
+
+class Processes(Executor):
+    """As many places as workers; a process starts with the first call in its place, or the first
+    after one died there.
+    """
+
+    def __init__(self, workers: int):
+        if getattr(multiprocessing.current_process(), "_inheriting", False):
+            raise SystemExit(1)  # a worker that imports an unguarded script; its parent says so
+        self._free: LifoQueue[ProcessPoolExecutor | None] = LifoQueue()
+        for _ in range(workers):
+            self._free.put(None)
+
+    def submit(self, function: Callable, /, *arguments) -> Future:
+        """The call on its way; waits for a free place. A process that dies is ChildProcessError."""
+        process = self._free.get() or _process()
+        outer: Future = Future()
+
+        def ended(inner: Future) -> None:
+            error = inner.exception()
+            dead = isinstance(error, BrokenExecutor)
+            self._free.put(None if dead else process)
+            if dead:
+                outer.set_exception(ChildProcessError("its worker process died"))
+            elif error is not None:
+                outer.set_exception(error)
+            else:
+                outer.set_result(inner.result())
+
+        process.submit(function, *arguments).add_done_callback(ended)
+        return outer
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes that are free."""
+        while not self._free.empty():
+            process = self._free.get()
+            if process is not None:
+                process.shutdown(wait, cancel_futures=cancel_futures)
+
+
+def _process() -> ProcessPoolExecutor:
+    # fresh: a fork of one that runs JAX may hang. Ctrl-C is the parent's, and fails no run
+    ignoring = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
+    return ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"), **ignoring)
+
 
 RUNS_PER_PART = 4  # of runs that are made again; others go alone, so that none is lost with another
 LOSSES = 3  # of a part, then its runs go out alone; of a run alone, then the work ends
@@ -262,8 +312,9 @@ class Fleet:
             if self._make is None:
                 raise InputError(
                     f"{self.name}: expected an executor that goes on; it broke with {said(error)}. "
-                    "Give a function that makes one, so that another can take its place; finished "
-                    "chunks are kept where a path was given."
+                    "Give a function that makes one, so that another can take its place; where a "
+                    "path was given finished chunks are kept, and runs that were begun count as "
+                    "lost the next time."
                 )
             self._executor = None
         executor.shutdown(wait=False)

@@ -15,8 +15,7 @@ from parc_jax.common.keys import key_data
 from parc_jax.common.sets.box import Box
 from parc_jax.learning.runs.chunks import cores
 from parc_jax.learning.system import ONE_POINT, Retried, TimeGrid, Trajectory, check_points
-from parc_jax.learning.systems.fleet import RUNS_PER_PART, Fleet
-from parc_jax.learning.systems.processes import Processes
+from parc_jax.learning.systems.fleet import RUNS_PER_PART, Fleet, Processes
 from parc_jax.learning.systems.python_worker import run_many
 from parc_jax.learning.systems.user_code import said
 

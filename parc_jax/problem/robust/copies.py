@@ -20,7 +20,7 @@ from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
-from parc_jax.learning.runs.subject import Subject
+from parc_jax.learning.runs.law import Subject
 from parc_jax.problem.body import Body, Part, numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.bend import bend_by_bin

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from parc_jax.learning.bound.error_set import ErrorBox, ErrorSet, ErrorTemplate, at
-from parc_jax.learning.bound.faces import Templates
+from parc_jax.learning.bound.error_set import ErrorBox, ErrorSet, ErrorTemplate, Templates, at
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import by_point
 from parc_jax.proof.absence.contact_errors import BetweenFaces, ContactErrors, WithinWidths, holds

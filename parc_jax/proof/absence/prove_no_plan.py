@@ -21,8 +21,8 @@ from parc_jax.proof.absence.branch_and_bound import BranchAndBound, Found
 from parc_jax.proof.absence.faces import goal_faces
 from parc_jax.proof.absence.tree import Node
 from parc_jax.proof.certificate.write import question_parts
-from parc_jax.safe_set.corridors.limit import Limit
-from parc_jax.safe_set.verdict.hopeless import Why, why_none
+from parc_jax.safe_set.corridors.stopping import Limit
+from parc_jax.safe_set.verdict.infeasible import Why, why_none
 from parc_jax.safe_set.verdict.scene import Scene
 
 PROVED = "proved"
@@ -61,8 +61,8 @@ class NoPlan(NamedTuple):
     doubt: Withstood | None = None
     ended: Ended | None = Ended.TARGET
 
-    def statement(self) -> str:
-        """What is true of the model and its tube, and of which plans that is said."""
+    def details(self) -> str:
+        """The sentence about the model and its tube, and the plans that it is about."""
         told = self._told()
         return told if self.doubt is None else self.doubt.of_none(told)
 

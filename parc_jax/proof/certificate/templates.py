@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import fraction_text
-from parc_jax.learning.bound.faces import Faces
+from parc_jax.learning.bound.error_set import Faces
 
 
 def rows_part(faces: Faces, index) -> dict:

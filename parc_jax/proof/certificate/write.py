@@ -16,8 +16,7 @@ from parc_jax.checker import FORMAT
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.learning.bound.bins import each_bin
-from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorSet, at
-from parc_jax.learning.bound.faces import Templates
+from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorSet, Templates, at
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point
@@ -27,9 +26,8 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.proof.certificate.templates import end_part, rows_part
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.polytope import SafePolytope
-from parc_jax.safe_set.separation.directions import Multiplier
+from parc_jax.safe_set.separation.directions import Multiplier, Run, longest_lasting, merged_runs
 from parc_jax.safe_set.separation.inequality import at_both_knots, height, separates
-from parc_jax.safe_set.separation.runs import Run, longest_lasting, merged_runs
 from parc_jax.safe_set.verdict.scene import Scene
 
 

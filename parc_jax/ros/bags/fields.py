@@ -1,4 +1,4 @@
-"""What is in a message of ROS, whoever decoded it: only the names of its fields are relied on."""
+"""Fields of a message of ROS, by their names alone: any library may have decoded it."""
 
 import math
 
@@ -42,7 +42,7 @@ def stamp_of(message) -> int | None:
 
 
 def frames_of(message) -> tuple[str, str]:
-    """The frame that a pose is told in, and the frame that has it, empty where it is not said."""
+    """The frame of a pose and the frame that has it; empty where a message has none."""
     frame = getattr(getattr(message, "header", None), "frame_id", "")
     return frame.lstrip("/"), getattr(message, "child_frame_id", "").lstrip("/")
 
@@ -67,7 +67,7 @@ def pose_in(message, topic: str) -> tuple[float, float, float]:
 
 
 def yaw_of(turn, topic: str) -> float:
-    """[rad] of a quaternion. Raises InputError for what is none."""
+    """[rad] of a quaternion. Raises InputError unless its length is 1."""
     x, y, z, w = turn.x, turn.y, turn.z, turn.w
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if not abs(length - 1) <= UNIT:

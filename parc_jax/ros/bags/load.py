@@ -1,8 +1,11 @@
-"""Runs from bags: one recording is one unit of the claim, however many runs were cut from it."""
+"""Runs from bags: windows of recordings, each from a command on and as long as the time grid. One
+recording is one unit of the claim, however many runs were cut from it.
+"""
 
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,18 +14,42 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.law import words_of
 from parc_jax.learning.runs.loaders import check_k_law, recorded
-from parc_jax.learning.runs.subject import words_of
 from parc_jax.learning.system import ONE_POINT, TURNS, TimeGrid
 from parc_jax.problem.world.footprint import Footprint
-from parc_jax.ros.bags.fields import value_at
+from parc_jax.ros.bags.fields import frames_of, pose_in, stamp_of, value_at
 from parc_jax.ros.bags.recording import Heard, heard, recordings_in
-from parc_jax.ros.bags.track import times_of, track
-from parc_jax.ros.bags.windows import Windows, windows
 
 LOG = logging.getLogger("parc_jax.ros.bags")
 SHORT = ("failed", "dropped")
+CLOCKS = ("header", "recorder")
 CLOCKS_APART = 1.0  # [s] median by which stamps and recorder may differ before they are two clocks
+
+
+class Track(NamedTuple):
+    """Poses of one recording, on one clock. times (m,) [ns], increasing. pose (m, 3): x, y, heading
+    [m, rad], the heading without jumps. more (m, j): further numbers of the messages. frames: of
+    the poses, and of the robot.
+    """
+
+    times: np.ndarray
+    pose: np.ndarray
+    more: np.ndarray
+    frames: tuple[str, str]
+
+
+class Windows(NamedTuple):
+    """m runs of one recording. k (m, n_k): given parameters, then those of the command. pose (m,
+    n_record + 1, 3): x, y, heading [m, rad] from where the run began; NaN where that is unknown.
+    short, gaps (m,): the next command came, or the recording ended, before the end of the run;
+    poses are too sparse in it.
+    """
+
+    k: np.ndarray
+    pose: np.ndarray
+    short: np.ndarray
+    gaps: np.ndarray
 
 
 def load_bags(
@@ -47,18 +74,17 @@ def load_bags(
     .db3), MCAP. Every recording is a group. Raises InputError.
 
     pose: topic of poses: Odometry, PoseStamped, ..., or /tf with frames (parent, child), one edge
-    of it. command: topic of commands, and k: paths of the numbers in its messages that are k, such
-    as ("linear.x", "angular.z"). given: paths of numbers in the messages of `pose`, measured when a
+    of it. command: topic of commands; k: paths of the numbers in its messages that are k, such as
+    ("linear.x", "angular.z"). given: paths of numbers in the messages of `pose`, measured when a
     run begins; they are the first parameters, and `given`. A run begins `after` seconds after each
-    new command (or the same one after a pause longer than a run), and is told from where it
-    begins: p [m], of all points of a robot, and q, the turn [rad], which turns with the heading.
-    domain: K; commands outside of it, such as the one to stop, are no runs. k_law: as of
-    `load_rollouts`. short: a run that was cut short by the next command or the end of the recording
-    has "failed", and is counted so, or is "dropped", which changes the law of the runs, and is
-    yours to judge. bridge: [s] between poses up to which the robot is taken to have gone straight,
-    by default two record steps; a run with a wider gap has failed. clock: "header", the stamps of
-    messages where they have any, or "recorder", when they were recorded. labels: as of
-    `load_rollouts`.
+    new command (or an equal one after a pause longer than a run), in the frame of its beginning:
+    p [m], of all points of a robot, and q, the turn [rad], which turns with the heading.
+    domain: K; commands outside of it, such as the one to stop, are no runs. k_law, labels: as of
+    `load_rollouts`. short: a run cut short by the next command or the end of the recording has
+    "failed" and is counted so, or is "dropped", which changes the law of the runs and is yours to
+    judge. bridge: [s] between poses up to which the robot is taken to have gone straight, by
+    default two record steps; a run with a wider gap has failed. clock: "header", the stamps of
+    messages where they have any, or "recorder", the times of recording.
     """
     path = Path(path)
     _check(path, k, k_law, domain, short, after)
@@ -71,12 +97,12 @@ def load_bags(
         found.append(cut)
         names += [one.name] * len(cut.k)
     if len(seen) > 1:
-        told = [f"{a or '(none)'} -> {b or '(none)'} in {name}" for (a, b), name in seen.items()]
-        raise InputError(f"{path}: expected poses in one frame; got {', '.join(told)}.")
+        got = [f"{a or '(none)'} -> {b or '(none)'} in {name}" for (a, b), name in seen.items()]
+        raise InputError(f"{path}: expected poses in one frame; got {', '.join(got)}.")
     runs = Windows(*map(np.concatenate, zip(*found, strict=True)))
-    kept = _kept(path, runs, domain, len(given), short)
-    groups = np.array(names)[kept]
-    runs = Windows(*(part[kept] for part in runs))
+    valid = _valid(path, runs, domain, len(given), short)
+    groups = np.array(names)[valid]
+    runs = Windows(*(part[valid] for part in runs))
     return recorded(
         path,
         runs.k,
@@ -106,12 +132,12 @@ def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock)
         _require_one_clock(pose, said[pose], command, orders, clock)
     except InputError as error:
         raise InputError(f"{one}: {error}") from None
-    order = np.argsort(times, kind="stable")
+    order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
     return windows(where, times[order], values[order], time, after, bridge), where.frames
 
 
-def _kept(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str) -> np.ndarray:
-    """(m,) which windows are runs. Raises InputError where none is, or none came to its end."""
+def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str) -> np.ndarray:
+    """(m,) bool, the windows that are runs. Raises InputError where no run is complete."""
     ours = np.isfinite(runs.k[:, :n_given]).all(axis=1)
     inside = ours.copy()
     if domain is not None:
@@ -166,3 +192,128 @@ def _check(path: Path, k, k_law: str, domain, short: str, after: float) -> None:
         raise InputError(f"k: expected paths of numbers in a command, as a tuple; got {k!r:.40}.")
     if not (np.isfinite(after) and after >= 0):
         raise InputError(f"after: expected 0 s or more after the command; got {after!r:.40}.")
+
+
+def track(
+    topic: str, messages: Sequence[Heard], clock: str, frames: tuple[str, str] | None, more=()
+) -> Track:
+    """The track in the messages of a topic. frames: one edge of a topic of transforms. more: paths
+    of further numbers. Raises InputError for decreasing stamps, several frames, and messages
+    without a pose.
+    """
+    with_pose = _poses(topic, messages, frames)
+    seen = {frames_of(one.message) for one in with_pose}
+    if len(seen) > 1:
+        raise InputError(f"{topic}: expected poses in one frame; got {_said(seen)}.")
+    own = seen.pop()
+    if frames is not None and own != frames:
+        raise InputError(f"{topic}: expected {_said([frames])}; it has {_said([own])}.")
+    times = times_of(topic, with_pose, clock)
+    pose = np.array([pose_in(one.message, topic) for one in with_pose])
+    rest = np.array([[value_at(one.message, path, topic) for path in more] for one in with_pose])
+    rest = rest.reshape(len(with_pose), len(more))
+    again = np.append(False, (np.diff(times) == 0) & (pose[1:] == pose[:-1]).all(axis=1))
+    times, pose, rest = times[~again], pose[~again], rest[~again]  # a repeated message is no error
+    _require_forward(topic, times)
+    finite = np.isfinite(pose[:, 2])
+    pose[finite, 2] = np.unwrap(pose[finite, 2])
+    return Track(times, pose, rest, own)
+
+
+def times_of(topic: str, messages: Sequence[Heard], clock: str) -> np.ndarray:
+    """(m,) [ns] on a clock; without a header the recorder's. Raises InputError."""
+    if clock not in CLOCKS:
+        raise InputError(f"clock: expected one of {', '.join(CLOCKS)}; got {clock!r:.40}.")
+    by_header = clock == "header"
+    return np.array(
+        [h.stamp if by_header and h.stamp is not None else h.recorded for h in messages], np.int64
+    )
+
+
+def _poses(topic: str, messages: Sequence[Heard], frames) -> list[Heard]:
+    """Messages of one pose each: of transforms those of one edge."""
+    if not hasattr(messages[0].message, "transforms"):
+        return list(messages)
+    parts = [
+        one._replace(stamp=stamp_of(part), message=part)
+        for one in messages
+        for part in one.message.transforms
+    ]
+    edges = {frames_of(part.message) for part in parts}
+    if frames is None or frames not in edges:
+        raise InputError(
+            f"{topic}: expected one of its transforms as frames (parent, child), which are not "
+            f"composed: {_said(edges)}; got {'none' if frames is None else _said([frames])}."
+        )
+    return [part for part in parts if frames_of(part.message) == frames]
+
+
+def _require_forward(topic: str, times: np.ndarray) -> None:
+    back = np.flatnonzero(np.diff(times) <= 0)
+    if len(back):
+        i = int(back[0])
+        raise InputError(
+            f"{topic}: expected stamps that increase; message {i + 1} has "
+            f"{times[i + 1] / 1e9:.9f} s after {times[i] / 1e9:.9f} s. Do two nodes publish it? "
+            'Where nobody fills the headers in, take clock="recorder".'
+        )
+
+
+def _said(edges) -> str:
+    return ", ".join(sorted(f"{a or '(none)'} -> {b or '(none)'}" for a, b in edges))
+
+
+def windows(
+    where: Track,
+    times: np.ndarray,
+    commands: np.ndarray,
+    grid: TimeGrid,
+    after: float,
+    bridge: float,
+) -> Windows:
+    """Runs that begin `after` seconds after each new command. times (n,) [ns], commands (n, c): as
+    they were sent; one begins where the values differ from those before, or repeat after a pause
+    longer than the run. bridge: [s] between poses, up to which the robot is taken to
+    have gone straight.
+    """
+    new = np.append(True, (np.diff(commands, axis=0) != 0).any(axis=1))
+    pause = np.append(True, np.diff(times) > (after + grid.t_f) * 1e9)
+    first = np.flatnonzero(new | pause)
+    begin = times[first] + round(after * 1e9)
+    following = np.append(times[first][1:], np.iinfo(np.int64).max)
+    at = begin[:, None] + np.round(np.arange(grid.n_record + 1) * grid.dt_record * 1e9)
+    at = at.astype(np.int64)
+    pose = _interpolated(where.times, where.pose, at, bridge)
+    given = _interpolated(where.times, where.more, begin, bridge)
+    ends = np.minimum(following, where.times[-1])
+    gaps = (np.isnan(pose).any(axis=2) & (where.times[0] <= at) & (at <= ends[:, None])).any(axis=1)
+    pose[at > following[:, None]] = np.nan  # poses behind the next command are of another run
+    short = at[:, -1] > ends
+    return Windows(np.concatenate([given, commands[first]], axis=1), _from_start(pose), short, gaps)
+
+
+def _interpolated(
+    times: np.ndarray, values: np.ndarray, at: np.ndarray, bridge: float
+) -> np.ndarray:
+    """(..., j) of values (m, j) at times (...) [ns]; NaN outside of them, and across gaps above
+    the bridge [s].
+    """
+    right = np.clip(np.searchsorted(times, at), 1, max(len(times) - 1, 1))
+    if len(times) < 2:
+        return np.full((*at.shape, values.shape[1]), np.nan)
+    wide = times[right] - times[right - 1]
+    share = ((at - times[right - 1]) / wide)[..., None]
+    found = (1 - share) * values[right - 1] + share * values[right]
+    # at a pose itself nothing is interpolated, however wide the gap beside it
+    exact = (at == times[right]) | (at == times[right - 1])
+    unknown = (at < times[0]) | (at > times[-1]) | ((wide > bridge * 1e9) & ~exact)
+    return np.where(unknown[..., None], np.nan, found)
+
+
+def _from_start(pose: np.ndarray) -> np.ndarray:
+    """Poses (m, t, 3) relative to the first of each run."""
+    moved = pose - pose[:, :1]
+    cosine, sine = np.cos(pose[:, :1, 2]), np.sin(pose[:, :1, 2])
+    ahead = cosine * moved[..., 0] + sine * moved[..., 1]
+    left = cosine * moved[..., 1] - sine * moved[..., 0]
+    return np.stack([ahead, left, moved[..., 2]], axis=-1)

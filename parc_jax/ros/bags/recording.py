@@ -1,4 +1,4 @@
-"""Bags as they lie on a disk, whichever program recorded them: .bag, .mcap, .db3, or a folder."""
+"""Bags on disk, of any recorder: .bag, .mcap, .db3, or a folder."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -56,7 +56,9 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
     """
     reader = package("rosbags.highlevel", "bags").AnyReader
     system = package("rosbags.typesys", "bags")
-    plain = system.get_typestore(system.Stores.ROS2_HUMBLE)  # for bags that spell no types
+    plain = system.get_typestore(
+        system.Stores.ROS2_HUMBLE
+    )  # for bags without definitions of their types
     out: dict[str, list[Heard]] = {topic: [] for topic in topics}
     try:
         with reader([path], default_typestore=plain) as bag:
@@ -68,16 +70,16 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
                 out[connection.topic].append(Heard(recorded, stamp_of(message), message))
     except InputError:
         raise
-    except Exception as error:  # whatever the library makes of a damaged file
+    except Exception as error:  # a damaged file may raise anything
         raise InputError(
             f"{path}: expected a complete bag; it is truncated or damaged ({type(error).__name__}: "
             f"{error!s:.80}). Try `mcap recover`, `ros2 bag reindex` or `rosbag reindex`."
         ) from None
     for topic, messages in out.items():
-        told = sum(c.msgcount for c in asked if c.topic == topic)
-        if not messages or len(messages) != told:
+        count = sum(c.msgcount for c in asked if c.topic == topic)
+        if not messages or len(messages) != count:
             raise InputError(
-                f"{path}: expected {told or 'some'} messages of {topic}, as its index says; read "
+                f"{path}: expected {count or 'some'} messages of {topic}, as its index says; read "
                 f"{len(messages)}."
             )
     return out

@@ -1,17 +1,18 @@
-"""An answer or an episode as an MCAP file, for Foxglove and whatever else reads ROS 2."""
+"""An answer or an episode as an MCAP file of ROS 2 messages, written without ROS."""
 
+import io
 import json
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.files.episode_file import Episode, Manoeuvre, episode_of, is_episode, load_episode
-from parc_jax.app.plot.triangles import (
+from parc_jax.app.plot.shapes import (
     body_triangles,
     goal_triangles,
     headings,
@@ -21,21 +22,165 @@ from parc_jax.app.plot.triangles import (
 )
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.commitment import Commitment
-from parc_jax.drive.loop.log import episode_part
+from parc_jax.drive.loop.episode_file import (
+    Episode,
+    Manoeuvre,
+    episode_of,
+    episode_part,
+    is_episode,
+    load_episode,
+)
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.world.grid_map import GridMap
-from parc_jax.ros.bags import messages as m
-from parc_jax.ros.bags.messages import Messages, mcap
+from parc_jax.ros.bags.recording import package
 from parc_jax.safe_set.verdict.pointwise import verdicts
 
+MARKER, MARKERS = "visualization_msgs/msg/Marker", "visualization_msgs/msg/MarkerArray"
+PATH, GRID = "nav_msgs/msg/Path", "nav_msgs/msg/OccupancyGrid"
+TRANSFORMS, TEXT = "tf2_msgs/msg/TFMessage", "std_msgs/msg/String"
+LINES, TRIANGLES = 5, 11  # kinds of markers: LINE_LIST, TRIANGLE_LIST
+DELETE_ALL = 3  # action of a marker
+FREE, NOT_FREE = 0, 100
+NAME, BASE = 2, 1  # kinds of fields, as rosbags numbers them
 ROBOT = "base_link"
 THIN = 0.01  # [m] width of lines
 DARK, GREEN = (0.25, 0.25, 0.25, 1.0), (0.0, 0.62, 0.45, 0.35)
 BLUE, LIGHT = (0.0, 0.45, 0.7, 1.0), (0.34, 0.71, 0.91, 0.35)
 Line = tuple[int, str, str, object]
+
+
+class Messages:
+    """Makes messages of ROS 2 Humble, in one frame."""
+
+    def __init__(self, frame: str):
+        system = package("rosbags.typesys", "write_mcap")
+        self.store = system.get_typestore(system.Stores.ROS2_HUMBLE)
+        self.frame = frame
+
+    def make(self, kind: str, **fields) -> Any:
+        """A message; other fields are zero or empty."""
+        blank = {
+            name: _blank(self, field)
+            for name, field in self.store.fielddefs[kind][1]
+            if name not in fields
+        }
+        return self.store.types[kind](**blank, **fields)
+
+    def headed(self, at: int):
+        """at: [ns]."""
+        sec, nanosec = divmod(at, 10**9)
+        stamp = self.make("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
+        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=self.frame)
+
+    def pose(self, place: np.ndarray, heading: float):
+        """place (3,) [m]."""
+        return self.make(
+            "geometry_msgs/msg/Pose",
+            position=self.vector("Point", place),
+            orientation=self.turn(heading),
+        )
+
+    def vector(self, kind: str, values):
+        x, y, z = map(float, values)
+        return self.make(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
+
+    def turn(self, heading: float):
+        z, w = float(np.sin(heading / 2)), float(np.cos(heading / 2))
+        return self.make("geometry_msgs/msg/Quaternion", z=z, w=w)
+
+    def path(self, times: np.ndarray, places: np.ndarray, headings: np.ndarray):
+        """times (n,) [ns], places (n, 3) [m]."""
+        kind = "geometry_msgs/msg/PoseStamped"
+        poses = [
+            self.make(kind, header=self.headed(int(at)), pose=self.pose(place, heading))
+            for at, place, heading in zip(times, places, headings, strict=True)
+        ]
+        return self.make(PATH, header=self.headed(int(times[0])), poses=poses)
+
+    def transform(self, at: int, child: str, place: np.ndarray, heading: float):
+        moved = self.make(
+            "geometry_msgs/msg/Transform",
+            translation=self.vector("Vector3", place),
+            rotation=self.turn(heading),
+        )
+        one = self.make(
+            "geometry_msgs/msg/TransformStamped",
+            header=self.headed(at),
+            child_frame_id=child,
+            transform=moved,
+        )
+        return self.make(TRANSFORMS, transforms=[one])
+
+    def markers(self, at: int, name: str, kind: int, points: np.ndarray, colour, width=1.0):
+        """One marker of points (n, 3) that replaces those of its topic /name, as a line of
+        `mcap`. colour: red, green, blue, alpha. width: [m] of lines.
+        """
+        shade = dict(zip("rgba", colour, strict=True))
+        marker = self.make(
+            MARKER,
+            header=self.headed(at),
+            ns=name,
+            type=kind,
+            pose=self.pose(np.zeros(3), 0.0),
+            scale=self.vector("Vector3", [width] * 3),
+            color=self.make("std_msgs/msg/ColorRGBA", **shade),
+            points=[self.vector("Point", point) for point in points],
+        )
+        away = self.make(MARKER, header=self.headed(at), ns=name, id=1, action=DELETE_ALL)
+        shown = self.make(MARKERS, markers=[away, marker] if len(points) else [away])
+        return at, f"/{name}", MARKERS, shown
+
+    def grid(self, at: int, free: np.ndarray, resolution: float, origin):
+        """Cells (rows, columns) that are free or not; origin (x, y, yaw)."""
+        rows, columns = free.shape
+        info = self.make(
+            "nav_msgs/msg/MapMetaData",
+            resolution=resolution,
+            width=columns,
+            height=rows,
+            origin=self.pose(np.array([*origin[:2], 0.0]), origin[2]),
+        )
+        data = np.where(free, FREE, NOT_FREE).astype(np.int8).ravel()
+        return self.make(GRID, header=self.headed(at), info=info, data=data)
+
+    def text(self, words: str):
+        return self.make(TEXT, data=words)
+
+
+def _blank(says: Messages, field) -> Any:
+    """The zero of a field."""
+    kind, about = field
+    if kind == NAME:
+        return says.make(about)
+    if kind != BASE:
+        of_base, inner = about[0]
+        plain = of_base == BASE and inner[0] != "string"
+        return np.zeros(0, inner[0] if inner[0] != "octet" else "uint8") if plain else []
+    word = about[0]
+    return "" if word == "string" else False if word == "bool" else 0.0 if "float" in word else 0
+
+
+def mcap(says: Messages, lines: list[tuple[int, str, str, Any]]) -> bytes:
+    """An MCAP file of messages (time [ns], topic, kind, message), in the order of their times."""
+    writer_of = package("mcap.writer", "write_mcap")
+    stream = io.BytesIO()
+    writer = writer_of.Writer(stream)
+    writer.start(profile="ros2", library="parc_jax")
+    schemas: dict[str, int] = {}
+    channels: dict[str, int] = {}
+    for number, (at, topic, kind, message) in enumerate(sorted(lines, key=lambda line: line[0])):
+        if kind not in schemas:
+            text = says.store.generate_msgdef(kind, ros_version=2)[0].encode()
+            schemas[kind] = writer.register_schema(kind, "ros2msg", text)
+        if topic not in channels:
+            channels[topic] = writer.register_channel(topic, "cdr", schemas[kind])
+        data = bytes(says.store.serialize_cdr(message, kind))
+        writer.add_message(channels[topic], at, data, at, number)
+    writer.finish()
+    return stream.getvalue()
 
 
 def write_mcap(
@@ -50,14 +195,14 @@ def write_mcap(
     """Write an answer, or an episode, as MCAP with messages of ROS 2; it appears complete or not at
     all.
 
-    what: an answer or its file; commitments of a loop, or a file of `save_episode`. What is read or
-    was driven is checked in exact arithmetic first. plan: which plan of an answer is driven: the
-    number of a sample, or (p0, k), which must be safe; None for none. grid: a map, on /map; what is
-    not free is written as occupied. frame: that the world is told in. begin: [s] stamp at the
-    loop's time 0, or of the answer. Raises InputError.
+    what: an answer or its file; commitments of a loop, or a file of `save_episode`. Files and
+    episodes are checked in exact arithmetic first. plan: of an answer, to execute: the index of a
+    sample, or (p0, k), which must be safe; None for none. grid: a map, on /map; cells that are not
+    free are written as occupied. frame: of the world. begin: [s] stamp at the loop's time 0, or of
+    the answer. Raises InputError.
 
     Topics: /plan (Path: places of the first reference point at the knots), /tf (base_link),
-    /body, /tube (all that the body may reach inside the tube), /obstacles, /goal, /plans (all
+    /body, /tube (the set that the body may reach inside the tube), /obstacles, /goal, /plans (all
     samples) (MarkerArray), /map (OccupancyGrid), /statement (String). A robot of one point has no
     heading there but that of its start.
     """
@@ -75,12 +220,12 @@ def write_mcap(
         lines = _episode(says, what, start)
     if grid is not None:
         shown = says.grid(start, grid.free, grid.resolution, grid.origin)
-        lines.append((start, "/map", m.GRID, shown))
+        lines.append((start, "/map", GRID, shown))
     return write_atomic(path, mcap(says, lines))
 
 
 def _read(what) -> Answer | Episode:
-    """What is to be written. Raises InputError."""
+    """The answer or episode to write. Raises InputError."""
     if isinstance(what, Answer):
         return what
     if not isinstance(what, str | Path):
@@ -91,17 +236,21 @@ def _read(what) -> Answer | Episode:
 
 def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
     model, n_p = answer.model, answer.model.n_p
-    lines: list[Line] = [(start, "/statement", m.TEXT, says.text(answer.statement()))]
+    lines: list[Line] = [(start, "/statement", TEXT, says.text(answer.details()))]
     places = [nominal_path(model, s[:n_p], s[n_p:]).places[:, 0] for s in answer.samples]
     if places:
-        way = in_world(np.stack(places), answer.pose)
+        way = in_world(np.stack(places), answer.scene.asked.pose)
         pieces = np.stack([way[:, :-1], way[:, 1:]], axis=2).reshape(-1, 3)
-        lines.append(says.markers(start, "plans", m.LINES, pieces, BLUE, THIN))
+        lines.append(says.markers(start, "plans", LINES, pieces, BLUE, THIN))
     chosen = _plan(answer, plan)
     if chosen is None:
         near = np.concatenate([np.zeros((1, n_p)), *places])
-        return lines + _scene(says, answer.problem, model, answer.pose, near, start, None)
-    begun = Manoeuvre(Fraction(0), answer.pose, answer.problem, chosen[:n_p], chosen[n_p:])
+        return lines + _scene(
+            says, answer.problem, model, answer.scene.asked.pose, near, start, None
+        )
+    begun = Manoeuvre(
+        Fraction(0), answer.scene.asked.pose, answer.problem, chosen[:n_p], chosen[n_p:]
+    )
     return lines + _manoeuvre(says, model, begun, start, None)
 
 
@@ -128,7 +277,8 @@ def _plan(answer: Answer, plan) -> np.ndarray | None:
 
 
 def _episode(says: Messages, driven: Episode, start: int) -> list[Line]:
-    lines: list[Line] = [(start, "/statement", m.TEXT, says.text(driven.statement))]
+    # each manoeuvre is shown until it was left for the next one, the last one to its end
+    lines: list[Line] = [(start, "/statement", TEXT, says.text(driven.statement))]
     first = driven.manoeuvres[0].begin
     ends = [one.begin for one in driven.manoeuvres[1:]]
     for one, left in zip(driven.manoeuvres, [*ends, None], strict=True):
@@ -155,16 +305,16 @@ def _manoeuvre(
     swept = in_world(tube_triangles(parts, path.places, path.tube), one.pose).reshape(-1, 3)
     lines = _scene(says, one.problem, model, one.pose, path.places, start, until, whole)
     lines += [
-        (start, "/plan", m.PATH, says.path(times, places, turned)),
-        says.markers(start, "tube", m.TRIANGLES, swept, LIGHT),
+        (start, "/plan", PATH, says.path(times, places, turned)),
+        says.markers(start, "tube", TRIANGLES, swept, LIGHT),
     ]
     for t, at in enumerate(times):
         if until is None or at < until:
             at = int(at)
             body = in_world(body_triangles(parts, path.places[t]), one.pose).reshape(-1, 3)
             moved = says.transform(at, ROBOT, places[t], turned[t])
-            shown = says.markers(at, "body", m.TRIANGLES, body, BLUE)
-            lines += [shown, (at, "/tf", m.TRANSFORMS, moved)]
+            shown = says.markers(at, "body", TRIANGLES, body, BLUE)
+            lines += [shown, (at, "/tf", TRANSFORMS, moved)]
     return lines
 
 
@@ -182,7 +332,7 @@ def _scene(
     lines: list[Line] = []
     if whole:
         goal = in_world(goal_triangles(problem, model.n_p), pose).reshape(-1, 3)
-        lines.append(says.markers(start, "goal", m.TRIANGLES, goal, GREEN))
+        lines.append(says.markers(start, "goal", TRIANGLES, goal, GREEN))
     before = None
     for t in range(model.time.n_steps):
         at = start + round(t * model.time.dt * 1e9)
@@ -190,6 +340,6 @@ def _scene(
         if there != before and (until is None or at < until):
             some = [o for o, here in zip(problem.obstacles, there, strict=True) if here]
             points = in_world(obstacle_triangles(some, near), pose).reshape(-1, 3)
-            lines.append(says.markers(at, "obstacles", m.TRIANGLES, points, DARK))
+            lines.append(says.markers(at, "obstacles", TRIANGLES, points, DARK))
         before = there
     return lines

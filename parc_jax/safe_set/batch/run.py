@@ -155,8 +155,8 @@ def _on_mesh(
 
 @lru_cache
 def _sharded(kernel: Callable, loop: bool, mesh: jax.sharding.Mesh):
-    """The kernel on every device of a mesh, each on its own rows: no device waits for another one's
-    scenes.
+    """The kernel on every device of a mesh, each on a part of the rows: no device waits for the
+    scenes of another one.
     """
     rows = jax.P(mesh.axis_names[0])
     everywhere = jax.P()

@@ -1,3 +1,3 @@
-"""Corridors and polytopes that hold the safe set: drawn, chosen, cut and counted until enough of it
-is covered. [T27, T31]
+"""Corridors that hold the safe set: drawn, chosen and counted until enough of it is covered.
+[T27, T31]
 """

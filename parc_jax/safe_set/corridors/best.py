@@ -12,8 +12,7 @@ from jaxtyping import ArrayLike, Float
 from parc_jax.common.arrays import as_float64, x64
 from parc_jax.common.climb import Ranked, climb, ranked
 from parc_jax.common.errors import InputError
-from parc_jax.safe_set.corridors.plan_set import PlanSet
-from parc_jax.safe_set.corridors.union import SafeUnion
+from parc_jax.safe_set.corridors.safe_plans import SafePlans
 from parc_jax.safe_set.verdict.near import whole_scene
 from parc_jax.safe_set.verdict.pointwise import verdicts
 
@@ -22,57 +21,34 @@ KEPT = 4  # plans around which the closer search draws: of these, then the best 
 EACH = 128  # draws of a round around one of them: all together fill one compiled verdict
 # [ways between two plans] each round draws closer to the best
 SPREADS = np.cumprod(np.full(25, 0.75))
-PULL = (
-    1 - 1e-9
-)  # [share] vertices are pulled towards the inner point by this, against the rounding of qhull
 
 NAMED = ("clearance", "room")
 Objective = str | Sequence[float] | np.ndarray | Callable
 
 
 def best_plan(
-    plans: PlanSet, objective: Objective, rng: np.random.Generator
+    plans: SafePlans, objective: Objective, rng: np.random.Generator
 ) -> tuple[np.ndarray, float]:
     """Plan (n_p + n_k,) of a safe set with the largest objective found, and its value.
 
     objective: "clearance" [m], "room" (the least of clearance and of the margins of goal and
-    start), a vector c (n_p + n_k,) for c . (p0, k) (exact for polytopes: attained at a vertex), or
-    a JAX function of p0 (n_p,), k (n_k,) -> scalar. Raises InputError.
+    start), a vector c (n_p + n_k,) for c . (p0, k), or a JAX function of p0 (n_p,), k (n_k,) ->
+    scalar. Raises InputError.
     """
     n_p, n_k = plans.model.n_p, plans.model.n_k
     if isinstance(objective, str) and objective not in NAMED:
         raise InputError(
             f'best: expected "clearance", "room", a vector or a function; got {objective!r}.'
         )
-    if callable(objective) or isinstance(objective, str):
-        return _search(plans, _value(plans, objective), rng)
-    c = as_float64("best: linear objective", objective, (n_p + n_k,))
-    if not isinstance(plans, SafeUnion):
+    if not (callable(objective) or isinstance(objective, str)):
+        c = as_float64("best: linear objective", objective, (n_p + n_k,))
         return _search(plans, lambda x: x @ c, rng)
-    return _best_vertex(plans, c)
+    return _search(plans, _value(plans, objective), rng)
 
 
-def _best_vertex(union: SafeUnion, c: np.ndarray) -> tuple[np.ndarray, float]:
-    """Of a linear objective."""
-    n_p = union.model.n_p
-    corners = [
-        np.concatenate([p.p0, p.k]) * (1 - PULL) + s.vertices * PULL
-        for p, s in zip(union.polytopes, union.solids, strict=True)
-        if s is not None
-    ]
-    if not corners:
-        raise InputError("best: expected an answer with safe polytopes; this one has none.")
-    x = np.concatenate(corners)
-    order = np.argsort(-(x @ c))
-    for chunk in np.array_split(order, max(1, len(order) // 64)):
-        inside = union.contains(x[chunk, :n_p], x[chunk, n_p:])
-        if inside.any():
-            plan = x[chunk[np.argmax(inside)]]
-            return plan, float(plan @ c)
-    raise InputError("best: the safe polytopes are thinner than float64 resolves.")
-
-
-def _search(plans: PlanSet, value: Callable, rng: np.random.Generator) -> tuple[np.ndarray, float]:
+def _search(
+    plans: SafePlans, value: Callable, rng: np.random.Generator
+) -> tuple[np.ndarray, float]:
     try:
         drawn = plans.sample(rng, DRAWS)
     except InputError:  # too small a set for draws: those that it is known by
@@ -92,7 +68,7 @@ def _search(plans: PlanSet, value: Callable, rng: np.random.Generator) -> tuple[
     return best.x[0], float(best.value[0])
 
 
-def _value(plans: PlanSet, objective: Objective):
+def _value(plans: SafePlans, objective: Objective):
     """Objective of plans (b, n_p + n_k) -> (b,) on the host; NaN counts as worst."""
     n_p = plans.model.n_p
     if isinstance(objective, str):

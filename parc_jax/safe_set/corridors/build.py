@@ -1,4 +1,4 @@
-"""Corridors built around safe plans that keep to none."""
+"""Corridors built around safe plans that satisfy none."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -8,8 +8,7 @@ import numpy as np
 
 from parc_jax.common.arrays import in_chunks, once, x64
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.safe_set.corridors.allowed import allowed_of
-from parc_jax.safe_set.corridors.choose import PLANS, Chosen, choose_batch
+from parc_jax.safe_set.corridors.choose import PLANS, Chosen, allowed_of, choose_batch
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.sampling import Points, joined
@@ -24,10 +23,11 @@ WORTH = 0.1
 
 
 class Building(NamedTuple):
-    """Corridors so far, and what decides on the next ones.
+    """The corridors of a search and its waiting plans.
 
-    counts: (c,) plans that asked and were found in each. waiting: safe plans that keep to none.
-    tried: corridors chosen so far, of which the best of each batch were kept.
+    counts: (c,) plans that were assigned to each corridor.
+    waiting: safe plans that satisfy none.
+    tried: number of corridors chosen so far; of each batch the best ones stay.
     """
 
     corridors: Corridors
@@ -41,18 +41,18 @@ class Building(NamedTuple):
         return np.argsort(-self.counts, kind="stable")
 
     def counting(self, found: np.ndarray) -> "Building":
-        """With the corridors found (b,) counted; -1 is none."""
+        """With the plans of corridors (b,) counted; -1 is none."""
         more = np.bincount(found[found >= 0], minlength=len(self.corridors))
         return self._replace(counts=self.counts + more)
 
 
 def nothing_built(tube: Tube, points: Points) -> Building:
-    """No corridor under a tube, and plans that wait."""
+    """No corridor under a tube, and waiting plans."""
     return Building(Corridors(tube), np.zeros(0, int), points)
 
 
 def admit(building: Building, points: Points) -> tuple[Building, np.ndarray]:
-    """Which plans keep to some corridor, (b,) bool. The others wait for one."""
+    """Assign plans to corridors: (b,) bool, which satisfy one. The others wait."""
     found = building.corridors.first(points.path, points.bin, building.order)
     waiting = joined([building.waiting, points.at(found < 0)])
     return building.counting(found)._replace(waiting=waiting), found >= 0
@@ -75,10 +75,12 @@ def build(
     chosen = Corridors(building.corridors.tube, _around(scene, building, plans))
     kept = chosen.kept(points.path, points.bin)
     done = np.zeros(len(points.k), bool)
+    # a seed that no short direction separates is given up, else it would be drawn for ever
     done[seeds] = ~kept[seeds].any(axis=1)
     taken = []
     for c in greedy(kept, WORTH):
         done |= kept[:, c]
+        # the corridor is named with a plan that the float64 test found inside
         plan = points.at(int(np.argmax(kept[:, c])))
         taken.append(chosen.all[c]._replace(p0=plan.p0, k=plan.k))
     return Building(
@@ -90,8 +92,8 @@ def build(
 
 
 def greedy(kept: np.ndarray, worth: float = 0.0) -> Iterator[int]:
-    """Greedy set cover: columns of kept (b, c), the next always adding most rows, at least `worth`
-    of the first.
+    """Greedy set cover: columns of `kept` (b, c), the next always adding most rows, at least
+    `worth` of the first.
     """
     left = np.ones(len(kept), bool)
     least = 1.0
@@ -106,9 +108,7 @@ def greedy(kept: np.ndarray, worth: float = 0.0) -> Iterator[int]:
 
 
 def _with_neighbours(points: Points, seeds: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """(s, PLANS) plans: every seed, then those of some candidates whose paths are nearest to its
-    own.
-    """
+    """(s, PLANS) plans: every seed, then those of some candidates whose paths are nearest to it."""
     n = len(points.k)
     candidates = rng.choice(n, min(n, CANDIDATES), replace=False)
     knots = np.linspace(0, points.path.shape[1] - 1, COMPARED).astype(int)
@@ -135,20 +135,20 @@ def _around(scene: Scene, building: Building, plans: np.ndarray) -> list[Corrido
 
 
 def _spelled_out(scene: Scene, choice: Chosen) -> list[Corridor]:
-    """Look the chosen directions up; a seed's own nearest ones are first rounded to short
+    """Corridors of the chosen directions. Directions of a seed are first rounded to short
     multipliers.
     """
     table, n = scene.directions, int(scene.count)
     active, direction = scene.obstacles.active[:n], choice.direction[:, :n]
     n_w = table.w.shape[1]
-    known = np.minimum(direction, n_w - 1)
+    column = np.minimum(direction, n_w - 1)
     o = np.arange(n)[None, :, None]
-    w, support = table.w[o, known], table.support[o, known]
-    multipliers = table.spelled()[o, known]
-    own = (direction == n_w) & active & choice.kept[:, None, None]
-    for j in np.flatnonzero(own.any(axis=(0, 2))):
-        of_pair = np.argwhere(own[:, j])
-        nearest = choice.nearest[:, j][own[:, j]].astype(np.float64)
+    w, support = table.w[o, column], table.support[o, column]
+    multipliers = table.spelled()[o, column]
+    of_seed = (direction == n_w) & active & choice.kept[:, None, None]
+    for j in np.flatnonzero(of_seed.any(axis=(0, 2))):
+        of_pair = np.argwhere(of_seed[:, j])
+        nearest = choice.nearest[:, j][of_seed[:, j]].astype(np.float64)
         for (i, t), m in zip(of_pair, table.nearest_of_many(j, nearest), strict=True):
             w[i, j, t], support[i, j, t] = table.direction(j, m)
             multipliers[i, j, t] = m

@@ -1,9 +1,9 @@
-"""Choose a corridor around a safe plan, its seed. [T14, T27]
+"""Choose a corridor around a safe plan, its seed. [T14, T26, T27]
 
-Whatever is chosen, plans that keep to it are safe (`corridor`); the choice decides how many they
-are. It keeps as many neighbours of the seed as it can: safe plans with similar paths that no
-corridor holds yet, in whatever cell. Equal directions are then merged into the fewest runs over
-time that keep the same neighbours, so certificates stay short.
+Plans that satisfy a corridor are safe however it was chosen; the choice decides how many they are.
+It holds as many neighbours of the seed as it can: safe plans with similar paths that no corridor
+holds yet, in any cell. Equal directions are then merged into the fewest runs over time that hold
+the same neighbours, so certificates stay short.
 """
 
 from collections.abc import Callable
@@ -12,15 +12,69 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import ArrayLike, Bool, Float, Int, UInt
 
 from parc_jax.common.arrays import single
 from parc_jax.common.shapes import Index
+from parc_jax.learning.bound.error_set import ErrorSet, at
+from parc_jax.learning.bound.reach import errors_of, numbered, reach
 from parc_jax.learning.network.predict import by_point
-from parc_jax.safe_set.corridors.allowed import Allowed
 from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
 from parc_jax.safe_set.separation.pairs import Pair
-from parc_jax.safe_set.verdict.scene import Tabled
+from parc_jax.safe_set.verdict.scene import Scene, Tabled
+from parc_jax.safe_set.verdict.sized import size_class
+
+MOST_BYTES = 2**29  # along a scene's table: what is more is worked out wherever it is asked
+LEAST_KNOWN = 256  # directions that are told, if that is not much more
+MUCH = 2**26  # [bytes]
+
+
+class Allowed(NamedTuple):
+    """Errors of some plans, in float32.
+
+    errors: (n_bins, T, n_points).
+    bins: (b,) of the plans.
+    known: (u, n_bins, n_points, T) supports against u directions, for fitted errors; None where
+        they are computed.
+    which: (o, d) the table's directions among these.
+    """
+
+    errors: ErrorSet
+    bins: jax.Array
+    known: jax.Array | None = None
+    which: jax.Array | None = None
+
+    def of_first(self, n: int) -> ErrorSet:
+        """The errors of the first plans, (n, T, n_points)."""
+        return at(self.errors, self.bins[:n])
+
+    def lost(self, plan: Index, point: Index, back: tuple[jax.Array, ...]):
+        """(T, d) support of the errors of a plan at a point along `back`, axes of directions.
+        Kernel.
+        """
+        return at(self.errors, (self.bins[plan], slice(None), point, None)).support_by_axis(back)
+
+    def lost_along_table(self, o: Index, plan: Index, point: Index, back: tuple[jax.Array, ...]):
+        """The same along all directions of the table of pair o. Kernel."""
+        if self.known is None:
+            return self.lost(plan, point, back)
+        return self.known[self.which[o], self.bins[plan], point].T
+
+
+def allowed_of(scene: Scene) -> Allowed:
+    """Errors of a scene's tube, and their supports along its table; bins are still missing."""
+    tube, table = scene.model.tube, scene.directions
+    allowed = Allowed(errors_of(tube, np.float32), np.zeros(0, int))
+    if tube.templates is None:
+        return allowed
+    unique, which = numbered(table.w[: int(scene.count)], len(table.w))
+    n, bytes_each = len(unique), 4 * int(np.prod(tube.errors.half.shape[:-2]))
+    if bytes_each * n > MOST_BYTES:
+        return allowed
+    size = size_class(n, LEAST_KNOWN if bytes_each * LEAST_KNOWN <= MUCH else 1)
+    return allowed._replace(known=reach(tube, unique, size, np.float32).lost, which=which)
+
 
 PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
 AT_ONCE = PLANS  # of them along few directions
@@ -33,11 +87,12 @@ LEVELS = 4  # a plan that l other intervals lose counts 4^-l, but no less than 4
 
 
 class Chosen(NamedTuple):
-    """Outcome for one seed. direction (o, T): of the table, or the table's length for the
-    seed's own.
+    """The choice for one seed.
 
-    nearest (o, T, n_p): the seed's own direction, from the nearest point of the obstacle to it, or
-    to the hull of it and its nearest neighbours. kept (): the seed is inside.
+    direction: (o, T) number in the table, or the table's length for the direction in `nearest`.
+    nearest: (o, T, n_p) direction from the nearest point of the obstacle to the seed, or to the
+        hull of it and its nearest neighbours.
+    kept: () bool, the seed satisfies the corridor.
     """
 
     direction: jax.Array
@@ -46,9 +101,10 @@ class Chosen(NamedTuple):
 
 
 def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: Allowed) -> Chosen:
-    """One seed and its neighbours, PLANS in all, the seed first. Kernel.
+    """Choose the directions around one seed, in float32; the full test in float64 decides later
+    which plans satisfy them. Kernel.
 
-    Chosen in float32: whatever is chosen, who is inside is decided elsewhere, in float64.
+    paths: of the seed, then its neighbours, PLANS in all.
     """
     paths, allowed, scene = jax.tree.map(single, (paths, allowed, scene))
     obstacles, table = scene.obstacles, scene.directions
@@ -59,14 +115,19 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
         lost = partial(allowed.lost_along_table, o)
         return _rooms(table.w[o][None], obstacles.points[o], places, lost)
 
-    def look(o: Index, rooms: Rooms, state: tuple):
+    def of_pair(o: Index, rooms: Rooms, state: tuple):
         one = obstacles.only(o)
         near = jnp.stack([_from_cluster(one, paths, allowed, n) for n in clusters], axis=1)
-        mine = _rooms(near, one.points, places, allowed.lost, AT_ONCE)
+        rooms_near = _rooms(near, one.points, places, allowed.lost, AT_ONCE)
         support = table.support[o][None] + scene.slack * jnp.abs(table.w[o]).sum(axis=1)[None]
-        own = jax.vmap(jax.vmap(one.support))(near) + scene.slack * jnp.abs(near).sum(axis=2)
-        some = (_separated(rooms, support), _separated(mine, own))
-        masks = jnp.where(one.active[:, None], jnp.concatenate(some, axis=1), ~jnp.uint64(0))
+        # beside the table, which all plans share, the best directions of the seed and its nearest
+        support_near = jax.vmap(jax.vmap(one.support))(near)
+        support_near = support_near + scene.slack * jnp.abs(near).sum(axis=2)
+        masks = jnp.concatenate(
+            [_separated(rooms, support), _separated(rooms_near, support_near)], axis=1
+        )
+        masks = jnp.where(one.active[:, None], masks, ~jnp.uint64(0))
+        # begin greedily: the direction that holds most plans, among those that hold the seed
         choice = jnp.argmax(jnp.where(_with_seed(masks), _count(masks), -1), axis=1)
         put = (x.at[o].set(new) for x, new in zip(state, (near, masks, choice), strict=True))
         return tuple(put)
@@ -77,7 +138,7 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
     # what only pads is separated by anything
     masks = jnp.full((n_o, n_steps, n_d), ~jnp.uint64(0))
     begin = nearest, masks, jnp.zeros((n_o, n_steps), int)
-    nearest, masks, choice = scene.alike.look(of_kind, look, begin)
+    nearest, masks, choice = scene.alike.look(of_kind, of_pair, begin)
     items, choice = masks.reshape(-1, n_d), choice.ravel()
     for _ in range(SWEEPS):
         choice = _sweep(choice, items, scene.count * n_steps)
@@ -85,13 +146,14 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
 
     def merge(o: Index, state: tuple):
         direction, shortest, kept = state
+        # any direction may replace the chosen one that loses none of the plans inside
         valid = masks[o] & inside == inside
         runs = _fewest_runs(valid, table.w.shape[1])
         kept &= jnp.take_along_axis(valid, runs[:, None], axis=1).all()
-        own = jnp.maximum(runs - table.w.shape[1], 0)[:, None, None]
-        mine = jnp.take_along_axis(nearest[o], own, axis=1)[:, 0]
+        cluster = jnp.maximum(runs - table.w.shape[1], 0)[:, None, None]
+        near = jnp.take_along_axis(nearest[o], cluster, axis=1)[:, 0]
         runs = jnp.minimum(runs, table.w.shape[1])
-        return direction.at[o].set(runs), shortest.at[o].set(mine), kept
+        return direction.at[o].set(runs), shortest.at[o].set(near), kept
 
     begin = jnp.zeros((n_o, n_steps), int), nearest[:, :, 0], _with_seed(inside)
     return Chosen(*jax.lax.fori_loop(0, scene.count, merge, begin))
@@ -126,9 +188,12 @@ def _rooms(
     lost: Callable,
     at_once: int | None = None,
 ):
-    """(plans, T, d) how far all of some points of each plan are along directions w, which are those
-    of each interval or of all, whatever their errors. lost: as of `Allowed`.
-    at_once: plans, None for one after another.
+    """(plans, T, d) least projection of the points of each plan along directions, less the support
+    of the errors.
+
+    w: (1 or T, d, n_p). points: (i,) of the pair. places: of all points.
+    lost: as of `Allowed`.
+    at_once: plans in one step, None for one after another.
     """
     # axis by axis and point by point: a loop over plans whose arrays (T, d) stay in cache
     axes = jax.lax.optimization_barrier(tuple(jnp.moveaxis(w, 2, 0)))
@@ -146,8 +211,8 @@ def _rooms(
 
 
 def _separated(rooms: Rooms, support: Float[jax.Array, "_ d"]):
-    """Which plans each direction separates from what has this support, as the bits of masks (T,
-    d).
+    """Masks (T, d): bit i is set where the direction separates plan i from the obstacle with this
+    support.
     """
 
     bit = (jnp.uint64(1) << _bits())[:, None, None]
@@ -165,22 +230,23 @@ def _sweep(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"], n: Index
 
     def swap(i: Index, state: tuple):
         lost, choice = state
-        mine = masks[i]
-        others = lost - _loses(mine[choice[i]])
+        options = masks[i]
+        others = lost - _loses(options[choice[i]])
+        # a plan that many other items lose is lost anyway: it hardly counts here
         level = jnp.minimum(others, LEVELS - 1)
         score = sum(
             4 ** (LEVELS - 1 - n)
-            * _count(mine & jnp.where(level == n, jnp.uint64(1) << _bits(), jnp.uint64(0)).sum())
+            * _count(options & jnp.where(level == n, jnp.uint64(1) << _bits(), jnp.uint64(0)).sum())
             for n in range(LEVELS)
         )
-        best = jnp.argmax(jnp.where(_with_seed(mine), score, -1))
-        return others + _loses(mine[best]), choice.at[i].set(best)
+        best = jnp.argmax(jnp.where(_with_seed(options), score, -1))
+        return others + _loses(options[best]), choice.at[i].set(best)
 
     return jax.lax.fori_loop(0, n, swap, (lost, choice))[1]
 
 
 def _with_seed(masks: UInt[jax.Array, "..."]):
-    """Is the seed, the first plan, among those kept?"""
+    """Is bit 0, the seed, set?"""
     return masks & jnp.uint64(1) > 0
 
 
@@ -199,15 +265,15 @@ def _loses(masks: UInt[jax.Array, "..."]):
 
 
 def _of_choice(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"]):
-    """(i,) the mask of the direction chosen at each item."""
+    """(i,) masks of the chosen directions."""
     return jnp.take_along_axis(masks, choice[:, None], axis=1)[:, 0]
 
 
 def _fewest_runs(valid: Bool[jax.Array, "t d"], n_table: int):
     """choice (T,): always take the direction that lasts longest.
 
-    The last columns are each interval's own nearest directions: they never last, and are taken only
-    where nothing of the table, which has n_table directions, holds.
+    The last columns are directions of the seed: they never last, and are taken only where nothing
+    of the table, which has n_table directions, holds.
     """
     table = jnp.arange(valid.shape[1]) < n_table
 

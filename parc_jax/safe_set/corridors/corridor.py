@@ -1,26 +1,30 @@
-"""A corridor: one separating direction per obstacle and interval. Whoever keeps to it touches
-nothing. [T14, T27]
+"""A corridor: one separating direction per obstacle and interval, and the kernels that test plans
+against it. A plan that satisfies it touches nothing. [T14, T27]
 
 A direction w separates where w . p^ > h_O(w) + h_-B(w) + h_E(-w) at both knots of an interval, for
-every reference point of a part of the body. That asks nothing of the region or the bin a plan is
-in: the same directions serve every cell, and in each of them (the network is affine there, the set
-of errors E the same) the plans that keep to a corridor form a convex polytope.
+every reference point of a part of the body. No region and no bin enters: the same directions serve
+every cell, and in each of them (the network is affine there, the set of errors E the same) the
+plans that satisfy a corridor form a convex polytope.
 """
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike, Float, Int
+from jaxtyping import ArrayLike, Bool, Float, Int
 
+from parc_jax.common.shapes import Index, Numbers, Path, Paths
 from parc_jax.learning.bound.error_set import ErrorSet, at
-from parc_jax.safe_set.separation.apart import Apart
-from parc_jax.safe_set.separation.runs import Run, merged_runs
+from parc_jax.safe_set.separation.directions import Run, merged_runs
+from parc_jax.safe_set.separation.inequality import height, separates
+from parc_jax.safe_set.separation.pruning import Apart
 from parc_jax.safe_set.verdict.sized import LEAST_OBSTACLES, size_class
 
 
 def lost(w: Float[ArrayLike, "o t n_p"], errors: ErrorSet, points: Int[ArrayLike, "o i"]):
-    """(o, T, i) how far the errors (T, n_points) reach against directions w, for the points of each
+    """(o, T, i) support of the errors (T, n_points) against directions w, at the points of each
     obstacle. NumPy or JAX.
     """
     of_points = at(errors, np.s_[:, points])  # (T, o, i)
@@ -28,10 +32,15 @@ def lost(w: Float[ArrayLike, "o t n_p"], errors: ErrorSet, points: Int[ArrayLike
 
 
 class Corridor(NamedTuple):
-    """w (o, T, n_p): directions. support (o, T): w . p^ > support + h_E(-w) must hold; float slack
-    included, -inf where the obstacle is absent. multipliers (o, T): what spells w exactly. points
-    (o, i): the reference points for which it must hold. p0 (n_p,), k (n_k,): a plan that keeps to
-    it. apart: what is not among the obstacles, because it is proved apart from every plan.
+    """Directions that hold a plan clear of every obstacle.
+
+    w: (o, T, n_p) directions.
+    support: (o, T) [m * |w|], w . p^ > support + h_E(-w) must hold; rounding tolerance included,
+        -inf where the obstacle is absent.
+    multipliers: (o, T), exact w.
+    points: (o, i) reference points for which it must hold.
+    p0, k: (n_p,), (n_k,) a plan that satisfies it.
+    apart: the pruned pairs, which every plan clears; None where none was pruned.
     """
 
     w: np.ndarray
@@ -43,28 +52,29 @@ class Corridor(NamedTuple):
     apart: Apart | None = None
 
     def threshold(self, errors: ErrorSet) -> np.ndarray:
-        """(o, T, i): what w . p^ of each point must exceed in a bin with the errors (T,
+        """(o, T, i) [m * |w|] that w . p^ of each point must exceed in a bin with errors (T,
         n_points).
         """
         return self.support[..., None] + lost(self.w, errors, self.points)
 
     @property
     def runs(self) -> list[list[Run]]:
-        """Per obstacle, those that are apart included, the intervals in which it exists as runs of
-        equal directions; none for one that only pads.
+        """Per pair, pruned ones included, the intervals in which it exists as runs of equal
+        directions; padding has none.
         """
         exists = ~np.isneginf(self.support)
-        own = [
-            merged_runs(spelled[active], np.flatnonzero(active))
-            for spelled, active in zip(self.multipliers, exists, strict=True)
+        runs = [
+            merged_runs(exact[active], np.flatnonzero(active))
+            for exact, active in zip(self.multipliers, exists, strict=True)
             if active.any()
         ]
-        return own if self.apart is None else self.apart.with_runs(own)
+        return runs if self.apart is None else self.apart.with_runs(runs)
 
 
 class Stacked(NamedTuple):
-    """Corridors with room for more, and for more obstacles, the first `count` of which are there: w
-    (o, c, n_p, T), support (o, c, T), points (o, i). Nobody keeps to one that only pads.
+    """Corridors padded to a capacity of corridors and of pairs, the first `count` of which exist.
+
+    w (o, c, n_p, T), support (o, c, T), points (o, i). No plan satisfies padding.
     """
 
     w: np.ndarray
@@ -73,13 +83,118 @@ class Stacked(NamedTuple):
     count: np.ndarray
 
 
-def stacked(corridors: Sequence[Corridor], room: int = 0) -> Stacked:
-    """At least one, all about the same obstacles. room: for so many corridors."""
+def stacked(corridors: Sequence[Corridor], capacity: int = 0) -> Stacked:
+    """Stack corridors about the same obstacles, one at least. capacity: of corridors."""
     n, n_t, n_p = corridors[0].w.shape
-    size, room = size_class(n, LEAST_OBSTACLES), max(room, len(corridors))
-    w = np.zeros((size, room, n_p, n_t))
-    support = np.full((size, room, n_t), np.inf)
+    size, capacity = size_class(n, LEAST_OBSTACLES), max(capacity, len(corridors))
+    w = np.zeros((size, capacity, n_p, n_t))
+    support = np.full((size, capacity, n_t), np.inf)
     for i, one in enumerate(corridors):
         w[:n, i], support[:n, i] = one.w.swapaxes(1, 2), one.support
     points = np.pad(corridors[0].points, ((0, size - n), (0, 0)))
     return Stacked(w, support, points, np.int32(n))
+
+
+class Computed(NamedTuple):
+    """Thresholds that are computed in the kernel: support (o, c, t) of corridors, errors (n_bins,
+    t, n_points).
+    """
+
+    support: jax.Array
+    errors: ErrorSet
+
+    def of(self, bin: Index, corridor: Index):
+        """(t,) thresholds in one bin of one corridor: a function of obstacle, point, place of the
+        point among the obstacle's points, and direction, axis by axis. Kernel.
+        """
+        errors = at(self.errors, bin)
+
+        def least(o: Index, point: int, _: Index, w: Float[ArrayLike, "n_p t"]):
+            lost = at(errors, (slice(None), point)).support_by_axis(tuple(-x for x in w))
+            return self.support[o, corridor] + lost
+
+        return least
+
+
+class Looked(NamedTuple):
+    """Thresholds from a table (rows, o, i, t), of which row (c, n_bins) is that of a corridor in a
+    bin. Pairs that are not in it are infinite, and no plan exceeds that.
+    """
+
+    row: jax.Array
+    table: jax.Array
+
+    def of(self, bin: Index, corridor: Index):
+        """As of `Computed`. Kernel."""
+        row = self.row[corridor, bin]
+        return lambda o, _, slot, __: self.table[row, o, slot]
+
+
+class Conditions(NamedTuple):
+    """Conditions of corridors at t intervals.
+
+    w: (o, c, n_p, t), axis by axis, so that no array is read with a stride. points (o, i), count:
+    as of `Stacked`. least: thresholds of w . p^.
+    """
+
+    w: jax.Array
+    points: jax.Array
+    count: jax.Array
+    least: Computed | Looked
+
+
+def satisfies(conditions: Conditions, path: Path, bin: Index, corridor: Index):
+    """Does a plan in this bin meet all conditions of a corridor? Kernel.
+
+    path: at the beginning of each interval, or with one knot more at both its knots.
+    """
+    points, (n_p, n) = jnp.asarray(conditions.points), conditions.w.shape[2:]
+    knots = [path[first : first + n] for first in range(len(path) - n + 1)]
+    least = conditions.least.of(bin, corridor)
+
+    def add(o: Index, met: Bool[ArrayLike, ""]):
+        w = conditions.w[o, corridor]
+        clear = jnp.ones(n, bool)
+        # by every point of the robot, so that its columns are fixed and read in place: to gather
+        # the points of the pair costs more than the products of the others
+        for point in range(path.shape[1] // n_p):
+            belongs = points[o] == point
+            threshold = least(o, point, jnp.argmax(belongs), w)
+            axes = range(point * n_p, (point + 1) * n_p)
+            heights = [height(w, [places[:, axis] for axis in axes]) for places in knots]
+            clear &= separates(heights, threshold) | ~belongs.any()
+        return met & clear.all()
+
+    return jax.lax.fori_loop(0, conditions.count, add, jnp.ones((), bool))
+
+
+def satisfy_at_knots(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
+    """(b, c) bool: do plans meet the conditions of corridors at the beginning of intervals, which
+    are the knots of their paths? For bodies of several points and computed thresholds. Kernel.
+
+    One obstacle and knot after another, plans innermost: the operands stay in cache, however many
+    the points are. Rectangles: a tenth of a cover faster than `satisfies`.
+    """
+    w = conditions.w[:, of].transpose(0, 3, 2, 1)  # (o, t, n_p, c)
+    _, n_t, n_p, _ = w.shape
+    support = conditions.least.support[:, of].transpose(0, 2, 1)  # (o, t, c)
+    places = path.reshape(len(path), n_t, -1, n_p).transpose(1, 2, 3, 0)  # (t, n_points, n_p, b)
+    # (t, n_points, ..., b)
+    errors = jax.tree.map(lambda x: jnp.moveaxis(x[bins], 0, -1), conditions.least.errors)
+    points = jnp.asarray(conditions.points)
+
+    def at_knot(i: Index, met: Bool[ArrayLike, "b c"]):
+        o, t = i // n_t, i % n_t
+        of_pair = jax.tree.map(lambda x: x[t][points[o]], (places, errors))
+        # read before the loop over points, which would read it anew for each plan and corridor
+        read = jax.lax.optimization_barrier((w[o, t][:, :, None], support[o, t][:, None], of_pair))
+        axes, least, (place, allowed) = read
+        back = tuple(-x for x in axes)
+        for slot in range(points.shape[1]):
+            heights = height(axes, place[slot][:, None])
+            at_point = jax.tree.map(lambda x: jnp.moveaxis(x[slot], -1, 0)[None], allowed)  # noqa: B023
+            met &= separates([heights], least + at_point.support_by_axis(back))
+        return met
+
+    everywhere = jnp.ones((len(of), len(path)), bool)
+    return jax.lax.fori_loop(0, conditions.count * n_t, at_knot, everywhere).T

@@ -1,47 +1,177 @@
-"""Many corridors, and which plans keep to which: a look at a few knots in float32, then every knot
-in float64. [T27]
+"""Many corridors, and which plans satisfy which: a coarse test in float32, then every knot in
+float64. [T27]
+
+Where errors lie between fitted faces the thresholds of a corridor take many products per bin,
+interval and point, of a box one per axis. They are computed once per corridor and bin: plans are
+many, the corridors and bins that meet are few. [T26]
 """
 
 from collections.abc import Iterable
-from functools import cached_property
+from functools import cached_property, partial
 
 import jax
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike, Int
+from jaxtyping import ArrayLike, Float, Int
+from numpy.typing import DTypeLike
 
 from parc_jax.common.arrays import in_chunks, on_all_cores, once, x64
-from parc_jax.common.shapes import Numbers, Paths
-from parc_jax.learning.bound.error_set import ErrorSet
+from parc_jax.common.shapes import Index, Numbers, Paths
+from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.safe_set.corridors.corridor import Corridor, stacked
-from parc_jax.safe_set.corridors.keeping import Computed, Conditions, keeps
-from parc_jax.safe_set.corridors.nearly import nearly_kept
-from parc_jax.safe_set.corridors.thresholds import Thresholds, padded_size
+from parc_jax.safe_set.corridors.corridor import (
+    Computed,
+    Conditions,
+    Corridor,
+    Looked,
+    Stacked,
+    satisfies,
+    satisfy_at_knots,
+    stacked,
+)
 
-KNOTS = 16  # of the quick test: who leaves a corridor mostly does so for long
-TILES = ((1024, 8), (512, 32))  # plans and corridors of a call of the quick test
-NEAR_PAIRS = 8192  # (plan, corridor) pairs of such a call, where it is about chosen ones
-PAIRS = 512  # and of a call of the full test
-FEW = 8  # corridors that are asked before all others
+# (corridor, bin) pairs per compiled call of thresholds: on the coarse grid, at all intervals
+AT_ONCE = {True: 512, False: 64}
+LEAST_ROWS = 512  # of a table of thresholds; it grows by fours, for few compiled shapes
+MOST_BYTES = 2**29  # of that table, before it is begun anew
+SMALLEST = 128  # padded number of corridors, which grows by fours too
+KNOTS = 16  # of the coarse grid: a plan that leaves a corridor mostly does so for long
+TILES = ((1024, 8), (512, 32))  # plans and corridors of a call of the coarse test
+PAIRS = 512  # (plan, corridor) pairs of a call of the full test
+FEW = 8  # corridors that are tried before all others
+
+
+class Thresholds:
+    """Thresholds of (corridor, bin) pairs at some intervals, computed when first needed and cached.
+
+    errors: of a tube, (n_bins, T, n_points). knots: numbers of the intervals, None for all.
+    """
+
+    def __init__(
+        self, errors: ErrorSet, knots: np.ndarray | None = None, dtype: DTypeLike = np.float64
+    ):
+        self._coarse = knots is not None
+        self._knots = knots if self._coarse else np.s_[:]
+        self._errors = jax.tree.map(lambda x: x[:, self._knots], errors)
+        self._dtype = dtype
+        self._row = np.full((0, len(jax.tree.leaves(errors)[0])), -1, np.int32)
+        self._table = np.zeros(0)
+
+    def lookup(
+        self, corridors: tuple[Corridor, ...], corridor: np.ndarray, bins: np.ndarray
+    ) -> Looked:
+        """Thresholds of (corridor, bin) pairs, on the device.
+
+        corridors: all corridors; a number stays that of its corridor.
+        corridor, bins: (pairs,) int.
+        Returns a table of these pairs alone: to move all of the cache costs more than to select.
+            Other pairs are infinite, and no plan exceeds that.
+        """
+        n_bins = self._row.shape[1]
+        if self._table.nbytes > MOST_BYTES:
+            self._row[:] = -1
+            self._table = np.zeros(0)
+        more = padded_size(len(corridors)) - len(self._row)
+        self._row = np.pad(self._row, ((0, max(more, 0)), (0, 0)), constant_values=-1)
+        needed = np.unique(corridor * n_bins + bins % n_bins)
+        new = needed[self._row.ravel()[needed] < 0]
+        if len(new):
+            self._add(corridors, new)
+        # row -1 is every pair that is not needed: the last one stays free, and infinite
+        size = padded_size(len(needed) + 1, LEAST_ROWS)
+        row, table = np.full_like(self._row, -1), _nothing_exceeds(size, self._table)
+        row.ravel()[needed] = np.arange(len(needed))
+        table[: len(needed)] = self._table[self._row.ravel()[needed]]
+        with x64():
+            return jax.device_put(Looked(row, table))
+
+    def _add(self, corridors: tuple[Corridor, ...], new: np.ndarray) -> None:
+        """Compute pairs that are not in the cache, numbered corridor * n_bins + bin."""
+        n_bins = self._row.shape[1]
+        used, of = np.unique(new // n_bins, return_inverse=True)
+        padded = stacked([corridors[c] for c in used])
+        w, support = (x[..., self._knots].swapaxes(0, 1) for x in (padded.w, padded.support))
+
+        def call(rows: np.ndarray):
+            some = padded._replace(w=w[of[rows]], support=support[of[rows]])
+            with x64():
+                result = _thresholds(self._errors, some, new[rows] % n_bins, self._coarse)
+                return np.asarray(result, self._dtype)
+
+        result = in_chunks(len(new), AT_ONCE[self._coarse], call)
+        first = int(self._row.max(initial=-1)) + 1
+        size = padded_size(first + len(new), LEAST_ROWS)
+        if size > len(self._table):
+            table = _nothing_exceeds(size, result)
+            table[:first] = self._table[:first].reshape(first, *result.shape[1:])
+            self._table = table
+        self._table[first : first + len(new)] = result
+        self._row.ravel()[new] = first + np.arange(len(new))
+
+
+def _nothing_exceeds(size: int, like: np.ndarray) -> np.ndarray:
+    """A table of so many infinite rows."""
+    return np.full((size, *like.shape[1:]), np.inf, like.dtype)
+
+
+def padded_size(n: int, least: int = SMALLEST) -> int:
+    """Padded size for n corridors or rows: few compiled shapes."""
+    size = least
+    while size < n:
+        size *= 4
+    return size
+
+
+def _of_one(
+    errors: ErrorSet,
+    points: Int[ArrayLike, "o i"],
+    count: Index,
+    w: Float[ArrayLike, "o n_p t"],
+    support: Float[ArrayLike, "o t"],
+    bin: Index,
+):
+    """(o, i, T) thresholds of one corridor in one bin, as `Corridor.threshold`. Kernel.
+
+    Intervals innermost: the errors of a point in a bin stay in cache.
+    """
+    in_bin = at(errors, bin)
+
+    def add(o: Index, thresholds: Float[ArrayLike, "o i t"]):
+        back = tuple(-x for x in w[o])
+        slots = [
+            support[o] + at(in_bin, (slice(None), point)).support_by_axis(back)
+            for point in points[o]
+        ]
+        return thresholds.at[o].set(jnp.stack(slots))
+
+    nothing = jnp.zeros((*points.shape, support.shape[1]), support.dtype)
+    return jax.lax.fori_loop(0, count, add, nothing)
+
+
+@partial(jax.jit, static_argnames="coarse")
+def _thresholds(errors: ErrorSet, some: Stacked, bins: Numbers, coarse: bool):
+    points = jnp.asarray(some.points)
+    one = lambda x: _of_one(errors, points, some.count, *x)  # noqa: E731
+    pairs = some.w, some.support, bins
+    return jax.vmap(one)(pairs) if coarse else jax.lax.map(one, pairs)
 
 
 class Corridors:
-    """Corridors under one tube. Plans are given by path (b, T + 1, n_c) and bin (b,). Nothing that
-    is asked changes what the next question answers.
+    """Corridors under one tube. Plans are given by path (b, T + 1, n_c) and bin (b,). No query
+    changes the result of the next one.
 
-    tube: whose errors the plans have to allow for. all: the corridors, in the order they were
-        given.
+    tube: of the errors that plans must allow for. all: the corridors, in the order given.
     """
 
     def __init__(self, tube: Tube, corridors: Iterable[Corridor] = ()):
         self.tube = tube
         self.all = tuple(corridors)
         self._knots = _knots_of(tube)
-        # of errors between fitted faces thresholds are looked up: at all intervals, and at a few
+        # of fitted errors, at all intervals and on the coarse grid; of boxes they are computed
         self._tables: tuple[Thresholds, ...] = ()
         if tube.templates is not None:
-            few = Thresholds(tube.errors, self._knots, np.float32)
-            self._tables = Thresholds(tube.errors), few
+            coarse = Thresholds(tube.errors, self._knots, np.float32)
+            self._tables = Thresholds(tube.errors), coarse
 
     def __len__(self) -> int:
         return len(self.all)
@@ -49,12 +179,12 @@ class Corridors:
     def with_more(self, corridors: Iterable[Corridor]) -> "Corridors":
         """These and some more, which come last."""
         more = Corridors(self.tube, (*self.all, *corridors))
-        more._tables = self._tables
+        more._tables = self._tables  # numbers of corridors stay, so do their thresholds
         return more
 
     def kept(self, path: Paths, bins: Numbers) -> np.ndarray:
-        """(b, c) bool: which plans keep to which corridors."""
-        kept = self.nearly(path, bins)
+        """(b, c) bool: which plans satisfy which corridors."""
+        kept = self.coarse(path, bins)
         plan, corridor = np.nonzero(kept)
         kept[plan, corridor] = self.kept_pairs(path, bins, plan, corridor)
         return kept
@@ -66,41 +196,30 @@ class Corridors:
         order: np.ndarray | None = None,
         allowed: np.ndarray | None = None,
     ) -> np.ndarray:
-        """(b,) a corridor that each plan keeps to, -1 for none.
+        """(b,) number of a corridor that each plan satisfies, -1 for none.
 
-        order (c,): those that hold most plans first is quickest; any order finds the same plans.
-        allowed (b, c) bool: only of these.
+        order: (c,) in which they are tried; those that hold most plans first is fastest, any order
+            holds the same plans. allowed: (b, c) bool, the corridors that count for each plan.
         """
         order = np.arange(len(self)) if order is None else order
-        found, few = np.full(len(path), -1), self._few_knots(path)
+        result = np.full(len(path), -1)
+        # most plans satisfy one of the popular corridors and never meet the others
         for some in (order[:FEW], order[FEW:]):
-            open_ = np.flatnonzero(found < 0)
-            plan, corridor = self._near_pairs(few, bins, open_, some, allowed)
-            self._settle(path, bins, plan, corridor, found)
-        return found
-
-    def _near_pairs(
-        self,
-        few: Paths,
-        bins: Numbers,
-        plans: np.ndarray,
-        some: np.ndarray,
-        allowed: np.ndarray | None,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Plans and corridors of the pairs that pass the quick test, sorted by plan."""
-        if allowed is None:
-            row, column = np.nonzero(self._nearly(few[plans], bins[plans], some))
-            return plans[row], some[column]
-        row, column = np.nonzero(allowed[plans[:, None], some])
-        plan, corridor = plans[row], some[column]
-        near = self._nearly_pairs(few, bins, plan, corridor)
-        return plan[near], corridor[near]
+            rows = np.flatnonzero(result < 0)
+            maybe = self.coarse(path, bins, rows, some)
+            if allowed is not None:
+                maybe &= allowed[rows[:, None], some]
+            plan, corridor = np.nonzero(maybe)
+            self._settle(path, bins, rows[plan], some[corridor], result)
+        return result
 
     def _settle(
-        self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray, found: Numbers
+        self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray, result: Numbers
     ) -> None:
-        """Write into found the first corridor of every plan's pairs that it keeps to. Pairs
-        are sorted by plan; a plan's pairs are tried in turn, as many at once as fill a call.
+        """Write into `result` the first corridor of every plan's pairs that it satisfies.
+
+        plan, corridor: (pairs,) int, sorted by plan. A plan's pairs are tried in turn, as many at
+        once as fill a call.
         """
         while len(plan):
             turn = np.arange(len(plan)) - np.searchsorted(plan, plan)
@@ -108,111 +227,101 @@ class Corridors:
             now = turn < max(1, PAIRS // (1 + n_plans))
             kept = self.kept_pairs(path, bins, plan[now], corridor[now])
             winner, which = plan[now][kept], corridor[now][kept]
-            found[winner[::-1]] = which[::-1]  # the first of a plan's own is written last
-            left = ~now & (found[plan] < 0)
+            result[winner[::-1]] = which[::-1]  # the first one of each plan is written last
+            left = ~now & (result[plan] < 0)
             plan, corridor = plan[left], corridor[left]
 
-    def nearly(self, path: Paths, bins: Numbers, some: np.ndarray | None = None) -> np.ndarray:
-        """(b, s) bool: False where a plan leaves one of some corridors (s,) at one of a few knots,
-        in float32.
+    def coarse(
+        self,
+        path: Paths,
+        bins: Numbers,
+        rows: np.ndarray | None = None,
+        some: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """(r, s) bool: False where a plan leaves a corridor at a knot of the coarse grid, in
+        float32.
 
-        Rounding may lose a plan at the very border, which then counts as outside.
+        It saves a quarter of a cover of rectangles, and nothing of one of discs. Rounding may lose
+        a plan at the very border, which then counts as outside.
+        rows: (r,) numbers of plans, some: (s,) of corridors; None for all.
         """
+        rows = np.arange(len(path)) if rows is None else rows
         some = np.arange(len(self)) if some is None else some
-        return self._nearly(self._few_knots(path), bins, some)
-
-    def _nearly(self, path: Paths, bins: Numbers, some: np.ndarray) -> np.ndarray:
-        """The same; path: at the few knots."""
-        out = np.zeros((len(path), len(some)), bool)
+        out = np.zeros((len(rows), len(some)), bool)
         if not out.size:
             return out
-        few = self._at_few
+        conditions = self._at_few
+        path = path[rows[:, None], self._knots].astype(np.float32)
+        bins = bins[rows]
         height, width = TILES[len(some) > TILES[0][1]]
 
         def tile(corner: tuple[int, int]):
             row = np.arange(corner[0], min(corner[0] + height, len(path)))
             column = np.arange(corner[1], min(corner[1] + width, len(some)))
             at, of = _padded(row, height), some[_padded(column, width)]
-            found = np.asarray(_tile(few, path[at], bins[at], of))
-            out[row[:, None], column] = found[: len(row), : len(column)]
+            result = np.asarray(_tile(conditions, path[at], bins[at], of))
+            out[row[:, None], column] = result[: len(row), : len(column)]
 
         columns, rows = range(0, len(some), width), range(0, len(path), height)
         on_all_cores(tile, [(row, column) for column in columns for row in rows])
         return out
 
-    def _nearly_pairs(
-        self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray
-    ) -> np.ndarray:
-        """(pairs,) bool: the same for plan[i] and corridor[i]; path: at the few knots."""
-        if not len(plan):
-            return np.zeros(0, bool)
-        few = self._at_few
-
-        def call(rows: np.ndarray):
-            i = plan[rows]
-            return np.asarray(_pairs(few, path[i], bins[i], corridor[rows]))
-
-        return in_chunks(len(plan), NEAR_PAIRS, call)
-
     def kept_pairs(
         self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray
     ) -> np.ndarray:
-        """(pairs,) bool: does plan[i] keep to corridor[i]?"""
+        """(pairs,) bool: does plan[i] satisfy corridor[i] at every knot, in float64?"""
         if not len(plan):
             return np.zeros(0, bool)
-        asked, _ = self._stacked
+        conditions, _ = self._stacked
         if self._tables:
-            asked = asked._replace(least=self._tables[0].of(self.all, corridor, bins[plan]))
+            least = self._tables[0].lookup(self.all, corridor, bins[plan])
+            conditions = conditions._replace(least=least)
 
         def call(rows: np.ndarray):
             i = plan[rows]
             with x64():
-                return np.asarray(_pairs(asked, path[i], bins[i], corridor[rows]))
+                return np.asarray(_pairs(conditions, path[i], bins[i], corridor[rows]))
 
         return in_chunks(len(plan), PAIRS, call)
 
-    def _few_knots(self, x: np.ndarray) -> np.ndarray:
-        """The columns of the quick test, in float32."""
-        return x[:, self._knots].astype(np.float32)
-
     @cached_property
     def _at_few(self) -> Conditions:
-        """At a few intervals, of which a look up knows all bins."""
+        """Of the coarse grid; looked up thresholds are those of all bins at once."""
         _, few = self._stacked
         if not self._tables:
             return few
         n_bins = self.tube.n_bins
         every = divmod(np.arange(len(self) * n_bins), n_bins)
-        return few._replace(least=self._tables[1].of(self.all, *every))
+        return few._replace(least=self._tables[1].lookup(self.all, *every))
 
     @cached_property
     def _stacked(self) -> tuple[Conditions, Conditions]:
-        """All corridors as device arrays, padded to few sizes, at all intervals in float64, and at
-        a few in float32.
+        """All corridors on the device, padded to few sizes: at all intervals in float64, and on the
+        coarse grid in float32.
         """
         w, support, points, count = stacked(self.all, padded_size(len(self)))
+        few = lambda x: np.ascontiguousarray(x[..., self._knots], np.float32)  # noqa: E731
         with x64():
             at_all = Conditions(*jax.device_put((w, points, count)), None)
-            at_few = at_all._replace(w=jax.device_put(self._few(w)))
+            at_few = at_all._replace(w=jax.device_put(few(w)))
             if self._tables:
                 return at_all, at_few
             errors = once(self.tube, _errors_of)
-            beyond = jax.device_put((support, self._few(support)))
-        every, few = (Computed(*x) for x in zip(beyond, errors, strict=True))
-        return at_all._replace(least=every), at_few._replace(least=few)
-
-    def _few(self, x: np.ndarray) -> np.ndarray:
-        """Of (..., T), as `_few_knots`."""
-        return np.ascontiguousarray(x[..., self._knots], np.float32)
+            supports = jax.device_put((support, few(support)))
+        at_all, at_few = (
+            conditions._replace(least=Computed(*least))
+            for conditions, *least in zip((at_all, at_few), supports, errors, strict=True)
+        )
+        return at_all, at_few
 
 
 def _knots_of(tube: Tube) -> np.ndarray:
-    """Of the quick test."""
+    """Numbers of the intervals of the coarse grid."""
     return np.unique(np.linspace(0, tube.n_steps - 1, KNOTS).astype(int))
 
 
 def _errors_of(tube: Tube) -> tuple[ErrorSet, ErrorSet]:
-    """At all intervals, and at a few in float32, where kernels find them."""
+    """At all intervals, and on the coarse grid in float32, on the device."""
     few = jax.tree.map(lambda x: np.asarray(x[:, _knots_of(tube)], np.float32), tube.errors)
     with x64():
         return jax.device_put((tube.errors, few))
@@ -223,13 +332,13 @@ def _padded(rows: np.ndarray, size: int) -> np.ndarray:
     return np.pad(rows, (0, size - len(rows)), mode="edge")
 
 
-_pairs = jax.jit(jax.vmap(keeps, in_axes=(None, 0, 0, 0)))
+_pairs = jax.jit(jax.vmap(satisfies, in_axes=(None, 0, 0, 0)))
 
 
 @jax.jit
 def _tile(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
     """(b, c) bool: all plans against some corridors."""
     if isinstance(conditions.least, Computed) and conditions.points.shape[1] > 1:
-        return nearly_kept(conditions, path, bins, of)
-    corridors = jax.vmap(keeps, in_axes=(None, None, None, 0))
+        return satisfy_at_knots(conditions, path, bins, of)
+    corridors = jax.vmap(satisfies, in_axes=(None, None, None, 0))
     return jax.vmap(corridors, in_axes=(None, 0, 0, None))(conditions, path, bins, of)

@@ -1,10 +1,9 @@
-"""The first safe plans of a question in one compiled call: draw, keep what reaches the goal, judge
-one after another until as many as asked are safe. [T11, T15]
+"""The first safe ones of proposed plans, judged in order in one compiled call: of uniform draws
+over all plans that may reach the goal, or of a list, sorted by any preference. [T11, T15]
 
-Plans are drawn as by `sampling.draw`, uniform over all that may reach, and judged as every single
-plan is, in float64 with the slack of the scene. Those that are safe are taken in the order in which
-they were drawn, so they are uniform over the safe set. Nothing moves between host and device but
-the key.
+Each is judged as every single plan is, in float64 with the slack of the scene. Safe plans are taken
+in the order of the proposals, so that those of draws are uniform over the safe set. Nothing moves
+between host and device but the key or the list.
 """
 
 from functools import lru_cache, partial
@@ -13,59 +12,86 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import ArrayLike, Float, Int
 
 from parc_jax.common.arrays import x64
 from parc_jax.common.backend import Backend, backend
-from parc_jax.common.shapes import Index, Params, Vector
-from parc_jax.learning.network.predict import moved_to, predict
-from parc_jax.safe_set.corridors.ends import ends_of
+from parc_jax.common.errors import InputError
+from parc_jax.common.shapes import Index, ManyParams, Params, Vector
+from parc_jax.learning.bound.bins import closed_bins, open_bin_of
 from parc_jax.safe_set.corridors.placed import Placed, placed
-from parc_jax.safe_set.corridors.sampling import Draw, points
+from parc_jax.safe_set.corridors.sampling import Draw, ends_of, points
 from parc_jax.safe_set.verdict.pointwise import (
-    Verdicts,
-    arrival,
+    Prediction,
+    anchored,
     prediction,
     verdict,
     verdict_in_turn,
 )
 from parc_jax.safe_set.verdict.scene import Scene
 
-SLOTS = (1, 4, 16)  # plans that a program has room for
+SLOTS = (1, 4, 16)  # capacities of a compiled program, in plans
 MOST = SLOTS[-1]
+NO_LIMIT = 2**31 - 1  # of separation tests
 # without its emitters of fused loops XLA compiles this program for a CPU in half the time, and it
 # runs as fast; the option says nothing to other devices
 COMPILER = {"xla_cpu_use_fusion_emitters": False}
 
 
-class First(NamedTuple):
-    """Safe plans (n, ...) in the order in which they were drawn, the first `found` of which count.
-
-    p0 (n, n_p), k (n, n_k), seen: their verdicts. drawn, reaching: plans looked at, up to the last
-    one found where there are enough, and how many of them reach the goal. told: as of
-    `in_one_array`, with `found` and `drawn` in one row more.
+class Proposals(NamedTuple):
+    """Plans p0 (r, n_p), k (r, n_k). bins (r, c): those that contain k, of which the first n_bins
+    count; a plan must be safe in all of them. worth (r,) bool: the others do not reach the goal.
     """
 
     p0: jax.Array
     k: jax.Array
-    seen: Verdicts
-    found: jax.Array
-    drawn: jax.Array
+    bins: jax.Array
+    n_bins: jax.Array | int
+    worth: jax.Array
+
+
+class Limits(NamedTuple):
+    """Ends of a search: n safe plans, one with a clearance of room [m], or so many tests of one
+    plan against one pair of an obstacle and a part, which are nearly all of the work.
+    """
+
+    n: jax.Array | int
+    room: jax.Array | float = jnp.inf
+    tests: jax.Array | int = NO_LIMIT
+
+
+class FirstSafe(NamedTuple):
+    """Safe plans in the order of the proposals; the first `count` entries of the arrays are valid.
+
+    rows (n,): numbers among the proposals of their round. plans (n, n_p + n_k). clearance (n,) [m]:
+    least over every run inside the tube. judged: proposals up to the last one needed, reaching: of
+    these, looks: tests of a plan against a pair. touched: a pair that the last plan touches, -1 for
+    none.
+    """
+
+    rows: jax.Array
+    plans: jax.Array
+    clearance: jax.Array
+    count: jax.Array
+    judged: jax.Array
     reaching: jax.Array
-    told: jax.Array | None = None
+    looks: jax.Array
+    touched: jax.Array
+
+    def fetched(self) -> "FirstSafe":
+        """The valid plans, on the host."""
+        # one by one: `device_get` of all takes 0.2 ms, a third of a prepared query
+        with jax.transfer_guard_device_to_host("allow"):
+            host = [np.asarray(x) for x in self]
+        counts = [int(x) for x in host[3:]]
+        return FirstSafe(*(x[: counts[0]] for x in host[:3]), *counts)
 
 
-class Drawn(NamedTuple):
-    """A round of plans (r, ...), and whether they reach the goal."""
+def first_safe(asked: Placed, key: jax.Array, n: int) -> tuple[FirstSafe, Prediction]:
+    """The first n safe plans of uniform draws, n at most MOST, and the network's prediction of
+    them, on the device of the question. Fewer where more rounds would be slow.
 
-    p0: jax.Array
-    k: jax.Array
-    reaches: jax.Array
-
-
-def first_safe(asked: Placed, key: jax.Array, n: int) -> First:
-    """The first n safe plans, n at most MOST; arrays on the device of the question. Fewer where
-    looking on would be slow. key: of `jax.random`; it is consumed.
+    key: of `jax.random`, consumed.
     """
     slots = next(size for size in SLOTS if size >= n)
     (device,) = asked.scene.count.devices()
@@ -74,24 +100,40 @@ def first_safe(asked: Placed, key: jax.Array, n: int) -> First:
 
 
 def first_draw(scene: Scene, key: jax.Array, n: int) -> Draw:
-    """The first n safe plans as a draw, n at most MOST. Its size depends on what was found: draws
-    end with the last plan that was asked for.
+    """The first n safe plans as a draw, n at most MOST. Its size depends on the result: the draw
+    ends with the last plan needed.
     """
-    first = first_safe(placed(scene), key, n)
-    found, drawn, reaching = (int(x) for x in (first.found, first.drawn, first.reaching))
-    p0, k, seen = jax.tree.map(lambda x: np.asarray(x)[:found], (first.p0, first.k, first.seen))
-    safe = points(p0, k, seen)
+    safe, seen = first_safe(placed(scene), key, n)
+    safe = safe.fetched()
+    seen = jax.tree.map(lambda x: np.asarray(x)[: safe.count], seen)
+    p0, k = np.split(safe.plans, [scene.model.n_p], axis=1)
     whole = ends_of(scene).volume.sum() if scene.at is None else scene.model.domain.volume
-    return Draw(drawn, reaching, safe, float(whole))
+    return Draw(safe.judged, safe.reaching, points(p0, k, seen), float(whole))
 
 
-def in_one_array(asked: Placed, key: jax.Array, n: int) -> tuple[np.ndarray, int]:
-    """The same plans with their clearances, rows (found, n_p + n_k + 1), and how many were drawn,
-    fetched at once.
+def preferred(
+    scene: Scene, k: np.ndarray, n: int = 1, room: float = np.inf, looks: int = NO_LIMIT
+) -> FirstSafe:
+    """The first n safe plans of a list in its order, from the one start of a scene, on the host.
+
+    k: (m, n_k) parameters. n: 16 at most. room: [m] of clearance, which ends the search. looks: so
+        many tests of a plan against a pair end it too.
+    Raises InputError.
     """
-    told = jax.device_get(first_safe(asked, key, n).told)
-    found, drawn = told[-1, :2].astype(int)
-    return told[:found], int(drawn)
+    if scene.at is None:
+        raise InputError("preferred: expected a question with one start; ask it with `at`.")
+    if not 1 <= n <= MOST:
+        raise InputError(f"preferred: expected 1 to {MOST} plans; got {n}.")
+    k = np.asarray(k, np.float64)
+    if k.ndim != 2 or k.shape[1] != scene.model.n_k:
+        raise InputError(f"preferred: expected k of shape (m, {scene.model.n_k}); got {k.shape}.")
+    bins = closed_bins(scene.model.tube.edges, k)
+    # borders are rare: capacity for all bins that can meet, of which as many are tested as do
+    padded = np.zeros((len(k), 2**scene.model.n_k), np.int32)
+    padded[:, : bins.shape[1]] = bins
+    with x64(), jax.transfer_guard_host_to_device("allow"):
+        limits = Limits(n, float(room), min(looks, NO_LIMIT))
+        return _preferred(placed(scene), k, padded, bins.shape[1], limits).fetched()
 
 
 @lru_cache
@@ -100,41 +142,48 @@ def _number(n: int, device: jax.Device | None) -> jax.Array:
 
 
 @partial(jax.jit, static_argnames=("slots", "how"), compiler_options=COMPILER)
-def _first_safe(asked: Placed, key: jax.Array, n: Index, slots: int, how: Backend) -> First:
+def _first_safe(
+    asked: Placed, key: jax.Array, n: Index, slots: int, how: Backend
+) -> tuple[FirstSafe, Prediction]:
     judge = _in_turn if how.in_turn else _side_by_side
 
     def round_of(state: tuple):
-        i, first = state
+        i, safe = state
         drawn = draw_round(asked, jax.random.fold_in(key, i), how.round)
-        return i + 1, judge(asked, drawn, n, first)
+        return i + 1, judge(asked, drawn, safe, Limits(n))
 
     def unfinished(state: tuple):
-        i, first = state
+        i, safe = state
         some = asked.ends.volume.sum() > 0
-        return (i < how.rounds) & (first.found < n) & some
+        return (i < how.rounds) & (safe.count < n) & some
 
-    nothing = _nothing(asked, slots)
-    zero = jnp.zeros((), jnp.int32)
-    first = jax.lax.while_loop(unfinished, round_of, (zero, nothing))[1]
-    told = jnp.concatenate([first.p0, first.k, first.seen.clearance[:, None]], axis=1)
-    counts = jnp.zeros((1, told.shape[1]), told.dtype)
-    counts = counts.at[0, 0].set(first.found.astype(told.dtype))
-    counts = counts.at[0, 1].set(first.drawn.astype(told.dtype))
-    return first._replace(told=jnp.concatenate([told, counts]))
+    begin = jnp.zeros((), jnp.int32), _nothing(asked, slots)
+    safe = jax.lax.while_loop(unfinished, round_of, begin)[1]
+    p0, k = jnp.split(safe.plans, [asked.scene.z_lo.shape[0]], axis=1)
+    seen = jax.vmap(prediction, in_axes=(None, None, None, 0, 0))
+    return safe, seen(asked.net, asked.tube, asked.scene, p0, k)
 
 
-def _nothing(asked: Placed, slots: int) -> First:
-    """No plan yet, and room for so many. Gaps are not traced for the sizes of a verdict."""
-    scene = asked.scene
-    lo = scene.z_lo, scene.k_lo
-    seen = jax.eval_shape(lambda: prediction(asked.net, asked.tube, scene, *lo))
-    one = *lo, Verdicts(*seen, seen.goal)
-    room = jax.tree.map(lambda x: jnp.zeros((slots, *x.shape), x.dtype), one)
-    return First(*room, *[jnp.zeros((), jnp.int32)] * 3)
+@partial(jax.jit, compiler_options=COMPILER)
+def _preferred(
+    asked: Placed, k: ManyParams, bins: Int[ArrayLike, "b c"], n_bins: Index, limits: Limits
+) -> FirstSafe:
+    p0 = jnp.broadcast_to(asked.at, (len(k), len(asked.at)))
+    listed = Proposals(p0, k, bins, n_bins, jnp.ones(len(k), bool))
+    return _in_turn(asked, listed, _nothing(asked, MOST), limits)
 
 
-def draw_round(asked: Placed, key: jax.Array, size: int) -> Drawn:
-    """Plans drawn by their bins and ends, or from the one start; kernel."""
+def _nothing(asked: Placed, slots: int) -> FirstSafe:
+    """No plan yet, and capacity for some."""
+    scene, zero = asked.scene, jnp.zeros((), jnp.int32)
+    n = scene.z_lo.shape[0] + scene.k_lo.shape[0]
+    plans = jnp.zeros((slots, n), scene.k_lo.dtype)
+    rows = jnp.zeros(slots, jnp.int32)
+    return FirstSafe(rows, plans, plans[:, 0], zero, zero, zero, zero, zero - 1)
+
+
+def draw_round(asked: Placed, key: jax.Array, size: int) -> Proposals:
+    """Plans drawn uniformly by bins and ends, or by parameters from the one start. Kernel. [T15]"""
     ends, scene, n_k = asked.ends, asked.scene, asked.scene.k_lo.shape[0]
     n_z = scene.z_lo.shape[0]
     share = jax.random.uniform(key, (size, 1 + n_k + n_z), scene.z_lo.dtype)
@@ -149,12 +198,11 @@ def draw_round(asked: Placed, key: jax.Array, size: int) -> Drawn:
         z = None
 
     def plan(z: Vector | None, k: Params):
-        offsets, q, _ = predict(asked.end, asked.tube.layout._replace(n_steps=1), k)
-        p0 = asked.at if z is None else z - offsets[-1, :n_z]
-        bin, goal, start = arrival(asked.tube, scene, p0, moved_to(p0, offsets)[-1], q, k)
-        return Drawn(p0, k, (goal >= 0) & (start >= 0) & (bin >= 0))
+        p0, reaches = anchored(asked.end, asked.tube, scene, z, k, asked.at)
+        return p0, k, open_bin_of(asked.tube.edges, k)[None], reaches
 
-    return jax.vmap(plan)(z, k)
+    p0, k, bins, reaches = jax.vmap(plan)(z, k)
+    return Proposals(p0, k, bins, 1, reaches)
 
 
 def _between(
@@ -163,49 +211,72 @@ def _between(
     return lo + share * (hi - lo)
 
 
-def _in_turn(asked: Placed, drawn: Drawn, n: Index, first: First) -> First:
-    """With the safe plans of a round, each judged by itself until there are enough."""
+def _in_turn(asked: Placed, proposals: Proposals, safe: FirstSafe, limits: Limits) -> FirstSafe:
+    """With the safe ones of the proposals, each judged by itself until a limit ends it."""
+    p0, k, bins, n_bins, worth = proposals
+
+    def clearance_of(i: Index, touched: Index, looks: Index):
+        """The least over all bins of plan i, the pair that it touches, and the tests so far."""
+
+        def in_bin(c: Index, state: tuple):
+            least, touched, looks = state
+            seen, touched, more = verdict_in_turn(
+                asked.net, asked.tube, asked.scene, p0[i], k[i], bins[i, c], touched
+            )
+            own = jnp.where(seen.reaches, seen.clearance, -jnp.inf)
+            return jnp.minimum(least, own), touched, looks + more
+
+        begin = jnp.asarray(jnp.inf, k.dtype), touched, looks
+        return jax.lax.fori_loop(0, n_bins, in_bin, begin)
 
     def judge(state: tuple):
-        left, first, _ = state
-        i = jnp.argmax(left)
-        p0, k = drawn.p0[i], drawn.k[i]
-        seen, *_ = verdict_in_turn(asked.net, asked.tube, asked.scene, p0, k)
-        put = partial(jax.tree.map, lambda whole, x: whole.at[first.found].set(x))
-        p0, k, kept = put((first.p0, first.k, first.seen), (p0, k, seen))
-        found = first.found + seen.safe.astype(jnp.int32)
-        first = first._replace(p0=p0, k=k, seen=kept, found=found)
-        return left.at[i].set(False), first, i
+        left, safe, _ = state
+        i = jnp.argmax(left).astype(jnp.int32)
+        clearance, touched, looks = clearance_of(i, safe.touched, safe.looks)
+        at = safe.count  # written whether safe or not; the next one overwrites it where not
+        safe = safe._replace(
+            rows=safe.rows.at[at].set(i),
+            plans=safe.plans.at[at].set(jnp.concatenate([p0[i], k[i]])),
+            clearance=safe.clearance.at[at].set(clearance),
+            count=at + (clearance > 0).astype(at.dtype),
+            looks=looks,
+            touched=touched,
+        )
+        return left.at[i].set(False), safe, i
 
     def unfinished(state: tuple):
-        left, first, _ = state
-        return left.any() & (first.found < n)
+        left, safe, _ = state
+        roomy = (safe.count > 0) & (safe.clearance[safe.count - 1] >= limits.room)
+        return left.any() & (safe.count < limits.n) & ~roomy & (safe.looks < limits.tests)
 
-    start = (drawn.reaches, first, jnp.argmax(drawn.reaches))
-    left, first, last = jax.lax.while_loop(unfinished, judge, start)
-    whole = (first.found < n) & ~left.any()
-    return _counted(first, drawn, jnp.where(whole, len(drawn.k), last.astype(jnp.int32) + 1))
-
-
-def _side_by_side(asked: Placed, drawn: Drawn, n: Index, first: First) -> First:
-    """The same, with all plans of a round judged at once."""
-    judge = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))
-    seen = judge(asked.net, asked.tube, asked.scene, drawn.p0, drawn.k)
-    safe = seen.safe & drawn.reaches
-    place = first.found + jnp.cumsum(safe, dtype=jnp.int32) - 1
-    to = jnp.where(safe & (place < n), place, len(first.p0))  # beyond the slots: dropped
-    put = partial(jax.tree.map, lambda whole, x: whole.at[to].set(x, mode="drop"))
-    p0, k, kept = put((first.p0, first.k, first.seen), (drawn.p0, drawn.k, seen))
-    found = jnp.minimum(first.found + safe.sum(dtype=jnp.int32), n)
-    last = jnp.argmax(safe & (place == n - 1)).astype(jnp.int32)
-    first = first._replace(p0=p0, k=k, seen=kept, found=found)
-    return _counted(first, drawn, jnp.where(found < n, len(safe), last + 1))
+    begin = worth, safe, jnp.zeros((), jnp.int32)
+    left, safe, last = jax.lax.while_loop(unfinished, judge, begin)
+    whole = (safe.count < limits.n) & ~left.any()
+    return _counted(safe, worth, jnp.where(whole, len(k), last + 1))
 
 
-def _counted(first: First, drawn: Drawn, looked_at: Index) -> First:
+def _side_by_side(
+    asked: Placed, proposals: Proposals, safe: FirstSafe, limits: Limits
+) -> FirstSafe:
+    """The same up to n safe plans, with all plans of a round judged at once, in their first bin."""
+    p0, k, bins, _, worth = proposals
+    judge = jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0))
+    seen = judge(asked.net, asked.tube, asked.scene, p0, k, bins[:, 0])
+    good = seen.safe & worth
+    place = safe.count + jnp.cumsum(good, dtype=jnp.int32) - 1
+    to = jnp.where(good & (place < limits.n), place, len(safe.rows))  # beyond the slots: dropped
+    new = jnp.arange(len(k), dtype=jnp.int32), jnp.concatenate([p0, k], axis=1), seen.clearance
+    kept = (x.at[to].set(y, mode="drop") for x, y in zip(safe[:3], new, strict=True))
+    count = jnp.minimum(safe.count + good.sum(dtype=jnp.int32), limits.n)
+    last = jnp.argmax(good & (place == limits.n - 1)).astype(jnp.int32)
+    safe = FirstSafe(*kept, count, *safe[4:])
+    return _counted(safe, worth, jnp.where(count < limits.n, len(k), last + 1))
+
+
+def _counted(safe: FirstSafe, worth: jax.Array, judged: Index) -> FirstSafe:
     """With the first so many plans of a round counted."""
-    counts = jnp.arange(len(drawn.reaches), dtype=jnp.int32) < looked_at
-    return first._replace(
-        drawn=first.drawn + looked_at,
-        reaching=first.reaching + (drawn.reaches & counts).sum(dtype=jnp.int32),
+    counts = jnp.arange(len(worth), dtype=jnp.int32) < judged
+    reaching = (worth & counts).sum(dtype=jnp.int32)
+    return safe._replace(
+        judged=safe.judged + judged.astype(jnp.int32), reaching=safe.reaching + reaching
     )

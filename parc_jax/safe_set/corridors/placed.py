@@ -7,9 +7,9 @@ from parc_jax.common.arrays import once, x64
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.safe_set.corridors.ends import BinEnds, ends_of
+from parc_jax.safe_set.corridors.sampling import BinEnds, ends_of
+from parc_jax.safe_set.verdict.pointwise import end_network
 from parc_jax.safe_set.verdict.scene import OneScene, Scene
-from parc_jax.safe_set.verdict.screen import few_outputs
 from parc_jax.safe_set.verdict.sized import ROOM, roomy
 
 
@@ -50,6 +50,5 @@ def _moved(tree: tuple):
 
 
 def _of_model(model: TrajectoryModel, _device: jax.Device | None):
-    start_and_end = 2
     with x64():
-        return jax.device_put((model.net, few_outputs(model, start_and_end)[0], model.tube))
+        return jax.device_put((model.net, end_network(model), model.tube))

@@ -2,7 +2,9 @@
 Everything else follows from pattern, bin, directions and one inner point. [T29]
 """
 
+from collections.abc import Iterable
 from functools import cached_property
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -18,16 +20,17 @@ from parc_jax.learning.network.maps import pattern_map
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.corridors.corridor import Corridor
-from parc_jax.safe_set.corridors.sampling import cell_of
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.sampling import Points, cell_of, groups
 from parc_jax.safe_set.verdict.scene import Scene, SceneArrays
 
 
 class SafePolytope:
-    """The polytope of all (p0, k) with this pattern, in this bin, that keep to the corridor.
+    """The polytope of all (p0, k) of one activation pattern and one bin that satisfy a corridor.
 
-    p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool. born: [s] after the
-    query began. w (o, T, n_p), threshold (o, T, i): every inequality w . p^ > threshold, for each
-    point of each obstacle at both ends of every interval; float slack included.
+    p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool. w (o, T, n_p),
+    threshold (o, T, i): the inequalities w . p^ > threshold, for each point of each obstacle at
+    both ends of every interval; rounding tolerance included.
     """
 
     def __init__(
@@ -38,26 +41,24 @@ class SafePolytope:
         pattern: np.ndarray,
         bin: int,
         corridor: Corridor,
-        born: float,
     ):
         self.p0 = p0
         self.k = k
         self.pattern = pattern
         self.bin = int(bin)
         self.corridor = corridor
-        self.born = born
         self.w = corridor.w
         self.threshold = corridor.threshold(scene.model.tube.during(self.bin))
         self.scene = scene
 
     @property
     def cell(self) -> bytes:
-        """Name of its region and bin, as points have it."""
+        """Name of its region and bin, as of `Points.cell`."""
         return cell_of(self.pattern[None], np.array([self.bin]))[0].tobytes()
 
     @cached_property
     def halfspaces(self) -> HPolytope:
-        """The polytope as float64 rows over (p0, k); every row is pulled in by the float slack."""
+        """The polytope as float64 rows over (p0, k), each pulled in by the rounding tolerance."""
         model, scene = self.scene.model, self.scene
         lo, hi = model.tube.bin_box(self.bin)
         with x64():
@@ -80,6 +81,68 @@ class SafePolytope:
         size = np.abs(A).sum(axis=1)
         real = size > 0
         return HPolytope(A[real], b[real] - float(scene.slack) * size[real])
+
+
+class _Try(NamedTuple):
+    """A corridor tried in a cell. index: points of the cell. plans: those that may be inside."""
+
+    index: np.ndarray
+    corridor: int
+    plans: np.ndarray
+
+
+def cut_around(
+    scene: Scene, corridors: Corridors, counts: np.ndarray, points: Points
+) -> list[SafePolytope]:
+    """Polytopes around the plans that satisfy a corridor: in each cell as few as hold them all, by
+    greedy set cover.
+
+    counts: (c,) plans in each corridor, by which ties are broken: the most popular is taken.
+    """
+    maybe = corridors.coarse(points.path, points.bin)
+    popular = counts / (1 + counts.sum())  # below 1, so it decides among equals only
+    left = np.ones(len(points.k), bool)
+    cuts = []
+    cells = [index for _, index in groups(points.cell)]
+    while tries := _most(cells, maybe, left, popular):
+        for one, plans in zip(tries, _confirmed(corridors, points, tries, maybe), strict=True):
+            if left[plans].any():
+                left[plans] = False
+                cuts.append(_cut(scene, corridors.all[one.corridor], points.at(plans)))
+        cells = [one.index for one in tries]
+    return cuts
+
+
+def _most(
+    cells: Iterable[np.ndarray], maybe: np.ndarray, left: np.ndarray, popular: np.ndarray
+) -> list[_Try]:
+    """In each cell the corridor that may hold most of the plans left, if any."""
+    tries = []
+    for index in cells:
+        gain = maybe[index[left[index]]].sum(axis=0) + popular
+        best = int(np.argmax(gain)) if len(gain) else 0
+        if len(gain) and gain[best] >= 1:
+            tries.append(_Try(index, best, index[maybe[index, best]]))
+    return tries
+
+
+def _confirmed(
+    corridors: Corridors, points: Points, tries: list[_Try], maybe: np.ndarray
+) -> list[np.ndarray]:
+    """Of each try the plans that satisfy its corridor; the others are struck from `maybe`."""
+    sizes = [len(one.plans) for one in tries]
+    plan = np.concatenate([one.plans for one in tries])
+    corridor = np.repeat([one.corridor for one in tries], sizes)
+    inside = corridors.kept_pairs(points.path, points.bin, plan, corridor)
+    maybe[plan[~inside], corridor[~inside]] = False
+    parts = np.split(inside, np.cumsum(sizes)[:-1])
+    return [one.plans[part] for one, part in zip(tries, parts, strict=True)]
+
+
+def _cut(scene: Scene, corridor: Corridor, inside: Points) -> SafePolytope:
+    """The polytope around plans inside of it; as it is convex, their mean is inside too."""
+    p0, k = inside.p0.mean(axis=0), inside.k.mean(axis=0)
+    return SafePolytope(scene, p0, k, inside.pattern[0], inside.bin[0], corridor)
 
 
 @struct.dataclass

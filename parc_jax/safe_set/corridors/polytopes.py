@@ -1,133 +1,309 @@
-"""The safe polytopes of a query: which corridors are used in which cells."""
+"""Polytopes as a view of the safe set: corridors cut into the cells where the network is affine,
+with vertices, volumes and uniform samples.
+"""
 
-from collections.abc import Iterable
+import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
+import jax
 import numpy as np
+from numpy.typing import ArrayLike
 
-from parc_jax.safe_set.corridors.build import Building
-from parc_jax.safe_set.corridors.polytope import SafePolytope
-from parc_jax.safe_set.corridors.sampling import Points, groups
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import generator
+from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.qhull import convex_hull, delaunay, halfspace_intersection, scaled_around
+from parc_jax.common.sets.vertices import chebyshev_center
+from parc_jax.common.spelling import rounded_down
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.place import Place
+from parc_jax.safe_set.corridors.polytope import SafePolytope, cut_around
+from parc_jax.safe_set.corridors.safe_plans import as_plans, members
+from parc_jax.safe_set.corridors.sampling import Points, ends_from, groups, safe_ones
+from parc_jax.safe_set.corridors.search import draw_safe_plans
+from parc_jax.safe_set.corridors.stopping import Coverage, Limit, nothing_covered, stopping_rule
 from parc_jax.safe_set.verdict.scene import Scene
 
-
-class Cut(NamedTuple):
-    """A polytope found: a corridor, by its number, in a cell. p0, k: an inner point. born: [s]
-    after the query began.
-    """
-
-    cell: bytes
-    p0: np.ndarray
-    k: np.ndarray
-    pattern: np.ndarray
-    bin: int
-    corridor: int
-    born: float
+COUNTED = 6000  # fresh safe plans that measure the coverage
+Accepts = Callable[[list[SafePolytope]], np.ndarray]
 
 
 class Polytopes:
-    """Polytopes found so far. Nothing that is asked changes what the next question answers."""
+    """Safe convex polytopes of (p0, k), each inside one region and one bin; in k alone where all
+    plans have one start. From `Answer.polytopes`. All arrays are float64. [T29]
 
-    def __init__(self, cuts: Iterable[Cut] = ()):
-        self.cuts = tuple(cuts)
-        self._row: dict[bytes, int] = {}  # of a cell in the table of uses
-        for cut in self.cuts:
-            self._row.setdefault(cut.cell, len(self._row))
-        n_corridors = max((cut.corridor + 1 for cut in self.cuts), default=0)
-        # the last row stays empty, for cells that use none
-        self._used = np.zeros((len(self._row) + 1, n_corridors), bool)
-        for cut in self.cuts:
-            self._used[self._row[cut.cell], cut.corridor] = True
+    all: the polytopes: pattern, bin, corridor and inner point each. coverage: share of the model's
+    safe set inside them, of a look at fresh plans. proved: the checker accepted each; refused: how
+    many it did not accept, which were left out.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        polytopes: list[SafePolytope],
+        coverage: Coverage,
+        *,
+        proved: bool = False,
+        refused: int = 0,
+    ):
+        self.scene = scene
+        self.all = polytopes
+        self.coverage = coverage
+        self.proved = proved
+        self.refused = refused
+        corridors = {id(p.corridor): p.corridor for p in polytopes}
+        place = {name: i for i, name in enumerate(corridors)}
+        self._corridors = Corridors(scene.model.tube, corridors.values())
+        self._corridor_of = np.array([place[id(p.corridor)] for p in polytopes], int)
+        self._by_cell: dict[bytes, list[int]] = {}
+        for index, polytope in enumerate(polytopes):
+            self._by_cell.setdefault(polytope.cell, []).append(index)
 
     def __len__(self) -> int:
-        return len(self.cuts)
+        return len(self.all)
 
-    def with_more(self, cuts: Iterable[Cut]) -> "Polytopes":
-        """These and some more."""
-        return Polytopes((*self.cuts, *cuts))
+    def __iter__(self) -> Iterator[SafePolytope]:
+        return iter(self.all)
 
-    def first(self, points: Points, building: Building) -> np.ndarray:
-        """(b,) the corridor of a polytope around each plan, -1 where it is in none."""
-        if not self.cuts:
-            return np.full(len(points.k), -1)
-        used = self._used_in(points, len(building.corridors))
-        return building.corridors.first(points.path, points.bin, building.order, used)
+    def __repr__(self) -> str:
+        least = rounded_down(100 * self.coverage.at_least, 3)
+        return f"<Polytopes: {len(self):,}, at least {least} % of the safe set>"
 
-    def _used_in(self, points: Points, n_corridors: int) -> np.ndarray:
-        """(b, c) bool: the corridors that are used in the cell of each plan."""
-        row = np.full(len(points.k), len(self._used) - 1)
-        for cell, index in groups(points.cell):
-            row[index] = self._row.get(cell, len(self._used) - 1)
-        never = n_corridors - self._used.shape[1]
-        return np.pad(self._used, [(0, 0), (0, never)])[row]
+    @cached_property
+    def _solids(self) -> list["Solid"]:
+        """Geometry of the polytopes, without those thinner than rounding; of sections at the one
+        start, where all plans have it.
+        """
+        return [shape for shape in map(self._solid, self.all) if shape is not None]
 
-    def spelled_out(self, scene: Scene, building: Building) -> list[SafePolytope]:
-        """Every polytope with all that describes it."""
-        corridors = building.corridors.all
-        return [
-            SafePolytope(scene, c.p0, c.k, c.pattern, c.bin, corridors[c.corridor], c.born)
-            for c in self.cuts
-        ]
+    def _solid(self, polytope: SafePolytope) -> "Solid | None":
+        start = self.scene.at
+        if start is None:
+            return solid(polytope.halfspaces, np.concatenate([polytope.p0, polytope.k]))
+        n_p = len(start)
+        A, b = polytope.halfspaces.A, polytope.halfspaces.b
+        moves = A[:, n_p:].any(axis=1)
+        section = solid(HPolytope(A[moves, n_p:], (b - A[:, :n_p] @ start)[moves]), polytope.k)
+        if section is None:
+            return None
+        starts = np.tile(start, (len(section.vertices), 1))
+        return section._replace(vertices=np.concatenate([starts, section.vertices], axis=1))
+
+    @property
+    def sets(self) -> list[HPolytope]:
+        """The polytopes by rows over (p0, k), or over k alone, without redundant rows."""
+        return [shape.polytope for shape in self._solids]
+
+    @property
+    def volumes(self) -> np.ndarray:
+        """(m,) volume of each of `sets` [units of p0 and k multiplied]; those of one region may
+        overlap.
+        """
+        return np.array([shape.volume for shape in self._solids])
+
+    def project(self, dims: Sequence[int]) -> list[np.ndarray]:
+        """Vertices (v, len(dims)) of each of `sets`, projected onto coordinates of (p0, k)."""
+        n = self.scene.model.n_p + self.scene.model.n_k
+        if not all(0 <= d < n for d in dims):
+            raise InputError(
+                f"project: expected coordinates of (p0, k), 0 to {n - 1}; got {list(dims)}."
+            )
+        return [shape.vertices[:, list(dims)] for shape in self._solids]
+
+    def centre(self) -> tuple[np.ndarray, float]:
+        """Centre (n_p + n_k,) and radius of the largest ball inside one polytope, in (p0, k) units.
+
+        The radius is a margin for state-estimation and command error: every plan in the ball is
+        safe. Raises InputError without polytopes.
+        """
+        balls = [chebyshev_center(s) for s in self.sets]
+        feasible = [(b.center, float(b.radius)) for b in balls if b.status == LPStatus.FEASIBLE]
+        if not feasible:
+            raise InputError("centre: expected safe polytopes; there are none.")
+        return max(feasible, key=lambda ball: ball[1])
+
+    def contains(self, p0: ArrayLike, k: ArrayLike) -> np.ndarray:
+        """(b,) bool: which plans p0 (b, n_p), k (b, n_k) are in a polytope. Raises InputError."""
+        return members(self.scene, self.has, *as_plans("contains", self.scene.model, p0, k))
+
+    def has(self, safe: Points) -> np.ndarray:
+        """(b,) bool: which of some plans that reach the goal are inside a polytope."""
+        return self.count(safe) > 0
+
+    def count(self, at: Points) -> np.ndarray:
+        """(b,) number of polytopes around each point."""
+        rows = [np.zeros(0, int)]
+        polytopes = [np.zeros(0, int)]
+        for cell, index in groups(at.cell):
+            here = self._by_cell.get(cell, [])
+            rows.append(np.repeat(index, len(here)))
+            polytopes.append(np.tile(np.array(here, int), len(index)))
+        rows = np.concatenate(rows)
+        # within a polytope's cell, its corridor is the polytope
+        corridors = self._corridor_of[np.concatenate(polytopes)]
+        inside = self._corridors.kept_pairs(at.path, at.bin, rows, corridors)
+        return np.bincount(rows[inside], minlength=len(at.k))
+
+    def sample(self, key: jax.Array, n: int) -> np.ndarray:
+        """n plans (n, n_p + n_k), uniform over the union: a point of m polytopes is accepted with
+        probability 1 / m. Consumes `key`. Raises InputError.
+        """
+        rng = generator(key)
+        solids = [s for s in self._solids if s.volume > 0]
+        if not solids:
+            raise InputError("sample: expected safe polytopes; there are none to sample from.")
+        volumes = np.array([s.volume for s in solids])
+        model = self.scene.model
+        out = [np.zeros((0, model.n_p + model.n_k))]
+        tries = 0
+        while sum(len(part) for part in out) < n:
+            counts = rng.multinomial(max(2 * n, 64), volumes / volumes.sum())
+            x = np.concatenate(
+                [sample_solid(s, rng, c) for s, c in zip(solids, counts, strict=True) if c]
+            )
+            x = x[rng.random(len(x)) * self._around(solids, x) < 1]
+            p0, k = x[:, : model.n_p], x[:, model.n_p :]
+            _, safe = safe_ones(self.scene, ends_from(p0, model, k), k)
+            out.append(np.concatenate([safe.p0, safe.k], axis=1)[self.has(safe)])
+            tries += 1
+            if tries > 100 and len(out[-1]) == 0:
+                raise InputError(
+                    "sample: the safe polytopes are thinner than float64 resolves; sample a wider "
+                    "scene."
+                )
+        return rng.permutation(np.concatenate(out))[:n]
+
+    def _around(self, solids: list["Solid"], x: np.ndarray) -> np.ndarray:
+        """(b,) number of solids around each point x (b, n_p + n_k), one of which drew it."""
+        of = x if self.scene.at is None else x[:, self.scene.model.n_p :]
+        inside = ((of @ s.polytope.A.T <= s.polytope.b).all(axis=1) for s in solids)
+        return np.maximum(sum(one.astype(int) for one in inside), 1)
 
 
-class _Try(NamedTuple):
-    """A corridor tried in a cell. index: the points of the cell. plans: those that may be
-    inside."""
+def cut_polytopes(
+    scene: Scene,
+    corridors: Corridors,
+    key: jax.Array,
+    n: int,
+    *,
+    within: Place | None,
+    confidence: float,
+    accepts: Accepts | None,
+) -> Polytopes:
+    """Polytopes around n fresh safe plans, and the share of the model's safe set inside them. [T31]
 
-    cell: bytes
-    index: np.ndarray
-    corridor: int
-    plans: np.ndarray
-
-
-def cut_around(building: Building, points: Points, born: float) -> list[Cut]:
-    """Polytopes around those of the plans that keep to a corridor: in every cell as few as hold
-    them all, the next always holding most.
+    within: the place of the search, if any. accepts: the checker, which says (m,) bool which
+    polytopes hold; None leaves them unproved.
     """
-    maybe = building.corridors.nearly(points.path, points.bin)
-    popular = building.counts / (1 + building.counts.sum())  # decides among equals
-    left = np.ones(len(points.k), bool)
-    cuts = []
-    cells = groups(points.cell)
-    while tries := _most(cells, maybe, left, popular):
-        for one, plans in zip(tries, _confirmed(building, points, tries, maybe), strict=True):
-            if left[plans].any():
-                left[plans] = False
-                cuts.append(_cut(one, points.at(plans), born))
-        cells = [(one.cell, one.index) for one in tries]
-    return cuts
+
+    def safe_plans(number: int, n: int) -> Points:
+        part = jax.random.fold_in(key, number)
+        drawn = draw_safe_plans(
+            scene, part, generator(part), n, confidence, Limit(math.inf), within
+        )
+        return drawn.points
+
+    plans = safe_plans(0, n) if len(corridors) else None
+    if plans is None or not len(plans.k):
+        return Polytopes(scene, [], nothing_covered(confidence), proved=accepts is not None)
+    first = corridors.first(plans.path, plans.bin)
+    counts = np.bincount(first[first >= 0], minlength=len(corridors))
+    polytopes = cut_around(scene, corridors, counts, plans)
+    refused = 0
+    if accepts is not None and polytopes:
+        accepted = accepts(polytopes)
+        refused = int((~accepted).sum())
+        polytopes = [p for p, good in zip(polytopes, accepted, strict=True) if good]
+    # the coverage is of the polytopes that are returned, by plans that none was cut around;
+    # a single look, whatever the target: nothing stops here
+    cut = Polytopes(
+        scene, polytopes, nothing_covered(confidence), proved=accepts is not None, refused=refused
+    )
+    fresh = safe_plans(1, COUNTED)
+    if len(fresh.k):
+        cut.coverage = stopping_rule(0.5, confidence).after(cut.has(fresh)).coverage
+    return cut
 
 
-def _most(
-    cells: Iterable[tuple[bytes, np.ndarray]],
-    maybe: np.ndarray,
-    left: np.ndarray,
-    popular: np.ndarray,
-) -> list[_Try]:
-    """In every cell the corridor that may hold most of the plans left, if any."""
-    tries = []
-    for cell, index in cells:
-        gain = maybe[index[left[index]]].sum(axis=0) + popular
-        best = int(np.argmax(gain)) if len(gain) else 0
-        if len(gain) and gain[best] >= 1:
-            tries.append(_Try(cell, index, best, index[maybe[index, best]]))
-    return tries
+class Solid(NamedTuple):
+    """Geometry of a polytope. polytope: without redundant rows. vertices (v, n). volume: [product
+    of the axis units].
+
+    simplices (s, n + 1): vertex indices of a triangulation. weights (s,): share of the volume in
+    each simplex.
+    """
+
+    polytope: HPolytope
+    vertices: np.ndarray
+    volume: float
+    simplices: np.ndarray
+    weights: np.ndarray
 
 
-def _confirmed(
-    building: Building, points: Points, tries: list[_Try], maybe: np.ndarray
-) -> list[np.ndarray]:
-    """Of every try the plans that do keep to its corridor; `maybe` learns of the others."""
-    sizes = [len(one.plans) for one in tries]
-    plan = np.concatenate([one.plans for one in tries])
-    corridor = np.repeat([one.corridor for one in tries], sizes)
-    kept = building.corridors.kept_pairs(points.path, points.bin, plan, corridor)
-    maybe[plan[~kept], corridor[~kept]] = False
-    parts = np.split(kept, np.cumsum(sizes)[:-1])
-    return [one.plans[mine] for one, mine in zip(tries, parts, strict=True)]
+def solid(polytope: HPolytope, inside: np.ndarray) -> Solid | None:
+    """Vertices, volume, triangulation. None when the set is too thin for floating-point geometry.
+
+    inside (n,): a point strictly inside. Coordinates are centred on it and scaled per axis before
+    qhull sees them.
+    """
+    if len(inside) == 1:
+        return _segment(polytope)
+    scaled = scaled_around(polytope.A, polytope.b, inside)
+    if scaled is None:
+        return None
+    A, b, scale = scaled
+    cut = halfspace_intersection(A, b, np.zeros(len(inside)))
+    if cut is None:
+        return None
+    corners = np.unique(cut.intersections.round(12), axis=0)
+    hull = convex_hull(corners)
+    if hull is None:  # corners that share a facet up to rounding confuse qhull
+        hull = convex_hull(corners, "QJ Pp")
+    simplices = None if hull is None else _simplices(corners[hull.vertices])
+    if simplices is None:
+        return None
+    needed = np.unique(np.concatenate([np.asarray(f) for f in cut.dual_facets]).astype(int))
+    vertices = inside + corners[hull.vertices] * scale
+    edges = vertices[simplices[:, 1:]] - vertices[simplices[:, :1]]
+    sizes = np.abs(np.linalg.det(edges))
+    volume = float(hull.volume * np.prod(scale))
+    return Solid(
+        HPolytope(polytope.A[needed], polytope.b[needed]),
+        vertices,
+        volume,
+        simplices,
+        sizes / sizes.sum(),
+    )
 
 
-def _cut(one: _Try, inside: Points, born: float) -> Cut:
-    """The polytope around plans inside of it; as it is convex, their mean is inside too."""
-    p0, k = inside.p0.mean(axis=0), inside.k.mean(axis=0)
-    return Cut(one.cell, p0, k, inside.pattern[0], inside.bin[0], one.corridor, born)
+def _segment(polytope: HPolytope) -> Solid | None:
+    """A set on a line, between the nearest of its rows."""
+    a, b = polytope.A[:, 0], polytope.b
+    ends = b[a != 0] / a[a != 0]
+    lo, hi = ends[a[a != 0] < 0].max(), ends[a[a != 0] > 0].min()
+    if not lo < hi:
+        return None
+    rows = HPolytope(np.array([[1.0], [-1.0]]), np.array([hi, -lo]))
+    return Solid(rows, np.array([[lo], [hi]]), hi - lo, np.array([[0, 1]]), np.ones(1))
+
+
+def _simplices(vertices: np.ndarray) -> np.ndarray | None:
+    """Triangulation (s, n + 1) of the hull of vertices (v, n); a simplex is its own, and qhull
+    refuses it joggled.
+    """
+    v, n = vertices.shape
+    if v == n + 1:
+        return np.arange(v)[None]
+    return delaunay(vertices, "QJ Pp")
+
+
+def sample_solid(shape: Solid, rng: np.random.Generator, n: int) -> np.ndarray:
+    """n points (n, d), uniform in the solid: a simplex by volume, then flat Dirichlet weights on
+    its corners.
+    """
+    pick = rng.choice(len(shape.weights), n, p=shape.weights)
+    weights = rng.dirichlet(np.ones(shape.simplices.shape[1]), n)
+    return np.einsum("nc,ncd->nd", weights, shape.vertices[shape.simplices[pick]])

@@ -1,11 +1,11 @@
-"""Safe plans that uniform draws never hit: found by multilevel splitting, and where to draw then.
-[T24]
+"""Safe plans that uniform draws never hit, by multilevel splitting, and the proposal region around
+them. [T24]
 
-Plans climb the least margin of their verdict: the best quarter of a population stays, is copied and
-moved about inside its level, and so on until the level is safe. A share of 1e-8 is thirteen
-quarters. That is a search: what it returns is judged like any other plan, and what it does not find
-may exist. `parc_jax.climb` ends around the best; here all of a level is moved about, so that what
-is found is spread over the safe set.
+The level is the least margin of a plan's verdict: the best quarter of a population stays, is copied
+and moved about inside its level, and so on until the level is safe. A share of 1e-8 is thirteen
+quarters. This is a search: its plans are judged like any other, and safe plans that it misses may
+exist. `common.climb` ends around the best candidate; here all of a level is moved about, so that
+the result is spread over the safe set.
 """
 
 from typing import NamedTuple
@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.learning.network.predict import trajectories
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.place import Place, place_around
+from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene
 
@@ -37,8 +37,8 @@ class _Plans(NamedTuple):
 
 
 def where_safe(scene: Scene, rng: np.random.Generator, largest: int, limit: Limit) -> Place | None:
-    """A place around the safe plans that a climb finds; populations double until one does, or the
-    largest has failed. What the limit cuts off may still have found some.
+    """The proposal region around the safe plans of a splitting; populations double until one
+    succeeds, or the largest has failed. One that the limit cuts off may still have safe plans.
     """
     size = POPULATION
     while True:
@@ -92,7 +92,7 @@ def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int, limit: Limit)
 
 
 def _level(plans: _Plans) -> float:
-    """The margin that KEPT of the plans have, but no more than a safe one needs."""
+    """The margin that the share KEPT of the plans have, but no more than a safe one needs."""
     finite = np.where(np.isfinite(plans.margin), plans.margin, -np.finfo(float).max)
     return min(float(np.quantile(finite, 1 - KEPT, method="higher")), 0.0)
 

@@ -8,14 +8,48 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from parc_jax.common.arrays import once
 from parc_jax.common.shapes import ManyParams, Positions
+from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import outputs
-from parc_jax.safe_set.corridors.ends import ends_of
+from parc_jax.learning.network.relu import outputs
 from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.verdict.pointwise import Prediction, Verdicts
 from parc_jax.safe_set.verdict.scene import Scene
 from parc_jax.safe_set.verdict.screen import Screened, screen
+
+
+class BinEnds(NamedTuple):
+    """One box of k and one of ends per bin; a plan that reaches the goal is in one of these.
+
+    k_lo, k_hi (n_bins, n_k), z_lo, z_hi (n_bins, n_p). volume (n_bins,): of both boxes together,
+    nothing where no end fits or nothing is claimed.
+    """
+
+    k_lo: np.ndarray
+    k_hi: np.ndarray
+    z_lo: np.ndarray
+    z_hi: np.ndarray
+    volume: np.ndarray
+
+
+def ends_of(scene: Scene) -> BinEnds:
+    """The ends that the goal of a scene allows."""
+    k_lo, k_hi, least, most = once(scene.model.tube, _about)
+    z_lo, z_hi = scene.z_lo - least, scene.z_hi - most
+    with np.errstate(invalid="ignore"):  # a bin without claim has an infinite error: no ends at all
+        ends = np.where((z_lo < z_hi).all(axis=1), np.prod(z_hi - z_lo, axis=1), 0.0)
+    return BinEnds(k_lo, k_hi, z_lo, z_hi, ends * np.prod(k_hi - k_lo, axis=1))
+
+
+def _about(tube: Tube) -> tuple:
+    """The part that does not depend on the scene: corners of the bins, extent of the errors at the
+    end.
+    """
+    boxes = [tube.bin_box(b) for b in range(tube.n_bins)]
+    corners = [np.array(side) for side in zip(*boxes, strict=True)]
+    return *corners, *tube.end_extent
+
 
 NEAREST, FARTHEST = 0.003, 0.1  # [size of K, size of the goal] spread of `near`
 FIRST_DRAW = 512
@@ -33,10 +67,10 @@ REMEMBERED = 60_000
 
 
 class Points(NamedTuple):
-    """Points with everything known of them; leading axis b.
+    """Plans with their predictions; leading axis b.
 
     p0 (b, n_p), k (b, n_k), path (b, T + 1, n_c), bin (b,) int64, pattern (b, n_hidden) bool.
-    cell (b,): bytes of pattern and bin, equal for points that share both.
+    cell (b,): bytes of pattern and bin, equal for plans that share both.
     """
 
     p0: np.ndarray
@@ -52,11 +86,11 @@ class Points(NamedTuple):
 
 
 class Draw(NamedTuple):
-    """One batch: how many points were drawn, how many reach the goal in the model, and the safe
+    """One batch of draws: number of plans, number that reach the goal in the model, and the safe
     ones.
 
-    volume: of the set they are uniform over, in units of p0 and k multiplied; it holds every (p0,
-        k) that reaches, if nothing narrower was asked for.
+    volume: of the set they are uniform over, in units of p0 and k multiplied; it contains every
+    (p0, k) that reaches, unless a proposal region was given.
     """
 
     drawn: int
@@ -98,7 +132,7 @@ def _draw_within(
     z_lo: Float[np.ndarray, "bins n_p"],
     z_hi: Float[np.ndarray, "bins n_p"],
 ) -> Draw:
-    """n points of a place; z_lo, z_hi are where a plan of each bin may end."""
+    """n plans of a proposal region; z_lo, z_hi (bins, n_p) are where a plan of each bin may end."""
     model = scene.model
     x = place.draw(rng, n)
     k = x[:, -model.n_k :]
@@ -137,10 +171,10 @@ class Counts(NamedTuple):
 
 
 class Sampler:
-    """Fresh draws, one after another, each made by a thread of its own while the search is at work:
-    as many plans as a look needs. They depend on nothing but `rng`. Use in a `with` statement.
+    """Fresh draws, one after another, each made by another thread while the search is at work: as
+    many plans as a look needs. They depend on nothing but `rng`. Use in a `with` statement.
 
-    within: a place to draw from. tally: counts over all that were taken.
+    within: proposal region. tally: counts over all draws taken.
     """
 
     def __init__(self, scene: Scene, rng: np.random.Generator, within: Place | None = None):
@@ -203,7 +237,9 @@ def near(scene: Scene, rng: np.random.Generator, around: Points, n: int) -> Poin
 
 
 def safe_ones(scene: Scene, z: Positions, k: ManyParams) -> tuple[Screened, Points]:
-    """What screening says of the plans with ends z and parameters k, and the safe ones."""
+    """Screen plans with ends z (b, n_p) and parameters k (b, n_k); returns the result and the safe
+    ones.
+    """
     seen = screen(scene, z, k)
     # a start that is asked for is not the one that rounding makes of it; the slack pays for that
     p0 = seen.p0 if scene.at is None else np.tile(scene.at, (len(seen.p0), 1))
@@ -226,7 +262,7 @@ def no_points(model: TrajectoryModel) -> Points:
 
 
 def points(p0: np.ndarray, k: np.ndarray, e: Verdicts | Prediction | Screened) -> Points:
-    """Points with what is said of them, and their cells named."""
+    """Plans with their predictions, and their cells named."""
     # of one dtype, whoever counted the bins: for another one all that follows is compiled again
     return Points(p0, k, e.path, e.bin.astype(np.int64), e.pattern, cell_of(e.pattern, e.bin))
 

@@ -1,9 +1,9 @@
-"""Cover the safe set: draw plans, build corridors and cut polytopes around those outside, until a
-fresh draw finds almost none.
+"""Cover the safe set: draw plans and build corridors around those outside, until a fresh draw finds
+almost none.
 
-A search is a record, `Search`. `look` shows it a fresh draw, `extend` builds and cuts around what
-the draw found outside, `cover` does both in turn until a stopping rule is satisfied or the work is
-done. No clock decides what is found, but for the limit in seconds above the work. [T31]
+A search is a record, `Search`. `look` evaluates it on a fresh draw, `extend` builds corridors
+around the uncovered plans of the draw, `cover` alternates both until the stopping rule is satisfied
+or the work is done. No clock decides the result, except the limit in seconds above the work. [T31]
 """
 
 import time
@@ -13,16 +13,12 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.common.shapes import Which
 from parc_jax.common.status import Ended
 from parc_jax.safe_set.corridors.build import Building, admit, build, nothing_built
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.first import MOST, first_draw
 from parc_jax.safe_set.corridors.found import Cover, Progress
-from parc_jax.safe_set.corridors.limit import Limit
 from parc_jax.safe_set.corridors.place import Place
-from parc_jax.safe_set.corridors.polytope import SafePolytope
-from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_around
 from parc_jax.safe_set.corridors.sampling import (
     ENOUGH,
     EXPLORING,
@@ -38,7 +34,7 @@ from parc_jax.safe_set.corridors.sampling import (
     near,
     no_points,
 )
-from parc_jax.safe_set.corridors.stopping import StoppingRule, nothing_covered, stopping_rule
+from parc_jax.safe_set.corridors.stopping import Limit, StoppingRule, nothing_covered, stopping_rule
 from parc_jax.safe_set.settings import Work
 from parc_jax.safe_set.verdict.scene import Scene
 
@@ -51,16 +47,13 @@ LEAVE_NEAR = 0.5  # the same for points drawn close by, as a share of those outs
 
 
 class Query(NamedTuple):
-    """What stays the same during a search. rng: of building; draws have their own. cut: polytopes
-    are wanted. begin: [s] of the clock.
-    """
+    """The constants of a search. rng: of building; draws have another. begin: [s] of the clock."""
 
     scene: Scene
     rng: np.random.Generator
     target: float
     work: Work
     limit: Limit
-    cut: bool
     begin: float
 
     def spent(self) -> float:
@@ -69,33 +62,23 @@ class Query(NamedTuple):
 
 
 class Search(NamedTuple):
-    """What changes during a search.
+    """The state of a search.
 
-    by_corridors, by_polytopes: when they cover enough. outside: plans of the last fresh draw that
-    are not covered. looks: so far. leave: so many may stay without a corridor. slivers: what
-    uniform draws still leave out lies in slivers. enough: number of corridors that were certified
-    to cover enough. Times as in Cover.
+    rule: when the corridors cover enough. outside: plans of the last fresh draw that are not
+    covered. looks: so far. leave: so many may stay without a corridor. slivers: the uncovered
+    remainder lies in slivers, which uniform draws rarely hit. Times as in Cover.
     """
 
     building: Building
-    polytopes: Polytopes
-    by_corridors: StoppingRule
-    by_polytopes: StoppingRule
+    rule: StoppingRule
     outside: Points
     looks: int = 0
     leave: int = 0
     slivers: bool = False
-    enough: int | None = None
     first_sample_s: float | None = None
-    first_polytope_s: float | None = None
+    first_corridor_s: float | None = None
     corridors_s: float | None = None
     history: tuple[Progress, ...] = ()
-
-    @property
-    def announced(self) -> bool:
-        """May the next look satisfy a rule?"""
-        rules = self.by_corridors, self.by_polytopes
-        return any(rule.announced and not rule.satisfied for rule in rules)
 
 
 def cover(
@@ -106,22 +89,20 @@ def cover(
     confidence: float,
     work: Work,
     limit: Limit,
-    polytopes: bool = True,
     within: Place | None = None,
 ) -> Cover:
-    """Build and cut until the polytopes leave out at most `target` of the safe set, with
-    `confidence`, or the work is done.
+    """Build corridors until they leave out at most `target` of the safe set, with `confidence`, or
+    the work is done.
 
-    polytopes: False asks that of the corridors, and cuts no polytopes. limit: counts from the end
-    of the first pass, which mostly compiles. The draw that is under way at the end decides.
-    within: draw from this place only.
+    limit: counts from the end of the first pass, which mostly compiles. The draw that is under way
+    at the end decides. within: draw from this place only.
     """
     begin = time.perf_counter()
     for_draws, rng = rng.spawn(2)
-    query = Query(scene, rng, target, work, limit, polytopes, begin)
-    points, rule = no_points(scene.model), stopping_rule(target, confidence)
+    query = Query(scene, rng, target, work, limit, begin)
+    points = no_points(scene.model)
     building = nothing_built(scene.model.tube, points)
-    search = Search(building, Polytopes(), by_corridors=rule, by_polytopes=rule, outside=points)
+    search = Search(building, stopping_rule(target, confidence), outside=points)
     with Sampler(scene, for_draws, within) as sampler:
         while True:
             search = look(query, search, sampler.take())
@@ -129,24 +110,26 @@ def cover(
             if ended is not None:
                 break
             if len(search.building.corridors):  # the first one should come soon, with all cores
-                sampler.start(ENOUGH if search.announced else EXPLORING)
+                sampler.start(ENOUGH if search.rule.announced else EXPLORING)
             search = extend(query, search)
-    return _found(query, search, sampler)._replace(within=within, ended=ended)
+    return Cover(
+        *sampler.tally,
+        points=sampler.seen,
+        coverage=search.rule.coverage,
+        corridors=search.building.corridors.all,
+        first_sample_s=search.first_sample_s,
+        first_corridor_s=search.first_corridor_s,
+        corridors_s=search.corridors_s,
+        history=search.history,
+        within=within,
+        ended=ended,
+    )
 
 
 def look(query: Query, search: Search, fresh: Points) -> Search:
     """The search after a look at a fresh draw of safe plans."""
-    building, others = search.building, fresh
     n = len(fresh.k)
-    inside = np.zeros(n, bool)
-    if query.cut:
-        found = search.polytopes.first(fresh, building)
-        building = building.counting(found)
-        inside = found >= 0
-        others = fresh.at(~inside)
-    kept = inside.copy()  # whoever is inside keeps to a corridor
-    building, kept[~inside] = admit(building, others)
-    covered = inside if query.cut else kept
+    building, covered = admit(search.building, fresh)
     search = search._replace(
         building=building,
         outside=fresh.at(~covered),
@@ -154,75 +137,51 @@ def look(query: Query, search: Search, fresh: Points) -> Search:
         leave=int(LEAVE * query.target * n),
         slivers=covered.sum() > (1 - SLIVERS) * n,
     )
-    return _noted(query, search, kept, inside, covered) if n else search
-
-
-def _noted(query: Query, search: Search, kept: Which, inside: Which, covered: Which) -> Search:
-    """With what the stopping rules and the history say of the look."""
+    if not n:
+        return search
     seconds = query.spent()
-    n_corridors = len(search.building.corridors)
-    by_corridors = search.by_corridors.after(kept)
-    if by_corridors.satisfied and not search.by_corridors.satisfied:
-        search = search._replace(corridors_s=seconds, enough=n_corridors)
-    shares = float(kept.mean()), len(search.polytopes), float(inside.mean())
+    rule = search.rule.after(covered)
+    if rule.satisfied:
+        search = search._replace(corridors_s=seconds)
+    progress = Progress(seconds, len(building.corridors), float(covered.mean()))
     return search._replace(
-        by_corridors=by_corridors,
-        by_polytopes=search.by_polytopes.after(covered),
+        rule=rule,
         first_sample_s=search.first_sample_s or seconds,
-        history=(*search.history, Progress(seconds, n_corridors, *shares)),
+        history=(*search.history, progress),
     )
 
 
 def extend(query: Query, search: Search) -> Search:
-    """The search after corridors were built and polytopes cut around the plans outside."""
-    outside, leave = search.outside, search.leave
-    if search.slivers and len(outside.k):
-        search, around = _draw_close_by(query, search)
-        leave = max(leave, int(LEAVE_NEAR * len(outside.k)))
-        outside = joined([outside, around])
+    """The search after corridors were built around the plans outside."""
+    leave = search.leave
+    if search.slivers and len(search.outside.k):
+        # one uniform draw in a hundred hits a sliver; close to a hit plans are dense and show which
+        # corridor holds most
+        n = min(NEAR * len(search.outside.k), MOST_NEAR)
+        around = near(query.scene, query.rng, search.outside, n)
+        search = search._replace(building=admit(search.building, around)[0])
+        leave = max(leave, int(LEAVE_NEAR * len(search.outside.k)))
     few = len(search.building.corridors) == 0  # the first one should come soon
     while len(search.building.waiting.k) > leave:
         if search.building.tried >= query.work.corridors or query.limit.over():
             break
         building = build(query.scene, search.building, query.rng, few)
         few = False
-        since = search.first_polytope_s or query.spent()
-        search = search._replace(building=building, first_polytope_s=since)
-    if query.cut:
-        cuts = cut_around(search.building, outside, query.spent())
-        search = search._replace(polytopes=search.polytopes.with_more(cuts))
+        since = search.first_corridor_s or query.spent()
+        search = search._replace(building=building, first_corridor_s=since)
     if search.history:
         query.limit.start()
     return search
 
 
-def _draw_close_by(query: Query, search: Search) -> tuple[Search, Points]:
-    """Safe plans close to those outside. Slivers are hit by one uniform draw in a hundred; close to
-    a hit plans are dense, and say which corridor and which polytope holds most.
-    """
-    n = min(NEAR * len(search.outside.k), MOST_NEAR)
-    around = near(query.scene, query.rng, search.outside, n)
-    building = search.building
-    if query.cut:
-        found = search.polytopes.first(around, building)
-        building = building.counting(found)
-        around = around.at(found < 0)
-    building, _ = admit(building, around)
-    return search._replace(building=building), around
-
-
-def cover_around(
-    scene: Scene, rng: np.random.Generator, plans: Points
-) -> tuple[Sequence[Corridor], Sequence[SafePolytope]]:
-    """Corridors and polytopes around given safe plans, for a query whose draws found none."""
-    begin = time.perf_counter()
+def corridors_around(scene: Scene, rng: np.random.Generator, plans: Points) -> Sequence[Corridor]:
+    """Corridors around given safe plans, for a query whose draws found none."""
     building = nothing_built(scene.model.tube, plans)
     few = True
     while len(building.waiting.k):
         building = build(scene, building, rng, few)
         few = False
-    polytopes = Polytopes(cut_around(building, plans, time.perf_counter() - begin))
-    return building.corridors.all, polytopes.spelled_out(scene, building)
+    return building.corridors.all
 
 
 def draw_safe_plans(
@@ -262,7 +221,7 @@ def draw_safe_plans(
     none = nothing_covered(confidence)
     short = Ended.SECONDS if limit.cut else Ended.WORK
     ended = Ended.TARGET if tally.safe >= n else short
-    return Cover(*tally, joined(seen), none, none, first_sample_s=first, within=within, ended=ended)
+    return Cover(*tally, joined(seen), none, first_sample_s=first, within=within, ended=ended)
 
 
 def _ended(query: Query, search: Search, tally: Counts) -> Ended | None:
@@ -272,26 +231,8 @@ def _ended(query: Query, search: Search, tally: Counts) -> Ended | None:
     work = query.work
     if query.limit.cut:
         return Ended.SECONDS
-    if search.by_polytopes.satisfied:
+    if search.rule.satisfied:
         return Ended.TARGET
     if search.looks >= work.looks or search.building.tried >= work.corridors or tally.hopeless:
         return Ended.WORK
     return Ended.SECONDS if query.limit.over() else None
-
-
-def _found(query: Query, search: Search, sampler: Sampler) -> Cover:
-    """The end of a search."""
-    building = search.building
-    nothing = nothing_covered(search.by_polytopes.coverage.confidence)
-    return Cover(
-        *sampler.tally,
-        points=sampler.seen,
-        kept=search.by_corridors.coverage,
-        coverage=search.by_polytopes.coverage if query.cut else nothing,
-        corridors=building.corridors.all[: search.enough],
-        polytopes=search.polytopes.spelled_out(query.scene, building),
-        first_sample_s=search.first_sample_s,
-        first_polytope_s=search.first_polytope_s,
-        corridors_s=search.corridors_s,
-        history=search.history,
-    )

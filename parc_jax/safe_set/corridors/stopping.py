@@ -1,10 +1,17 @@
-"""When enough of the safe set is covered: looks at fresh draws that share one error probability.
+"""When a search stops: looks at fresh draws that share one error probability, and a limit in
+seconds above the work.
 
 A draw is fresh when nothing was built from it, so its uncovered share is an honest sample. A look
-may end the search only if the one before it announced so, and only such looks have a part of the
-error probability. [T31]
+may end the search only if the one before it announced it as a confirmation look, and only such
+looks have a part of the error probability. [T31]
+
+Work alone decides the result of a search; where seconds cut some of it off, the limit remembers it
+for the answer to report.
 """
 
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +24,9 @@ ARMED = 6.0
 
 
 class Coverage(NamedTuple):
-    """What the last fresh draw says. share: of the model's safe set that is covered; at_least: with
-    `confidence`.
+    """Result of a look at a fresh draw.
+
+    share: of the model's safe set that is covered. at_least: with `confidence`.
     """
 
     share: float
@@ -29,7 +37,7 @@ class Coverage(NamedTuple):
 
 
 def nothing_covered(confidence: float) -> Coverage:
-    """What is known to be covered before a fresh look says more."""
+    """Coverage before any look."""
     return Coverage(0.0, 0.0, confidence, 0, 0)
 
 
@@ -37,8 +45,8 @@ class StoppingRule(NamedTuple):
     """Stop when at most `target` is left out, with the confidence of `coverage`. Begin with
     `stopping_rule`.
 
-    coverage: what the last look said. looks: announced ones so far. announced: the next look may
-    stop. satisfied: one did.
+    coverage: of the last look. looks: confirmation looks so far.
+    announced: the next look is one. satisfied: one confirmed the target.
     """
 
     target: float
@@ -81,3 +89,34 @@ def largest_share(n: int, out: int, confidence: float, part: int) -> float:
     """
     delta = (1 - confidence) * 6 / (np.pi * part) ** 2
     return float(clopper_pearson(out, n, delta))
+
+
+class Limit:
+    """Most seconds of a search, from `start` on. cut: something was left undone for them."""
+
+    def __init__(self, seconds: float):
+        self.seconds = seconds
+        self.cut = False
+        self._begin: float | None = None
+
+    def start(self) -> None:
+        """Count from now, if not from earlier on: most of the time before is compilation."""
+        if self._begin is None:
+            self._begin = time.perf_counter()
+
+    @contextmanager
+    def uncounted(self) -> Iterator[None]:
+        """Compilation inside does not count."""
+        begin = time.perf_counter()
+        yield
+        if self._begin is not None:
+            self._begin += time.perf_counter() - begin
+
+    def over(self, reserved: float = 0.0) -> bool:
+        """Is the limit over? Call it only where there is more to do: True cuts that off. reserved
+        [s]: for later stages.
+        """
+        if self._begin is not None:
+            spent = time.perf_counter() - self._begin
+            self.cut = self.cut or spent + reserved > self.seconds
+        return self.cut

@@ -1,3 +1,3 @@
-"""Separation: an obstacle and a part of the body are kept apart during an interval by a direction
-along which all of the one, with its errors, is beyond all of the other. [T14, T19, T20]
+"""Separation: directions along which all of a part of the body, with its errors, is beyond all of
+an obstacle during an interval. [T14, T19, T20]
 """

@@ -7,7 +7,7 @@ certificate spells them exactly in a few bytes.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import combinations
@@ -20,8 +20,7 @@ from parc_jax.common import struct
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.safe_set.separation.pairs import bucket, numbered_pairs
-from parc_jax.safe_set.separation.polygon import corners
+from parc_jax.safe_set.separation.pairs import bucket, corners, numbered_pairs
 
 Cones = Sequence[tuple[int, ...]]  # rows of an obstacle that meet in a corner, n_p each
 N_DIRECTIONS = {2: 48, 3: 96}  # per obstacle, by dimension: about 7.5 and 20 degrees apart
@@ -65,7 +64,7 @@ class DirectionTable:
 
     @property
     def arrays(self) -> "DirectionTable":
-        """The table without what only the host reads."""
+        """The table without the fields of the host."""
         return DirectionTable(self.w, self.support, self.n_facets)
 
     @property
@@ -173,9 +172,10 @@ def _rounded_sum(values: tuple[Fraction, ...], column: list[float]) -> float:
 
 
 class _Fan(NamedTuple):
-    """Directions of an obstacle's normals, whatever its offsets: multipliers and w (d, n_p).
+    """Directions of an obstacle's normals, which do not depend on its offsets: multipliers and w
+    (d, n_p).
 
-    whole, denominator: the multipliers once more, as whole numbers (d, rows) over one denominator.
+    whole, denominator: the same multipliers as integers (d, rows) over one denominator.
     """
 
     multipliers: tuple[Multiplier, ...]
@@ -256,8 +256,8 @@ def _spread_in_space(A: Float[np.ndarray, "h 3"], cones: Cones) -> list[Multipli
 
 
 def _with_farthest(chosen: np.ndarray, pool: np.ndarray, apart: float, n: int) -> np.ndarray:
-    """Up to n unit vectors: the chosen ones, then always that of the pool which is farthest from
-    all so far, while it is farther than `apart` [rad].
+    """Up to n unit vectors: the chosen ones, then always the one of the pool farthest from all so
+    far, while that is more than `apart` [rad].
     """
     alike = (pool @ chosen.T).max(axis=1)
     while len(chosen) < n and alike.min() < np.cos(apart):
@@ -268,7 +268,7 @@ def _with_farthest(chosen: np.ndarray, pool: np.ndarray, apart: float, n: int) -
 
 
 def _sphere(n: int) -> np.ndarray:
-    """(n, 3) unit vectors, spread evenly: a spiral whose turns the golden angle keeps apart."""
+    """(n, 3) unit vectors, spread evenly: a spiral that turns by the golden angle."""
     i = np.arange(n)
     height = 1 - (2 * i + 1) / n
     angle = np.pi * (3 - np.sqrt(5)) * i
@@ -327,8 +327,8 @@ def _sizes(A: np.ndarray) -> list[int]:
 
 
 def _rounded(power: list[int], rows: Sequence[int], share: list[float], bits: int) -> Multiplier:
-    """Multipliers near `share`, rounded as if the rows, of sizes 2^power, had unit length: rows may
-    be spelled in any units.
+    """Multipliers near `share`, rounded as if the rows, of sizes 2^power, had unit length: the unit
+    of a row does not matter.
     """
     power = [power[i] for i in rows]
     size = [s * 2.0**p for s, p in zip(share, power, strict=True)]
@@ -341,3 +341,42 @@ def _rounded(power: list[int], rows: Sequence[int], share: list[float], bits: in
             kept.append(row)
             values.append(Fraction(whole << shift, 1 << bits))
     return Multiplier(tuple(kept), tuple(values))
+
+
+class Run(NamedTuple):
+    """A direction that separates one obstacle from interval `first` up to, not including, `end`."""
+
+    first: int
+    end: int
+    multiplier: Multiplier
+
+
+def merged_runs(multipliers: Iterable[Multiplier], intervals: Iterable[int]) -> list[Run]:
+    """Runs of one and the same multiplier over consecutive intervals."""
+    runs: list[Run] = []
+    for m, t in zip(multipliers, intervals, strict=True):
+        if runs and runs[-1].multiplier is m:
+            runs[-1] = runs[-1]._replace(end=int(t) + 1)
+        else:
+            runs.append(Run(int(t), int(t) + 1, m))
+    return runs
+
+
+def longest_lasting(holds: np.ndarray) -> np.ndarray:
+    """Fewest runs of directions over time.
+
+    holds: (d, T) bool.
+    Returns (T,) the number of a direction, which stays until it fails, then the one that lasts
+        longest; -1 where none holds.
+    """
+    n_steps = holds.shape[1]
+    length = np.zeros((len(holds), n_steps + 1), int)
+    for t in range(n_steps - 1, -1, -1):
+        length[:, t] = np.where(holds[:, t], 1 + length[:, t + 1], 0)
+    out = np.full(n_steps, -1)
+    current = -1
+    for t in range(n_steps):
+        if current < 0 or not holds[current, t]:
+            current = int(np.argmax(length[:, t])) if holds[:, t].any() else -1
+        out[t] = current
+    return out

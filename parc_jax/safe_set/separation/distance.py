@@ -1,12 +1,12 @@
 """A part of a body during one interval against one obstacle, in the plane or in space: the best
 separating direction, and the gap it proves. [T14]
 
-Both sides are known by their supports alone: the hull of the part's points at two knots with their
+Both sides are given by their supports alone: the hull of the part's points at two knots with their
 errors, less the obstacle, has a support point along every direction, and the shortest vector from
-the origin to it is the best direction. It is found by a fixed number of steps of Gilbert, Johnson
-and Keerthi: go to the nearest point of a simplex, ask for the support along it, let the new point
-replace one. The steps only propose; the gap returned is what the inequality of the best of them
-gives.
+the origin to it is the best direction. A fixed number of steps of Gilbert, Johnson and Keerthi
+approaches it: go to the nearest point of a simplex, evaluate the support along it, let the new
+point replace one. The steps only propose; the gap returned is that of the inequality along the best
+of them.
 """
 
 import jax
@@ -19,7 +19,6 @@ from parc_jax.learning.bound.error_set import ErrorSet
 from parc_jax.safe_set.separation.inequality import excess
 
 STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
-LOOKS = {2: 4, 3: 6}  # the same, of the test for contact
 FLAT = 1e3  # [units in the last place] sine of an angle below which a triangle is its edges
 
 
@@ -27,9 +26,11 @@ def separation(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, radi
     """Gap [m] and unit direction (n_p,) of conv {a_i + E_i, b_i + E_i} from conv(vertices) + ball;
     gap > 0 proves they are disjoint. Kernel.
 
-    a, b: the points at both knots. errors: what is allowed around each, of as many. vertices:
-    repetitions allowed. The gap is the exact distance when positive, up to rounding; a touching or
-    overlapping pair gives gap <= 0 up to rounding.
+    a, b: (i, n_p) the points at both knots.
+    errors: (i,) sets E_i.
+    vertices: (v, n_p), repetitions allowed.
+    The gap is the exact distance when positive, up to rounding; a touching or overlapping pair
+        gives gap <= 0 up to rounding.
     """
     n = a.shape[-1]
 
@@ -47,26 +48,6 @@ def separation(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, radi
     state = (jnp.where(gap == gap, gap, -jnp.inf), first, _unit(point), simplex)
     gap, w, _, _ = jax.lax.fori_loop(0, STEPS[n], step, state)
     return gap - radius, w
-
-
-def touching(points: Vectors, errors: ErrorSet, vertices: Vectors, radius: Scalar):
-    """() bool: does conv {points_i + E_i} meet conv(vertices) + ball for certain? Few steps, False
-    where they do not decide. Sizes as of `separation`. Kernel.
-    """
-    n = points.shape[-1]
-
-    def step(_: Index, state: tuple):
-        found, towards, simplex = state
-        _, point = _support(points, points, errors, vertices, towards)
-        inside = _holds_origin(simplex, point)
-        simplex, nearest = _nearest(simplex, point)
-        close = dot(nearest, nearest) <= radius * radius
-        return found | inside | close, _unit(nearest), simplex
-
-    first = _first_direction(points, points, vertices)
-    _, point = _support(points, points, errors, vertices, first)
-    state = (dot(point, point) <= radius * radius, _unit(point), jnp.broadcast_to(point, (n, n)))
-    return jax.lax.fori_loop(0, LOOKS[n], step, state)[0]
 
 
 def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vector):
@@ -122,25 +103,6 @@ def _nearest_of_triangle(triangle: Float[ArrayLike, "3 3"]):
     edges = jax.vmap(_nearest_of_edge)(jnp.stack([jnp.stack(e) for e in ((p, q), (q, r), (r, p))]))
     nearest = edges[dot(edges, edges).argmin()]
     return jnp.where(inside, foot, nearest)
-
-
-def _holds_origin(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):
-    """Is the origin inside the hull of n + 1 points, by more than rounding?"""
-    corners = jnp.concatenate([simplex, point[None]])
-    n = corners.shape[-1]
-    volume = _volume_in_plane if n == 2 else _volume_in_space
-    # of the hulls of the origin and all corners but one, with the sign of their orientation
-    volumes = jnp.stack([(-1) ** i * volume(*jnp.delete(corners, i, axis=0)) for i in range(n + 1)])
-    rounding = FLAT * jnp.finfo(volumes.dtype).eps * jnp.abs(corners).max() ** n
-    return (volumes > rounding).all() | (volumes < -rounding).all()
-
-
-def _volume_in_plane(p: Vector, q: Vector):
-    return p[0] * q[1] - p[1] * q[0]
-
-
-def _volume_in_space(p: Vector, q: Vector, r: Vector):
-    return dot(p, jnp.cross(q, r))
 
 
 def _unit(w: Vector):

@@ -1,31 +1,78 @@
-"""Every obstacle with every part of the body: what has to be kept apart. [T14, T19, T20]
+"""Pairs of an obstacle and a part of the body, which must be separated. [T14, T19, T20]
 
 A part is the hull of some reference points, grown by a shape. A polygon shape is added to the
-obstacle instead, turned inside out; a disc or ball stays a radius. One direction keeps all points
-of a pair apart, whatever the body does, so nothing about turning is needed.
+obstacle instead, reflected; a disc or ball stays a radius. One direction separates all points of a
+pair, however the body turns.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from functools import lru_cache
+from operator import mul
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import dot, least, most, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.polygons import corners_of_many
-from parc_jax.common.sets.rational import Point, convex_polygon
+from parc_jax.common.sets.rational import Point, convex_polygon, rational_vertices, whole
 from parc_jax.common.shapes import Index, Knot, Path, Vector
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.network.predict import Layout, by_point
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.safe_set.separation import distance, segment
-from parc_jax.safe_set.separation.polygon import corners
+
+FARTHEST = 10**100  # [m] a corner beyond this is taken for a direction left open
+
+
+class Corner(NamedTuple):
+    """A vertex and the rows active at it. point: exact (n_p,). rows: indices, in the plane by the
+    angle of their normals.
+    """
+
+    point: Point
+    rows: tuple[int, ...]
+
+
+def corners(poly: HPolytope, name: str = "polygon") -> tuple[Corner, ...]:
+    """Corners of a bounded polytope in the plane, counter-clockwise, or in space; exact. Raises
+    InputError when empty or unbounded.
+
+    The last few hundred polytopes are remembered.
+    """
+    return _corners(poly.A.tobytes(), poly.b.tobytes(), poly.n, name)
+
+
+@lru_cache(maxsize=512)
+def _corners(rows: bytes, offsets: bytes, n: int, name: str) -> tuple[Corner, ...]:
+    A = np.frombuffer(rows).reshape(-1, n)
+    b = np.frombuffer(offsets)
+    points = rational_vertices(HPolytope(A, b), name)
+    if not points:
+        raise InputError(
+            f"{name}: expected a set with points in it; its rows contradict each other."
+        )
+    if any(abs(x) > FARTHEST for point in points for x in point):
+        raise InputError(
+            f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
+            "side."
+        )
+    exact = [whole(row) for row in np.column_stack([A, b]).tolist()]
+    in_order = np.argsort(np.arctan2(A[:, 1], A[:, 0]), kind="stable") if n == 2 else range(len(A))
+    out = []
+    for point in points:
+        *x, one = whole((*point, Fraction(1)))
+        active = [sum(map(mul, normal, x)) == bound * one for *normal, bound in exact]
+        out.append(Corner(point, tuple(int(i) for i in in_order if active[i])))
+    return tuple(out)
+
 
 BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 
@@ -35,13 +82,13 @@ class Obstacles:
     """Pairs of an obstacle and a part, obstacle by obstacle: pair o is obstacle o // n_parts, part
     o % n_parts. Padding pairs are never active; a padding vertex or point repeats another one.
 
-    vertices: (o, v, n_p) [m] of the obstacle + (-polygon), off by `polygons.OFF` at most. radius:
-        (o,) [m] of a disc or ball.
-    points: (o, i) numbers of the reference points. active: (o, T) bool, the intervals in which the
-        obstacle exists.
+    vertices: (o, v, n_p) [m] of the obstacle + (-polygon), off by `polygons.OFF` at most.
+    radius: (o,) [m] of a disc or ball.
+    points: (o, i) numbers of the reference points.
+    active: (o, T) bool, the intervals in which the obstacle exists.
     signs: (o, v, 2) in {-1, 0, 1} where errors are boxes around one point in the plane: a pair
         grown by errors e is a polygon with the corners vertices + signs * e, counter-clockwise, for
-        every e at once, and its distance is known in closed form. Else (o, 0, n_p).
+        every e at once, and its distance has a closed form. Else (o, 0, n_p).
     """
 
     vertices: np.ndarray
@@ -52,7 +99,7 @@ class Obstacles:
 
     @property
     def closed(self) -> bool:
-        """Is the gap known in closed form? Else a direction is searched for."""
+        """Has the gap a closed form? Else a direction is searched for."""
         return self.signs.shape[-2] > 0
 
     @property
@@ -73,8 +120,8 @@ class Obstacles:
         return jax.vmap(Pair.gaps, in_axes=(0, None, None))(every, path, errors)
 
     def away(self, path: Path, errors: ErrorSet):
-        """(o,) [m] what the gaps of each pair are at least, up to rounding, told by boxes around
-        all points and around the obstacle; -inf where these overlap. Kernel.
+        """(o,) [m] lower bound of the gaps of each pair, up to rounding, from boxes around all
+        points and around the obstacle; -inf where these overlap. Kernel.
         """
         n_p = self.vertices.shape[-1]
         places = by_point(path, path.shape[-1] // n_p)
@@ -138,20 +185,12 @@ class Pair(NamedTuple):
         near, allowed = self._own(jnp.stack([start, end]), jax.tree.map(lambda x: x[None], errors))
         return distance.separation(*near, at(allowed, 0), self.vertices, self.radius)
 
-    def touching(self, places: Path, errors: ErrorSet):
-        """(t,) bool: does the pair touch for certain at places with errors (t, n_points)?"""
-        if self.closed:
-            error = errors.half[:, 0]
-            return segment.touching(self.vertices, self.signs, self.radius, places, error)
-        times = jax.vmap(distance.touching, in_axes=(0, 0, None, None))
-        return times(*self._own(places, errors), self.vertices, self.radius)
-
     def support(self, w: Vector):
         """Of the obstacle and the part's shape together along a direction w, a unit vector."""
         return most(dot(self.vertices, w[None])) + self.radius
 
     def _own(self, path: Path, errors: ErrorSet):
-        """Places (t, i, n_p) and errors (t, i) of the pair's own points."""
+        """Places (t, i, n_p) and errors (t, i) of the points of this pair."""
         places = by_point(path, path.shape[-1] // self.vertices.shape[-1])
         return places[:, self.points], at(errors, np.s_[:, self.points])
 
@@ -263,3 +302,47 @@ def bucket(n: int) -> int:
         if n <= size:
             return size
     return 1 << (n - 1).bit_length()
+
+
+class Alike(NamedTuple):
+    """The pairs of a scene grouped by shared normals: boxes of a map, one obstacle at many times.
+    The projections of a plan are computed once per group. [T14, T20]
+
+    order (o,): pairs, group by group.
+    first (o + 1,): where each group begins in `order`, and the last one ends.
+    kinds (): number of groups.
+    """
+
+    order: np.ndarray
+    first: np.ndarray
+    kinds: np.ndarray
+
+    def look(self, of_kind: Callable, of_pair: Callable, state: Any):
+        """The state after all pairs. Kernel.
+
+        of_kind: pair -> projections, evaluated for one pair of each kind.
+        of_pair: (pair, projections, state) -> state.
+        """
+        order, first = (jnp.asarray(x) for x in (self.order, self.first))
+
+        def kind(number: Index, state: Any):
+            known = of_kind(order[first[number]])
+            return jax.lax.fori_loop(
+                first[number],
+                first[number + 1],
+                lambda at, state: of_pair(order[at], known, state),
+                state,
+            )
+
+        return jax.lax.fori_loop(0, self.kinds, kind, state)
+
+
+def alike(w: Float[np.ndarray, "n d n_p"], points: Int[np.ndarray, "n i"], room: int) -> Alike:
+    """Group n pairs by equal directions and points, padded to a capacity of `room` pairs."""
+    kinds: dict[bytes, list[int]] = {}
+    for pair, told in enumerate(zip(w, points, strict=True)):
+        kinds.setdefault(b"".join(x.tobytes() for x in told), []).append(pair)
+    order, first = np.zeros(room, np.int32), np.zeros(room + 1, np.int32)
+    order[: len(w)] = [pair for pairs in kinds.values() for pair in pairs]
+    first[1 : len(kinds) + 1] = np.cumsum([len(pairs) for pairs in kinds.values()])
+    return Alike(order, first, np.int32(len(kinds)))

@@ -4,7 +4,7 @@ and the gap it proves, in closed form. [T14]
 The distance of two disjoint convex polygons is attained corner-to-edge or corner-to-corner, so one
 of these directions attains it: normals of the obstacle's edges, the two normals of the segment, or
 the direction from the nearest corner to the segment. The candidates only propose; the gap returned
-is what the support inequality of the chosen one gives.
+is that of the support inequality along the chosen one.
 """
 
 from fractions import Fraction
@@ -16,13 +16,12 @@ from jaxtyping import ArrayLike, Float
 
 from parc_jax.common.arrays import most
 from parc_jax.common.sets.rational import Point
-from parc_jax.common.shapes import Positions, Scalar, Vector, Vectors
+from parc_jax.common.shapes import Scalar, Vector, Vectors
 from parc_jax.safe_set.separation.inequality import excess, height
 
 # [m] A direction that is no longer proposes nothing: its square would be subnormal and its length,
 # and with it the gap, wrong by far more than rounding.
 SHORTEST = 2.0**-480
-TINY = 1e-300  # [m^2] against 0 / 0 where a corner is repeated
 
 
 def separation(pa: Vector, pb: Vector, corners: Vectors, radius: Scalar, xp: ModuleType = jnp):
@@ -80,30 +79,6 @@ def _unit(w: Vectors, xp: ModuleType):
 
 
 separations = jax.vmap(separation, in_axes=(0, 0, 0, None))  # over time
-
-
-def touching(vertices: Vectors, signs: Vectors, radius: Scalar, p: Positions, error: Positions):
-    """(t,) bool: are points p inside the polygon vertices + signs * error, or within the radius?
-
-    Edge by edge and without a division of the field into cases: this runs for every plan that is
-    ever drawn. A point or a wall has no inside; their area is exactly zero, as it is measured from
-    one of the corners.
-    """
-    inside = jnp.ones(len(p), bool)
-    nearest = jnp.full(len(p), jnp.inf)
-    area = jnp.zeros(len(p), p.dtype)
-    corners = [c[None] + s[None] * error for c, s in zip(vertices, signs, strict=True)]
-    for a, b in zip([corners[-1], *corners[:-1]], corners, strict=True):
-        along = b - a
-        to = p - a
-        from_a = a - corners[0]
-        from_b = b - corners[0]
-        area += from_a[:, 0] * from_b[:, 1] - from_a[:, 1] * from_b[:, 0]
-        inside &= along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]
-        share = jnp.clip(dot2(to, along) / jnp.maximum(dot2(along, along), TINY), 0, 1)
-        off = to - share[:, None] * along
-        nearest = jnp.minimum(nearest, dot2(off, off))
-    return (inside & (area > 0)) | (nearest <= radius * radius)
 
 
 def signed_corners(polygon: list[Point]) -> list[tuple]:

@@ -11,10 +11,8 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.question import Plain
-from parc_jax.safe_set.separation.apart import Apart, Extent, apart, extent_of, spans_of
-from parc_jax.safe_set.separation.pairs import exists
-from parc_jax.safe_set.separation.polygon import corners
-from parc_jax.safe_set.separation.ways import ways_of
+from parc_jax.safe_set.separation.pairs import corners, exists
+from parc_jax.safe_set.separation.pruning import Apart, Extent, apart, extent_of, spans_of, ways_of
 from parc_jax.safe_set.verdict.fits import box_of_rows, check_fits, goal_box
 from parc_jax.safe_set.verdict.scene import Scene, float_slack, laid_out
 from parc_jax.safe_set.verdict.sized import roomy

@@ -1,4 +1,4 @@
-"""What recorded runs did in a scene: no model, no tube, the truth as far as it was recorded."""
+"""Outcomes of recorded runs in a scene: no model, no tube, the truth as far as it was recorded."""
 
 from collections.abc import Callable
 from functools import partial
@@ -13,9 +13,9 @@ from parc_jax.common.shapes import Index, Knot, Path
 from parc_jax.learning.bound.error_set import ErrorBox, at
 from parc_jax.learning.network.predict import moved_to
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.safe_set.verdict.facets import along_facets, facet_gap
 from parc_jax.safe_set.verdict.pointwise import clearance
 from parc_jax.safe_set.verdict.scene import Scene, Tabled
+from parc_jax.safe_set.verdict.screen import along_facets, facet_gap
 
 CHUNK = 32  # runs per compiled call: what a call holds of its records stays in cache
 ROUND = 512  # runs whose intervals are told apart at a time
@@ -25,8 +25,10 @@ ITEMS = 256  # intervals per compiled search for a direction
 def outcomes(
     scene: Scene, runs: RolloutBatch, p0: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What runs from p0 (n, n_p) did: path (n, n_record + 1, n_c), whether the goal was reached
-    (n,), smallest distance [m] from an obstacle (n,). A failed run reached nothing.
+    """Outcomes of runs from p0 (n, n_p).
+
+    Returns the path (n, n_record + 1, n_c) [m], whether the goal was reached (n,), and the smallest
+    distance (n,) [m] from an obstacle. A failed run reached nothing.
     """
     path = _path(runs, p0)
     distance = _by_round(_nearest, scene.tabled, runs.time.stride, path)
@@ -54,8 +56,8 @@ def _reached(scene: Scene, runs: RolloutBatch, path: np.ndarray) -> np.ndarray:
 
 
 def _by_round(judge: Callable, scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
-    """What `judge` says of recorded paths (n, n_record + 1, n_c), without slack, in metres: of the
-    hull of each part at two records in a row, so that nothing between them is missed.
+    """`judge` of recorded paths (n, n_record + 1, n_c), without rounding tolerance, in metres: of
+    the hull of each part at two records in a row, so that nothing between them is missed.
     """
     active = scene.obstacles.active.repeat(stride, axis=1)
     obstacles = scene.obstacles.replace(active=active)
@@ -83,7 +85,7 @@ def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
 
 
 def _not_apart(scene: Tabled, path: np.ndarray) -> np.ndarray:
-    """(n,) bool: is the distance not positive? Those that no facet keeps apart are measured."""
+    """(n,) bool: is the distance not positive? Pairs that no facet separates are measured."""
     if scene.obstacles.closed:
         return ~(_nearest(scene, path) > 0)
     run, o, t = np.nonzero(~(map_rows(CHUNK, partial(_promised, scene), path) > 0))

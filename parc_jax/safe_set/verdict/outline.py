@@ -7,8 +7,7 @@ from parc_jax.common.sets.box import Box
 from parc_jax.learning.labels import Labels, labels_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
-from parc_jax.learning.runs.law import BOX, LawSpec, law_of
-from parc_jax.learning.runs.subject import given_of
+from parc_jax.learning.runs.law import BOX, LawSpec, given_of, law_of
 from parc_jax.learning.system import System, TimeGrid, points_of, rotation_of
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import ReachAvoid

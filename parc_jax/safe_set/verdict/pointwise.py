@@ -2,8 +2,8 @@
 T14]
 
 Safe needs three positive proofs: goal margin, start margin, and a separating direction for every
-obstacle and interval, each clearing the float slack. A comparison with NaN is False, and `least`
-keeps what is undefined from getting lost in a minimum, so nothing undefined is ever safe.
+obstacle and interval, each clearing the rounding tolerance. A comparison with NaN is False, and
+`least` turns NaN into -inf before any minimum, so nothing undefined is ever safe.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from parc_jax.common.arrays import least, map_rows, product
+from parc_jax.common.arrays import least, map_rows, once, product, x64
 from parc_jax.common.shapes import (
     Index,
     Knot,
@@ -57,7 +57,7 @@ class Verdicts(NamedTuple):
 
     @property
     def reaches(self) -> np.ndarray | jax.Array:
-        """(b,) the goal is reached from an allowed start, whatever happens on the way."""
+        """(b,) the goal is reached from an allowed start; obstacles do not count."""
         return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
 
     @property
@@ -67,7 +67,7 @@ class Verdicts(NamedTuple):
 
     @property
     def room(self) -> np.ndarray:
-        """(b,) the least of the margins, positive only for safe ones; -inf where nothing is known.
+        """(b,) the least of the margins, positive only for safe plans; -inf where one is undefined.
         On the host.
         """
         least = np.minimum(np.minimum(self.goal, self.start), self.clearance)
@@ -83,9 +83,7 @@ def row_margin(
 
 
 class Prediction(NamedTuple):
-    """What the network says of one point, and whether it ends in the goal. Fields as in
-    Verdicts.
-    """
+    """Prediction of one plan, and whether it ends in the goal. Fields as in Verdicts."""
 
     path: jax.Array
     q: jax.Array
@@ -96,7 +94,7 @@ class Prediction(NamedTuple):
 
     @property
     def reaches(self):
-        """The goal is reached from an allowed start, whatever happens on the way."""
+        """The goal is reached from an allowed start; obstacles do not count."""
         return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
 
 
@@ -155,16 +153,16 @@ def verdict_in_turn(
     scene: OneScene,
     p0: Vector,
     k: Params,
-    bin: Index | None = None,
-    first: Index | None = None,
+    bin: Index,
+    first: Index,
 ) -> tuple[Verdicts, jax.Array, jax.Array]:
-    """The same, of the obstacles one after another, the nearest boxes first: until all others are
-    farther than what was found, or one is touched. The clearance of what is safe is that of all.
+    """The same, pair by pair, the nearest bounding boxes first: until all others are farther than
+    the least gap so far, or one is touched. The clearance of a safe plan is that of all pairs.
     Kernel, not for vmap.
 
-    first: number of the obstacle that is looked at before all others, None for the nearest box.
-    Returns also the one that a plan touches, which another plan beside it may touch as well, and
-    how many were looked at, which is nearly all of the work.
+    bin: one that contains k. first: the pair tested first, negative for the nearest box.
+    Returns also the pair that the plan touches, which a plan beside it may touch as well, and the
+    number of pairs tested, which is nearly all of the work.
     """
     seen = prediction(net, tube, scene, p0, k, bin)
     errors = tube.during(seen.bin)
@@ -181,7 +179,7 @@ def verdict_in_turn(
         away, nearest, _, _ = state
         return seen.reaches & (least(away) < nearest) & (nearest > 0)
 
-    first = _first_of(away) if first is None else first
+    first = jnp.where(first < 0, _first_of(away), first)
     begin = away, _far(scene, seen.path), first, jnp.zeros((), jnp.int32)
     _, nearest, touched, looks = jax.lax.while_loop(open_still, look, begin)
     return Verdicts(*seen, nearest), touched, looks
@@ -236,15 +234,31 @@ def _far(scene: SceneArrays, path: Path):
     return jnp.where(jnp.isfinite(path).all(), jnp.asarray(scene.beyond, path.dtype), -jnp.inf)
 
 
+def end_network(model: TrajectoryModel) -> ReLUNetwork:
+    """The network with the outputs of the first knot, the last one and q alone."""
+    net, n_c, n = model.net, model.n_c, model.layout.n_offsets
+    rows = np.r_[: n_c - model.n_p, n - n_c : len(net.biases[-1])]
+    short = [(*part[:-1], part[-1][rows]) for part in (net.weights, net.biases)]
+    return net.replace(weights=short[0], biases=short[1])
+
+
 def anchored(
-    net: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Vector, k: Params
+    end: ReLUNetwork,
+    tube: Tube,
+    scene: SceneArrays,
+    z: Vector | None,
+    k: Params,
+    at: Vector | None = None,
 ) -> tuple[jax.Array, jax.Array]:
-    """Start p0 (n_p,) from where the first point is predicted to end at z, and whether it reaches
-    the goal. Keeps volumes. [T15]
+    """The start (n_p,) from which the first point is predicted to end at z (n_p,), and whether
+    that plan reaches the goal. Preserves volumes. Kernel. [T15]
+
+    end: as of `end_network`. at: (n_p,) [m] a given start; z is not read then.
     """
-    offsets, _, _ = predict(net, tube.layout, k)
-    p0 = z - offsets[-1, : len(z)]
-    return p0, prediction(net, tube, scene, p0, k).reaches
+    offsets, q, _ = predict(end, tube.layout._replace(n_steps=1), k)
+    p0 = z - offsets[-1, : len(z)] if at is None else at
+    bin, goal, start = arrival(tube, scene, p0, moved_to(p0, offsets)[-1], q, k)
+    return p0, (goal >= 0) & (start >= 0) & (bin >= 0)
 
 
 _verdicts = jax.jit(jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)))
@@ -273,8 +287,8 @@ def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
 
 
 def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Prediction:
-    """What the network says of plans, as NumPy arrays: no look at the obstacles,
-    which costs most of a verdict.
+    """Predictions of plans, as NumPy arrays, without the test of obstacles, which is most of a
+    verdict.
     """
     model, arrays = scene.model, scene.arrays
 
@@ -295,5 +309,15 @@ def anchor(scene: Scene, z: Positions, k: ManyParams) -> tuple[np.ndarray, np.nd
     """Starts (b, n_p) whose predicted ends are z, and which of them reach the goal (b,).
     No obstacle test.
     """
-    model, arrays = scene.model, scene.arrays
-    return map_rows(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, arrays, p, x), z, k)
+    end, tube, arrays = once(scene.model, end_network), on_device(scene.model.tube), scene.arrays
+    return map_rows(CHUNK_ANCHOR, lambda z, k: _anchored(end, tube, arrays, z, k), z, k)
+
+
+def on_device(tube: Tube) -> Tube:
+    """The tube where kernels find it; fitted errors are large, and moved there once."""
+    return tube if tube.templates is None else once(tube, _moved)
+
+
+def _moved(tube: Tube) -> Tube:
+    with x64():
+        return jax.device_put(tube)

@@ -16,10 +16,16 @@ from parc_jax.learning.network.rounding import UNIT, rounding_bound
 from parc_jax.problem.body import Body
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.problem.robust.question import Plain
-from parc_jax.safe_set.separation.alike import Alike, alike
-from parc_jax.safe_set.separation.apart import Apart
 from parc_jax.safe_set.separation.directions import DirectionTable, direction_table
-from parc_jax.safe_set.separation.pairs import Obstacles, bucket, numbered_pairs, obstacles_of
+from parc_jax.safe_set.separation.pairs import (
+    Alike,
+    Obstacles,
+    alike,
+    bucket,
+    numbered_pairs,
+    obstacles_of,
+)
+from parc_jax.safe_set.separation.pruning import Apart
 from parc_jax.safe_set.verdict.fits import check_fits, goal_box
 
 # [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`

@@ -1,91 +1,164 @@
-"""The pointwise test for many points at once: a few knots first, then facet normals, the exact
-separation for the rest.
+"""The pointwise test for many plans at once: facet normals first, the exact separation for the
+rest. [T14, T20]
 
 Same verdict as `pointwise`, up to rounding: safe needs the same three proofs, and every obstacle
-and interval is separated by a direction that clears the slack. Most points that are not safe show
-it at one of a few knots, and most of the others in the one interval where the facets do worst; most
-intervals of the rest are separated by a facet of the obstacle. What remains are a few intervals of
-a few points.
+and interval is separated by a direction that clears the rounding tolerance. Most plans that are not
+safe show it in the one interval where the facets do worst; most intervals of the others are
+separated by a facet of the obstacle. A few intervals of a few plans remain.
+
+All facets and points of a group of obstacles at once, the intervals innermost: the projections of a
+plan on their normals are computed once per group, and padding is never tested. The support of
+fitted errors along a fixed direction is a number per bin, interval and point; so a fitted tube
+costs as much as a box.
 """
 
+from collections.abc import Callable
 from functools import reduce
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike, Bool, Float
+from jaxtyping import Float
 
-from parc_jax.common.arrays import map_rows, once, x64
-from parc_jax.common.shapes import Index, Knot, ManyParams, Numbers, Params, Positions, Vector
-from parc_jax.learning.bound.error_set import ErrorBox
+from parc_jax.common.arrays import dot, map_rows, once, x64
+from parc_jax.common.shapes import Index, Knot, ManyParams, Params, Path, Positions, Vector
+from parc_jax.learning.bound.error_set import ErrorTemplate
+from parc_jax.learning.bound.reach import Reach, numbered, reach
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import moved_to, predict
+from parc_jax.learning.network.predict import predict
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.safe_set.verdict.facets import Facets, facets_of
-from parc_jax.safe_set.verdict.pointwise import arrival, prediction
+from parc_jax.problem.body import Disc
+from parc_jax.safe_set.separation.directions import body_support
+from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
+from parc_jax.safe_set.verdict.pointwise import anchor, on_device, prediction
 from parc_jax.safe_set.verdict.scene import Scene, Tabled
 
-CHUNK = 512  # points per compiled call: intermediates stay in cache
-KNOT_CHUNK = 2048  # the same for the test at a few knots
-# at which that test is made: in closed form it costs little, for hulls more than it mostly saves
-KNOTS = {True: 12, False: 3}
+
+class Facets(NamedTuple):
+    """Supports of errors along the facet normals of the pairs of a scene, each normal once.
+
+    number: (o, f) which of the normals.
+    reach: error support table along these.
+    inside: (n_bins, T, n_points, n_p) an error that each bin allows, None for boxes.
+    core: (o, f) [m * |w|], a place below all of them is in the obstacle, moved by one point of the
+        shape.
+    """
+
+    number: np.ndarray
+    reach: Reach
+    inside: jax.Array | None
+    core: np.ndarray
+
+    def holds(self, o: Index, place: Knot, scene: Tabled):
+        """Is a point of pair o for certain in the obstacle, at places (n_c,)? Kernel."""
+        n_p, normals = scene.directions.w.shape[-1], jnp.asarray(scene.directions.w)
+        points = place.reshape(-1, n_p)[jnp.asarray(scene.obstacles.points)[o]]
+        along = dot(points[:, None], normals[o][None, : self.core.shape[1]])
+        return (along < jnp.asarray(self.core)[o][None]).all(axis=1).any()
+
+    def look(self, path: Path, bin: Index, scene: Tabled, see: Callable, state: Any):
+        """The state after all pairs. Kernel.
+
+        see: (o, gap, state) -> state, with gap (T,) [m * |w|] by which the best facet normal
+        separates pair o in each interval, less the rounding tolerance; not positive: by none.
+        """
+        taken, number = self.reach.of(bin), jnp.asarray(self.number)
+
+        def known(o: Index):
+            return along_facets(o, path, scene, lambda f, w, i: taken.along(number[o, f], w, i))
+
+        def of_pair(o: Index, along: list[jax.Array], state: Any):
+            return see(o, facet_gap(o, along, scene), state)
+
+        return scene.alike.look(known, of_pair, state)
+
+
+def along_facets(
+    o: Index, path: Path, scene: Tabled, lost: Callable | None = None
+) -> list[jax.Array]:
+    """(T,) for each facet of a pair: least projection of its points on the normal in each interval.
+    Kernel.
+
+    lost: (facet, normal, point) -> (T,) support of the errors, None for no errors.
+    """
+    normals, pairs = jnp.asarray(scene.directions.w), jnp.asarray(scene.obstacles.points)
+    places = path.T.reshape(-1, normals.shape[-1], len(path))  # (n_points, n_p, T + 1)
+
+    own = [(pairs[o] == point).any() for point in range(len(places))]
+
+    def of_facet(f: int):
+        w = normals[o, f]
+        far = jnp.inf
+        # by every point, so that it is known which, and read in place
+        for point, mine in enumerate(own):
+            heights = at_both_knots(height(w, places[point]))
+            room = excess(heights, 0.0 if lost is None else lost(f, w, point))
+            far = jnp.minimum(far, jnp.where(mine, room, jnp.inf))
+        return far
+
+    return [of_facet(f) for f in range(scene.directions.n_facets)]
+
+
+def facet_gap(o: Index, along: list[jax.Array], scene: Tabled):
+    """(T,) [m * |w|] by how much the best facet normal separates a pair, less the rounding
+    tolerance, given `along_facets` of it, or of one with the same normals. Kernel.
+    """
+    normals, support = jnp.asarray(scene.directions.w), jnp.asarray(scene.directions.support)
+    lost = (support[o, f] + scene.slack * jnp.abs(normals[o, f]).sum() for f in range(len(along)))
+    return reduce(jnp.maximum, (far - own for far, own in zip(along, lost, strict=True)))
+
+
+def facets_of(scene: Scene) -> Facets:
+    """The facets of a scene. Supports of fitted errors are computed once per tube and set of
+    normals.
+    """
+    tube, table = scene.model.tube, scene.directions
+    normals = table.w[: int(scene.count), : table.n_facets]
+    unique, number = numbered(normals, len(table.w))
+    inside = None if tube.templates is None else once(tube, _inside)
+    return Facets(number, reach(tube, unique, number.size), inside, _core(scene))
+
+
+def _core(scene: Scene) -> np.ndarray:
+    """(o, f) of a scene; -inf where not all facets are among the directions."""
+    table = scene.directions
+    core = np.full((len(table.w), table.n_facets), -np.inf)
+    for o, (shape, cones) in enumerate(zip(table.shapes, table.cones, strict=True)):
+        w = table.w[o, : table.n_facets]
+        within = 0.0 if isinstance(shape, Disc) else w @ shape.vertices.mean(axis=0)
+        if len(np.unique(cones)) <= table.n_facets:
+            core[o] = table.support[o, : table.n_facets] - body_support(shape, w) - within
+    return core - scene.slack * np.abs(table.w[:, : table.n_facets]).sum(axis=2)
+
+
+def _inside(tube: Tube) -> jax.Array:
+    with x64():
+        return _middles(tube.errors)
+
+
+@jax.jit
+def _middles(errors: ErrorTemplate):
+    """An error that each bin allows (n_bins, T, n_points, n_p): the middle of some corners."""
+    axes = jnp.eye(errors.half.shape[-1])
+    return jax.lax.map(errors.vertex, jnp.concatenate([axes, -axes])).mean(axis=0)
+
+
+CHUNK = 512  # plans per compiled call: intermediates stay in cache
 COMPARED = 32  # intervals, about, among which the one that looks worst is sought
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
-# all three; where every pair is a search for a direction, what only fills up a call costs much
-SIZES = {True: (KNOT_CHUNK, CHUNK, ITEMS), False: (512, 256, 256)}
-
-
-def knot_test(
-    few: ReLUNetwork,
-    knots: Numbers,
-    tube: Tube,
-    scene: Tabled,
-    z: Vector,
-    k: Params,
-    facets: Facets,
-):
-    """Does the plan with k and predicted end z reach; does it, and is outside of
-    everything? Kernel.
-
-    few: the network with the outputs of some knots only, the last one among them. facets: of
-    the scene, where one error of each set will do.
-    """
-    offsets, q, _ = predict(few, tube.layout._replace(n_steps=len(knots)), k)
-    p0 = z - offsets[-1, : len(z)]
-    path = moved_to(p0, offsets)
-    bin, goal, start = arrival(tube, scene, p0, path[-1], q, k)
-    reaches = (goal >= 0) & (start >= 0) & (bin >= 0)
-    if len(z) == 3:
-        return reaches, reaches  # in space contact is looked for in vain: facets tell it sooner
-    # the interval that a knot begins
-    at = jnp.minimum(jnp.concatenate([jnp.zeros(1, int), knots]), tube.n_steps - 1)
-    if facets.inside is None:
-        places, errors = path, tube.during(bin, at)
-    else:  # one error of each set will do
-        places = path + facets.inside[bin, at].reshape(path.shape)
-        errors = no_errors(tube, len(path))
-
-    def look(o: Index, outside: Bool[ArrayLike, ""]):
-        one = scene.obstacles.only(o)
-        return outside & ~(one.touching(places, errors) & one.active[at]).any()
-
-    return reaches, jax.lax.fori_loop(0, scene.count, look, reaches)
-
-
-def no_errors(tube: Tube, n: int) -> ErrorBox:
-    """None at all, at n places of all points."""
-    return ErrorBox(jnp.zeros((n, tube.n_points, tube.n_p)))
+# both; where every pair is a search for a direction, what only fills up a call costs much
+SIZES = {True: (CHUNK, ITEMS), False: (256, 256)}
 
 
 class FacetTest(NamedTuple):
-    """What the test with facet normals tells; leading axis b. p0, path, pattern, bin: as in
+    """Result of the test with facet normals; leading axis b. p0, path, pattern, bin: as in
     Verdicts.
 
-    worst (b, 2): the pair and interval that look worst of some that are compared. unsure (b,): are
-    these separated? possible (b,): reaches, and they do not touch for certain. open (b, o, T): no
-    facet separates any other.
+    worst: (b, 2) the pair and interval of the least gap among some that are compared.
+    unsure: (b,) must these be tested still?
+    possible: (b,) reaches, and does not touch for certain.
+    open: (b, o, T) no facet separates any other.
     """
 
     p0: np.ndarray
@@ -132,55 +205,22 @@ def facet_test(
     return FacetTest(p0, seen.path, seen.pattern, seen.bin, worst, unsure, possible, others)
 
 
-def few_outputs(model: TrajectoryModel, n_knots: int) -> tuple[ReLUNetwork, np.ndarray]:
-    """The network with the outputs of the start, of some knots and of q only, and the indices of
-    those knots, evenly spread.
-    """
-    net, layout = model.net, model.layout
-    knots = np.unique(np.linspace(0, layout.n_steps, n_knots).round().astype(int))[1:]
-    rows = [
-        np.arange(layout.n_c - layout.n_p),
-        layout.n_c * knots[:, None] - layout.n_p + np.arange(layout.n_c),
-        np.arange(layout.n_offsets, len(net.biases[-1])),
-    ]
-    rows = np.concatenate([part.ravel() for part in rows])
-    few = [(*part[:-1], part[-1][rows]) for part in (net.weights, net.biases)]
-    return net.replace(weights=few[0], biases=few[1]), knots
-
-
 def _separated(tube: Tube, scene: Tabled, start: Knot, end: Knot, bin: Index, o: Index, t: Index):
     """Is one open item separated? start, end: the knots of interval t; o: pair."""
     gap, w = scene.obstacles.gap(o, start, end, tube.during(bin, t))
     return gap - scene.slack * jnp.abs(w).sum() > 0
 
 
-_knot_tests = jax.jit(jax.vmap(knot_test, in_axes=(None, None, None, None, 0, 0, None)))
 _facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(None, None, None, 0, 0, None)))
 _separated_items = jax.jit(jax.vmap(_separated, in_axes=(None, None, 0, 0, 0, 0, 0)))
 
 
-def on_device(tube: Tube) -> Tube:
-    """The tube where kernels find it. Sets between faces are large, and moved there once."""
-    if tube.templates is None:
-        return tube
-
-    return once(tube, _moved)
-
-
-def _moved(tube: Tube) -> Tube:
-    with x64():
-        return jax.device_put(tube)
-
-
 def _resident(scene: Scene) -> tuple:
-    """The network with a few outputs, their knots, network, tube, scene and facets where kernels
-    find them.
-    """
+    """Network, tube, scene and facets on the device."""
     model = scene.model
-    few = few_outputs(model, KNOTS[scene.obstacles.closed])
     facets = facets_of(scene)
     with x64():
-        return jax.device_put((*few, model.net, on_device(model.tube), scene.tabled, facets))
+        return jax.device_put((model.net, on_device(model.tube), scene.tabled, facets))
 
 
 class Screened(NamedTuple):
@@ -200,14 +240,12 @@ class Screened(NamedTuple):
 
 def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
     """Which of the plans with predicted ends z and parameters k are safe."""
-    few, knots, net, tube, arrays, facets = once(scene, _resident)
+    net, tube, arrays, facets = once(scene, _resident)
     sizes = SIZES[scene.obstacles.closed]
-    reaches, outside = map_rows(
-        sizes[0], lambda z, k: _knot_tests(few, knots, tube, arrays, z, k, facets), z, k
-    )
-    row = np.flatnonzero(outside)
+    _, reaches = anchor(scene, z, k)
+    row = np.flatnonzero(reaches)
     row, seen = map_rows(
-        sizes[1],
+        sizes[0],
         lambda row, z, k: (row, _facet_tests(net, tube, arrays, z, k, facets)),
         row,
         z[row],
@@ -221,7 +259,7 @@ def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
             return np.zeros(0, bool)
         o, t = o.astype(np.int32), t.astype(np.int32)  # one type, whoever found them: one program
         items = seen.path[plan, t], seen.path[plan, t + 1], seen.bin[plan], o, t
-        return map_rows(sizes[2], lambda *items: _separated_items(tube, arrays, *items), *items)
+        return map_rows(sizes[1], lambda *items: _separated_items(tube, arrays, *items), *items)
 
     safe = np.ones(len(row), bool)
     unsure = np.flatnonzero(seen.unsure)

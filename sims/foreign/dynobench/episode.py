@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.drive.loop.outlook import Outlook
+from parc_jax.drive.loop.candidates import Outlook
 from parc_jax.ros.guide import Guide
 from sims.foreign.dynobench.drive import (
     commands,

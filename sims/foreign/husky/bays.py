@@ -29,15 +29,15 @@ def main() -> None:
             answer = planner.solve(
                 problem(width, outside=outside),
                 jax.random.PRNGKey(0),
-                Settings(samples=20, polytopes=True),
+                Settings(samples=20),
             )
             row = f"{width:.1f} m  {'outside ' if outside else 'anywhere'}"
-            if not answer.found:
+            if not answer.status.found:
                 print(f"{row}  {answer.status.label}", flush=True)
                 continue
             share = answer.share_of_k()
             promise = float(claim.risk(share=share).bound)
-            plans = f"{100 * answer.safe_share.share:9.1f} %  {100 * share:10.1f} %"
+            plans = f"{100 * answer.share.share:9.1f} %  {100 * share:10.1f} %"
             print(f"{row}  {plans}  {rounded_up(100 * promise, 3)} %", flush=True)
 
 

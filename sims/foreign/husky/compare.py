@@ -34,8 +34,8 @@ def told(name: str, net: ReLUNetwork, runs: Halves, key: jax.Array) -> None:
     """Claim, solve and print a row."""
     model = claimed(net, runs, EPS)
     driving, turning = 100 * model.tube.interval[[0, 2], -1].max(axis=1)
-    answer = Planner(model).solve(problem(), key, Settings(samples=10, polytopes=True))
-    share = f", at least {100 * answer.share_of_k():.0f} %" if answer.found else ""
+    answer = Planner(model).solve(problem(), key, Settings(samples=10))
+    share = f", at least {100 * answer.share_of_k():.0f} %" if answer.status.found else ""
     print(
         f"{name:28}  {driving:.0f} cm, {turning:.0f} cm  {answer.status.label}{share}", flush=True
     )

@@ -6,8 +6,8 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.predict import predicted
-from parc_jax.app.study.recorded import Recorded
+from parc_jax.app.plot.shapes import predicted
+from parc_jax.app.study.replay import Recorded
 from parc_jax.learning.bound.measure import measure
 from parc_jax.problem.body import numbered
 from sims.foreign.husky import params as c

@@ -8,7 +8,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.job import finish
-from parc_jax.app.study.recorded import Recorded, replay_recorded
+from parc_jax.app.study.replay import Recorded, replay_recorded
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.planner.planner import Planner
@@ -46,11 +46,11 @@ def job(
     with watch("claim"):
         model = claimed(net, runs, eps, discard or 0)
     with watch("safe set"):
-        answer = Planner(model).solve(problem(), key, Settings(samples=PLANS, polytopes=True))
+        answer = Planner(model).solve(problem(), key, Settings(samples=PLANS))
         model.save(out / "model.npz")  # beside its own answer, never beside an older one
         answer.save(out / "answer.json")
     with watch("held-out commands against the answer"):
-        replayed = replay_recorded(answer, runs.held) if answer.found else None
+        replayed = replay_recorded(answer, runs.held) if answer.status.found else None
         others = unseen(net, runs.held, profile(net, runs.train))
     if figures:
         from sims.foreign.husky.figures import draw_all
@@ -62,12 +62,12 @@ def job(
     print(as_json.dumps(metrics, indent=1) if json else told(metrics, answer))
     if not json:
         print(f"Written to {out}. Verify with: parc-jax check {out / 'answer.json'}")
-    return 0 if answer.found else 1
+    return 0 if answer.status.found else 1
 
 
 def measured(answer: Answer, replayed: Recorded | None, others: Unseen, watch: Stopwatch) -> dict:
     """Everything that the study knows in numbers."""
-    claim, share = answer.model.claim, answer.share_of_k() if answer.found else 0.0
+    claim, share = answer.model.claim, answer.share_of_k() if answer.status.found else 0.0
     promise = float(claim.risk(share=share).bound) if share > 0 else None
     wide = answer.model.tube.interval.max(axis=2)[[0, 2]]
     return {
@@ -79,9 +79,9 @@ def measured(answer: Answer, replayed: Recorded | None, others: Unseen, watch: S
         "half_width_turning": wide[1].tolist(),
         "worst_commands": worst(claim),
         "status": answer.status.label,
-        "polytopes": len(answer.polytopes),
+        "corridors": len(answer.corridors),
         "coverage": answer.coverage._asdict(),
-        "safe_share": None if answer.safe_share is None else answer.safe_share._asdict(),
+        "share": None if answer.share is None else answer.share._asdict(),
         "share_of_k": share,
         "promise": promise,
         "replay": None if replayed is None else tally(replayed),
@@ -112,7 +112,7 @@ def told(m: dict, answer: Answer) -> str:
         f"commands, {m['discarded']} left outside",
         "training, worst  " + "; ".join(_command(one, ".0f") for one in m["first_look"][:5]),
         "held out, worst  " + "; ".join(_command(one, ".2f") for one in m["worst_commands"][:5]),
-        f"safe set         {m['status']}, {m['polytopes']} polytopes, "
+        f"safe set         {m['status']}, {m['corridors']} corridors, "
         f"at least {rounded_down(100 * m['share_of_k'])} % of all commands have a safe start",
     ]
     if m["promise"] is not None:
@@ -134,7 +134,7 @@ def told(m: dict, answer: Answer) -> str:
         f"{rounded_up(100 * u['eps'], 3)} %)"
     )
     seconds = sum(stage["seconds"] for stage in m["stages"].values())
-    return "\n".join([*lines, f"time             {seconds:.0f} s", "", answer.statement(), ""])
+    return "\n".join([*lines, f"time             {seconds:.0f} s", "", answer.details(), ""])
 
 
 def _command(one: dict, digits: str) -> str:

@@ -14,12 +14,12 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.app.study.recorded import replay_recorded
+from parc_jax.app.study.replay import replay_recorded
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import profile_of, training_errors
 from parc_jax.learning.model import trajectory_model
-from parc_jax.learning.runs.groups import worst_by_group
+from parc_jax.learning.runs.batch import worst_by_group
 from parc_jax.planner.planner import Planner
 from parc_jax.safe_set.settings import Settings
 from sims.foreign.husky import params as c
@@ -54,7 +54,7 @@ def trial(
     )
     model = trajectory_model(net, claim)
     bay = problem(BAY_WIDTH * size[1] / c.WIDTH, BAY_LENGTH * size[0] / c.LENGTH)
-    answer = Planner(model).solve(bay, key, Settings(samples=20, polytopes=True))
+    answer = Planner(model).solve(bay, key, Settings(samples=20))
     left = worst_by_group(~inside_tube(claim, net, later.runs), later.runs.groups)
     way = np.linalg.norm(fine.p[:, -1], axis=1)
     found = {
@@ -68,9 +68,9 @@ def trial(
         "later_commands": len(left),
         "left_the_tube": int(left.sum()),
         "status": answer.status.label,
-        "share_of_k": answer.share_of_k() if answer.found else 0.0,
+        "share_of_k": answer.share_of_k() if answer.status.found else 0.0,
     }
-    replayed = replay_recorded(answer, later.runs) if answer.found else None
+    replayed = replay_recorded(answer, later.runs) if answer.status.found else None
     if replayed is not None:
         found["replays"] = len(replayed.plans)
         found["replays_failed"] = int(replayed.runs.failed.sum())

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.learning.bound.counts import supported_eps
-from parc_jax.learning.bound.score import score_batch
+from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch

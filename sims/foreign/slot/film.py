@@ -9,8 +9,6 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.plot.film_file import require_kind, require_sample, write_film
-from parc_jax.app.plot.film_text import explained
 from parc_jax.common.arrays import x64
 from parc_jax.common.sets.bounding_box import bounding_box
 from sims import film
@@ -40,15 +38,15 @@ def film_of(
     """Fly one safe sample of an answer and write the film: .mp4, .gif, or a folder of .png files.
     Raises InputError when there is no such sample or nothing can be rendered here.
     """
-    require_kind(Path(out))
-    require_sample(answer, sample)
-    film.headless_mujoco()  # before the long part: without OpenGL it is in vain
+    film.require_film(out, answer, sample)
     seconds, poses = run(answer.samples[sample])
-    images = film.frames(stage(answer, sample), poses, view(), size, quiet)
+    model = stage(answer, sample)
     legend = [("slot", EDGE), ("goal", GREEN), ("body", BODY), ("tube of the centre", BLUE)]
     width, wide = 100 * slot_width(answer), 100 * c.SIZE[1]
     caption = f"crazyflow: slot of {width:.1f} cm, drone of {wide:.1f} cm, {SLOW:g} times slower"
-    return write_film(out, explained(images, seconds, caption, legend), RATE)
+    return film.film_of_poses(
+        out, model, poses, view(), size, RATE, seconds, caption, legend, quiet
+    )
 
 
 def slot_width(answer: Answer) -> float:
@@ -77,7 +75,7 @@ def run(plan: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def stage(answer: Answer, sample: int):
     """The compiled scene: drone, wall, goal, tube."""
-    from parc_jax.app.plot.predict import predicted
+    from parc_jax.app.plot.shapes import predicted
 
     mujoco = film.headless_mujoco()
     spec = drone(mujoco)

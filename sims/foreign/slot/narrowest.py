@@ -26,8 +26,8 @@ def narrowest(model, widths, key) -> list[dict]:
         row = {
             "width_m": width,
             "proved": len(answer.samples),
-            "refused": answer.refused,
-            "safe_share": answer.safe_share.share,
+            "refused": answer.cover.refused,
+            "share": answer.share.share,
             "plans": answer.samples.tolist(),
         }
         print(json.dumps(row), flush=True)

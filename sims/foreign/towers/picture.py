@@ -9,7 +9,7 @@ import numpy as np
 
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.predict import predicted
+from parc_jax.app.plot.shapes import predicted
 from sims.foreign.towers import params as c
 from sims.foreign.towers.flight import fly_from
 

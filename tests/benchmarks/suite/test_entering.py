@@ -57,12 +57,6 @@ def test_the_example_of_the_page_answers_a_plan_that_stands(tmp_path, capsys):
     assert (tmp_path / "x.png").stat().st_size > 1000
 
 
-def test_the_page_shows_the_example_as_it_is():
-    page, answer = (ROOT / "docs" / "suite.md").read_text(), (EXAMPLE / "answer").read_text()
-    lines = answer[answer.index("task, ") :]
-    assert f"```text\n{lines}```" in page and len(lines.splitlines()) <= 12
-
-
 def test_what_breaks_or_hangs_answers_nothing_and_says_why(tmp_path):
     broken = enter(entry(tmp_path, "echo no luck; exit 3"), [asked()])["puck_01"]
     assert broken["answer"] == NOTHING and "exit code 3: no luck" in broken["why"]
@@ -75,14 +69,6 @@ def test_what_breaks_or_hangs_answers_nothing_and_says_why(tmp_path):
     (unnamed / "answer").write_bytes(b"\x00")
     told = enter(str(unnamed), [asked()])["puck_01"]["why"]
     assert "prepare: exit code 7" in told and "expected a first line such as #!" in told
-
-
-def test_folders_in_place_of_files_are_no_plan_and_no_answer_and_stop_nothing(tmp_path):
-    place = entry(tmp_path, 'mkdir first.json "$4"; touch first.json/x')
-    found = enter(place, [asked(), asked("puck_02")])
-    for one in found.values():
-        assert one["answer"] == NOTHING and one["first_s"] is None
-        assert "none was written" in one["why"]
 
 
 def test_a_first_plan_counts_where_the_answer_stands():

@@ -15,7 +15,7 @@ from parc_jax.app import cli
 from parc_jax.common.errors import InputError
 from sims.foreign.dynobench import process
 from sims.foreign.dynobench.drive import commands, drive, measured_of, places, start_of, states
-from sims.foreign.dynobench.robots import BEND, CAR, ROBOTS, TICK, UNICYCLE1, UNICYCLE2
+from sims.foreign.dynobench.robots import BEND, CAR, ROBOTS, TICK
 from sims.foreign.dynobench.scenes import SCENES, reference, scene, solutions
 
 NEEDED = pytest.mark.needs("dynobench")
@@ -66,27 +66,6 @@ def test_outlines_are_dynobenchs_own(robot, name, rng):
         nearest = np.minimum(nearest, distance)
     assert inside.any() and (told[inside] <= 0).all()
     assert (told <= nearest + 1e-6).all()
-
-
-@pytest.mark.night
-@NEEDED
-def test_a_unicycle_turns_as_its_equations_say():
-    k = np.array([0.5, 0.4, -0.2])
-    x = states(UNICYCLE1, np.zeros(3), commands(UNICYCLE1, k))
-    assert x[-1, 2] == pytest.approx(1.6 * (0.4 - 0.2))
-    heading = x[:-1, 2]
-    way = 0.05 * np.stack([np.cos(heading), np.sin(heading)], axis=1).cumsum(axis=0)
-    np.testing.assert_allclose(x[1:, :2], way, atol=1e-12)
-
-
-@pytest.mark.night
-@NEEDED
-def test_speeds_are_changed_no_faster_than_the_model_allows_and_end_at_rest():
-    k = np.array([0.3, -0.4, -0.4, 0.4, -0.4])
-    x = states(UNICYCLE2, start_of(UNICYCLE2, k[:2]), commands(UNICYCLE2, k))
-    assert np.abs(np.diff(x[:, 3:], axis=0)).max() <= 0.25 * TICK + 1e-12
-    np.testing.assert_allclose(x[-1, 3:], 0.0, atol=1e-12)
-    np.testing.assert_array_equal(measured_of(UNICYCLE2, x[0]), [0.3, -0.4])
 
 
 @pytest.mark.night

@@ -5,7 +5,6 @@ kept.
 import numpy as np
 import pytest
 
-from parc_jax.common.errors import InputError
 from sims.foreign.husky import learn, trials
 from sims.foreign.husky.windows import grid, read_windows
 
@@ -63,16 +62,6 @@ def test_runs_start_at_their_first_pose_and_follow_the_circle(file):
 def test_a_window_whose_poses_end_early_is_a_failed_run(file):
     assert read_windows(file, SIZE).runs.failed.tolist() == [False, False, False, True]
     assert not read_windows(file, SIZE, seconds=0.6).runs.failed.any()
-
-
-def test_suspects_are_left_out_only_when_asked(file):
-    assert read_windows(file, SIZE, suspects=False).runs.groups.tolist() == [4, 7, 7]
-
-
-def test_another_file_is_refused(tmp_path):
-    np.savez(tmp_path / "steps.npz", t=np.zeros(3), p=np.zeros((1, 3, 2)))
-    with pytest.raises(InputError, match="yaw is missing"):
-        read_windows(tmp_path / "steps.npz", SIZE)
 
 
 def recording(path, slip: float):

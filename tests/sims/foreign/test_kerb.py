@@ -2,7 +2,6 @@
 repeatable runs, nothing mutated, no place better than another; and a scene that asks something.
 """
 
-import functools
 import importlib.util
 import math
 
@@ -17,14 +16,6 @@ from sims.foreign.kerb import params as c
 NEEDED = pytest.mark.needs("vehiclemodels")
 K = (7.0, 0.34)
 EVERY = round(c.RECORD / c.STEP)  # steps from record to record
-
-
-@pytest.fixture(scope="module")
-def run():
-    """States (201, 29) of one disturbed drive."""
-    from sims.foreign.kerb.system import simulated
-
-    return simulated(np.random.default_rng(4), K, np.zeros(2))
 
 
 @pytest.mark.night
@@ -64,38 +55,6 @@ def test_the_start_state_is_not_changed_though_the_package_changes_its_own():
 
 @pytest.mark.night
 @NEEDED
-def test_the_integration_agrees_with_odeint():
-    """A second integrator, with a step and an error of its own, between two of the driver's
-    commands: the drive is repeated command by command.
-    """
-    from scipy.integrate import odeint
-
-    from sims.foreign.kerb import drive, model
-
-    f, p = model.right_hand_side(), model.standard()
-    x = model.rolling(np.zeros(2), 0.0, K[0], p)
-    orders = drive.Orders(*K, 0.0, 1.0)
-    steps = 1_000
-    ours = drive.drives()(f, x, orders, p, steps, EVERY)[-1]
-    command = drive._commanded_by(drive._planned)
-    driven = 0.0
-    beside = 0.0
-    for _ in range(steps):
-        u = command(x, driven, beside, orders)
-        driven += c.STEP * x[3]
-        meant = x[3] * math.sin(drive._planned(driven, orders)[0])
-        beside += c.STEP * (x[3] * math.sin(x[4]) + x[10] * math.cos(x[4]) - meant)
-
-        def rate(y, t, u=u):
-            return f(np.array(y), u, p)
-
-        x = odeint(rate, x, [0.0, c.STEP], rtol=1e-8, atol=1e-8)[-1]
-    assert abs(ours[:2] - x[:2]).max() < 2e-3  # [m]; a step of 5 ms is 1 cm off
-    assert abs(ours[4] - x[4]) < 1e-3
-
-
-@pytest.mark.night
-@NEEDED
 def test_runs_repeat_and_differ():
     from sims.foreign.kerb.system import simulated
 
@@ -104,16 +63,6 @@ def test_runs_repeat_and_differ():
     )
     np.testing.assert_array_equal(first, again)
     assert 0.01 < abs(first - other)[:, :2].max() < 0.5
-
-
-@pytest.mark.night
-@NEEDED
-def test_the_car_swerves_stops_and_stays(run):
-    assert abs(run[0, 3] - K[0]) <= c.SPEED_OFF
-    assert run[-1, 3] < c.STOP and run[-1, 0] > 13.0
-    np.testing.assert_array_equal(run[-1], run[-10])
-    assert run[-1, 1] < -2.0 and abs(run[-1, 4]) < 0.3 < -run[:, 4].min()
-    assert abs(np.diff(run[:, 2])).max() / c.RECORD < 0.4 + 1e-9  # what its steering can do
 
 
 @pytest.mark.night
@@ -127,28 +76,6 @@ def test_the_outline_is_rigid_and_of_the_true_size():
     np.testing.assert_allclose(np.linalg.norm(front_left - front_right, axis=1), 1.61, atol=1e-12)
     ahead = front_right - rear_right
     assert math.atan2(ahead[-1, 1], ahead[-1, 0]) == pytest.approx(q[0], abs=1e-12)
-
-
-@pytest.mark.night
-@NEEDED
-def test_no_start_is_better_than_another():
-    import parc_jax as pj
-
-    car = sims.load("kerb", workers=0)
-    gap = pj.translation_gap(car, jax.random.PRNGKey(0), np.array([[80.0, -30.0]]))
-    assert gap.p.max() < 1e-9 and gap.q.max() < 1e-9
-
-
-@pytest.mark.night
-@NEEDED
-def test_the_model_cannot_reverse():
-    """Why the driver stops at 0.3 m/s: braked on, the model ends in a division by zero."""
-    from sims.foreign.kerb import drive, model
-
-    f, p = model.right_hand_side(), model.standard()
-    x = model.rolling(np.zeros(2), 0.0, 0.5, p)
-    with pytest.raises(ZeroDivisionError):
-        functools.reduce(lambda y, _: drive._step(f, y, np.array([0.0, -4.0]), p), range(400), x)
 
 
 @pytest.mark.night

@@ -18,14 +18,13 @@ import parc_jax as pj
 import sims
 from parc_jax.common.errors import InputError
 from sims.foreign.slot import params as c
-from sims.foreign.slot.pilot import ACROSS, FRAME, Flight, command, learned, way
+from sims.foreign.slot.pilot import ACROSS, FRAME
 from sims.foreign.slot.replays import clear_along_an_axis
 from sims.foreign.slot.scenario import AT, problem
-from sims.foreign.slot.system import CORNERS, POINTS, rotation, system
+from sims.foreign.slot.system import CORNERS, POINTS, system
 
 KEYS = drawn_keys(4, 4)
 KS = np.array([[2.2, 1.2, 0.0], [1.3, 0.85, -0.03], [2.4, 1.3, 0.03], [1.8, 1.0, 0.01]])
-DRAG = 0.0216436  # [N s/m] of crazyflow's cf21B_500, across its axis
 
 
 @pytest.fixture(scope="module")
@@ -67,27 +66,6 @@ def test_the_box_is_rigid(runs):
 
 
 @pytest.mark.night
-def test_it_rolls_beyond_what_a_level_drone_could_pass(runs):
-    p, _ = runs
-    up = axes(p)[:, :, 2]
-    roll = np.arctan2(-up[..., 1], up[..., 2]).max(axis=1)
-    assert (roll > 0.85 * KS[:, 1]).all() and (roll < KS[:, 1] + 0.1).all()
-
-
-@pytest.mark.night
-def test_rotors_push_along_the_drone_and_nothing_else_but_weight_and_drag_across_it(runs):
-    p, _ = runs
-    centre, turn = p[:, :, 0], axes(p)
-    speed = (centre[:, 2:] - centre[:, :-2]) / (2 * c.STEP)
-    gain = (centre[:, 2:] - 2 * centre[:, 1:-1] + centre[:, :-2]) / c.STEP**2
-    want = np.array([0.0, 0.0, -c.GRAVITY]) - DRAG / 0.0434 * speed
-    across = np.einsum("ntij,ntj->nti", turn[:, 1:-1], gain - want)[..., :2]
-    # 0.2: three standard deviations of the force, and half a step in which the drone turns on
-    assert np.abs(across).max() < 0.6 and np.median(np.abs(across)) < 0.2
-    assert np.abs(np.einsum("ntij,ntj->nti", turn[:, 1:-1], gain - want)[..., 2]).max() > 9.0
-
-
-@pytest.mark.night
 def test_a_moved_start_moves_all_points(drone):
     gap = pj.translation_gap(drone, KEYS[0], np.array([[30.0, -20.0, 25.0]]))
     assert gap.p.max() < 1e-10
@@ -100,52 +78,6 @@ def test_a_calm_day_knows_no_chance(runs):
     p = np.asarray(jax.jit(jax.vmap(calm.rollout))(KEYS, jnp.asarray(KS[[0, 0, 1, 1]])).p)
     assert (p[0] == p[1]).all() and (p[2] == p[3]).all()
     assert 1e-4 < np.abs(p[0] @ FRAME - runs[0][0]).max() < 0.1
-
-
-@pytest.mark.slow
-def test_rotation_is_that_of_scipy():
-    from scipy.spatial.transform import Rotation
-
-    q = np.random.default_rng(0).normal(size=(5, 4))
-    q /= np.linalg.norm(q, axis=1, keepdims=True)
-    ours = jax.vmap(rotation)(jnp.asarray(q))
-    np.testing.assert_allclose(ours, Rotation.from_quat(q).as_matrix(), atol=1e-12)
-
-
-@pytest.mark.slow
-def test_the_way_is_where_its_speed_leads():
-    times = jnp.linspace(0.0, 1.2, 2401)
-    place, speed, gain = jax.vmap(way, in_axes=(0, None))(times, jnp.float64(2.0)).T
-    np.testing.assert_allclose(np.gradient(place, times)[1:-1], speed[1:-1], atol=1e-5)
-    np.testing.assert_allclose(np.gradient(speed, times)[1:-1], gain[1:-1], atol=1e-2)
-    assert speed[-1] == 2.0 and place[0] == speed[0] == 0.0
-
-
-def test_the_pilot_learns_what_pulls():
-    pull = np.array([0.05, -0.1, 0.2])
-    up = np.array([0.0, 0.0, 1.0])
-
-    def step(carry, _):
-        velocity, memory = carry
-        found, memory = learned(memory, Flight(jnp.zeros(3), velocity, up, jnp.float64(c.GRAVITY)))
-        return (velocity + c.STEP * pull, memory), found
-
-    fly = jax.jit(lambda still: jax.lax.scan(step, (still, still), length=100)[1])
-    found = np.asarray(fly(np.zeros(3)))
-    np.testing.assert_allclose(found[-1], pull, rtol=1e-3)
-    assert np.abs(found[3]).max() < np.abs(found[-1]).max() / 2
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("time", "rolls"), [(c.ROLL_AT - 0.01, False), (c.ROLL_AT + 0.01, True), (2.0, False)]
-)
-def test_the_pilot_rolls_when_it_should(time, rolls):
-    level = Flight(jnp.zeros(3), jnp.zeros(3), jnp.array([0.0, 0.0, 1.0]), jnp.float64(c.GRAVITY))
-    k = jnp.array([0.0, 1.1, 0.0])
-    roll, _, thrust = command(level, jnp.zeros(3), jnp.float64(time), k)
-    assert (float(roll) == 1.1) is rolls
-    assert float(thrust) >= c.LEAST_THRUST * c.GRAVITY
 
 
 def test_the_slot_is_inclined_and_lower_than_the_drone_is_wide():
@@ -186,11 +118,6 @@ def test_the_proved_body_is_crazyflows_box_and_holds_all_that_is_drawn():
         turn = data.geom_xmat[geom].reshape(3, 3)
         places = model.mesh_vert[first : first + many] @ turn.T + data.geom_xpos[geom]
         assert (np.abs(places) <= np.array(c.SIZE) / 2).all()
-
-
-def test_what_a_level_drone_needs():
-    level = np.abs(ACROSS) @ np.array(c.SIZE)
-    assert np.isclose(level, 0.1412, atol=1e-4)
 
 
 def test_the_adapter_on_the_page_is_the_one_that_runs():

@@ -1,0 +1,192 @@
+"""Logged runs and bags for `learn`: their options, how they are read, and the printed summary."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from parc_jax.app.cli.systems import black_box_with, find
+from parc_jax.app.study.report import final_error, name_of_network, spread
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import key_of
+from parc_jax.common.options import Options
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.spelling import counted
+from parc_jax.learning.learn import WITH_PRIOR, Learned, Learning, learn_report
+from parc_jax.learning.network.predict import outputs
+from parc_jax.learning.network.train import training_arrays
+from parc_jax.learning.prior.teach import TWIST
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.loaders import load_rollouts
+from parc_jax.learning.system import TimeGrid, time_grid
+
+# options of a study that ask for runs of a system
+NEW_RUNS = ("plant", "body", "rollouts", "profile_runs", "fresh")
+
+
+@dataclass(frozen=True)
+class Logged(Options):
+    """How logged runs are read."""
+
+    dt: float | None = None
+    """Logged runs only: time between model knots [s]. Default: the file's own, if it has one."""
+    t_f: float | None = None
+    """Logged runs only: length of a run [s]. Default: the file's own, if it has one."""
+    dt_record: float | None = None
+    """Logged runs only: time between records [s]. Default: dt."""
+    points: tuple[str, ...] | None = None
+    """Logged runs only: names of the robot's reference points, in the order of the columns.
+    Default: the file's own, or one point."""
+    holdout: float | None = None
+    """Logged runs only: share of the runs set aside for the bound. Default: 0.4, or 0.5 with a
+    prior."""
+    prior: str | None = None
+    """Logged runs only, where they are few: what gives the network its shape, "twist" for a robot
+    on the ground, or a system, such as a simulator of it. The claim is from the logged runs alone.
+    Default: none."""
+    domain: tuple[float, ...] | None = None
+    """Logged runs only: K as LO HI for every parameter. Default: the box of all k."""
+    k_law: str = "logged"
+    """Logged runs only: "uniform" if all k were drawn uniformly from the domain; only then does the
+    claim speak of shares of K, and k that refute it are refused."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.dt is None) != (self.t_f is None):
+            raise InputError(
+                "dt, t-f: expected both, the time between knots and the length of a run in seconds."
+            )
+
+
+@dataclass(frozen=True)
+class Bagged(Options):
+    """How runs are cut out of bags."""
+
+    pose: str | None = None
+    """Bags only: topic of poses, such as /odom, or /tf with --frames."""
+    command: str | None = None
+    """Bags only: topic of commands; each new one begins a run."""
+    k: tuple[str, ...] | None = None
+    """Bags only: the numbers of a command that are k, such as linear.x angular.z."""
+    given: tuple[str, ...] | None = None
+    """Bags only: numbers in the messages of poses that are measured when a run begins, such as
+    twist.twist.linear.x; they are the first parameters. Default: none."""
+    frames: tuple[str, str] | None = None
+    """Bags only: parent and child of the transform that is meant, or that poses must have."""
+    footprint: str | None = None
+    """Bags only: the outline of the robot as Nav2 spells it, whose corners are its points.
+    Default: one point."""
+    after: float = 0.0
+    """Bags only: seconds from a command to where its run begins."""
+    short: Literal["failed", "dropped"] = "failed"
+    """Bags only: what a run is that the next command cut short: failed, or dropped, which changes
+    the law of the runs."""
+    bridge: float | None = None
+    """Bags only: seconds between poses that may be bridged. Default: two record steps."""
+    clock: Literal["header", "recorder"] = "header"
+    """Bags only: the stamps of messages, or when they were recorded."""
+
+
+def refuse(given: Iterable[str], source: str, of: str) -> None:
+    """Raises InputError for the first of these options that were given: it would be ignored."""
+    for name in given:
+        raise InputError(
+            f"--{name.replace('_', '-')}: expected with {of} only, which {source} is not. Leave it "
+            "out."
+        )
+
+
+def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) -> Learned:
+    """Learn recorded runs: a random part for training, the rest for the bound. study: fields of
+    `Learning`. Raises InputError.
+    """
+    settings = (Learning() if log.prior is None else WITH_PRIOR).replace(**study)
+    time = None if log.dt is None else time_grid(log.dt, log.t_f, log.dt_record)
+    domain = _domain(log.domain)
+    if are_bags(path):
+        if log.points is not None:
+            refuse(["points"], str(path), "tables of runs (bags take --footprint)")
+        data = from_bags(path, time, domain, log.k_law, bagged)
+    else:
+        data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points)
+    prior = log.prior
+    if prior is not None and prior != TWIST:
+        prior = black_box_with(find(prior, needed=("system",)), data.points)
+    return learn_report(data, key_of(seed), settings, prior, holdout=log.holdout)
+
+
+def _domain(corners: tuple[float, ...] | None) -> Box | None:
+    if corners is None:
+        return None
+    if not corners or len(corners) % 2:
+        raise InputError(
+            f"domain: expected a lower and an upper end per axis of K, lo hi lo hi ...; got "
+            f"{len(corners)} numbers."
+        )
+    return box(corners[::2], corners[1::2])
+
+
+def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
+    """The main model and its claim for a terminal, or as JSON."""
+    model, failed = learned.model, int(learned.train.failed.sum())
+    k, y = training_arrays(learned.train)
+    rms = float(np.sqrt(((outputs(model.net, k) - y) ** 2).mean()))
+    facts = {
+        "model": str(path),
+        "system": model.system,
+        "rollouts": learned.train.n,
+        "failed": failed,
+        "hidden": list(model.net.hidden),
+        "training_rms": rms,
+        "final_error": final_error(model).tolist(),
+        "bins": model.tube.n_bins,
+        "prior": learned.prior,
+        "start": learned.start.statement(),
+        "claim": model.claim.to_json(),
+    }
+    if as_json:
+        return json.dumps(facts, indent=1)
+    return "\n".join(
+        [
+            f"system        {model.system}",
+            f"rollouts      {learned.train.n} for training, {failed} of them failed",
+            f"network       {name_of_network(model.net)}, rms error {rms:.3g} on the training runs",
+            f"tube          {counted(model.tube.n_bins, 'bin')}; at the end, median over K: "
+            + spread(final_error(model), model, ".3g"),
+            *([] if learned.prior is None else [f"prior         {learned.prior}"]),
+            f"invariance    {learned.start.statement()}",
+            "",
+            f"(E) {model.claim.statement()}",
+            "",
+            f"Written to {path}. Ask with: parc-jax solve {path} SCENE.toml --out answer.json",
+        ]
+    )
+
+
+def are_bags(path: Path) -> bool:
+    """Is there a bag, or a folder with one and without a table of k?"""
+    from parc_jax.ros.bags.recording import is_bag
+
+    if is_bag(path) or not path.is_dir():
+        return is_bag(path)
+    return not (path / "k.csv").exists() and any(map(is_bag, path.iterdir()))
+
+
+def from_bags(
+    path: Path, time: TimeGrid | None, domain: Box | None, k_law: str, bagged: Bagged
+) -> RolloutBatch:
+    """Runs from bags. Raises InputError."""
+    from parc_jax.problem.world.footprint import read_footprint
+    from parc_jax.ros.bags.load import load_bags
+
+    needed = {"dt and --t-f": time, "pose": bagged.pose, "command": bagged.command, "k": bagged.k}
+    for name, value in needed.items():
+        if value is None:
+            raise InputError(f"{path}: expected --{name} to cut runs out of bags; none was given.")
+    options = vars(bagged) | {"given": bagged.given or ()}
+    outline = options.pop("footprint")
+    robot = None if outline is None else read_footprint(outline)
+    return load_bags(path, time, robot=robot, domain=domain, k_law=k_law, **options)

@@ -1,0 +1,153 @@
+"""A command while it runs: its log, its signs of life, and Ctrl-C, all on stderr."""
+
+import contextlib
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from parc_jax.common.errors import InputError
+
+VARIABLE, OPTION = "PARC_JAX_LOG", "--verbose"
+LEVELS = {"warning": logging.WARNING, "info": logging.INFO, "debug": logging.DEBUG}
+STOPPED = 130  # exit code
+_LOADING = "<frozen importlib"  # file of the frames of an import
+COMPILING = "compiling"
+SEARCHING = "looking for safe plans, or for a proof that there are none"
+STAGES = {"first query (cold)": COMPILING, "safe set": SEARCHING}  # of a study, without a bar
+EVERY_S = {True: 1.0, False: 10.0}  # [s] between two signs of life: on a terminal, elsewhere
+
+
+class _BesideBars(logging.Handler):
+    """Lines on stderr that progress bars make room for."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        from tqdm import tqdm
+
+        tqdm.write(self.format(record), file=sys.stderr)
+
+
+@contextlib.contextmanager
+def logging_of(arguments: list[str]) -> Iterator[list[str]]:
+    """Within, the logger "parc_jax" writes to stderr: "info" where OPTION is given, "debug" where
+    it is given twice, or the level of VARIABLE.
+
+    Yields the arguments without OPTION. Raises InputError.
+    """
+    word = os.environ.get(VARIABLE, "warning").lower()
+    if word not in LEVELS:
+        raise InputError(f"{VARIABLE}: expected one of {', '.join(LEVELS)}; got {word!r:.40}.")
+    level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(2, arguments.count(OPTION))]
+    logger = logging.getLogger("parc_jax")
+    before, handler = (logger.level, logger.propagate), _BesideBars()
+    handler.setFormatter(logging.Formatter("%(asctime)s %(name)s: %(message)s", "%H:%M:%S"))
+    logger.setLevel(min(level, LEVELS[word]))
+    logger.addHandler(handler)
+    logger.propagate = False  # a library may give the root logger a handler: all would come twice
+    try:
+        yield [word for word in arguments if word != OPTION]
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(before[0])
+        logger.propagate = before[1]
+
+
+class Interrupts:
+    """Whether Ctrl-C was pressed."""
+
+    came = False
+
+
+@contextlib.contextmanager
+def stoppable() -> Iterator[Interrupts]:
+    """Within, Ctrl-C raises KeyboardInterrupt, and is recorded, since libraries swallow some.
+
+    While modules are loaded the process ends at once: nothing has begun yet, and a module that is
+    cut off would leave the others broken.
+    """
+    interrupts = Interrupts()
+    if threading.current_thread() is not threading.main_thread():
+        yield interrupts
+        return
+
+    def stop(_, frame):
+        interrupts.came = True
+        if _is_loading(frame):
+            print("parc-jax: stopped.", file=sys.stderr, flush=True)
+            os._exit(STOPPED)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, stop)
+    try:
+        yield interrupts
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _is_loading(frame) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith(_LOADING):
+            return True
+        frame = frame.f_back
+    return False
+
+
+@contextmanager
+def saying(quiet: bool = False) -> Iterator[Callable[[str], None]]:
+    """Within, `say(stage)` names the present stage, and repeats it with its time: on a terminal in
+    one line that goes away, elsewhere in a line every ten seconds. quiet: say nothing.
+    """
+    if quiet:
+        yield lambda stage: None
+        return
+    sign = _Sign(sys.stderr)
+    thread = threading.Thread(target=sign.go_on, daemon=True)
+    thread.start()
+    try:
+        yield sign.say
+    finally:
+        sign.ended.set()
+        thread.join()
+        sign.clear()
+
+
+@contextmanager
+def during(stage: str, quiet: bool = False) -> Iterator[None]:
+    """Within, a stage of a study without a progress bar is named as by `solve`."""
+    with saying(quiet or stage not in STAGES) as say:
+        say(STAGES.get(stage, ""))
+        yield
+
+
+class _Sign:
+    """A line on a stream, updated from a thread."""
+
+    def __init__(self, stream):
+        self.stream = stream
+        self.on_terminal = stream.isatty()
+        self.ended = threading.Event()
+        self.stage = ""
+        self.begin = time.perf_counter()
+
+    def say(self, stage: str) -> None:
+        self.stage, self.begin = stage, time.perf_counter()
+        self._write(f"{stage} ...")
+
+    def go_on(self) -> None:
+        every = EVERY_S[self.on_terminal]
+        while not self.ended.wait(every):
+            spent = time.perf_counter() - self.begin
+            if self.stage and spent > every / 2:
+                self._write(f"{self.stage} ... {spent:.0f} s")
+
+    def clear(self) -> None:
+        if self.on_terminal and self.stage:
+            self._write("")
+
+    def _write(self, line: str) -> None:
+        self.stream.write(f"\r\x1b[K{line}" if self.on_terminal else f"{line}\n")
+        self.stream.flush()

@@ -1,0 +1,368 @@
+"""One interactive page of an answer, or of an episode: a single file that needs no network and no
+server.
+"""
+
+import json
+import re
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.answer.answer import Answer, answer_data
+from parc_jax.app.plot import shapes
+from parc_jax.app.plot.episode import Shown, Stage, Truth, polygons
+from parc_jax.app.plot.shapes import span, views_of
+from parc_jax.checker import PARTS
+from parc_jax.checker.proved import PROVED_JS
+from parc_jax.common.sets.vertices import vertices
+from parc_jax.drive.loop.episode_file import Episode
+from parc_jax.learning.bound.error_set import NO_CLAIM
+from parc_jax.learning.bound.statement import in_short
+from parc_jax.learning.runs.files import write_atomic
+from parc_jax.problem.body import Disc, numbered
+from parc_jax.proof.certificate.read import corridor_of
+from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
+from parc_jax.safe_set.corridors.corridor import Corridor
+from parc_jax.safe_set.corridors.polytopes import Polytopes
+from parc_jax.safe_set.verdict.near import whole_scene
+
+FILES = Path(__file__).with_name("page")
+MARKS = {
+    "STYLE": "page.css",
+    "GEOMETRY": "geometry.js",
+    "MODEL": "model.js",
+    "VIEW": "view.js",
+    "SCENE": "scene.js",
+    "PLAYER": "player.js",
+    "MAIN": "main.js",
+    "PROOF": "proof.js",
+    "EPISODE": "episode.js",
+}
+MAX_ANSWER = 20_000_000  # bytes of an answer that a page carries for the proved checker
+DIGITS = 6  # significant digits of an outline: enough for a screen
+RATE = 25.0  # [1/s] moments that one can scrub to
+DECIMALS = 4  # of a metre
+
+
+def write_page(
+    source: Answer | Episode | str | Path,
+    html_path,
+    polytopes: Polytopes | None = None,
+    truth: Truth | None = None,
+) -> Path:
+    """Write the page of an answer, or of an episode in the plane: one file without a server.
+
+    Of an answer: scene, time slider, p0 and k by dragging or typing, live verdict, certificates.
+    The page judges in double precision: pictures, not proofs. It calls a plan proved only inside
+    one of the answer's samples, corridors or, where they are given, polytopes, which `parc-jax
+    check` verifies. Answers up to 20 MB are stored in the page, and a button has the proved checker
+    check them there.
+
+    Of an episode, or of its file, which is checked anew first: at every moment the robot, its way,
+    its reachable set until it rests, the obstacles of that proof, and, where the file's `meta` has
+    `{"reasons": [[seconds, why], ...]}`, why the robot went on with the stop in hand.
+
+    polytopes: of `answer.polytopes`, whose outlines are drawn too. truth: the true run of an
+    episode. Returns the path. Raises InputError.
+    """
+    if isinstance(source, Episode | str | Path):
+        page = filled("episode.html", episode_data(Stage(source, truth)))
+    else:
+        answer = json.dumps(answer_data(source, polytopes), separators=(",", ":"))
+        page = page_of(page_data(source, polytopes), answer)
+    return write_atomic(html_path, page.encode())
+
+
+def page_of(data: dict, answer: str) -> str:
+    """The page around its data and the text of the answer's file."""
+    return filled(
+        "page.html",
+        data,
+        PROVED=PROVED_JS.read_text(encoding="utf-8").replace("</script", "<\\/script"),
+        ANSWER=_within(answer) if len(answer) <= MAX_ANSWER else "",
+        BYTES=str(len(answer)),
+    )
+
+
+def filled(name: str, data: dict, **parts: str) -> str:
+    """A template with its marks: styles and scripts from their files, its data, other parts."""
+    parts["DATA"] = _within(json.dumps(data, separators=(",", ":"), allow_nan=False))
+    text = (FILES / name).read_text(encoding="utf-8")
+
+    def part(mark: re.Match) -> str:
+        given = parts.get(mark[1])
+        return (FILES / MARKS[mark[1]]).read_text(encoding="utf-8") if given is None else given
+
+    # in one pass: nothing within a part is taken for a mark
+    return re.sub(r"/\*([A-Z]+)\*/", part, text)
+
+
+def _within(text: str) -> str:
+    """JSON that cannot end the script which holds it: `<` occurs in strings only."""
+    return text.replace("<", "\\u003c")
+
+
+def page_data(answer, polytopes=None) -> dict:
+    """JSON-able numbers of an answer: scene, network, tube, certificates, and outlines of its
+    polytopes, where any are given.
+    """
+    polytopes = () if polytopes is None else polytopes
+    model, problem = answer.model, answer.problem
+    sides = [view.axes for view in views_of(model.n_p)]
+    goals = shapes.goals(problem.goal, model.n_p, model.n_points, sides)
+    return {
+        **model_data(model, problem),
+        **_plans(answer, polytopes),
+        "system": model.system,
+        "labels": model.labels._asdict(),
+        "level": answer.status.label,
+        "statement": answer.details(),
+        "claim": in_short(model.claim),
+        "hash": {
+            name: part_hash(part)
+            for name, part in zip(PARTS, question_parts(problem, model), strict=True)
+        },
+        "share": polytopes.coverage.share if polytopes else 0.0,
+        "corridor_share": answer.coverage.share,
+        "views": [view._asdict() for view in views_of(model.n_p)],
+        "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
+        "goals": [
+            {"points": points, "outlines": [outline.tolist() for outline in outlines]}
+            for points, outlines in goals
+        ],
+        "outlines": outlines(answer, polytopes),
+    }
+
+
+def model_data(model, problem) -> dict:
+    """Data of the page's verdict on a plan, without corridors and polytopes: network, tube, body,
+    goal, start, obstacles.
+    """
+    tube = model.tube
+    lost = tube.support_at_end(problem.goal.A, np.arange(tube.n_bins))
+    return {
+        "n_p": model.n_p,
+        "n_k": model.n_k,
+        "points": model.points,
+        "steps": model.time.n_steps,
+        "dt": model.time.dt,
+        "domain": {"lo": model.domain.lo.tolist(), "hi": model.domain.hi.tolist()},
+        "goal": _rows(problem.goal),
+        "start": None if problem.start is None else _rows(problem.start),
+        "parts": [_part(part, model.n_p) for part in numbered(problem.body, model.points)],
+        "obstacles": _obstacles(problem, model.time.n_steps, views_of(model.n_p)),
+        "network": {
+            "weights": [W.tolist() for W in model.net.weights],
+            "biases": [b.tolist() for b in model.net.biases],
+        },
+        "tube": {
+            "edges": [edge.tolist() for edge in map(np.asarray, tube.edges)],
+            "interval": tube.finite_widths[0].tolist(),
+            "faces": None if tube.templates is None else _faces(tube.templates.interval),
+            "lost": np.minimum(lost, NO_CLAIM).tolist(),
+        },
+    }
+
+
+def _plans(answer, polytopes) -> dict:
+    """Samples, corridors and polytopes, with their directions by number."""
+    n_p, problem = answer.model.n_p, answer.problem
+    active = _active(problem, len(problem.parts), answer.model.time.n_steps)
+    directions = _DirectionTable(active)
+    scene = whole_scene(answer.scene)
+
+    def all_runs(corridor: Corridor) -> Corridor:
+        if corridor.apart is None:
+            return corridor
+        return corridor_of(scene, corridor_part(corridor, problem))
+
+    return {
+        "samples": [
+            {
+                "p0": plan[:n_p].tolist(),
+                "k": plan[n_p:].tolist(),
+                "sep": directions.number(corridor_of(scene, certificate)),
+            }
+            for plan, certificate in zip(answer.samples, answer.certificates, strict=True)
+        ],
+        "corridors": [
+            {"sep": directions.number(all_runs(corridor))} for corridor in answer.corridors
+        ],
+        "polytopes": [
+            {
+                "sep": directions.number(all_runs(polytope.corridor)),
+                "bin": int(polytope.bin),
+                "pattern": "".join("1" if on else "0" for on in polytope.pattern),
+            }
+            for polytope in polytopes
+        ],
+        "directions": directions.all,
+    }
+
+
+def outlines(answer, polytopes) -> dict[str, list]:
+    """Per pair of coordinates of (p0, k), written "i,j", the outlines [[x, y], ...] of the safe
+    polytopes, if there are any: of every view of the workspace, and of all pairs of
+    parameters.
+    """
+    n_p, n_k = answer.model.n_p, answer.model.n_k
+    sides = [view.axes for view in views_of(n_p)]
+    pairs = [*sides, *((n_p + i, n_p + j) for i, j in combinations(range(n_k), 2))]
+    return {
+        f"{i},{j}": [
+            [[_short(x), _short(y)] for x, y in shapes.hull(points)]
+            for points in (polytopes.project((i, j)) if polytopes else ())
+        ]
+        for i, j in pairs
+    }
+
+
+class _DirectionTable:
+    """Separating directions by number, each stored once: per obstacle and part of the body its runs
+    [first, end, w, support of obstacle and part along w].
+
+    active (o, T): which pair of obstacle and part exists when.
+    """
+
+    def __init__(self, active: np.ndarray):
+        self.active, self.all = active, []
+        self._numbers: dict[bytes, int] = {}
+
+    def number(self, corridor) -> int:
+        """The number of a corridor's directions."""
+        w = np.asarray(corridor.w, np.float64)
+        support = np.asarray(corridor.support, np.float64)
+        content = w.tobytes() + support.tobytes()
+        if content not in self._numbers:
+            self._numbers[content] = len(self.all)
+            n = len(self.active)  # those behind it only pad
+            rows = zip(w[:n], support[:n], self.active, strict=True)
+            self.all.append([_runs(*row) for row in rows])
+        return self._numbers[content]
+
+
+def _runs(w: np.ndarray, support: np.ndarray, active: np.ndarray) -> list[list]:
+    """Runs of equal directions of one pair: w (T, n_p), support (T,), active (T,)."""
+    runs: list[list] = []
+    for t in np.flatnonzero(active).tolist():
+        now = [w[t].tolist(), float(support[t])]
+        if runs and runs[-1][2:] == now:
+            runs[-1][1] = t + 1
+        else:
+            runs.append([t, t + 1, *now])
+    return runs
+
+
+def _steps(problem, n_steps: int) -> list[tuple[int, int]]:
+    """First and last interval of every obstacle."""
+    return [span or (0, n_steps - 1) for span in problem.all_spans]
+
+
+def _active(problem, n_parts: int, n_steps: int) -> np.ndarray:
+    """(o, T) bool: the intervals in which each pair of obstacle and part counts."""
+    active = np.zeros((len(problem.obstacles), n_parts, n_steps), bool)
+    for obstacle, (first, last) in enumerate(_steps(problem, n_steps)):
+        active[obstacle, :, first : last + 1] = True
+    return active.reshape(-1, n_steps)
+
+
+def _faces(faces) -> dict:
+    """Faces of the errors, where there are any instead of boxes."""
+    return {
+        "directions": faces.directions.tolist(),
+        "centre": faces.centre.tolist(),
+        "half": np.minimum(faces.half, NO_CLAIM).tolist(),
+    }
+
+
+def _part(part, n_p: int) -> dict:
+    """A part: its points by number, and the hull of the shape and the radius that grow it."""
+    disc = isinstance(part.shape, Disc)
+    return {
+        "points": list(part.points),
+        "shape": [[0.0] * n_p] if disc else part.shape.vertices.tolist(),
+        "radius": float(part.shape.radius) if disc else 0.0,
+    }
+
+
+def _obstacles(problem, n_steps: int, views) -> list[dict]:
+    """Corners, an outline for every view, first and last interval."""
+    corners = [vertices(obstacle) for obstacle in problem.obstacles]
+    return [
+        {
+            "vertices": v.tolist(),
+            "outlines": [shapes.hull(view.of(v)).tolist() for view in views],
+            "steps": [int(step) for step in steps],
+        }
+        for v, steps in zip(corners, _steps(problem, n_steps), strict=True)
+    ]
+
+
+def _rows(polytope) -> dict:
+    return {"A": polytope.A.tolist(), "b": polytope.b.tolist()}
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def episode_data(stage: Stage) -> dict:
+    """JSON-able numbers of an episode, in metres and in seconds of the loop's clock."""
+    moments = [stage.at(t) for t in stage.times(RATE)]
+    lo, hi = span(*(one.tube for one in stage.shown))
+    truth = Truth(np.zeros(0), np.zeros((0, 3))) if stage.truth is None else stage.truth
+    return {
+        "name": stage.name,
+        "statement": stage.driven.statement,
+        "k": stage.driven.model.labels.k,
+        "step": 1 / RATE,
+        "begin": stage.begin,
+        "reach": float(stage.reach),
+        "lo": lo.tolist(),
+        "hi": hi.tolist(),
+        "true": stage.truth is not None,
+        "moments": [
+            {"time": float(now.time), "number": now.number, "body": _rounded(now.body)}
+            | {"middle": _rounded(now.middle)}
+            for now in moments
+        ],
+        "manoeuvres": [_manoeuvre(one) for one in stage.shown],
+        "obstacles": [len(one.problem.obstacles) for one in stage.driven.manoeuvres],
+        "standing": _rounded(truth.standing),
+        "seen": [[float(time), _rings(region)] for time, region in truth.free],
+        "reasons": reasons(stage.driven.meta),
+    }
+
+
+def reasons(meta) -> list[tuple[float, str]]:
+    """Times [s] without a new manoeuvre, and why, in order, from unchecked meta: the valid ones."""
+    try:
+        pairs = [(float(time), str(why)) for time, why in meta["reasons"]]
+    except (TypeError, KeyError, ValueError):
+        return []
+    return sorted(one for one in pairs if np.isfinite(one[0]))
+
+
+def _manoeuvre(one: Shown) -> dict:
+    return {
+        "begin": one.begin,
+        "end": one.end,
+        "k": one.k.tolist(),
+        "tube": _rounded(one.tube),
+        "obstacles": _rounded(one.obstacles),
+        "rest": _rounded(one.rest),
+    }
+
+
+def _rings(region) -> list:
+    """Of each part of a Shapely region its outline, then those of its holes."""
+    return [
+        _rounded([ring.coords for ring in (part.exterior, *part.interiors)])
+        for part in polygons(region)
+    ]
+
+
+def _rounded(places) -> list:
+    """Outlines (v, 2), or one place, rounded for a screen."""
+    return [np.round(np.asarray(place), DECIMALS).tolist() for place in places]

@@ -1,0 +1,200 @@
+"""An episode as a file: written for the checker, read again for pictures and bags. [T37]"""
+
+import itertools
+import json
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from parc_jax.checker import Rejected, check_episode, load, number
+from parc_jax.checker.answer import allowance_of
+from parc_jax.checker.episode import EPISODE, KIND, PARTS, summary_of_episode
+from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, known_premises, part_of
+from parc_jax.common.errors import InputError
+from parc_jax.common.premises import ASSUMED, CHECKED, Premises, agree, premises
+from parc_jax.common.spelling import hex_text, nearest_floats, plain
+from parc_jax.drive.loop.commitment import Commitment
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.runs.files import write_atomic
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.problem.robust.pose import Pose
+from parc_jax.problem.robust.question import Plain
+from parc_jax.proof.certificate.read import model_of_file, problem_of_file
+from parc_jax.proof.certificate.write import part_hash, problem_part, question_parts
+
+
+def episode_part(
+    commitments: Sequence[Commitment],
+    meta: dict | None = None,
+    drift: float = 0.0,
+    assumed: Mapping[str, Any] | None = None,
+) -> dict:
+    """The file of an episode: commitments of one loop, in their order. meta: plain values that need
+    no proof. drift: [m] by which a place may be off against the one before, as that of odometry;
+    the chain of manoeuvres is checked with this margin. assumed: further assumptions by name, such
+    as the time of a scan: text, whole numbers or lists of such. Raises InputError.
+    """
+    if not commitments:
+        raise InputError("episode: expected at least one commitment; got none.")
+    if not (np.isfinite(drift) and drift >= 0):
+        raise InputError(f"episode: expected a drift >= 0 m; got {drift!r:.40}.")
+    manoeuvres = [manoeuvre_part(one) for one in commitments]
+    pairs = zip(commitments, manoeuvres, strict=True)
+    common = [_common(one.asked, entry) for one, entry in pairs]
+    for one, other in itertools.pairwise(common):
+        agree("episode: commitments of one loop", one, other)
+    part = head_part(commitments[0].asked, drift) | {"manoeuvres": manoeuvres}
+    others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]
+    part["premises"] = premises([*known_premises(part), *others]).to_json()
+    hashes = {name: part_hash(part[name]) for name in ("network", "tube")}
+    hashes["episode"] = part_hash({name: part[name] for name in PARTS})
+    return {"format": EPISODE, "hash": hashes, **part, "meta": plain(meta)}
+
+
+def _common(asked: Plain, entry: dict) -> Premises:
+    """Premises that all manoeuvres (entries of the file) have in common."""
+    model = asked.model
+    start, heading = _doubt(asked)
+    parts = entry["problem"]["body"]["parts"]
+    frame = IN_THE_WORLD if asked.pose.heading is None else ON_THE_ROBOT
+    doubt = [f"±{x} m" for x in start.tolist()] + [f"±{heading} rad"]
+    return premises(
+        [
+            ("model", CHECKED, [model.net.hash, model.tube.hash, model.claim.hash]),
+            ("body", CHECKED, [part_of(part, _copies(asked)) for part in parts]),
+            ("frame", CHECKED, frame),
+            ("doubt", ASSUMED, doubt),
+        ]
+    )
+
+
+def _copies(asked: Plain) -> int:
+    """Vertex realisations: points of the plain question for each point of the robot."""
+    return asked.model.n_points // asked.question.model.n_points
+
+
+def _doubt(asked: Plain) -> tuple[np.ndarray, float]:
+    """Half widths (n_p,) [m] of the start, and [rad] of the heading."""
+    doubt = asked.question.problem.doubt
+    if doubt is None:
+        return np.zeros(asked.model.n_p), 0.0
+    return doubt.shifts(asked.model.n_p), float(doubt.heading or 0.0)
+
+
+def head_part(first: Plain, drift: float = 0.0) -> dict:
+    """The entries of an episode about all its manoeuvres. first: question of the first one. drift:
+    [m] as of `episode_part`.
+    """
+    model = first.model
+    _, network, tube = question_parts(first.problem, model)
+    hashes = {"network_hash": part_hash(network), "tube_hash": part_hash(tube)}
+    start, heading = _doubt(first)
+    return {
+        "network": network,
+        "tube": tube,
+        "claim": plain(model.claim.to_json() | hashes),
+        "copies": _copies(first),
+        "doubt": hex_text([*start, heading, drift]),
+    }
+
+
+def save_episode(
+    path: str | Path,
+    commitments: Sequence[Commitment],
+    meta: dict | None = None,
+    drift: float = 0.0,
+    assumed: Mapping[str, Any] | None = None,
+) -> Path:
+    """Write an episode, whole or not at all; `parc-jax check` verifies it. meta: plain values that
+    need no proof. drift: [m] by which odometry may be off from one pose to the next. assumed:
+    further assumptions by name. Raises InputError.
+    """
+    text = json.dumps(episode_part(commitments, meta, drift, assumed), separators=(",", ":"))
+    return write_atomic(path, text.encode())
+
+
+def manoeuvre_part(one: Commitment) -> dict:
+    """The entry of one manoeuvre."""
+    pose = one.asked.pose
+    values = pose.place if pose.heading is None else np.append(pose.place, pose.heading)
+    return {
+        "begin": str(one.begin),
+        "pose": hex_text(values),
+        "problem": problem_part(one.asked.problem, one.asked.model),
+        "sample": one.part,
+    }
+
+
+class Manoeuvre(NamedTuple):
+    """A commitment of a file. begin: [s] of the loop's clock. problem: in the robot's frame where
+    the pose has a heading, else in the world's. p0 (n_p,), k (n_k,): the plan there.
+    """
+
+    begin: Fraction
+    pose: Pose
+    problem: ReachAvoid
+    p0: np.ndarray
+    k: np.ndarray
+
+
+class Episode(NamedTuple):
+    """An episode of a file. model: of the plain questions. statement: proofs and assumptions. meta:
+    of the file, unchecked.
+    """
+
+    model: TrajectoryModel
+    manoeuvres: tuple[Manoeuvre, ...]
+    statement: str
+    meta: Any = None
+
+
+def is_episode(path: str | Path) -> bool:
+    """Whether a file is marked as an episode, of any version; False for one that cannot be read."""
+    try:
+        with open(path, "rb") as file:
+            return KIND.encode() in file.read(200)
+    except OSError:
+        return False
+
+
+def load_episode(path: str | Path) -> Episode:
+    """Read an episode of `save_episode`, after its file was checked anew in exact arithmetic.
+    Raises InputError when the file is no episode or its proof fails.
+    """
+    try:
+        data = load(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
+    except Rejected as why:
+        raise InputError(f"{path}: expected a file of `save_episode`; {why}.") from None
+    return episode_of(data, str(path))
+
+
+def episode_of(data: dict, name: str) -> Episode:
+    """The episode of a parsed file. Raises InputError, which begins with `name`."""
+    try:
+        report = check_episode(data, allowance_of)
+    except Rejected as why:
+        raise InputError(
+            f"{name}: expected an episode ({EPISODE}) whose proofs hold; the checker says: {why}."
+        ) from None
+    try:
+        entries = data["manoeuvres"]
+        model = model_of_file(data | {"problem": entries[0]["problem"]})
+        manoeuvres = tuple(_manoeuvre(entry, model.n_p) for entry in entries)
+    except (KeyError, TypeError, IndexError, AttributeError, json.JSONDecodeError) as error:
+        raise InputError(
+            f"{name}: expected a file of `save_episode`; {type(error).__name__}: {error}."
+        ) from None
+    return Episode(model, manoeuvres, "\n".join(summary_of_episode(report)), data.get("meta"))
+
+
+def _manoeuvre(entry: dict, n_p: int) -> Manoeuvre:
+    values = np.array(nearest_floats(entry["pose"]))
+    pose = Pose(values[:n_p], float(values[n_p]) if len(values) > n_p else None)
+    p0, k = (np.array(nearest_floats(entry["sample"][name])) for name in ("p0", "k"))
+    problem = problem_of_file(entry["problem"])
+    return Manoeuvre(number(entry["begin"]), pose, problem, p0, k)

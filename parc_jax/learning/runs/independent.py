@@ -1,0 +1,207 @@
+"""Are recorded runs independent draws? Copies up to storage and printing, and tests of k that are
+declared uniform on K.
+
+A claim about uniform k speaks of shares of K, so the declaration is tested: k that repeat, the
+range of every parameter, pairs of parameters that go together, corners of K that are left out.
+Nothing here shows that k is uniform; a log that passes was not refuted.
+"""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box
+from parc_jax.common.tolerances import TOLERANCES
+from parc_jax.learning.runs.batch import RolloutBatch
+
+_TIMES = 8  # records of a run that are compared
+# With two independent uniform draws per pair, more pairs than these have at most this probability
+# of being near each other by chance.
+_CHANCE = 1e-3
+
+
+class Marks(NamedTuple):
+    """What two runs are compared by: k (n, n_k), and path (n, m): p at a few records, then q."""
+
+    k: np.ndarray
+    path: np.ndarray
+
+    def select(self, index) -> "Marks":
+        """The marks of some runs."""
+        return Marks(self.k[index], self.path[index])
+
+
+def marks_of(batch: RolloutBatch) -> Marks:
+    """The marks of every run of a batch."""
+    records = np.unique(np.linspace(0, batch.time.n_record, _TIMES + 1).astype(int)[1:])
+    path = np.asarray(batch.p[:, records], np.float64).reshape(batch.n, -1)
+    return Marks(np.asarray(batch.k), np.concatenate([path, np.asarray(batch.q)], axis=1))
+
+
+def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarray:
+    """Pairs (m, 2) of rows, of `one` and of `other` (None = of `one` again), that are the same run
+    but for `TOLERANCES.near_k` and `near_p`. Failed runs are not compared.
+
+    width: (n_k,) of K. None when there are no more pairs than chance explains for k drawn uniformly
+    by a system without disturbance.
+    """
+    from scipy.spatial import cKDTree
+    from scipy.stats import poisson
+
+    both = one if other is None else Marks(*map(np.concatenate, zip(one, other, strict=True)))
+    finite = np.isfinite(both.path).all(axis=1)
+    size = np.abs(both.path[finite]).max(axis=0, initial=0.0)
+    ours, first = _scaled(one, width, size)
+    if other is None:
+        pairs = cKDTree(ours).query_pairs(1.0, p=np.inf, output_type="ndarray")
+        tried = len(ours) * (len(ours) - 1) / 2
+        pairs = np.sort(first[pairs.reshape(-1, 2)], axis=1)
+    else:
+        theirs, second = _scaled(other, width, size)
+        near = (
+            cKDTree(theirs).query(ours, p=np.inf, distance_upper_bound=1.0)[1]
+            if len(theirs)
+            else []
+        )
+        hit = np.flatnonzero(np.asarray(near, int) < len(theirs))
+        pairs = np.stack([first[hit], second[np.asarray(near, int)[hit]]], axis=1)
+        tried = len(ours) * len(theirs)
+    by_chance = tried * float(np.prod(np.full(len(width), 2 * TOLERANCES.near_k)))
+    pairs = pairs[np.lexsort(pairs.T[::-1])]
+    return pairs if len(pairs) > poisson.isf(_CHANCE, by_chance) else pairs[:0]
+
+
+def _scaled(marks: Marks, width, size) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates in which a copy lies within one, and the rows that they belong to."""
+    rows = np.flatnonzero(np.isfinite(marks.path).all(axis=1))
+    k = marks.k[rows] / (TOLERANCES.near_k * np.where(width > 0, width, 1.0))
+    path = marks.path[rows] / (TOLERANCES.near_p * np.where(size > 0, size, 1.0))
+    return np.concatenate([k, path], axis=1), rows
+
+
+# probability, about, with which one look refuses uniform k: over all tests of their distribution,
+# and of k that repeat
+LEVEL, REPEATS = 1e-3, 1e-6
+LEAST = 20  # draws: with fewer nothing is tested
+CELLS = 10  # equal parts of a range, fewer where a part would expect less than LEAST / 2 draws
+SIDES = (1 / 4, 1 / 3, 1 / 2)  # of a corner, as shares of the ranges of its two parameters
+
+
+class Chance(NamedTuple):
+    """One test. chance: of uniform k to look like this or worse. said: what it found."""
+
+    chance: float
+    said: str
+
+
+def check_uniform(
+    owner: str,
+    k,
+    domain: Box,
+    groups=None,
+    names: Sequence[str] | None = None,
+    level: float = LEVEL,
+) -> None:
+    """Refuse k (n, n_k) that were not drawn uniformly and independently from the domain, at level
+    in all. names: of the parameters. Raises InputError with the figure that refutes it.
+
+    The chances of a rank correlation and of chi-square are approximations, good to a third from
+    LEAST draws on; those of corners are exact. groups (n,): rows of one recording may share their k
+    or follow each other, so only the first row of each is looked at: that these are independent is
+    what a claim about recordings assumes too. The level is split evenly over the kinds of tests,
+    and within a kind over its tests.
+    """
+    drawn = np.ascontiguousarray(k, "<f8")
+    _check_distinct(owner, drawn, groups)
+    if groups is not None:
+        drawn = drawn[np.sort(np.unique(groups, return_index=True)[1])]
+    wide = domain.hi > domain.lo
+    names = [f"k{axis}" for axis in range(domain.n)] if names is None else list(names)
+    names = list(itertools.compress(names, wide))
+    u = ((drawn - domain.lo)[:, wide]) / (domain.hi - domain.lo)[wide]
+    if len(u) < LEAST:
+        return
+    kinds = [list(look(u, names)) for look in (_ranges, _pairs, _corners)]
+    kinds = [kind for kind in kinds if kind]
+    each = [
+        Chance(chance * len(kind) * len(kinds), said) for kind in kinds for chance, said in kind
+    ]
+    worst = min(each, default=Chance(1.0, ""))
+    if worst.chance <= level:
+        raise InputError(
+            f"{owner}: expected k drawn uniformly, as declared; {worst.said}, which uniform draws "
+            f"show with a probability of about {worst.chance:.1g}. Leave k_law out, so that the "
+            "claim is about k as in the log, or give the K that k was drawn from."
+        )
+
+
+def by_chance(k: np.ndarray, pairs: float) -> float:
+    """Equal pairs of uniform k that the resolution of their numbers explains."""
+    from scipy.stats import poisson
+
+    bits = 23 if (k == k.astype(np.float32)).all() else 52
+    return float(poisson.isf(REPEATS, pairs / 2.0 ** (bits * k.shape[1])))
+
+
+def _check_distinct(owner: str, k: np.ndarray, groups) -> None:
+    """Two independent uniform draws of k are never equal, but for their resolution."""
+    if groups is not None:  # windows of one recording may share their k
+        number = np.unique(groups, return_inverse=True)[1]
+        k = np.unique(np.column_stack([k, number]), axis=0)[:, : k.shape[1]]
+    equal = len(k) - len(np.unique(k, axis=0))
+    if equal > by_chance(k, len(k) * (len(k) - 1) / 2):
+        raise InputError(
+            f"{owner}: expected k drawn uniformly, as declared; {equal:,} of {len(k):,} rows "
+            "repeat the k of another one. Parts of one recording belong to one group (groups=); "
+            "else leave k_law out, so that the claim is about k as in the log."
+        )
+
+
+def _ranges(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
+    """Chi-square over equal parts of the range of every parameter."""
+    from scipy.stats import chisquare
+
+    cells = min(CELLS, 2 * len(u) // LEAST)
+    for axis, name in enumerate(names):
+        held = np.histogram(u[:, axis], cells, (0.0, 1.0))[0]
+        shown = ", ".join(map(str, held))
+        said = f"{cells} equal parts of the range of {name} hold {shown} of {len(u):,} draws"
+        yield Chance(float(chisquare(held).pvalue), said)
+
+
+def _pairs(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
+    """Rank correlation of every two parameters."""
+    from scipy.stats import spearmanr
+
+    for i, j in itertools.combinations(range(len(names)), 2):
+        if np.ptp(u[:, i]) > 0 and np.ptp(u[:, j]) > 0:
+            found = spearmanr(u[:, i], u[:, j])
+            said = (
+                f"the rank correlation of {names[i]} and {names[j]} is {found.statistic:.2f} over "
+                f"{len(u):,} draws"
+            )
+            yield Chance(float(found.pvalue), said)
+
+
+def _corners(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
+    """Draws in boxes at the corners of every two parameters."""
+    from scipy.special import bdtr, bdtrc
+
+    for i, j in itertools.combinations(range(len(names)), 2):
+        for high in itertools.product((False, True), repeat=2):
+            inwards = np.where(high, 1 - u[:, (i, j)], u[:, (i, j)]).max(axis=1)
+            for side in SIDES:
+                held = int((inwards < side).sum())
+                tails = [bdtr(held, len(u), side**2), bdtrc(held - 1, len(u), side**2)]
+                ends = " and ".join(
+                    f"the {'upper' if up else 'lower'} end of {names[axis]}"
+                    for axis, up in zip((i, j), high, strict=True)
+                )
+                said = (
+                    f"a corner of {100 * side**2:.2g} % of K, at {ends}, holds {held:,} of "
+                    f"{len(u):,} draws"
+                )
+                yield Chance(2 * float(min(tails)), said)

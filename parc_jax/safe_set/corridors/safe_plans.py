@@ -1,0 +1,149 @@
+"""The plans that satisfy one of some corridors: membership, uniform samples, share of K.
+
+No region and no polytope is needed, so this is as cheap for many parameters as for two: rejection
+from draws that are uniform over all that could reach the goal.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.counts import least_probability
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.place import Place
+from parc_jax.safe_set.corridors.sampling import (
+    FIRST_DRAW,
+    HOPELESS,
+    LARGEST_DRAW,
+    Counts,
+    Points,
+    draw,
+    ends_from,
+    points,
+    safe_ones,
+)
+from parc_jax.safe_set.verdict.pointwise import paths_of, predictions
+from parc_jax.safe_set.verdict.scene import Scene
+
+ENDS = 8  # predicted ends at which `share_of_k` tries every k
+
+
+class SafePlans:
+    """All safe plans that satisfy a corridor; within a place, where the search was within one."""
+
+    def __init__(self, scene: Scene, corridors: Corridors, within: Place | None):
+        self.model = scene.model
+        self.scene = scene
+        self.corridors = corridors
+        self.within = within
+
+    @property
+    def inner(self) -> np.ndarray:
+        """(m, n_p + n_k) the plan of each corridor."""
+        return self._rows([np.concatenate([c.p0, c.k]) for c in self.corridors.all])
+
+    def _rows(self, plans: list[np.ndarray]) -> np.ndarray:
+        return np.array(plans, float).reshape(len(plans), self.model.n_p + self.model.n_k)
+
+    def has(self, safe: Points) -> np.ndarray:
+        """(b,) bool: which of some plans that reach the goal satisfy a corridor."""
+        return self.corridors.first(safe.path, safe.bin) >= 0
+
+    def contains(self, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
+        """(b,) bool: which plans p0 (b, n_p), k (b, n_k) are shown safe by a corridor. [T27]"""
+        return members(self.scene, self.has, p0, k)
+
+    def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
+        """n plans (n, n_p + n_k), uniform over the set, by rejection from `draw`."""
+        if not len(self.corridors):
+            raise InputError(
+                "sample: expected an answer with corridors; this one has none to sample from."
+            )
+        tally = Counts()
+        parts = [self._rows([])]
+        left = n
+        while left > 0:
+            size = 1.2 * left * tally.drawn / max(n - left, 1)
+            some = int(np.clip(size, FIRST_DRAW, LARGEST_DRAW))
+            one = draw(self.scene, rng, some, self.within)
+            inside = one.safe.at(self.has(one.safe))
+            parts.append(np.concatenate([inside.p0, inside.k], axis=1))
+            tally = tally.plus(one)
+            left -= len(inside.k)
+            if left == n and tally.drawn >= HOPELESS:
+                raise InputError(
+                    f"sample: expected a set that one of {HOPELESS:,} draws meets; this one is too "
+                    "small. Use `samples`, or sample from `answer.polytopes(key)`."
+                )
+        return np.concatenate(parts)[:n]
+
+    def share_of_k(self, n: int = 20_000) -> float:
+        """Lower 99.9 % confidence bound of the share of K that has a safe start in the set, by n
+        draws of k that are always the same.
+
+        A k counts when a start in the set leads to one of a few predicted ends, those of inner
+        plans. Sufficient, so the share is never too large.
+        """
+        rng = np.random.default_rng(0)
+        k = rng.uniform(self.model.domain.lo, self.model.domain.hi, (n, self.model.n_k))
+        if not len(self.inner):
+            return 0.0
+        hit = np.zeros(n, bool)
+        for z in self._ends() if self.scene.at is None else self.scene.at[None]:
+            left = np.flatnonzero(~hit)
+            if len(left) == 0:
+                break
+            some = k[left]
+            ends_here = np.broadcast_to(z, (len(left), len(z)))
+            if self.scene.at is not None:
+                ends_here = ends_from(self.scene.at, self.model, some)
+            screened, safe = safe_ones(self.scene, ends_here, some)
+            hit[left[screened.row]] = self.has(safe)
+        return least_probability(int(hit.sum()), n, 0.001)
+
+    def _ends(self) -> np.ndarray:
+        """A few well-spread predicted ends (m, n_p) of inner plans: farthest-point order."""
+        p0, k = np.split(self.inner, [self.model.n_p], axis=1)
+        ends = paths_of(self.model, p0, k)[:, -1, : self.model.n_p]
+        chosen = [int(np.argmin(np.abs(ends - np.median(ends, axis=0)).sum(axis=1)))]
+        distance = np.full(len(ends), np.inf)
+        while len(chosen) < min(ENDS, len(ends)):
+            distance = np.minimum(distance, np.abs(ends - ends[chosen[-1]]).sum(axis=1))
+            chosen.append(int(np.argmax(distance)))
+        return ends[chosen]
+
+
+def members(
+    scene: Scene, has: Callable[[Points], np.ndarray], p0: np.ndarray, k: np.ndarray
+) -> np.ndarray:
+    """(b,) bool: which plans reach the goal for all errors of the tube and are in a set. [T27]
+
+    has: membership of plans that reach; the corridor that holds one shows that it touches nothing,
+    so no distance is measured.
+    """
+    e = predictions(scene, p0, k)
+    out = e.reaches
+    out[out] = has(points(p0, k, e).at(out))
+    return out
+
+
+def as_plans(
+    name: str, model: TrajectoryModel, p0: ArrayLike, k: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """Starts p0 (b, n_p) and parameters k (b, n_k) as float64 arrays; one plan becomes a batch.
+
+    name: of the caller. Raises InputError for other shapes.
+    """
+    try:
+        p0, k = np.atleast_2d(np.asarray(p0, float)), np.atleast_2d(np.asarray(k, float))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: expected numbers; {error}.") from None
+    if p0.shape[1:] != (model.n_p,) or k.shape != (len(p0), model.n_k):
+        raise InputError(
+            f"{name}: expected p0 (b, {model.n_p}) and k (b, {model.n_k}); got "
+            f"{p0.shape}, {k.shape}."
+        )
+    return p0, k

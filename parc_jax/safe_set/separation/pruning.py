@@ -1,0 +1,252 @@
+"""Pruned pairs of an obstacle and a part: one direction separates them in every interval, for all
+plans that reach the goal. [T11, T14, T19]
+
+The reachable envelope is a box per knot around all predicted places. A plan that counts ends in the
+goal, so its first point ends in the goal's box, and interval arithmetic over small boxes of K
+bounds all other places against that end. Each bound is as wide as rounding may make it:
+`Scene.slack` covers every sum of the network's outputs.
+
+The direction is the normal of a row of the obstacle, whose offset bounds the support, so no corner
+is needed. Pruned pairs are left out of a scene's arrays, and their directions go into every
+certificate, where the checkers verify them as any other.
+"""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from parc_jax.common.sets.box import Box
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import Layout
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.learning.network.rounding import UNIT
+from parc_jax.problem.body import Part
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.safe_set.separation.directions import Multiplier, Run, body_support
+from parc_jax.safe_set.separation.inequality import excess
+
+BOXES = 1024  # about so many boxes of K, alike along all axes
+
+
+class Ways(NamedTuple):
+    """Bounds on the places of all points before the end.
+
+    lo, hi: (T + 1, n_c) [m], relative to the end of the first point.
+    """
+
+    lo: np.ndarray
+    hi: np.ndarray
+
+
+def ways_of(model: TrajectoryModel) -> Ways:
+    """Bounds on the paths of all plans with k in K, up to the rounding of the network."""
+    net, layout, domain = model.net, model.layout, model.domain
+    lo, hi = _small_boxes(domain)
+    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
+        lo, hi = (np.maximum(x, 0.0) for x in _affine(W, b, lo, hi))
+    W, b = _from_the_end(net, layout)
+    lo, hi = _affine(W, b, lo, hi)
+    shape = (layout.n_steps + 1, layout.n_c)
+    return Ways(lo.min(axis=0).reshape(shape), hi.max(axis=0).reshape(shape))
+
+
+def _from_the_end(net: ReLUNetwork, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """The last layer's rows of all places, less those of the end of the first point."""
+    n_p, split = layout.n_p, layout.n_offsets
+    W, b = net.weights[-1][:split], net.biases[-1][:split]
+    W = np.concatenate([np.zeros((n_p, W.shape[1])), W])
+    b = np.concatenate([np.zeros(n_p), b])
+    end = layout.n_steps * layout.n_c + np.tile(np.arange(n_p), len(b) // n_p)
+    return W - W[end], b - b[end]
+
+
+def _affine(W: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray):
+    """Bounds on W x + b over boxes of x, lo and hi (s, n)."""
+    up, down = np.maximum(W, 0.0).T, np.minimum(W, 0.0).T
+    return lo @ up + hi @ down + b, hi @ up + lo @ down + b
+
+
+def _small_boxes(domain: Box) -> tuple[np.ndarray, np.ndarray]:
+    """Boxes lo, hi (s, n_k) that fill the domain; neighbours share their border."""
+    each = max(1, int(BOXES ** (1 / domain.n)))
+    edges = [np.linspace(lo, hi, each + 1) for lo, hi in zip(domain.lo, domain.hi, strict=True)]
+    for edge, lo, hi in zip(edges, domain.lo, domain.hi, strict=True):
+        edge[0] = lo
+        edge[-1] = hi
+    corner = [np.meshgrid(*(e[s] for e in edges), indexing="ij") for s in (np.s_[:-1], np.s_[1:])]
+    lo, hi = (np.stack(c, axis=-1).reshape(-1, domain.n) for c in corner)
+    return lo, hi
+
+
+# [units in the last place] of the sizes of all terms: rounding of one inequality, of few operations
+ROUNDING = 64
+
+
+class Extent(NamedTuple):
+    """The reachable envelope of points during intervals.
+
+    lo, hi: (T, n_points, n_p) [m] around all predicted places at both knots, as wide as rounding
+        may make them.
+    error: (T, n_points, n_p) [m], half widths of boxes around the errors of any bin.
+    """
+
+    lo: np.ndarray
+    hi: np.ndarray
+    error: np.ndarray
+
+    def of(self, part: Part) -> "Extent":
+        """Of the points of a part alone."""
+        return Extent(*(x[:, list(part.points)] for x in self))
+
+    @property
+    def at_any_time(self) -> "Extent":
+        """One interval that holds all."""
+        lo, hi, error = self
+        return Extent(
+            lo.min(axis=0, keepdims=True),
+            hi.max(axis=0, keepdims=True),
+            error.max(axis=0, keepdims=True),
+        )
+
+    @property
+    def by_point(self) -> list:
+        """lo, hi and error with the points first."""
+        return [x.swapaxes(0, 1) for x in self]
+
+    @property
+    def size(self) -> float:
+        """[m] Largest coordinate, with its error."""
+        return float((np.maximum(np.abs(self.lo), np.abs(self.hi)) + self.error).max())
+
+
+class Apart(NamedTuple):
+    """The pairs of a problem, obstacle by obstacle and part by part, and which of them are pruned.
+
+    kept: (n,) numbers of the remaining pairs.
+    row: (pairs,) of a pruned pair the row of the obstacle that separates it, -1 for the others.
+    spans: (pairs, 2) first and last interval in which each exists.
+    beyond: [m] a bound on the distance of all plans from the pruned pairs, infinite where there are
+        none.
+    """
+
+    kept: np.ndarray
+    row: np.ndarray
+    spans: np.ndarray
+    beyond: float
+
+    def with_runs(self, own: Sequence[list[Run]]) -> list[list[Run]]:
+        """The runs of all pairs, given those of the remaining ones."""
+        out = [
+            [Run(int(first), int(last) + 1, Multiplier((int(row),), (Fraction(1),)))]
+            for row, (first, last) in zip(self.row, self.spans, strict=True)
+        ]
+        for pair, runs in zip(self.kept, own, strict=True):
+            out[pair] = runs
+        return out
+
+
+def extent_of(
+    ways: Ways,
+    ends: tuple[np.ndarray, np.ndarray],
+    starts: tuple[np.ndarray, np.ndarray],
+    errors: Float[np.ndarray, "intervals n_c"],
+    rounding: float,
+    n_p: int,
+) -> Extent:
+    """The reachable envelope of plans whose first point ends in a box and starts in another one.
+
+    ways: as of `ways_of`.
+    ends, starts: (lo, hi) (n_p,) [m], which may be infinite.
+    errors: (T, n_c) [m] largest half widths of any bin.
+    rounding: [m].
+    """
+    n_points = ways.lo.shape[1] // n_p
+    own_lo, own_hi = ways.lo[0, :n_p], ways.hi[0, :n_p]
+    end_lo = np.maximum(ends[0], starts[0] - own_hi)
+    end_hi = np.minimum(ends[1], starts[1] - own_lo)
+    shape = (-1, n_points, n_p)
+    lo = ways.lo.reshape(shape) + end_lo - rounding
+    hi = ways.hi.reshape(shape) + end_hi + rounding
+    return Extent(np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]), errors.reshape(shape))
+
+
+def apart(problem: ReachAvoid, parts: Sequence[Part], extent: Extent, slack: float) -> Apart:
+    """Prune the pairs that one row separates.
+
+    parts: of the body, with the numbers of their points.
+    extent: where the points can be.
+    slack: [m] per unit of |w|_1, which every inequality pays.
+    """
+    n, n_parts = len(problem.obstacles), len(parts)
+    spans = spans_of(problem, len(extent.error))
+    room = np.full((n, n_parts), -np.inf)
+    row = np.full((n, n_parts), -1)
+    known = np.isfinite(extent.lo).all() and np.isfinite(extent.hi).all()
+    for p, part in enumerate(parts if n and known else ()):
+        own = extent.of(part)
+        room[:, p], row[:, p] = _settled(problem, np.arange(n), part, own.at_any_time, slack, None)
+        # far away from all times' box at once, or looked at interval by interval
+        close = np.flatnonzero(room[:, p] <= 0)
+        if len(close):
+            found = _settled(problem, close, part, own, slack, spans[close])
+            room[close, p], row[close, p] = found
+    settled = (room > 0).ravel()
+    return Apart(
+        kept=np.flatnonzero(~settled),
+        row=np.where(settled, row.ravel(), -1),
+        spans=np.repeat(spans, n_parts, axis=0),
+        beyond=float(room.ravel()[settled].min(initial=np.inf)),
+    )
+
+
+def spans_of(problem: ReachAvoid, n_steps: int) -> np.ndarray:
+    """(o, 2) first and last interval in which each obstacle exists."""
+    every = (0, n_steps - 1)
+    return np.array([span or every for span in problem.all_spans], int).reshape(-1, 2)
+
+
+def _settled(
+    problem: ReachAvoid,
+    some: np.ndarray,
+    part: Part,
+    extent: Extent,
+    slack: float,
+    spans: Int[np.ndarray, "s 2"] | None,
+):
+    """Of some obstacles (numbers) the gap [m] that the best of their rows leaves to a part, and
+    that row. spans: intervals that count, None for all.
+    """
+    chosen = [problem.obstacles[j] for j in some]
+    rows = np.array([len(o.b) for o in chosen])
+    A, b = np.concatenate([o.A for o in chosen]), np.concatenate([o.b for o in chosen])
+    gap = _gap(A, b, part, extent, slack)
+    if spans is not None:
+        at = np.arange(gap.shape[1])
+        counts = (at >= spans[:, :1]) & (at <= spans[:, 1:])
+        gap = np.where(np.repeat(counts, rows, axis=0), gap, np.inf)
+    gap = gap.min(axis=1)
+    first = np.cumsum(rows) - rows
+    best = np.maximum.reduceat(gap, first)
+    place = np.where(gap == np.repeat(best, rows), np.arange(len(gap)), len(gap))
+    return best, np.minimum.reduceat(place, first) - first
+
+
+def _gap(A: np.ndarray, b: np.ndarray, part: Part, extent: Extent, slack: float) -> np.ndarray:
+    """(rows, T) [m] least gap of a part and the obstacle along the normal."""
+    up, down, size = np.maximum(A, 0.0), np.minimum(A, 0.0), np.abs(A)
+    threshold = b + body_support(part.shape, A)
+    least = np.minimum.reduce(
+        [
+            excess([up @ lo.T + down @ hi.T], size @ error.T)
+            for lo, hi, error in zip(*extent.by_point, strict=True)
+        ]
+    )
+    terms = size.max(axis=1) * A.shape[1] * extent.size + np.abs(threshold)
+    paid = threshold + slack * size.sum(axis=1) + ROUNDING * UNIT * terms
+    return (
+        excess([least], paid[:, None])
+        / (np.hypot.reduce(A, axis=1) * (1 + ROUNDING * UNIT))[:, None]
+    )

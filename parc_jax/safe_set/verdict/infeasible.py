@@ -1,0 +1,228 @@
+"""Trivially infeasible scenes: the reason why no plan can be safe, in a sentence, without a
+certificate.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from parc_jax.common.arrays import once
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.learning.bound.error_set import at
+from parc_jax.learning.labels import degrees_hint, name_of
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.rounding import outputs_within
+from parc_jax.problem.body import Disc, Polygon, numbered
+from parc_jax.safe_set.verdict.fits import box_of_rows, goal_box
+from parc_jax.safe_set.verdict.scene import Scene
+
+NEAR = 1e-9  # [share of the sizes] by which a body must reach deeper, so that rounding is no word
+
+
+class Why(NamedTuple):
+    """The reason why no plan is safe.
+
+    words: a sentence. of_scene: it holds for every model and tube.
+    sure: no search is needed; shown in float64 with margins that pay for rounding, and no
+        uncertainty made obstacles larger than they are.
+    """
+
+    words: str
+    of_scene: bool
+    sure: bool = False
+
+
+def why_none(scene: Scene) -> Why | None:
+    """Why no plan can be safe: the body touches one obstacle from everywhere in the goal, or in the
+    start set, no plan of the model gets from there to the goal, or the tube is wider than the goal.
+    None where nothing of this is so, which says nothing.
+    """
+    sure = scene.asked.doubt is None
+    words = _touching(scene, of_model=False)
+    if words is not None:
+        return Why(words, True, sure)
+    if all(faces.allow_none.all() for faces in scene.model.tube.templates or ()):
+        words = _touching(scene, of_model=True) or _out_of_reach(scene)
+        if words is not None:
+            return Why(words, False, sure)
+    words = no_end_fits(scene)
+    return None if words is None else Why(words, False)
+
+
+def no_end_fits(scene: Scene) -> str | None:
+    """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of
+    K; else None.
+    """
+    model = scene.model
+    lo, hi = goal_box(scene.problem.goal, model.layout)
+    axes, templates = np.eye(model.tube.final.shape[1]), model.tube.templates
+    errors = at(model.tube.final_errors, (slice(None), None))
+    half = (errors.support(axes) + errors.support(-axes)) / 2
+    short = _shortfall(half, hi - lo)
+    if (short > 0).any(axis=1).all() and templates is not None:
+        # these supports are bounds from above: what is said of the tube is looked at itself
+        for bin, axis in np.argwhere((short > 0) & np.isfinite(short)):
+            half[bin, axis] = templates.final.half_extent(bin, axis)
+        short = _shortfall(half, hi - lo)
+    if not (short > 0).any(axis=1).all():
+        return None
+    axis = int(np.argmax(short.min(axis=0)))
+    least = half.min(axis=0)
+    if not np.isfinite(least).all():
+        return (
+            "no plan keeps to bins of K that have a claim; a value on an edge is in the bins on "
+            "both sides."
+        )
+    if short[:, axis].min() <= 0:
+        return "in every bin of K the goal is narrower than the tube at the end along some axis."
+    return (
+        f"the goal is narrower than the tube at the end: its axis {axis} is {(hi - lo)[axis]:.3g} "
+        "wide, and the error "
+        f"there is bounded by no less than ±{least[axis]:.3g}."
+    )
+
+
+def _shortfall(half: Float[np.ndarray, "bins y"], width: Float[np.ndarray, " y"]) -> np.ndarray:
+    """(n_bins, n_c + n_q) by how much a goal of this width is too narrow for errors up to half."""
+    asked = np.isfinite(width)
+    short = np.full(half.shape, -np.inf)
+    short[:, asked] = 2 * half[:, asked] - width[asked]
+    return short
+
+
+def _touching(scene: Scene, of_model: bool) -> str | None:
+    """Which obstacle the body touches from everywhere in the goal, or in the start set. of_model:
+    in the start set, with the points that the model places there.
+    """
+    problem, start = scene.problem, _start(scene)
+    obstacles = list(zip(problem.obstacles, problem.all_spans, strict=True))
+    body = list(_at_the_start(scene) if of_model else _about_first(scene))
+    places = []
+    if not of_model:
+        last = scene.model.time.n_steps - 1
+        places.append(("wherever in the goal a plan ends", (scene.z_lo, scene.z_hi), last))
+    if start is not None:
+        alone = scene.at is not None
+        where = "where the plan starts" if alone else "wherever in the start set a plan starts"
+        places.append((where, start, 0))
+    for where, (lo, hi), t in places:
+        for j, (obstacle, span) in enumerate(obstacles):
+            if span is not None and not span[0] <= t <= span[1]:
+                continue
+            for box_lo, box_hi, radius in body:
+                if all(_touches(obstacle, z, radius) for z in _corners(lo + box_lo, hi + box_hi)):
+                    reach = f", which reaches {radius:.3g} m from there," if radius else ""
+                    return f"{where}, the body{reach} touches obstacle {j}."
+    return None
+
+
+def _about_first(scene: Scene):
+    """The parts of the body about the first reference point p: p + v, grown by a radius [m], as
+    boxes (lo, hi, radius) of one v.
+    """
+    for part in numbered(scene.problem.body, scene.model.points):
+        if 0 in part.points:
+            yield from _grown(part.shape, np.zeros((2, scene.model.n_p)))
+
+
+def _at_the_start(scene: Scene):
+    """The same at the start, of points and their mean in each part, wherever in a box the model has
+    them for some k.
+    """
+    model = scene.model
+    start = np.zeros((2, model.n_points, model.n_p))
+    if model.n_points > 1:
+        lo, hi = once(model, _outputs, 0, model.n_c - model.n_p)
+        start[:, 1:] = np.reshape([lo.min(axis=0), hi.max(axis=0)], (2, -1, model.n_p))
+    for part in numbered(scene.problem.body, model.points):
+        points = start[:, list(part.points)]
+        for box in (*np.moveaxis(points, 1, 0), points.mean(axis=1)):
+            yield from _grown(part.shape, box)
+
+
+def _grown(shape: Disc | Polygon, box: np.ndarray):
+    if isinstance(shape, Disc):
+        yield (*box, float(shape.radius))
+    else:
+        for vertex in shape.vertices:
+            yield (*(box + vertex), 0.0)
+
+
+def _out_of_reach(scene: Scene) -> str | None:
+    """Whether no plan ends in the goal, by bounds of the model's outputs over pieces of K."""
+    model, start = scene.model, _start(scene)
+    n_ends = model.n_c + model.n_q
+    lo, hi = once(model, _outputs, model.net.n_out - n_ends, model.net.n_out)
+    A, b = scene.problem.goal.A, scene.problem.goal.b
+    known = start is not None
+    if not known:  # from anywhere a plan gets anywhere, but not to any q
+        of_q = ~A[:, : model.n_c].any(axis=1)
+        A, b, start = A[of_q], b[of_q], np.zeros((2, model.n_p))
+    from_lo, from_hi = (np.r_[np.tile(side, model.n_points), np.zeros(model.n_q)] for side in start)
+    lo, hi = lo + from_lo, hi + from_hi
+    least = lo @ np.maximum(A, 0.0).T + hi @ np.minimum(A, 0.0).T
+    if not (least > b + float(scene.slack) * np.abs(A).sum(axis=1)).any(axis=1).all():
+        return None
+    whose = " from where it starts" if scene.at is not None else " from the start set"
+    words = f"no plan of the model ends in the goal{whose if known else ''}, whatever its k"
+    goal_lo, goal_hi = goal_box(scene.problem.goal, model.layout)
+    lo, hi = lo.min(axis=0), hi.max(axis=0)
+    missed = np.flatnonzero((goal_lo > hi) | (goal_hi < lo))
+    missed = missed[missed >= (0 if known else model.n_c)]
+    if not len(missed):
+        return f"{words}."
+    axis = int(missed[0])
+    q, p = model.labels.q, model.labels.p
+    label = q[axis - model.n_c] if axis >= model.n_c else p[axis % model.n_p]
+    asked = float(goal_lo[axis]), float(goal_hi[axis])
+    return (
+        f"{words}: {name_of(label)} at its end is between {lo[axis]:.4g} and {hi[axis]:.4g}, the "
+        f"goal asks for {asked[0]:.4g} to {asked[1]:.4g}.{degrees_hint(label, *asked)}"
+    )
+
+
+def _outputs(model: TrajectoryModel, first: int, end: int):
+    return outputs_within(model.net, model.domain, np.arange(first, end))
+
+
+def _start(scene: Scene) -> tuple[np.ndarray, np.ndarray] | None:
+    """A box (lo, hi) that all plans start in; None where they may start far out."""
+    if scene.at is not None:
+        return scene.at, scene.at
+    box = (np.inf, np.inf) if scene.problem.start is None else box_of_rows(scene.problem.start)
+    return box if np.isfinite(box).all() else None
+
+
+def _corners(lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
+    return np.array(list(itertools.product(*zip(lo, hi, strict=True))))
+
+
+def _touches(obstacle: HPolytope, z: np.ndarray, radius: float) -> bool:
+    """Is some point well inside the obstacle nearer to z than the radius, or z itself such a point?
+
+    The nearest one comes from nonnegative multipliers of the rows (Lawson and Hanson, Solving Least
+    Squares Problems, ch. 23), and is tested anew.
+    """
+    from scipy.optimize import nnls
+
+    near = NEAR * (1 + np.abs(z).sum() + radius)
+    norms = np.abs(obstacle.A).sum(axis=1)
+    slack = obstacle.b - obstacle.A @ z - near * norms  # of the rows {A x <= slack} about z
+    if (slack >= 0).all():
+        return True
+    if (slack < -radius * np.linalg.norm(obstacle.A, axis=1)).any():
+        return False
+    inner = slack - near * norms
+    n = obstacle.n
+    system = np.concatenate([-obstacle.A.T, -inner[None]])
+    try:
+        multipliers, _ = nnls(system, np.eye(n + 1)[n])
+    except RuntimeError:
+        return False
+    rest = system @ multipliers - np.eye(n + 1)[n]
+    if not rest[n] < 0:
+        return False  # no point at all, as far as can be seen
+    nearest = -rest[:n] / rest[n]
+    return bool((obstacle.A @ nearest <= slack).all()) and np.linalg.norm(nearest) < radius - near
