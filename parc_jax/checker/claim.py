@@ -6,8 +6,6 @@ was seen, is the file's word. That the numbers follow from each other is checked
 that are rounded against the claim; no other premise is marked checked.
 """
 
-from typing import Any
-
 from .exact import array, decimal, fields, integers, need, number, whole
 
 SHOWN = "pac"  # the one kind of claim with evidence
@@ -19,7 +17,7 @@ BITS = 128  # of a rounded number, at least
 ONE = 1 << BITS
 MAX_SHIFT = 1 << 13  # beyond 2^-8192 a probability counts as that
 CHECKED, MEASURED, ASSUMED = "checked", "measured", "assumed"  # the standings of a premise
-K_LAW = {"uniform": "uniform on K", "logged": "as in the log"}
+K_LAW = {"uniform": "uniform on K", "logged": "as in the log", "given": "as it was given"}
 NOT_STATED = "not stated"
 MAX_PREMISES = 500  # assumptions of a claim
 LONGEST = 500  # characters of a name or value that are printed
@@ -35,9 +33,7 @@ def checked_claim(claim, hashes, n_bins, domain=None, dt=None):
     need(claim["network_hash"] == hashes["network"], "the claim is about another network")
     need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
     pac = claim.get("kind") == SHOWN
-    found: dict[str, Any] = (
-        arithmetic_of(claim, n_bins) if pac else {"checked": False, "says": "", "premises": []}
-    )
+    found = arithmetic_of(claim, n_bins) if pac else {"checked": False, "says": "", "premises": []}
     K = corners_of(claim)
     need(None in (K, domain) or K == domain, "the claim is about another domain")
     step = [number(x) for x in listed(at(claim, "subject"), "time")][:1]
@@ -96,7 +92,7 @@ def stated_premises(claim: dict) -> list:
     needed = {
         "law": at(claim, "quantifier"),
         "K": " x ".join(box) or None,
-        "k": None if k_law is None else K_LAW.get(text(k_law), by_law(k_law)),
+        "k": None if k_law is None else how_drawn(text(k_law)),
         "failed": at(evidence, "failed"),
     }
     more = {
@@ -122,12 +118,13 @@ def stated_premises(claim: dict) -> list:
     return found
 
 
-def by_law(word: str) -> str:
-    """How k was drawn, of a law that has no words of its own."""
-    return f"{'as' if word.startswith('given') else 'by'} {word}"
+def how_drawn(k_law):
+    """The law of k, in words that follow "k"."""
+    word = "as" if k_law.startswith("given ") else "by"
+    return K_LAW.get(k_law, f"{word} {k_law}")
 
 
-def corners_of(claim: dict) -> tuple | None:
+def corners_of(claim):
     """(lo, hi) of the K of a claim, or None where it states none."""
     K = at(claim, "subject", "domain")
     if K is None:
@@ -138,7 +135,7 @@ def corners_of(claim: dict) -> tuple | None:
     return lo, hi
 
 
-def at(part: Any, *names: str):
+def at(part, *names):
     """A field inside of fields, or None where there is none."""
     for name in names:
         if part is None:
@@ -148,19 +145,19 @@ def at(part: Any, *names: str):
     return part
 
 
-def listed(part: Any, name: str) -> list:
+def listed(part, name):
     """A field that is a list, an empty one where there is none."""
     value = at(part, name)
     return [] if value is None else array(value)
 
 
-def text(value: Any) -> str:
+def text(value):
     """The value, if it is a text."""
     need(type(value) is str, "a premise of the claim is not a text")
     return value
 
 
-def escaped(value: object) -> str:
+def escaped(value):
     """The value of a premise, fit for a terminal."""
     value = str(value).encode("unicode_escape").decode()
     return value if len(value) <= LONGEST else f"{value[:LONGEST]}... ({len(value)} characters)"

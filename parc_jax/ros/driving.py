@@ -30,8 +30,8 @@ class Driving(Options):
     """No obstacle is narrower than this [m]."""
     margin: float = 0.0
     """Distance [m] around the robot that a person declares free at its start, for scans: without it
-    no free space is declared where it stands, and it stays. The error of the pose is
-    taken from it."""
+    no free space is declared where it stands, and it stays. The uncertainty of a pose is taken from
+    it."""
     mover_radius: float = 0.0
     """Radius [m] of a disc around each moving obstacle, with the error of its place and its motion
     between the measurement of a pose and the beginning of the manoeuvre. Above 0 m nothing begins

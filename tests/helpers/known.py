@@ -572,7 +572,6 @@ EDITS = {
     "claim__delta": "1/999",
     "claim__evidence__rows": 7000,
     "claim__evidence__failed": 1,
-    "claim__evidence__left_out": 3,
     "claim__evidence__recordings": "ff",
     "claim__evidence__eps_asked": "eps = 1/10000",
     "claim__evidence__not_drawn": ["wind"],

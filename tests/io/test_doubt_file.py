@@ -65,7 +65,7 @@ def test_the_table_says_what_it_says():
 def test_what_is_written_is_read_again(suffix, tmp_path):
     first = problem_of_text(SCENE + DOUBT, "scene")
     again = load_problem(save_problem(tmp_path / f"scene.{suffix}", first))
-    assert same(first.doubt, again.scene.asked.doubt)
+    assert same(first.doubt, again.doubt)
     box_of_all = Doubt(obstacles=box([-0.1] * 2, [0.1] * 2))
     one = reach_avoid(first.goal, first.obstacles, 0.1, doubt=box_of_all)
     again = load_problem(save_problem(tmp_path / f"one.{suffix}", one)).doubt

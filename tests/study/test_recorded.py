@@ -102,7 +102,10 @@ def test_without_a_start_there_is_no_replay(answer, runs):
 
 def test_under_doubt_there_is_no_replay(runs):
     with pytest.raises(InputError, match="without doubt"):
-        pj.replay_recorded(SimpleNamespace(doubt="of the start"), runs)
+        pj.replay_recorded(
+            SimpleNamespace(scene=SimpleNamespace(asked=SimpleNamespace(doubt="of the start"))),
+            runs,
+        )
 
 
 @pytest.mark.night

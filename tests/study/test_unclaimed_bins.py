@@ -66,7 +66,7 @@ def test_a_model_without_any_claim_says_so_before_it_looks():
         answer = planner.solve(world(), jax.random.PRNGKey(0), settings)
         assert answer.status is Status.NOT_FOUND and answer.cover.drawn == 0
         assert answer.absence.leaves == 1 and "that have a claim" in answer.details()
-        assert answer.share.volume is None and answer.share_of_k() == 0.0
+        assert answer.share is None and answer.share_of_k() == 0.0
 
 
 @pytest.mark.slow

@@ -93,7 +93,7 @@ def load_rollouts(
         if wanted is not None and not _equal(wanted, getattr(own, given)):
             raise InputError(
                 f"{path}: expected no {given}, or that of the file, {getattr(own, given)}; got "
-                f"{wanted}. A file of save_rollouts has its own: leave {given} out, or collect anew."
+                f"{wanted}. A file of save_rollouts has its own: leave {given} out."
             )
     return _own(path, own, k_law, groups, points, about)
 

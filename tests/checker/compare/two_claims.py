@@ -53,7 +53,7 @@ def stated(rng, claim):
     claim |= {
         "quantifier": rng.choice(TEXTS),
         "subject": {"domain": domain, "time": rng.choice([["0.05"], ["1/20", "1"], ["0.5"], []])},
-        "law": {"k_law": rng.choice(["uniform", "logged", "given", "given 0a1b", *TEXTS])},
+        "law": {"k_law": rng.choice(["uniform", "logged", "given", *TEXTS])},
         "assumptions": rng.choices([*TEXTS, "A(b)", "A(", "(a))", ")"], k=rng.randrange(4)),
     }
     claim["evidence"] |= {

@@ -420,8 +420,8 @@ let premises known o =
   let evidence names = at ("evidence" :: names) o in
   let count = Option.map (fun x -> string_of_int (whole 0 most_runs x)) and words = Option.map text_in in
   let side (a, b) = Printf.sprintf "[%s, %s]" (decimal a) (decimal b) in
-  let law = function "uniform" -> "uniform on K" | "logged" -> "as in the log" 
-    | x -> (if String.length x >= 5 && String.sub x 0 5 = "given" then "as " else "by ") ^ x in
+  let law = function "uniform" -> "uniform on K" | "logged" -> "as in the log" | "given" -> "as it was given" 
+    | x -> (if String.length x > 5 && String.sub x 0 6 = "given " then "as " else "by ") ^ x in
   let needed =
     [ ("law", words (at [ "quantifier" ] o));
       ("K", Option.map (fun k -> String.concat " x " (List.map side k)) (domain_of o));
@@ -430,7 +430,8 @@ let premises known o =
   let more =
     [ ("all", match at [ "bin_eps" ] o with None -> None | Some _ -> count (at [ "n" ] o));
       ("rows", count (evidence [ "rows" ])); ("recordings", words (evidence [ "recordings" ]));
-      ("left out", count (evidence [ "left_out" ])); ("eps asked", words (evidence [ "eps_asked" ]));
+      ("left out", count (evidence [ "left_out" ]));
+      ("eps asked", words (evidence [ "eps_asked" ]));
       ("not drawn", match List.map text_in (listed [ "evidence"; "not_drawn" ] o) with
          | [] -> None | names -> match String.concat ", " names with "" -> None | all -> Some all) ] in
   let stated needed (name, value) = match value with
