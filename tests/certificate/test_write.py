@@ -43,14 +43,15 @@ GOAL = box([-0.5, -0.5, -3], [0.5, 0.5, 3])
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
-    """A small answer and its JSON."""
+    """A small answer, its polytopes, and the file of both."""
     model, problem = toy_case(4)
     problem = problem.replace(spans=((0, 2), None))
     answer = Planner(model).solve(
         problem, jax.random.key(0), Settings(target=0.2, samples=12, budget_s=300)
     )
-    path = answer.save(tmp_path_factory.mktemp("answers") / "a.json")
-    return answer, json.loads(path.read_text()), path
+    cut = answer.polytopes(jax.random.key(1), 200)
+    path = answer.save(tmp_path_factory.mktemp("answers") / "a.json", cut)
+    return answer, cut, json.loads(path.read_text()), path
 
 
 def test_numbers_are_spelled_exactly(rng):
@@ -92,7 +93,7 @@ def test_hashes_see_every_number(rng):
 
 
 def test_saved_answers_hold_no_floats_and_are_accepted(saved):
-    answer, data, path = saved
+    answer, cut, data, path = saved
 
     def walk(x):
         assert not isinstance(x, float)
@@ -101,7 +102,7 @@ def test_saved_answers_hold_no_floats_and_are_accepted(saved):
 
     walk(data)
     report = checker.check_answer(checker.load(path))
-    assert report.samples == len(answer.samples) == 12 and report.sets == len(answer.polytopes) > 0
+    assert report.samples == len(answer.samples) == 12 and report.sets == len(cut) > 0
     assert data["meta"]["status"] == "exact-proved"
 
 
@@ -110,7 +111,7 @@ def test_the_command_line_accepts_the_file_without_the_package(saved, tmp_path):
     import subprocess
     import sys
 
-    _, data, path = saved
+    _, _, data, path = saved
     shutil.copytree(Path(checker.__file__).parent, tmp_path / "alone")
 
     def run(p):
@@ -178,17 +179,17 @@ def mutants(data):
 
 
 def test_answers_that_claim_more_are_rejected(saved):
-    for name, other in mutants(saved[1]):
+    for name, other in mutants(saved[2]):
         with pytest.raises(checker.Rejected):
             checker.check_answer(other)
             pytest.fail(name)
 
 
 def test_prove_keeps_what_holds_and_drops_what_does_not(saved):
-    answer, _, _ = saved
+    answer, cut, *_ = saved
     parts = copy.deepcopy(answer.certificates)
     parts[3]["p0"][0] = (float.fromhex(parts[3]["p0"][0]) + 3).hex()
-    kept, _, polytopes = prove(answer.problem, answer.model, parts, polytopes=answer.polytopes)
+    kept, _, polytopes = prove(answer.problem, answer.model, parts, polytopes=cut.all)
     assert polytopes.all() and kept.tolist() == [i != 3 for i in range(12)]
 
 
