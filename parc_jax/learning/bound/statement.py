@@ -140,7 +140,8 @@ def _chosen(p: Premises) -> str:
 
 
 def _failed(p: Premises) -> str:
-    return f"{p['failed']:,}" if isinstance(p["failed"], int) else "an unstated number"
+    stated = "failed" in p and isinstance(p["failed"], int)
+    return f"{p['failed']:,}" if stated else "an unstated number"
 
 
 def _ledger(entry: Premise) -> str:
