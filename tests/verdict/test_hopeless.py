@@ -79,7 +79,7 @@ def test_what_is_told_is_true_and_proved_where_a_proof_is_possible(rng):
     assert none.kind == "undecided" and said.startswith("No plan is safe: wherever in the goal")
     assert said.endswith("touches obstacle 0.")
     none = none._replace(kind="proved")
-    assert none.statement().endswith("touches obstacle 0.")
+    assert none.details().endswith("touches obstacle 0.")
 
 
 def test_only_parts_about_the_first_point_are_looked_at(rng):
