@@ -6,6 +6,8 @@ was seen, is the file's word. That the numbers follow from each other is checked
 that are rounded against the claim; no other premise is marked checked.
 """
 
+from typing import Any
+
 from .exact import array, decimal, fields, integers, need, number, whole
 
 SHOWN = "pac"  # the one kind of claim with evidence
@@ -32,8 +34,9 @@ def checked_claim(claim, hashes, n_bins, domain=None, dt=None):
         return None
     need(claim["network_hash"] == hashes["network"], "the claim is about another network")
     need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
-    pac = claim.get("kind") == SHOWN
-    found = arithmetic_of(claim, n_bins) if pac else {"checked": False, "says": "", "premises": []}
+    found: dict[str, Any] = {"checked": False, "says": "", "premises": []}
+    if claim.get("kind") == SHOWN:
+        found = arithmetic_of(claim, n_bins)
     K = corners_of(claim)
     need(None in (K, domain) or K == domain, "the claim is about another domain")
     step = [number(x) for x in listed(at(claim, "subject"), "time")][:1]
@@ -118,13 +121,13 @@ def stated_premises(claim: dict) -> list:
     return found
 
 
-def how_drawn(k_law):
+def how_drawn(k_law: str) -> str:
     """The law of k, in words that follow "k"."""
     word = "as" if k_law.startswith("given ") else "by"
     return K_LAW.get(k_law, f"{word} {k_law}")
 
 
-def corners_of(claim):
+def corners_of(claim: dict) -> tuple | None:
     """(lo, hi) of the K of a claim, or None where it states none."""
     K = at(claim, "subject", "domain")
     if K is None:
@@ -135,7 +138,7 @@ def corners_of(claim):
     return lo, hi
 
 
-def at(part, *names):
+def at(part: Any, *names: str):
     """A field inside of fields, or None where there is none."""
     for name in names:
         if part is None:
@@ -145,19 +148,19 @@ def at(part, *names):
     return part
 
 
-def listed(part, name):
+def listed(part: Any, name: str) -> list:
     """A field that is a list, an empty one where there is none."""
     value = at(part, name)
     return [] if value is None else array(value)
 
 
-def text(value):
+def text(value: Any) -> str:
     """The value, if it is a text."""
     need(type(value) is str, "a premise of the claim is not a text")
     return value
 
 
-def escaped(value):
+def escaped(value: object) -> str:
     """The value of a premise, fit for a terminal."""
     value = str(value).encode("unicode_escape").decode()
     return value if len(value) <= LONGEST else f"{value[:LONGEST]}... ({len(value)} characters)"

@@ -75,7 +75,7 @@ def number(text):
     return Fraction(text)
 
 
-def decimal(x):
+def decimal(x: Fraction) -> str:
     """A number for people, to twelve decimals; a fraction where these are all zeros."""
     units = (abs(x.numerator) * 2 * 10**12 + x.denominator) // (2 * x.denominator)
     if x and not units:

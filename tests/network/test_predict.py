@@ -69,4 +69,4 @@ def test_a_network_without_hidden_layers_has_an_empty_pattern():
 def test_the_forward_pass_is_written_once():
     again = re.compile(r"= (np|jnp)\.maximum\([^\n]*(@ W|matmul\(W)")
     found = {str(p.relative_to(ROOT)) for p in ROOT.rglob("*.py") if again.search(p.read_text())}
-    assert found == {"learning/network/predict.py"}
+    assert found == {"learning/network/relu.py"}

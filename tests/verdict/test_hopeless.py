@@ -75,11 +75,11 @@ def test_what_is_told_is_true_and_proved_where_a_proof_is_possible(rng):
         reach_avoid(goal, [box([4.0, 1.0], [5.0, 2.0])], hull("c0", "c1", radius=5.0)), model
     )
     none = prove_no_plan(scene, limit=Limit(600.0), max_leaves=10)
-    said = none.statement()
+    said = none.details()
     assert none.kind == "undecided" and said.startswith("No plan is safe: wherever in the goal")
     assert said.endswith("touches obstacle 0.")
     none = none._replace(kind="proved")
-    assert none.statement().endswith("touches obstacle 0.")
+    assert none.details().endswith("touches obstacle 0.")
 
 
 def test_only_parts_about_the_first_point_are_looked_at(rng):

@@ -339,8 +339,8 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
             intersample=tuple(nearest_floats(data["intersample"])),
         )
         check_claim(claim)
-        _check_sum(data, error_tube.n_bins)
         _check_counts(claim)
+        _check_sum(data, error_tube.n_bins)
         return claim
     except (KeyError, TypeError, AttributeError) as error:
         raise InputError(

@@ -5,7 +5,9 @@ claim's premises.
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from parc_jax.checker import Rejected
 from parc_jax.checker.claim import stated_premises
+from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premise, Premises, premises
 from parc_jax.common.spelling import rounded_down, rounded_up
 
@@ -23,7 +25,10 @@ def premises_of(c: "ErrorClaim") -> Premises:
         ("box", MEASURED, c.law.box),
         ("open bins", MEASURED, f"{int((~c.tube.claimed).sum())} of {c.tube.n_bins}"),
     ]
-    return premises([*shown, *more, *stated_premises(c.facts())])
+    try:
+        return premises([*shown, *more, *stated_premises(c.facts())])
+    except Rejected as why:
+        raise InputError(f"claim: expected fields that a sentence can state; {why}.") from None
 
 
 def statement(p: Premises) -> str:
@@ -135,7 +140,8 @@ def _chosen(p: Premises) -> str:
 
 
 def _failed(p: Premises) -> str:
-    return f"{p['failed']:,}" if isinstance(p["failed"], int) else "an unstated number"
+    stated = "failed" in p and isinstance(p["failed"], int)
+    return f"{p['failed']:,}" if stated else "an unstated number"
 
 
 def _ledger(entry: Premise) -> str:
