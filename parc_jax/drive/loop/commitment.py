@@ -40,7 +40,7 @@ class Commitment:
 
     number: from 0. begin, end: [s] of the loop's clock, from its pose to its end. k (n_k,): values
     measured at the start, and the command. clearance: [m] from everything, of every run inside the
-    tube. judged: candidates that had a verdict. asked: the plain question, from the pose.
+    tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose.
     """
 
     number: int

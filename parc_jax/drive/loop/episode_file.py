@@ -72,7 +72,7 @@ def _common(asked: NominalProblem, entry: dict) -> Premises:
 
 
 def _copies(asked: NominalProblem) -> int:
-    """Vertex realisations: points of the plain question for each point of the robot."""
+    """Vertex realisations: points of the nominal problem for each point of the robot."""
     return asked.model.n_points // asked.query.model.n_points
 
 
@@ -141,8 +141,8 @@ class Manoeuvre(NamedTuple):
 
 
 class Episode(NamedTuple):
-    """An episode of a file. model: of the plain questions. statement: proofs and assumptions. meta:
-    of the file, unchecked.
+    """An episode of a file. model: of the nominal problems. statement: proofs and assumptions.
+    meta: of the file, unchecked.
     """
 
     model: TrajectoryModel

@@ -42,7 +42,7 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
             "runs. Remove the copies."
         )
     if scores.law.k_law == "uniform":
-        # of a seed the word of the law is the program's own, and hardly ever to be uncertain
+        # of a seed the word of the law is the program's own, and hardly ever to be doubted
         level = LEVEL if scores.seed is None else REPEATS
         check_uniform("holdout", scores.k, _domain(scores), scores.groups, level=level)
     if scores.seed is None:  # the rows of a seed are independent by construction
