@@ -104,7 +104,7 @@ def test_under_uncertainty_there_is_no_replay(runs):
     with pytest.raises(InputError, match="without uncertainty"):
         pj.replay_recorded(
             SimpleNamespace(
-                scene=SimpleNamespace(asked=SimpleNamespace(uncertainty="of the start"))
+                scene=SimpleNamespace(nominal=SimpleNamespace(uncertainty="of the start"))
             ),
             runs,
         )
