@@ -66,7 +66,7 @@ def test_bad_uncertainty_is_one_sentence(shell, options, sentence):
     assert code == 2 and sentence in complained and complained.count("\n") == 1
 
 
-def test_an_answer_robust_models(shell):
+def test_an_answer_under_uncertainty(shell):
     options = ("--uncertainty-start", 0.02, 0.01, "--sensing-eps", "0.001", "--target", 0.3)
     code, said, _ = shell(*options, "--budget", 2)
     assert code == 0 and "every start within ±0.02, ±0.01 m" in said
