@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.neuralparc.brs import reach_sets
 from parc_jax.neuralparc.by_support import Shadows, clear_of_reach, outside, shadows

@@ -12,9 +12,8 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.network.maps import pattern_map
 from parc_jax.neuralparc.sets.affine import image
-from parc_jax.neuralparc.sets.membership import membership
-from parc_jax.neuralparc.sets.minkowski import grow
-from parc_jax.neuralparc.sets.support import support
+from parc_jax.neuralparc.sets.membership import membership, support
+from parc_jax.neuralparc.sets.operations import grow
 from parc_jax.proof.absence.contact_margins import corners_of
 from parc_jax.safe_set.batch.proposals import _least
 from parc_jax.safe_set.corridors.corridor import lost

@@ -150,7 +150,7 @@ ABSENCE = (
     ),
     Fault(
         "no_plan_admits_what_one_point_may",
-        "contact_errors.holds",
+        "errors.holds",
         "zip(a, exact, strict=True)) <= b for a, b in rows)",
         "zip(a, exact, strict=True)) <= 1000 * b for a, b in rows)",
         (

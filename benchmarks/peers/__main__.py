@@ -19,7 +19,7 @@ import tyro
 
 from benchmarks.environment import environment
 from parc_jax.learning.model import TrajectoryModel, load
-from parc_jax.neuralparc.sets.clip import clip_to_box
+from parc_jax.neuralparc.sets.operations import clip_to_box
 from parc_jax.proof.regions import enumerate_regions
 
 PEERS = {

@@ -18,9 +18,8 @@ from benchmarks.result import Result, Table
 from benchmarks.workloads.lps import N, programs
 from parc_jax import checker
 from parc_jax.answer.answer import answer_data
-from parc_jax.common.lp.clarabel_hint import Hint
-from parc_jax.common.lp.solve import solve
-from parc_jax.common.lp.status import LPResult, LPStatus
+from parc_jax.common.lp.program import LPResult, LPStatus
+from parc_jax.common.lp.solve import Hint, solve
 from parc_jax.neuralparc.cells import cells_outward
 from parc_jax.neuralparc.lp_batch import solve_batch
 from parc_jax.neuralparc.scene import paper_scene

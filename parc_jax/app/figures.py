@@ -12,7 +12,7 @@ from parc_jax.app.plot.samples import samples
 from parc_jax.app.plot.spread import spread
 from parc_jax.app.plot.style import save
 from parc_jax.app.plot.timeline import timeline
-from parc_jax.neuralparc.verdicts import region_verdicts
+from parc_jax.neuralparc.answer import region_verdicts
 
 __all__ = [
     "Entry",

@@ -3,11 +3,25 @@
 A CPU likes few rows, which stay in its caches, and plans that end as soon as they are decided. An
 accelerator likes all rows at once. Its sizes have never been measured: no accelerator was at hand.
 `benchmarks/gpu.sh` measures them.
+
+Many devices: one mesh with one axis of rows, over which `solve_batch` splits its scenes.
 """
 
 from dataclasses import dataclass
 
 import jax
+
+AXIS = "rows"
+
+
+def mesh(devices=None) -> jax.sharding.Mesh:
+    """All devices, or the given ones, in one axis; of Auto type, so code for one device works as it
+    is.
+    """
+    devices = jax.devices() if devices is None else devices
+    return jax.make_mesh(
+        (len(devices),), (AXIS,), axis_types=(jax.sharding.AxisType.Auto,), devices=devices
+    )
 
 
 @dataclass(frozen=True)

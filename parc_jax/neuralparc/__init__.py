@@ -3,16 +3,19 @@
 docs/sets.md and docs/lp.md. Nothing of the engine comes in.
 """
 
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.lp.solve import feasible, solve
-from parc_jax.common.lp.status import LPStatus
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.rational import rational_vertices
 from parc_jax.common.sets.vertices import chebyshev_center, vertices
 from parc_jax.neuralparc.lp_batch import feasible_batch, solve_batch
-from parc_jax.neuralparc.method import Published
+from parc_jax.neuralparc.search import Published
 from parc_jax.neuralparc.sets.affine import (
+    AHPolytope,
+    ahpolytope,
+    as_ah,
     convex_hull,
     image,
     intersection,
@@ -20,8 +23,6 @@ from parc_jax.neuralparc.sets.affine import (
     product,
     projection,
 )
-from parc_jax.neuralparc.sets.ahpolytope import AHPolytope, ahpolytope, as_ah
-from parc_jax.neuralparc.sets.hit_and_run import sample_polytopes
 from parc_jax.neuralparc.sets.membership import (
     find_point,
     find_points,
@@ -29,14 +30,19 @@ from parc_jax.neuralparc.sets.membership import (
     is_proved_outside,
     membership,
     memberships,
+    support,
     with_bounds,
 )
-from parc_jax.neuralparc.sets.minkowski import grow, minkowski_sum, polygon_sum, with_axis_rows
-from parc_jax.neuralparc.sets.pontryagin import pontryagin_difference, shrink
-from parc_jax.neuralparc.sets.redundancy import without_redundant_rows
-from parc_jax.neuralparc.sets.sampling import sample_polytope
-from parc_jax.neuralparc.sets.support import support
-from parc_jax.neuralparc.sets.volume import triangulate, volume
+from parc_jax.neuralparc.sets.operations import (
+    grow,
+    minkowski_sum,
+    polygon_sum,
+    pontryagin_difference,
+    shrink,
+    with_axis_rows,
+    without_redundant_rows,
+)
+from parc_jax.neuralparc.sets.sampling import sample_polytope, sample_polytopes, triangulate, volume
 
 __all__ = [
     "AHPolytope",

@@ -1,18 +1,160 @@
 """Backward reachable sets: all (p0, k) of a cell whose predicted final state lies in the shrunken
 goal.
+
+Is a backward reachable set empty? Decided for most cells by their vertices alone, without a
+linear program.
+
+An end coordinate is affine in k, so its range over a cell is the range over the vertices, exactly.
+If a range misses what the goal (and the start set, if there is one) asks for, the reach set is
+empty. If not, a few parameters are tried: the middle of the cell, and points between it and the
+vertices where an end coordinate is least and greatest, with the start that ends in the middle of
+what is allowed. One that satisfies every row by more than rounding proves that the set has points.
+The rest is for LPs.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.lp.status import LPStatus
-from parc_jax.common.lp.witness import gamma
+from parc_jax.common.lp.exact import gamma, row_bounds
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center
+from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.neuralparc.cells import Cell
-from parc_jax.neuralparc.decide import decide
 from parc_jax.neuralparc.lp_batch import solve_batch
+
+# of the common range of an end coordinate: where parameters are tried
+_SHARES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
+
+
+class EndRanges(NamedTuple):
+    """End coordinates (p relative to the start, q) over r cells.
+
+    least, most: (r, n_goal) over the vertices. slack: (r, n_goal) makes the range hold for the
+    exact cell. at_vertices: (r, v, n_goal).
+    """
+
+    least: np.ndarray
+    most: np.ndarray
+    slack: np.ndarray
+    at_vertices: np.ndarray
+
+
+class Bounds(NamedTuple):
+    """lo, hi (r, n): a box per cell."""
+
+    lo: np.ndarray
+    hi: np.ndarray
+
+
+def decide(
+    rows: HPolytope,
+    cells: Cell,
+    goals: HPolytope,
+    goal_box: Box,
+    start: HPolytope | None,
+    n_p: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Verdicts on the reach sets {(p0, k) : rows} of r stacked cells, without LPs.
+
+    rows: A (r, h, n_p + n_k), b (r, h), from `brs_rows`. goals: b (n_bins, g). goal_box: around the
+    goal. Returns status (r,), UNKNOWN where an LP has to decide, and inner (r, n_p + n_k), a point
+    inside or NaN.
+    """
+    goal = _goal_bounds(cells, goals, goal_box)
+    starts = Bounds(-np.inf, np.inf) if start is None else Bounds(*row_bounds(start.A, start.b))
+    ends = _end_ranges(cells, goals.n)
+    empty = _misses(ends, goal, starts, n_p)
+    inner, fine = _inner_points(rows, cells, ends, goal, starts, n_p)
+    status = np.where(empty, int(LPStatus.INFEASIBLE), int(LPStatus.UNKNOWN))
+    status = np.where(fine, int(LPStatus.FEASIBLE), status)
+    return status, inner
+
+
+def _goal_bounds(cells: Cell, goals: HPolytope, goal_box: Box) -> Bounds:
+    """Box (r, n_goal) around the shrunken goal of every cell."""
+    lo, hi = row_bounds(goals.A[None], goals.b)
+    lo = np.maximum(lo, goal_box.lo)
+    hi = np.minimum(hi, goal_box.hi)
+    return Bounds(lo[cells.bin], hi[cells.bin])
+
+
+def _end_ranges(cells: Cell, n_goal: int) -> EndRanges:
+    """Ranges of the end coordinates over the vertices of the cells."""
+    C, d = cells.final(n_goal)
+    at_vertices = cells.vertices @ C.swapaxes(1, 2) + d[:, None]
+    size = (np.abs(C) @ cells.largest_k[..., None])[..., 0] + np.abs(d)
+    moved = (np.abs(C) @ cells.slip[..., None])[..., 0] * 2
+    slack = moved + gamma(2 * C.shape[-1] + 6) * size
+    return EndRanges(at_vertices.min(axis=1), at_vertices.max(axis=1), slack, at_vertices)
+
+
+def _misses(ends: EndRanges, goal: Bounds, starts: Bounds, n_p: int) -> np.ndarray:
+    """Which cells (r,) have an end coordinate whose whole range is outside of what is asked for."""
+    # The end is p0 + c_f, so c_f has to come between goal minus start; q has to come into the goal
+    # itself.
+    low = np.concatenate([goal.lo[:, :n_p] - starts.hi, goal.lo[:, n_p:]], axis=1)
+    high = np.concatenate([goal.hi[:, :n_p] - starts.lo, goal.hi[:, n_p:]], axis=1)
+    low = low - gamma(4) * np.abs(low)
+    high = high + gamma(4) * np.abs(high)
+    above = ends.least - ends.slack - high
+    below = low - ends.most - ends.slack
+    outside = (np.maximum(above, below) > TOLERANCES.lp_margin).any(axis=1)
+    no_goal = (goal.lo - goal.hi > TOLERANCES.lp_margin).any(axis=1)
+    return outside | no_goal
+
+
+def _inner_points(
+    rows: HPolytope, cells: Cell, ends: EndRanges, goal: Bounds, starts: Bounds, n_p: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Best tried point (r, n_p + n_k), NaN where none is inside, and whether one is (r,)."""
+    k = _parameters(cells, ends, goal, n_p)
+    C, d = cells.final(goal.lo.shape[1])
+    offset = k @ C[:, :n_p].swapaxes(1, 2) + d[:, None, :n_p]
+    first = np.maximum(goal.lo[:, None, :n_p] - offset, starts.lo)
+    last = np.minimum(goal.hi[:, None, :n_p] - offset, starts.hi)
+    x = np.concatenate([0.5 * (first + last), k], axis=2)
+    depth = _depth(rows, x)
+    best = depth.argmax(axis=1)[:, None]
+    fine = np.take_along_axis(depth, best, axis=1)[:, 0] > TOLERANCES.lp_feasible
+    deepest = np.take_along_axis(x, best[..., None], axis=1)[:, 0]
+    return np.where(fine[:, None], deepest, np.nan), fine
+
+
+def _parameters(cells: Cell, ends: EndRanges, goal: Bounds, n_p: int) -> np.ndarray:
+    """Parameters (r, s, n_k) to try: the middle, and towards the extremes of each coordinate q."""
+    middle = cells.vertices.mean(axis=1)
+    tried = [middle[:, None]]
+    C, d = cells.final(goal.lo.shape[1])
+    at_middle = (C[:, n_p:] @ middle[..., None])[..., 0] + d[:, n_p:]
+    for j in range(n_p, C.shape[1]):
+        here = at_middle[:, j - n_p, None]
+        low = np.maximum(goal.lo[:, j], ends.least[:, j])[:, None]
+        high = np.minimum(goal.hi[:, j], ends.most[:, j])[:, None]
+        wanted = low + _SHARES * (high - low)  # (r, s)
+        up = wanted > here
+        at = ends.at_vertices[..., j]
+        vertex = np.where(up, at.argmax(axis=1)[:, None], at.argmin(axis=1)[:, None])
+        gap = np.where(up, ends.most[:, j, None], ends.least[:, j, None]) - here
+        share = np.clip((wanted - here) / np.where(gap == 0, 1.0, gap), 0.0, 1.0)[..., None]
+        corner = np.take_along_axis(cells.vertices, vertex[..., None], axis=1)
+        tried.append((1 - share) * middle[:, None] + share * corner)
+    return np.concatenate(tried, axis=1)
+
+
+def _depth(rows: HPolytope, x: np.ndarray) -> np.ndarray:
+    """How far points x (r, s, n) lie inside the rows, less its rounding: (r, s) [row lengths],
+    negative outside.
+    """
+    A = rows.A.swapaxes(1, 2)
+    b = rows.b[:, None]
+    length = np.linalg.norm(rows.A, axis=2)[:, None]
+    slack = gamma(x.shape[2] + 2) * (np.abs(x) @ np.abs(A) + np.abs(b))
+    inside = b - x @ A - slack
+    return (inside / np.where(length > 0, length, 1.0)).min(axis=2)
 
 
 @struct.dataclass

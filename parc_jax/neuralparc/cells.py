@@ -14,8 +14,8 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.neuralparc.sets.clip import clip_to_box
-from parc_jax.neuralparc.sets.volume import volume
+from parc_jax.neuralparc.sets.operations import clip_to_box
+from parc_jax.neuralparc.sets.sampling import volume
 from parc_jax.proof.regions.table import RegionTable
 
 # [share of the region's volume] smaller cells are left out: no samples from them, no claim

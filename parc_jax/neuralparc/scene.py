@@ -12,8 +12,8 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.neuralparc.grown_polytopes import GrownPolytopes, grown_polytopes
-from parc_jax.neuralparc.sets.pontryagin import shrink
+from parc_jax.neuralparc.lp_batch import GrownPolytopes, grown_polytopes
+from parc_jax.neuralparc.sets.operations import shrink
 from parc_jax.problem.body import Body
 from parc_jax.problem.problem import Problem
 

@@ -4,10 +4,14 @@ set. [NP, Sec. IV]
 Two interchangeable ways to decide: "lp" with AH-polytopes and one LP per question, as published,
 and "supports" with the same avoid sets as polygons. Faults of published code (`Fault`) are not
 repeated; for parity they can be asked for by name, and then the answer says "assumed".
+
+The published search, as a method of a query: a baseline beside `parc_jax.method.Exact`.
 """
 
+import time
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import islice
 
 import jax
@@ -15,15 +19,66 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.lp.status import LPStatus
-from parc_jax.common.lp.witness import gamma
+from parc_jax.common.keys import generator
+from parc_jax.common.lp.exact import gamma
+from parc_jax.common.lp.program import LPStatus
+from parc_jax.common.status import Ended
 from parc_jax.neuralparc.answer import PaperAnswer, Tally
 from parc_jax.neuralparc.brs import ReachSet, reach_sets
 from parc_jax.neuralparc.by_lp import Fault, avoid_by_lp, reach_by_lp, safe_by_lp
 from parc_jax.neuralparc.by_support import clear_of_reach, outside, shadows
-from parc_jax.neuralparc.cells import Cell, stacks
-from parc_jax.neuralparc.scene import PaperScene
-from parc_jax.neuralparc.sets.hit_and_run import sample_polytopes
+from parc_jax.neuralparc.cells import Cell, cells_outward, stacks
+from parc_jax.neuralparc.scene import PaperScene, paper_scene
+from parc_jax.neuralparc.sets.sampling import sample_polytopes
+from parc_jax.proof.regions import regions_of
+from parc_jax.safe_set.corridors.found import Cover
+from parc_jax.safe_set.corridors.sampling import points
+from parc_jax.safe_set.corridors.stopping import nothing_covered
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import Scene
+
+
+@dataclass(frozen=True)
+class Published:
+    """The published search, samples only, region by region from the middle of K outward.
+    [NP, Sec. IV]
+
+    lps: decide with linear programs, as published; False does the same through support functions.
+    """
+
+    lps: bool = False
+
+    def search(self, scene: Scene, key: jax.Array, settings: Settings) -> tuple[Cover, None]:
+        """A cover without corridors, of plans that the exact verdict accepts. Consumes `key`."""
+        if scene.at is not None:
+            raise InputError(
+                "at: expected the exact engine for plans from one place; the published search "
+                "knows sets of starts only. Leave method out."
+            )
+        begin = time.perf_counter()
+        model = scene.model
+        cells = cells_outward(regions_of(model), model.tube, model.domain.center)
+        method = "lp" if self.lps else "supports"
+        asked = paper_scene(scene.problem, model.tube)
+        drawn = paper_search(key, cells, asked, method=method).samples
+        p0 = drawn[:, : model.n_p]
+        k = drawn[:, model.n_p :]
+        e = verdicts(scene, p0, k)
+        seen = points(p0, k, e).at(e.safe)
+        none = nothing_covered(settings.confidence)
+        found = Cover(
+            drawn=len(drawn),
+            reaching=len(drawn),
+            safe=len(seen.k),
+            volume=float("nan"),
+            points=seen,
+            coverage=none,
+            first_sample_s=time.perf_counter() - begin if len(seen.k) else None,
+            ended=Ended.TARGET if len(seen.k) else Ended.WORK,
+        )
+        return found.pick(generator(key), settings.samples), None
+
 
 SAMPLES_PER_REGION = 50  # as published
 _THIN = 16  # hit-and-run steps between samples

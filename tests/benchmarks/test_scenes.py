@@ -17,10 +17,10 @@ from benchmarks.models import PARC, CaseModels, Claims, name_of
 from benchmarks.published import Partition, kept
 from benchmarks.rectangle_gap import Narrowest
 from benchmarks.workloads import bras, gap
-from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import box
 from parc_jax.learning.network.fit import fit_affine
-from parc_jax.neuralparc.bas import avoid_set
+from parc_jax.neuralparc.by_lp import avoid_set
 from parc_jax.neuralparc.scene import paper_scene
 from parc_jax.neuralparc.sets.membership import membership
 from parc_jax.proof.regions import enumerate_regions

@@ -17,7 +17,7 @@ from exact_cells import cells, context, random_layers
 from parc_jax import checker
 from parc_jax.checker.bounds import LINE_BITS, OverBox, line
 from parc_jax.common.arrays import x64
-from parc_jax.proof.absence.ranges import ranges_of_rows
+from parc_jax.proof.absence.bounds import ranges_of_rows
 
 
 def bounds(weights, biases, lo, hi, row):

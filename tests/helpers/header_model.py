@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from parc_jax.drive.onboard.tables import Tables
 from parc_jax.learning.bound.error_set import at
-from parc_jax.proof.absence.bin_errors import as_template
+from parc_jax.proof.absence.errors import as_template
 
 
 def is_safe(known: Tables, model, p0, k, number=float, room=0) -> bool:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.neuralparc.lp_batch import feasible_batch, solve_batch
 
 

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from parc_jax.common.lp import solve as solve_module
-from parc_jax.common.lp.clarabel_hint import Hint, clarabel_hint
-from parc_jax.common.lp.program import linear_program
-from parc_jax.common.lp.solve import feasible, solve
-from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.program import LPStatus, linear_program
+from parc_jax.common.lp.solve import Hint, clarabel_hint, feasible, solve
 from parc_jax.neuralparc import lp_batch as batch_module
 
 pytestmark = pytest.mark.soundness

@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import linprog
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.lp.exact import proves_empty
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.lp.solve import feasible, solve
-from parc_jax.common.lp.status import LPStatus
-from parc_jax.common.lp.witness import proves_empty
 from parc_jax.common.tolerances import TOLERANCES
 
 

@@ -5,8 +5,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.common.lp.exact import exact_dual_bound, round_down, round_up
-from parc_jax.common.lp.witness import dual_bound, proves_empty, row_bounds, violation
+from parc_jax.common.lp.exact import (
+    dual_bound,
+    exact_dual_bound,
+    proves_empty,
+    round_down,
+    round_up,
+    row_bounds,
+    violation,
+)
 
 INF = np.inf
 

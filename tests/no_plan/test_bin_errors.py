@@ -14,8 +14,7 @@ from toy_bodies import points_model
 from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorBox, ErrorTemplate, Templates
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.network.predict import by_point
-from parc_jax.proof.absence.bin_errors import as_template, bin_errors, bins_over, end_rows
-from parc_jax.proof.absence.contact_errors import holds
+from parc_jax.proof.absence.errors import as_template, bin_errors, bins_over, end_rows, holds
 
 GOAL_A = np.array(
     [[1.0, 0.0, 0.0, 0.0, 0.0], [-0.5, 0.25, 0.0, 1.0, 0.0], [0.0] * 5, [0.0, 0.0, 0.0, 0.0, -2.0]]

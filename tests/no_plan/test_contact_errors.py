@@ -7,7 +7,7 @@ import pytest
 from toy_bodies import random_faces
 
 from parc_jax.learning.bound.error_set import at
-from parc_jax.proof.absence.contact_errors import BetweenFaces, WithinWidths, corner_ways
+from parc_jax.proof.absence.errors import BetweenFaces, WithinWidths, corner_ways
 
 
 def between(rng, n, weights):

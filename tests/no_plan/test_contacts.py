@@ -12,8 +12,8 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.problem.body import Disc, Polygon, hull
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.proof.absence.contact_errors import WithinWidths
-from parc_jax.proof.absence.contacts import Contacts, short_weights
+from parc_jax.proof.absence.errors import WithinWidths
+from parc_jax.proof.absence.reasons import Contacts, short_weights
 
 SPIKE = np.array([[0.3, 0.0, -0.2], [-0.2, 0.3, 0.1], [-0.1, -0.3, 0.1], [0.0, 0.1, 0.4]])
 WEDGE = hpolytope(

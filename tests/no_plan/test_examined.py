@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from toy_models import toy_case
 
-from parc_jax.proof.absence.bin_errors import bin_errors
+from parc_jax.proof.absence.errors import bin_errors
 from parc_jax.proof.absence.examined import VERTICES, Examiner
 from parc_jax.proof.absence.tree import Node
 from parc_jax.safe_set.verdict.scene import scene_of

@@ -23,8 +23,8 @@ from parc_jax.learning.network.relu import relu_network
 from parc_jax.planner import Planner
 from parc_jax.problem.body import Disc, Part, Polygon, body_of, hull, numbered
 from parc_jax.problem.problem import goal_of_points, reach_avoid
-from parc_jax.proof.absence.bin_errors import end_rows
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound
+from parc_jax.proof.absence.errors import end_rows
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.corridors.stopping import Limit

@@ -11,21 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_polytopes import points_around, round_polytope
 
-from parc_jax.common.lp import exact, witness
+from parc_jax.common.lp import exact
 from parc_jax.common.lp import solve as solving
-from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets import bounding_box, rational, vertices
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.neuralparc.sets import (
     affine,
-    hit_and_run,
     membership,
-    minkowski,
-    pontryagin,
-    redundancy,
-    support,
-    volume,
+    operations,
+    sampling,
 )
 
 pytestmark = pytest.mark.property
@@ -42,7 +38,7 @@ def law_image_of_the_preimage_stays_inside(rng, n, h):
     p, C, d = round_polytope(rng, n, h), rng.normal(size=(n, n)), rng.normal(size=n)
     back = affine.image(affine.preimage(p, C, d), C, d)
     w = rng.normal(size=(3, n))
-    assert (support.support(back, w).lower <= support.support(p, w).upper + 1e-6).all()
+    assert (membership.support(back, w).lower <= membership.support(p, w).upper + 1e-6).all()
 
 
 def law_hull_contains_both_ends_and_their_mixtures(rng, n, h):
@@ -55,14 +51,14 @@ def law_hull_contains_both_ends_and_their_mixtures(rng, n, h):
 
 def law_hull_is_no_larger_than_both_supports(rng, n, h):
     p, q, w = round_polytope(rng, n, h), round_polytope(rng, n, h), rng.normal(size=(3, n))
-    farthest = np.maximum(support.support(p, w).upper, support.support(q, w).upper)
-    assert (support.support(affine.convex_hull(p, q), w).lower <= farthest + ROUNDING).all()
+    farthest = np.maximum(membership.support(p, w).upper, membership.support(q, w).upper)
+    assert (membership.support(affine.convex_hull(p, q), w).lower <= farthest + ROUNDING).all()
 
 
 def law_shrink_then_perturb_stays_inside(rng, n, h):
     p, e = round_polytope(rng, n, h), rng.uniform(0, 0.2, n)
     x = points_around(rng, p, 200)
-    kept = x[pontryagin.shrink(p, e).contains(x)]
+    kept = x[operations.shrink(p, e).contains(x)]
     assert (
         p.replace(b=p.b + ROUNDING).contains(kept + e * rng.choice([-1.0, 1.0], kept.shape)).all()
     )
@@ -70,7 +66,7 @@ def law_shrink_then_perturb_stays_inside(rng, n, h):
 
 def law_difference_plus_the_set_stays_inside(rng, n, h):
     p, q = round_polytope(rng, n, h), round_polytope(rng, n, h, spread=0.1)
-    left = pontryagin.pontryagin_difference(p, q)
+    left = operations.pontryagin_difference(p, q)
     x = points_around(rng, p, 200)
     for v in vertices.vertices(q)[:4]:
         assert p.replace(b=p.b + ROUNDING).contains(x[left.contains(x)] + v).all()
@@ -79,7 +75,7 @@ def law_difference_plus_the_set_stays_inside(rng, n, h):
 def law_grown_set_contains_every_perturbation(rng, n, h):
     p, e = round_polytope(rng, n, h), rng.uniform(0, 0.2, n)
     corners = vertices.vertices(p)
-    grown = minkowski.grow(p, e)
+    grown = operations.grow(p, e)
     assert (
         grown.replace(b=grown.b + ROUNDING)
         .contains(corners + e * rng.choice([-1.0, 1.0], corners.shape))
@@ -89,15 +85,15 @@ def law_grown_set_contains_every_perturbation(rng, n, h):
 
 def law_supports_of_a_sum_add(rng, n, h):
     p, q, w = round_polytope(rng, n, h), round_polytope(rng, n, h), rng.normal(size=(2, n))
-    parts = support.support(p, w).upper + support.support(q, w).upper
+    parts = membership.support(p, w).upper + membership.support(q, w).upper
     np.testing.assert_allclose(
-        support.support(minkowski.minkowski_sum(p, q), w).upper, parts, atol=1e-6
+        membership.support(operations.minkowski_sum(p, q), w).upper, parts, atol=1e-6
     )
 
 
 def law_polygon_sum_has_the_sums_corners(rng, n, h):
     p, q = round_polytope(rng, 2, h), round_polytope(rng, 2, h)
-    total = minkowski.polygon_sum(p, q)
+    total = operations.polygon_sum(p, q)
     sums = (vertices.vertices(p)[:, None] + vertices.vertices(q)[None]).reshape(-1, 2)
     assert total.replace(b=total.b + ROUNDING).contains(sums).all()
     reached = np.abs(vertices.vertices(total)[:, None] - sums[None]).max(axis=2).min(axis=1)
@@ -108,20 +104,22 @@ def law_vertices_span_the_set(rng, n, h):
     p, w = round_polytope(rng, n, h), rng.normal(size=(4, n))
     corners = vertices.vertices(p)
     assert p.replace(b=p.b + ROUNDING).contains(corners).all()
-    np.testing.assert_allclose((corners @ w.T).max(axis=0), support.support(p, w).lower, atol=1e-6)
+    np.testing.assert_allclose(
+        (corners @ w.T).max(axis=0), membership.support(p, w).lower, atol=1e-6
+    )
 
 
 def law_volumes_add_scale_and_ignore_translation(rng, n, h):
     p = round_polytope(rng, n, h)
     corners = vertices.vertices(p)
-    whole = volume.volume(corners)
+    whole = sampling.volume(corners)
     w = rng.normal(size=n)
     level = float(w @ corners.mean(axis=0))
     halves = [HPolytope(np.vstack([p.A, s * w]), np.r_[p.b, s * level]) for s in (1.0, -1.0)]
     np.testing.assert_allclose(
-        sum(volume.volume(vertices.vertices(q)) for q in halves), whole, rtol=1e-9
+        sum(sampling.volume(vertices.vertices(q)) for q in halves), whole, rtol=1e-9
     )
-    np.testing.assert_allclose(volume.volume(3.0 * corners + w), whole * 3.0**n, rtol=1e-9)
+    np.testing.assert_allclose(sampling.volume(3.0 * corners + w), whole * 3.0**n, rtol=1e-9)
 
 
 def law_row_order_changes_nothing(rng, n, h):
@@ -132,13 +130,13 @@ def law_row_order_changes_nothing(rng, n, h):
         bounding_box.bounding_box(q).hi, bounding_box.bounding_box(p).hi, atol=1e-6
     )
     np.testing.assert_allclose(
-        volume.volume(vertices.vertices(q)), volume.volume(vertices.vertices(p)), rtol=1e-9
+        sampling.volume(vertices.vertices(q)), sampling.volume(vertices.vertices(p)), rtol=1e-9
     )
 
 
 def law_fewer_rows_same_set(rng, n, h):
     p = round_polytope(rng, n, h)
-    less = redundancy.without_redundant_rows(p)
+    less = operations.without_redundant_rows(p)
     x = points_around(rng, p, 400)
     np.testing.assert_array_equal(less.contains(x), p.contains(x))
 
@@ -162,9 +160,7 @@ def law_lower_bound_is_below_every_point(rng, n, h):
 def law_multipliers_give_a_bound_whatever_they_are(rng, n, h):
     p, c, mu = round_polytope(rng, n, h), rng.normal(size=n), rng.normal(size=h + 2 * n)
     lo, hi = vertices.vertices(p).min(axis=0) - 1, vertices.vertices(p).max(axis=0) + 1
-    assert (
-        witness.dual_bound(c, p.A, p.b, mu, lo, hi) <= (vertices.vertices(p) @ c).min() + ROUNDING
-    )
+    assert exact.dual_bound(c, p.A, p.b, mu, lo, hi) <= (vertices.vertices(p) @ c).min() + ROUNDING
 
 
 def law_more_rows_never_fill_an_empty_set(rng, n, h):
@@ -197,7 +193,7 @@ def law_samples_stay_inside(rng, n, h):
     start = vertices.chebyshev_center(p).center
     key = jax.random.split(jax.random.key(int(rng.integers(1 << 30))), 1)
     assert p.contains(
-        hit_and_run.sample_polytopes(key, p.A[None], p.b[None], start[None], 64, 2)
+        sampling.sample_polytopes(key, p.A[None], p.b[None], start[None], 64, 2)
     ).all()
 
 
@@ -218,8 +214,8 @@ def without_clipping(c, A, b, mu, lo, hi):
     return np.minimum(rho * lo, rho * hi).sum() - mu @ b
 
 
-REAL_HULL, REAL_VERTICES, REAL_SUM = affine.convex_hull, vertices.vertices, minkowski.polygon_sum
-REAL_TRIANGULATE, REAL_RATIONAL = volume.triangulate, rational.rational_vertices
+REAL_HULL, REAL_VERTICES, REAL_SUM = affine.convex_hull, vertices.vertices, operations.polygon_sum
+REAL_TRIANGULATE, REAL_RATIONAL = sampling.triangulate, rational.rational_vertices
 REAL_BALL = vertices.chebyshev_center
 
 
@@ -245,29 +241,29 @@ CASES = {  # law: (module, name, mutant)
     ),
     law_hull_is_no_larger_than_both_supports: (affine, "convex_hull", no_share),
     law_shrink_then_perturb_stays_inside: (
-        pontryagin,
+        operations,
         "shrink",
         lambda p, e: p.replace(b=p.b - e @ p.A.T),
     ),
     law_difference_plus_the_set_stays_inside: (
-        pontryagin,
+        operations,
         "support",
-        lambda q, w: support.support(q, w)._replace(upper=support.support(q, -w).upper),
+        lambda q, w: membership.support(q, w)._replace(upper=membership.support(q, -w).upper),
     ),
     law_grown_set_contains_every_perturbation: (
-        minkowski,
+        operations,
         "grow",
         lambda p, e: p.replace(b=p.b + e @ p.A.T),
     ),
-    law_supports_of_a_sum_add: (minkowski, "minkowski_sum", lambda p, q: affine.convex_hull(p, q)),
+    law_supports_of_a_sum_add: (operations, "minkowski_sum", lambda p, q: affine.convex_hull(p, q)),
     law_polygon_sum_has_the_sums_corners: (
-        minkowski,
+        operations,
         "polygon_sum",
         lambda p, q: first_rows(REAL_SUM(p, q), len(p.b)),
     ),
     law_vertices_span_the_set: (vertices, "vertices", lambda p: REAL_VERTICES(p)[1:]),
     law_volumes_add_scale_and_ignore_translation: (
-        volume,
+        sampling,
         "triangulate",
         lambda v: REAL_TRIANGULATE(v)[1:],
     ),
@@ -276,7 +272,7 @@ CASES = {  # law: (module, name, mutant)
         "vertices",
         lambda p: REAL_VERTICES(p) * (1 + abs(p.b[0])),
     ),
-    law_fewer_rows_same_set: (redundancy, "irredundant_rows", lambda p: np.arange(1, len(p.b))),
+    law_fewer_rows_same_set: (operations, "irredundant_rows", lambda p: np.arange(1, len(p.b))),
     law_chebyshev_ball_fits_and_none_is_larger: (
         vertices,
         "chebyshev_center",
@@ -287,7 +283,7 @@ CASES = {  # law: (module, name, mutant)
         "_lower_bound",
         lambda lp, c, hint: c @ hint.x + 1e-3,
     ),
-    law_multipliers_give_a_bound_whatever_they_are: (witness, "dual_bound", without_clipping),
+    law_multipliers_give_a_bound_whatever_they_are: (exact, "dual_bound", without_clipping),
     law_more_rows_never_fill_an_empty_set: (solving, "_lower_bound", lambda lp, c, hint: -np.inf),
     law_rational_vertices_satisfy_their_rows_exactly: (
         rational,
@@ -295,7 +291,7 @@ CASES = {  # law: (module, name, mutant)
         lambda p: [(x + Fraction(1, 10**18), y) for x, y in REAL_RATIONAL(p)],
     ),
     law_samples_stay_inside: (
-        hit_and_run,
+        sampling,
         "hit_and_run_batch",
         lambda keys, A, b, start, count, thin: bad_hit_and_run(
             keys, A, b, np.asarray(start), count, thin
@@ -339,5 +335,5 @@ def test_boxes_are_polytopes(rng):
     b = box(-rng.uniform(0.1, 1, 3), rng.uniform(0.1, 1, 3))
     w = rng.normal(size=(20, 3))
     furthest = np.where(w > 0, w * b.hi, w * b.lo).sum(axis=1)
-    np.testing.assert_allclose(support.support(from_box(b), w).upper, furthest, atol=1e-6)
+    np.testing.assert_allclose(membership.support(from_box(b), w).upper, furthest, atol=1e-6)
     assert exact.round_up(Fraction(1, 3)) > exact.round_down(Fraction(1, 3))

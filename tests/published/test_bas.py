@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 
-from parc_jax.common.lp.status import LPStatus
-from parc_jax.neuralparc.bas import avoid_set, joint_avoid_set
+from parc_jax.common.lp.program import LPStatus
+from parc_jax.neuralparc.by_lp import avoid_set, joint_avoid_set
 from parc_jax.neuralparc.by_support import margins, shadows
 from parc_jax.neuralparc.cells import cells_outward, stack
-from parc_jax.neuralparc.grown_polytopes import grown_polytopes
+from parc_jax.neuralparc.lp_batch import grown_polytopes
 from parc_jax.neuralparc.sets.membership import membership, memberships
 
 T, BAND = 4, 1e-7

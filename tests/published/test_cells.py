@@ -6,7 +6,7 @@ import pytest
 from gap_model import HI, LO, arc_tube, gap_table
 
 from parc_jax.neuralparc.cells import cells_outward
-from parc_jax.neuralparc.sets.volume import volume
+from parc_jax.neuralparc.sets.sampling import volume
 
 TABLE = gap_table(4)
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 
-from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.neuralparc import brs, decide
+from parc_jax.neuralparc import brs
 from parc_jax.neuralparc.cells import cells_outward, stack
-from parc_jax.neuralparc.sets.pontryagin import shrink
+from parc_jax.neuralparc.sets.operations import shrink
 
 TUBE = arc_tube(4, (4, 3))
 CELLS = stack(
@@ -35,7 +35,7 @@ def both(goal: HPolytope, start, final=TUBE.final):
     goals, goal_box = shrink(goal, final), bounding_box(goal)
     rows = brs.brs_rows(CELLS, HPolytope(goals.A, goals.b[CELLS.bin]), start, 2)
     by_lp = brs._by_lp(rows.A, rows.b, *brs.brs_bounds(CELLS, goal_box, 2))[0]
-    return rows, *decide.decide(rows, CELLS, goals, goal_box, start, 2), by_lp
+    return rows, *brs.decide(rows, CELLS, goals, goal_box, start, 2), by_lp
 
 
 CASES = {

@@ -11,7 +11,7 @@ import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.lp.status import LPResult, LPStatus
+from parc_jax.common.lp.program import LPResult, LPStatus
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.tube import tube

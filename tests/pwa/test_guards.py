@@ -10,7 +10,7 @@ from region_networks import degenerate_networks, random_network, unit_box
 from parc_jax.common.errors import SoundnessError
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.proof.regions import assemble, cut, enumerate_regions, proof, signs, subdivide, volume
+from parc_jax.proof.regions import assemble, cut, enumerate_regions, proof, signs, subdivide
 
 pytestmark = pytest.mark.soundness
 NET, DOMAIN = random_network(2, [6, 5], seed=3), unit_box(2)
@@ -163,12 +163,12 @@ def test_float_signs_where_the_filter_is_open(monkeypatch):
 
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_broken_volume_kernel(monkeypatch, n):
-    original = volume._wedge_table
+    original = assemble._wedge_table
 
     def without_signs(n, k):
         return [[(1.0, axis, rest) for _, axis, rest in terms] for terms in original(n, k)]
 
-    monkeypatch.setattr(volume, "_wedge_table", without_signs)
+    monkeypatch.setattr(assemble, "_wedge_table", without_signs)
     with pytest.raises(SoundnessError, match="volumes"):
         enumerate_regions(random_network(n, [6, 4], seed=n), unit_box(n))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from parc_jax.proof.regions.volume import cell_volumes
+from parc_jax.proof.regions.assemble import cell_volumes
 
 POLYGON = np.array([[0.0, 0.0], [1.0, 0.0], [10.0, 0.0], [10.0, 0.1]])
 

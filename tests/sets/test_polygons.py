@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
-from parc_jax.common.sets.polygons import OFF, corners_of_many
+from parc_jax.common.sets.hull import OFF, corners_of_many
 from parc_jax.common.sets.rational import rational_vertices
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box
-from parc_jax.common.sets.qhull import convex_hull, delaunay, halfspace_intersection, scaled_around
+from parc_jax.common.sets.hull import convex_hull, delaunay, halfspace_intersection, scaled_around
 
 FLAT = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 3.0]])
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])

@@ -11,16 +11,16 @@ from scipy.optimize import linprog
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp import solve as solve_module
-from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center, vertices
 from parc_jax.neuralparc.sets.membership import (
     is_proved_empty,
     is_proved_outside,
+    support,
     with_bounds,
 )
-from parc_jax.neuralparc.sets.support import support
 
 FLAT = HPolytope(
     np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0])

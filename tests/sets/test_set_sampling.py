@@ -11,9 +11,12 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.common.sets.vertices import chebyshev_center, vertices
-from parc_jax.neuralparc.sets.hit_and_run import sample_polytopes
-from parc_jax.neuralparc.sets.sampling import sample_polytope
-from parc_jax.neuralparc.sets.volume import simplex_volumes, triangulate
+from parc_jax.neuralparc.sets.sampling import (
+    sample_polytope,
+    sample_polytopes,
+    simplex_volumes,
+    triangulate,
+)
 
 COUNT = 4000
 

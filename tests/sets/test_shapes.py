@@ -14,8 +14,8 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.common.sets.rational import area, exact_support, rational_vertices
 from parc_jax.common.sets.vertices import vertices
-from parc_jax.neuralparc.sets.clip import clip_to_box
-from parc_jax.neuralparc.sets.volume import volume
+from parc_jax.neuralparc.sets.operations import clip_to_box
+from parc_jax.neuralparc.sets.sampling import volume
 
 
 def rows_of(points):

@@ -11,9 +11,14 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.common.sets.rational import rational_vertices
 from parc_jax.common.sets.vertices import vertices
-from parc_jax.neuralparc.sets.minkowski import grow, minkowski_sum, polygon_sum, with_axis_rows
-from parc_jax.neuralparc.sets.pontryagin import shrink
-from parc_jax.neuralparc.sets.volume import volume
+from parc_jax.neuralparc.sets.operations import (
+    grow,
+    minkowski_sum,
+    polygon_sum,
+    shrink,
+    with_axis_rows,
+)
+from parc_jax.neuralparc.sets.sampling import volume
 
 
 def breaks(p, e, x, signs):

@@ -16,7 +16,7 @@ from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.realisations import robustness_of_json
 from parc_jax.proof.absence.prove_no_plan import PROVED, UNDECIDED, NoPlan
-from parc_jax.proof.certificate.read import corridor_of, model_of_file, problem_of_file
+from parc_jax.proof.certificate.prove import corridor_of, model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import FORMAT
 from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.place import Place

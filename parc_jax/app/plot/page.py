@@ -21,7 +21,7 @@ from parc_jax.learning.bound.error_set import NO_CLAIM
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.body import Disc, numbered
-from parc_jax.proof.certificate.read import corridor_of
+from parc_jax.proof.certificate.prove import corridor_of
 from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.polytopes import Polytopes

@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.app.plot import shapes, style
 from parc_jax.common.errors import InputError
-from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center

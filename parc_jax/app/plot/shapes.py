@@ -11,8 +11,7 @@ import numpy as np
 from parc_jax.app.plot import style
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.polygons import corners_of_many
-from parc_jax.common.sets.qhull import convex_hull
+from parc_jax.common.sets.hull import convex_hull, corners_of_many
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import moved_to, trajectories

@@ -3,8 +3,8 @@
 import numpy as np
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.lp.exact import row_bounds
 from parc_jax.common.lp.solve import solve
-from parc_jax.common.lp.witness import row_bounds
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 

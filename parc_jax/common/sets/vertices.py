@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.lp.solve import solve
-from parc_jax.common.lp.status import LPStatus
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.qhull import halfspace_intersection
+from parc_jax.common.sets.hull import halfspace_intersection
 
 MAX_N = 6
 # [size of the set] thinner sets are treated as flat: their vertices move by at most this much

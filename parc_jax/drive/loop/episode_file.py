@@ -22,7 +22,7 @@ from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
-from parc_jax.proof.certificate.read import model_of_file, problem_of_file
+from parc_jax.proof.certificate.prove import model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import part_hash, problem_part, question_parts
 
 

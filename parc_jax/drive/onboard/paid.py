@@ -16,7 +16,7 @@ from parc_jax.drive.onboard.tables import Tables
 from parc_jax.learning.bound.error_set import ErrorTemplate
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.proof.absence.bin_errors import as_template
+from parc_jax.proof.absence.errors import as_template
 
 U = Fraction(1, 2**53)  # unit roundoff of a double
 ETA = Fraction(1, 2**1022)  # its least normal number

@@ -17,7 +17,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
-from parc_jax.common.sets.polygons import OFF, alike, corners_of_many
+from parc_jax.common.sets.hull import OFF, alike, corners_of_many
 from parc_jax.common.sets.rational import exact_support, rational_vertices
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.proof.absence.bin_errors import bin_errors
+from parc_jax.proof.absence.errors import bin_errors
 from parc_jax.proof.absence.examined import BOXES, Batch, Examiner
 from parc_jax.proof.absence.reasons import Reasons
 from parc_jax.proof.absence.tree import Node, choose_split

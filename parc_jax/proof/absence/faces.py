@@ -13,7 +13,7 @@ from parc_jax.common.lp.exact import Basis, round_up
 from parc_jax.common.spelling import fraction_text, hex_text
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
-from parc_jax.proof.absence.bin_errors import BinErrors, bin_errors
+from parc_jax.proof.absence.errors import BinErrors, bin_errors
 
 MOST_COMBINATIONS = 50_000  # bases of goal rows tried per face
 

@@ -1,4 +1,7 @@
-"""The last word: the independent checker, in exact arithmetic, on everything that is returned."""
+"""The last word: the independent checker, in exact arithmetic, on everything that is returned.
+
+Parsed files of answers and episodes as records: model, problem, corridors.
+"""
 
 import hashlib
 
@@ -6,15 +9,134 @@ import jax
 import numpy as np
 
 from parc_jax import checker
+from parc_jax.checker import number
 from parc_jax.common.errors import InputError
-from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import Problem
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.common.spelling import hex_text, nearest_floats
+from parc_jax.learning.bound.claim import claim_from_json
+from parc_jax.learning.bound.error_set import NO_CLAIM, Faces, faces
+from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of
+from parc_jax.problem.problem import Problem, reach_avoid
 from parc_jax.proof.certificate.write import (
+    by_pair,
     corridor_part,
     polytope_part,
     problem_part,
     question_parts,
 )
+from parc_jax.safe_set.corridors.corridor import Corridor
+from parc_jax.safe_set.separation.directions import Multiplier
+from parc_jax.safe_set.verdict.scene import Scene
+
+
+def corridor_of(scene: Scene, part: dict) -> Corridor:
+    """The corridor of a certificate, each direction rounded as when it was chosen."""
+    table = scene.directions
+    assert table is not None  # the scene of an answer has them
+    n = len(table.multipliers)
+    active = scene.obstacles.active[:n]
+    w = np.zeros((*active.shape, table.w.shape[2]))
+    support = np.full(active.shape, -np.inf)
+    multipliers = np.empty(active.shape, object)
+    said = by_pair(part["sep"])
+    own = said if scene.apart is None else [said[pair] for pair in scene.apart.kept]
+    for o, runs in enumerate(own):
+        first = int(np.argmax(active[o]))
+        for end, terms in runs:
+            m = Multiplier(tuple(row for row, _ in terms), tuple(number(v) for _, v in terms))
+            along, exact = table.direction(o, m)
+            w[o, first:end] = along
+            support[o, first:end] = exact + scene.slack * np.abs(along).sum()
+            for t in range(first, end):
+                multipliers[o, t] = m
+            first = end
+    p0, k = (np.array(nearest_floats(part[name])) for name in ("p0", "k"))
+    points = scene.obstacles.points[:n]
+    return Corridor(w, support, multipliers, points, p0, k, scene.apart)
+
+
+def model_of_file(data: dict) -> TrajectoryModel:
+    """The model of a parsed file, in float64. Raises InputError where K or the time grid of the
+    problem are not those of the claim.
+    """
+    asked, network, widths = data["problem"], data["network"], data["tube"]
+    net = relu_network(
+        [nearest_floats(W) for W in network["weights"]],
+        [nearest_floats(b) for b in network["biases"]],
+    )
+    claim = claim_from_json(data["claim"], _tube(widths, asked["points"]))
+    domain = box(nearest_floats(asked["domain"]["lo"]), nearest_floats(asked["domain"]["hi"]))
+    proved = (hex_text(domain.lo), hex_text(domain.hi), nearest_floats(asked["dt"]), asked["steps"])
+    K, time = claim.domain, claim.subject.time
+    if proved != (hex_text(K.lo), hex_text(K.hi), time.dt, time.n_steps):
+        raise InputError(
+            "answer: expected a problem over the K and on the time grid of its claim; got others."
+        )
+    return trajectory_model(net, claim)
+
+
+def _tube(widths: dict, n_points: int) -> Tube:
+    """The tube in the parsed part `tube`, boxes or faces."""
+    edges = [nearest_floats(e) for e in widths["edges"]]
+    if isinstance(widths["final"][0], dict):
+        during = [[[_pairs_of(e) for e in at] for at in part] for part in widths["interval"]]
+        at_end = [_pairs_of(error) for error in widths["final"]]
+        return fitted_tube(edges, _faces(during, frames=False), _faces(at_end, frames=True))
+    interval, final = (np.array(nearest_floats(widths[name])) for name in ("interval", "final"))
+    interval, final = (np.where(wide >= NO_CLAIM, np.inf, wide) for wide in (interval, final))
+    return tube(edges, interval.reshape(*interval.shape[:2], -1), final, n_points)
+
+
+def _pairs_of(error: dict) -> tuple[list, list, list]:
+    """Directions, centres and half widths of rows that come in pairs, one face and its other."""
+    directions = nearest_floats(error["A"][::2])
+    far, near = ([number(b) for b in error["b"][side::2]] for side in (0, 1))
+    centre = [float((x - y) / 2) for x, y in zip(far, near, strict=True)]
+    half = [float((x + y) / 2) for x, y in zip(far, near, strict=True)]
+    return directions, centre, [np.inf if s >= NO_CLAIM else s for s in half]
+
+
+def _faces(pairs: list, frames: bool) -> Faces:
+    """Faces of nested lists of what `_pairs_of` gives."""
+    parts = [_each(pairs, i) for i in range(3)]
+    directions, centre, half = (np.array(part) for part in parts)
+    return faces(directions, centre, half, frames)
+
+
+def _each(pairs, i: int):
+    return pairs[i] if isinstance(pairs, tuple) else [_each(part, i) for part in pairs]
+
+
+def problem_of_file(asked: dict) -> Problem:
+    """The problem in the parsed part `problem` of an answer file, in float64."""
+    body = asked["body"]
+    return reach_avoid(
+        goal=_polytope(asked["goal"]),
+        obstacles=[_polytope(o) for o in asked["obstacles"]],
+        body=_body(body),
+        start=None if asked["start"] is None else _polytope(asked["start"]),
+        spans=[tuple(o["steps"]) if "steps" in o else None for o in asked["obstacles"]],
+    )
+
+
+def _body(body: dict) -> Disc | Polygon | Body:
+    """One part about the first point alone is what a plain shape says."""
+    parts = [Part(tuple(part["points"]), _shape(part)) for part in body["parts"]]
+    return parts[0].shape if [part.points for part in parts] == [(0,)] else body_of(parts)
+
+
+def _shape(part: dict) -> Disc | Polygon:
+    if "radius" in part:
+        return Disc(nearest_floats(part["radius"]))
+    return Polygon(np.array(nearest_floats(part["vertices"])))
+
+
+def _polytope(part: dict) -> HPolytope:
+    return hpolytope(nearest_floats(part["A"]), nearest_floats(part["b"]))
 
 
 def prove(

@@ -2,7 +2,7 @@
 marching.
 """
 
-from parc_jax.proof.regions.marching import MarchedRegion, march
+from parc_jax.proof.regions.facets import MarchedRegion, march
 from parc_jax.proof.regions.subdivide import enumerate_regions, regions_of
 from parc_jax.proof.regions.table import RegionTable
 

@@ -9,9 +9,9 @@ from jaxtyping import Float, Int
 
 from parc_jax.proof.regions.budget import Budget
 from parc_jax.proof.regions.complex import Complex, Sign
-from parc_jax.proof.regions.cut_edges import Slack
+from parc_jax.proof.regions.cut import Slack
 from parc_jax.proof.regions.exact import ExactNetwork, sign_of
-from parc_jax.proof.regions.halfspaces import proportional
+from parc_jax.proof.regions.locate import proportional
 from parc_jax.proof.regions.rounding import LayerBound
 from parc_jax.proof.regions.storage import unpack
 

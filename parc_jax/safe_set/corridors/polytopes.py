@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
-from parc_jax.common.lp.status import LPStatus
+from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.qhull import convex_hull, delaunay, halfspace_intersection, scaled_around
+from parc_jax.common.sets.hull import convex_hull, delaunay, halfspace_intersection, scaled_around
 from parc_jax.common.sets.vertices import chebyshev_center
 from parc_jax.common.spelling import rounded_down
 from parc_jax.safe_set.corridors.corridors import Corridors

@@ -20,7 +20,7 @@ from parc_jax.common import struct
 from parc_jax.common.arrays import dot, least, most, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.polygons import corners_of_many
+from parc_jax.common.sets.hull import corners_of_many
 from parc_jax.common.sets.rational import Point, convex_polygon, rational_vertices, whole
 from parc_jax.common.shapes import Index, Knot, Path, Vector
 from parc_jax.learning.bound.error_set import ErrorSet, at

@@ -13,7 +13,7 @@ from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64, once
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.polygons import corners_of_many
+from parc_jax.common.sets.hull import corners_of_many
 from parc_jax.learning.bound.error_set import ErrorBox, at
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
