@@ -134,17 +134,16 @@ def corners_of(claim: dict) -> tuple | None:
         return None
     fields(K, ("lo", "hi"))
     lo, hi = ([number(x) for x in array(K[side])] for side in ("lo", "hi"))
-    need(len(lo) == len(hi) > 0, "the claim's domain is no box")
     return lo, hi
 
 
 def at(part: Any, *names: str):
     """A field inside of fields, or None where there is none."""
     for name in names:
-        if part is None:
+        need(part is None or type(part) is dict, "a part of the claim is not an object")
+        if part is None or name not in part:
             return None
-        need(type(part) is dict, "a part of the claim is not an object")
-        part = part.get(name)
+        part = part[name]
     return part
 
 

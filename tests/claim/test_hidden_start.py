@@ -62,7 +62,7 @@ def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
     path = answer.save(tmp_path / "answer.json")
     told = json.loads(path.read_text())["claim"]
     assert ENTRY in told["assumptions"] and ENTRY in told["statement"]
-    assert ENTRY in load_answer(path).statement()
+    assert ENTRY in load_answer(path).details()
 
 
 @pytest.mark.night

@@ -229,6 +229,8 @@ def change(answer, changes):
                     part[last] = copy.deepcopy(value)
         if not hashes:
             build.rehash(answer)
+    if any(place.startswith("claim") for place in changes):
+        answer["hash"]["claim"] = build.sha256(answer["claim"])
     return answer
 
 
@@ -536,6 +538,13 @@ bad("a claim whose blocks cost more than delta", lambda: claim_of_bins(*[BLOCK] 
 bad("a claim of a block with a note", lambda: claim_of_bins(BLOCK | {"note": ""}))
 bad("a claim about no block", lambda: claim_of_bins(BLOCK), claim__bin_eps__0="1/2")
 bad("a claim about another number of bins", lambda: claim_of_bins(BLOCK), claim__bin_eps=[])
+bad("a claim of no run of its bins", lambda: claim_of_bins(BLOCK), claim__n=0)
+bad(
+    "a claim about a block of no run",
+    lambda: claim_of_bins(BLOCK | {"n": 0, "eps": "1"}),
+    claim__eps="1",
+    claim__bin_eps=2 * ["1"],
+)
 bad("a claim of a worse block", lambda: claim_of_bins(BLOCK, BLOCK | {"eps": "1/100"}))
 # Of its premises, which are its fields: what nobody could print, or does not fit the file.
 SHOWN = {"eps": "1/1000", "delta": "1/1000", "n": "6905 runs", "discards": "0", "looks": "1"}
@@ -591,6 +600,14 @@ bad("a claim about a time step of words", with_facts, claim__subject__time=["soo
 bad("a claim about half a domain", with_facts, claim__subject__domain={"lo": ["-1"]})
 bad("a claim about no domain", with_facts, claim__subject__domain={"lo": [], "hi": []})
 bad("a claim of less than no failed run", with_facts, claim__evidence__failed=-1)
+bad(
+    "a claim of more failed runs than less than none left outside",
+    with_facts,
+    claim__evidence__failed=1,
+    claim__discard=-1,
+)
+bad("a claim about a domain with a note", with_facts, claim__subject__domain__note="")
+bad("a claim about a domain by its keys", with_facts, claim__subject__domain__lo={"-1": ""})
 bad("a claim of more failed runs than there are", with_facts, claim__evidence__failed=6906)
 bad("a claim of true failed runs", with_facts, claim__evidence__failed=True)
 bad("a claim of rows as a text", with_facts, claim__evidence__rows="7000")

@@ -7,7 +7,6 @@ from draws that are uniform over all that could reach the goal.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.counts import least_probability
@@ -131,7 +130,7 @@ def members(
 
 
 def as_plans(
-    name: str, model: TrajectoryModel, p0: ArrayLike, k: ArrayLike
+    name: str, model: TrajectoryModel, p0: object, k: object
 ) -> tuple[np.ndarray, np.ndarray]:
     """Starts p0 (b, n_p) and parameters k (b, n_k) as float64 arrays; one plan becomes a batch.
 
