@@ -28,7 +28,7 @@ from sims.rectangle import POINTS, centre_and_corners
 UNSEEN = 0.2  # of the recordings
 WALL = 0.3  # [m]
 CAR = (0.5, 0.3)  # [m] length and width of a car of 1:10
-CAR_TIME = pj.time_grid(0.1, 0.9, 0.05)
+CAR_TIME = pj.learning.time_grid(0.1, 0.9, 0.05)
 
 
 class Case(NamedTuple):
@@ -130,7 +130,7 @@ def row(case: Case, folder: Path, seed: int) -> str:
     answer = pj.Planner(model).solve(scene, jax.random.PRNGKey(seed), pj.Settings(samples=20))
     told = f"{claim.discard} of {claim.n} | {rounded_up(100 * float(claim.eps), 3)} %"
     told = f"| {case.name} | {known.n} | {told} | ±{rounded_up(wide, 3)} cm | {answer.status.label}"
-    replayed = pj.replay_recorded(answer, unseen) if answer.status.found else None
+    replayed = pj.drive.replay_recorded(answer, unseen) if answer.status.found else None
     if replayed is None:
         return f"{told} | | |\n{learned.prior}"
     n = replayed.counts()

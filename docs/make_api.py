@@ -11,7 +11,15 @@ import parc_jax
 from parc_jax.common.options import told
 
 BEGIN, END = "<!-- rooms: written by docs/make_api.py -->", "<!-- end of rooms -->"
-ROOMS = ("types", "exchange", "world", "loop", "ros")  # `published`: sets.md, lp.md
+ROOMS = (
+    "learning",
+    "problem",
+    "proof",
+    "drive",
+    "types",
+    "exchange",
+    "ros",
+)  # `neuralparc`: sets.md, lp.md
 FURTHER = {
     "Records of options": (
         "learning.bound.asked",

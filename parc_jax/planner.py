@@ -298,7 +298,7 @@ class Planner:
         require_same(system, self.model)
         local = Local() if local is None else local
         if not isinstance(local, Local):
-            raise InputError(expected("refine", "a Local", local, "pj.Local(eps=1e-3)"))
+            raise InputError(expected("refine", "a Local", local, "pj.drive.Local(eps=1e-3)"))
         require_sound_arithmetic()
         return refine(
             query(problem, self.model),

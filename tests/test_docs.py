@@ -75,7 +75,7 @@ def test_nothing_shown_needs_a_deep_import():
 
 def test_a_face_offers_what_it_imports():
     wrong = []
-    for face in ("exchange", "figures", "neuralparc", "ros", "types", "world"):
+    for face in ("exchange", "figures", "neuralparc", "ros", "types"):
         module = getattr(parc_jax, face)
         offered = {n for n, thing in vars(module).items() if not isinstance(thing, ModuleType)}
         if module.__all__ != sorted(n for n in offered if not n.startswith("_")):

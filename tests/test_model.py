@@ -44,23 +44,23 @@ def test_a_claim_with_a_part_from_elsewhere_makes_no_planner():
     model = small()
     claim, about = model.claim, model.claim.subject
     narrow = replace(model.tube, interval=model.tube.interval * 1e-3)
-    wide = pj.tube([[-2, 2], [-2, 0, 2]], model.tube.interval, model.tube.final)
+    wide = pj.learning.tube([[-2, 2], [-2, 0, 2]], model.tube.interval, model.tube.final)
     others = [
         replace(claim, tube=narrow),
         replace(claim, tube=wide, subject=replace(about, domain=LARGER)),
-        replace(claim, subject=replace(about, time=pj.time_grid(0.5, 2.0))),
+        replace(claim, subject=replace(about, time=pj.learning.time_grid(0.5, 2.0))),
         replace(claim, subject=replace(about, points=("nose",))),
         replace(claim, subject=replace(about, rotation=(TURNS,))),
         replace(claim, network=line_model().net.hash),
     ]
     for other in others:
         with pytest.raises(pj.InputError, match="made about"):
-            pj.trajectory_model(model.net, other)
+            pj.learning.trajectory_model(model.net, other)
         with pytest.raises(pj.InputError, match="made about"):
             pj.Planner(model.replace(claim=other))
-    net = pj.relu_network(model.net.weights, [b + 1 for b in model.net.biases])
+    net = pj.learning.relu_network(model.net.weights, [b + 1 for b in model.net.biases])
     for make in (
-        lambda: pj.trajectory_model(net, claim),
+        lambda: pj.learning.trajectory_model(net, claim),
         lambda: pj.Planner(model.replace(net=net)),
     ):
         with pytest.raises(pj.InputError, match="network its claim was measured on"):

@@ -106,7 +106,7 @@ def test_problems_and_planners_say_what_they_are_in_a_line():
 def test_the_exact_method_may_be_named_and_the_published_one_is_an_object_too():
     settings = pj.Settings(samples=3, samples_only=True)
     plain = PLANNER().solve(toy_query.gap(), KEY, settings)
-    named = PLANNER().solve(toy_query.gap(), KEY, settings.replace(method=pj.Exact()))
+    named = PLANNER().solve(toy_query.gap(), KEY, settings.replace(method=pj.types.Exact()))
     assert (plain.samples == named.samples).all()
     published = PLANNER().solve(
         toy_query.gap(), KEY, settings.replace(method=pj.neuralparc.Published())

@@ -178,7 +178,7 @@ def test_models_survive_a_file_and_damage_is_refused(tmp_path):
         and again.tube.hash == model.tube.hash
         and again.time == model.time
     )
-    assert again.claim.statement() == model.claim.statement()
+    assert again.claim.details() == model.claim.details()
     np.testing.assert_array_equal(
         scene_of(problem, again).obstacles.vertices, scene_of(problem, model).obstacles.vertices
     )

@@ -70,7 +70,7 @@ def sentences_of(n: int):
     eps, sure = clopper_pearson(0, n, float(DELTA)), 1 - DELTA
     share = Fraction(n, 403)
     look = Look(1, 1, DELTA)
-    yield FreshRuns(n, 0, False, eps, look, 1.0).statement(), [sure, eps], "du"
+    yield FreshRuns(n, 0, False, eps, look, 1.0).details(), [sure, eps], "du"
     risk = about_risk(Risk(eps, eps), "a set", float(1 + eps), 0.99, DELTA)
     yield risk, [eps, 1 + eps, Fraction("0.999"), Fraction("0.99"), sure], "uuddd"
     yield about_sensing(Risk(eps, eps), DELTA), [DELTA, eps + DELTA], "uu"
@@ -80,7 +80,7 @@ def sentences_of(n: int):
     yield none.details().replace("p0", ""), [100 * share / 3], "u"
     trial = StartTrial(float(share), float(share) / 3)
     seen = [Fraction(str(trial.declared)), Fraction(trial.seen)]
-    yield trial.statement(), seen, "uu"
+    yield trial.details(), seen, "uu"
 
 
 def test_no_sentence_undercuts_its_bound():
@@ -97,7 +97,7 @@ def test_no_claim_undercuts_its_bound():
     for n in range(8, 400, 7):
         eps = clopper_pearson(0, n, float(DELTA))
         told = derived(claim, eps=eps, delta=DELTA)
-        for said in (told.statement().split(". For k")[0], in_short(told)):
+        for said in (told.details().split(". For k")[0], in_short(told)):
             shown = sorted(x for x in numbers(said) if x < 1)
             assert any(eps <= x < eps * (1 + Fraction(1, 10**8)) for x in shown), said
             assert any(1 - DELTA - Fraction(1, 10**9) < x <= 1 - DELTA for x in shown), said

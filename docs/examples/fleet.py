@@ -24,14 +24,16 @@ if __name__ == "__main__":
     # a function that makes one, so that another can take the place of one that broke; dask, whose
     # workers come and go: executor=Client("tcp://...").get_executor(), workers=200, lost="again"
     make = partial(ProcessPoolExecutor, 2, mp_context=get_context("spawn"))
-    domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(0.25, 1.0, 0.05)
+    domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.learning.time_grid(0.25, 1.0, 0.05)
     glider = pj.python_system(glide, domain, time, name="glider", n_p=2, executor=make)
 
     key = jax.random.PRNGKey(0)
-    runs = pj.collect(glider, key, n=400, quiet=True)
-    net = pj.train(runs, hidden=(8,), key=key, seeds=2, steps=400)
-    claim = pj.bound_error(net, glider, key, eps=0.05, delta=0.05, train=runs, quiet=True)
+    runs = pj.learning.collect(glider, key, n=400, quiet=True)
+    net = pj.learning.train(runs, hidden=(8,), key=key, seeds=2, steps=400)
+    claim = pj.learning.bound_error(net, glider, key, eps=0.05, delta=0.05, train=runs, quiet=True)
     scene = pj.reach_avoid(pj.box([0.7, -0.3], [1.3, 0.3]), [pj.box([0.2, 0.25], [0.5, 0.5])], 0.1)
-    answer = pj.Planner(pj.trajectory_model(net, claim)).solve(scene, key, pj.Settings.fast())
+    answer = pj.Planner(pj.learning.trajectory_model(net, claim)).solve(
+        scene, key, pj.Settings.fast()
+    )
     print(answer.details())
     glider.close()

@@ -15,7 +15,7 @@ class Skid:
 
     name, n_p, n_q = "skid", 2, 1
     domain = pj.box([0.5, -0.5], [1.0, 0.5])
-    time = pj.time_grid(dt=0.1, t_f=1.0, dt_record=0.05)
+    time = pj.learning.time_grid(dt=0.1, t_f=1.0, dt_record=0.05)
 
     def rollout(self, key, k):
         """p (21, 2) relative to the start, q = final heading."""
@@ -37,12 +37,12 @@ def ask(system, key, n=600):
     """Learn the system, then ask from where and with which k it surely passes a block and stops in
     the goal.
     """
-    data = pj.collect(system, key, n=n, quiet=True)
-    net = pj.train(data, hidden=(8, 8), key=key, seeds=2, steps=400)
-    claim = pj.bound_error(
+    data = pj.learning.collect(system, key, n=n, quiet=True)
+    net = pj.learning.train(data, hidden=(8, 8), key=key, seeds=2, steps=400)
+    claim = pj.learning.bound_error(
         net, system, key, eps=0.02, delta=0.01, bins=(2, 2), train=data, quiet=True
     )
-    model = pj.trajectory_model(net, claim)
+    model = pj.learning.trajectory_model(net, claim)
     return solve(model, key)
 
 
@@ -56,7 +56,7 @@ def solve(model, key):
 
 if __name__ == "__main__":
     key = jax.random.PRNGKey(0)
-    gap = pj.translation_gap(Skid(), key, starts=[[10.0, -3.0], [-400.0, 80.0]])
+    gap = pj.learning.translation_gap(Skid(), key, starts=[[10.0, -3.0], [-400.0, 80.0]])
     print("moving the start moves the run by", gap.p, gap.q)
     answer = ask(Skid(), key)
     print(answer.details())

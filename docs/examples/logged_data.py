@@ -17,7 +17,7 @@ HERE = Path(__file__).parent
 def log(folder, n=400):
     """Stands for your robot: writes k.csv, q.csv and one file per run, in absolute coordinates."""
     skid = runpy.run_path(str(HERE / "jax_function.py"))["Skid"]()
-    runs = pj.collect(skid, jax.random.PRNGKey(7), n=n, quiet=True)
+    runs = pj.learning.collect(skid, jax.random.PRNGKey(7), n=n, quiet=True)
     (folder / "p").mkdir(parents=True)
     np.savetxt(folder / "k.csv", runs.k, delimiter=",", header="speed,turn", comments="")
     np.savetxt(folder / "q.csv", runs.q, delimiter=",")
@@ -32,9 +32,11 @@ if __name__ == "__main__":
         time, domain = log(Path(folder) / "log")
         logged = pj.load_rollouts(Path(folder) / "log", time=time, domain=domain)
     train, holdout = logged.split(0.375)  # before training
-    net = pj.train(train, hidden=(8, 8), key=jax.random.PRNGKey(0), seeds=2, steps=400)
-    claim = pj.bound_error(net, holdout, None, eps=0.001, delta=0.01, bins=(2, 2), train=train)
-    model = pj.trajectory_model(net, claim)
+    net = pj.learning.train(train, hidden=(8, 8), key=jax.random.PRNGKey(0), seeds=2, steps=400)
+    claim = pj.learning.bound_error(
+        net, holdout, None, eps=0.001, delta=0.01, bins=(2, 2), train=train
+    )
+    model = pj.learning.trajectory_model(net, claim)
     answer = solve(model, jax.random.PRNGKey(0))
     print(
         answer.details()

@@ -48,7 +48,7 @@ def system():
         MODEL,
         controller,
         pj.box([0.5, -0.5], [1.0, 0.5]),
-        pj.time_grid(dt=0.1, t_f=1.0, dt_record=0.05),
+        pj.learning.time_grid(dt=0.1, t_f=1.0, dt_record=0.05),
         n_p=2,
         n_q=1,
         final=lambda qpos, qvel: qpos[2:],
@@ -59,7 +59,7 @@ def system():
 
 if __name__ == "__main__":
     key, puck = jax.random.PRNGKey(0), system()
-    gap = pj.translation_gap(puck, key, starts=[[0.5, -0.3]])
+    gap = pj.learning.translation_gap(puck, key, starts=[[0.5, -0.3]])
     print(
         "moving the start moves the run by",
         gap.p,
@@ -82,7 +82,7 @@ if __name__ == "__main__":
         start=push,
         name="puck",
     )
-    assert pj.translation_gap(puck, key, starts=[[0.5, -0.3]]).p.max() < 1e-9
+    assert pj.learning.translation_gap(puck, key, starts=[[0.5, -0.3]]).p.max() < 1e-9
     ask = runpy.run_path(str(Path(__file__).with_name("jax_function.py")))["ask"]
     answer = ask(puck, key)
     print(answer.details())

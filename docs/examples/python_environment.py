@@ -59,8 +59,8 @@ def heading(environment, observation):
 
 def system(workers=None):
     """The black box: one process per core unless told otherwise."""
-    time = pj.time_grid(dt=0.1, t_f=1.0, dt_record=SkidEnv.dt)
-    episode = pj.EnvironmentRun(SkidEnv, policy, time.n_record, position, heading)
+    time = pj.learning.time_grid(dt=0.1, t_f=1.0, dt_record=SkidEnv.dt)
+    episode = pj.learning.EnvironmentRun(SkidEnv, policy, time.n_record, position, heading)
     domain = pj.box([0.5, -0.5], [1.0, 0.5])
     return pj.python_system(
         episode, domain, time, name="skid_env", n_p=2, n_q=1, workers=workers, law={"grip": 0.05}

@@ -53,7 +53,7 @@ def at(model: pj.types.TrajectoryModel, t: float) -> pj.types.BoxScenes:
     lo, hi = (np.concatenate([cars[:, side] + shift, walker[side]])[None] for side in (0, 1))
     always = np.tile([0, model.time.n_steps - 1], (len(cars), 1))
     spans = np.concatenate([always, np.stack([first, last], axis=1)])[None]
-    return pj.box_scenes(model, goal[:1], goal[1:], lo, hi, BODY_RADIUS, spans=spans)
+    return pj.problem.box_scenes(model, goal[:1], goal[1:], lo, hi, BODY_RADIUS, spans=spans)
 
 
 def replan(model: pj.types.TrajectoryModel, cycles: int, seed: int = 0) -> Outcome:

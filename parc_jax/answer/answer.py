@@ -331,7 +331,7 @@ class Answer:
     def _about_tube(self, robust: Sequence[str]) -> list[str]:
         pose = self.scene.nominal.pose
         here = [] if pose is None else [about_pose(pose.place, pose.heading)]
-        return [*here, *robust, f"(E) {self.model.claim.statement()}"]
+        return [*here, *robust, f"(E) {self.model.claim.details()}"]
 
     def _about_draw(self) -> str:
         risk, uncertainty = self.risk(), self.scene.nominal.uncertainty

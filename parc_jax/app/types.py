@@ -10,16 +10,16 @@ from parc_jax.common.status import Ended, Status
 from parc_jax.drive.local.choice import Choice
 from parc_jax.learning.bound.asked import AccelerationBound, SpeedBound
 from parc_jax.learning.bound.claim import ErrorClaim
-from parc_jax.learning.bound.counts import NoStatement, Risk
+from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.monitor import Monitor
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.system import BlackBoxSystem, TimeGrid
-from parc_jax.learning.systems.invariance import StartGap
+from parc_jax.method import Exact
 from parc_jax.planner import Prepared
-from parc_jax.problem.body import Body, Disc, Part, Polygon
+from parc_jax.problem.body import Body
 from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import RegionTable
 from parc_jax.safe_set.batch.box_scenes import BoxScenes
@@ -33,22 +33,18 @@ __all__ = [
     "BoxScenes",
     "BudgetError",
     "Choice",
-    "Disc",
     "Ended",
     "ErrorClaim",
+    "Exact",
     "HPolytope",
     "Monitor",
     "NoStatement",
-    "Part",
-    "Polygon",
     "Prepared",
     "Problem",
     "ReLUNetwork",
     "RegionTable",
-    "Risk",
     "RolloutBatch",
     "SpeedBound",
-    "StartGap",
     "Status",
     "TimeGrid",
     "TrajectoryModel",

@@ -1,1 +1,8 @@
-"""From a black box to a model: runs, a network, a bound of its error."""
+"""From a black box to a model: runs, a network, a bound of its error.
+
+Names are loaded on first use.
+"""
+
+from parc_jax.common.on_use import on_use
+
+__getattr__, __dir__, __all__ = on_use(__name__)

@@ -1,1 +1,8 @@
-"""The problem: goal, obstacles, body, maps, uncertainty; lowered to one nominal problem."""
+"""The problem: goal, obstacles, body, maps, uncertainty; lowered to one nominal problem.
+
+Names are loaded on first use.
+"""
+
+from parc_jax.common.on_use import on_use
+
+__getattr__, __dir__, __all__ = on_use(__name__)

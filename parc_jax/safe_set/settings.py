@@ -87,7 +87,7 @@ class Settings(Search):
         super().__post_init__()
         if self.method is not None and not callable(getattr(self.method, "search", None)):
             raise InputError(
-                "settings: expected method pj.Exact() or pj.neuralparc.Published(); got "
+                "settings: expected method pj.types.Exact() or pj.neuralparc.Published(); got "
                 f"{self.method!r:.40}."
             )
 

@@ -85,8 +85,8 @@ def with_tube(model: pj.types.TrajectoryModel, tube: Tube, why: str) -> pj.types
     """The network with a tube of which nothing is shown."""
     about = {"system": model.system, "points": model.points, "rotation": model.rotation}
     about |= {"labels": model.labels, "given": model.given}
-    claim = pj.declared_claim(tube, why, model.net, model.time, **about)
-    return pj.trajectory_model(model.net, claim)
+    claim = pj.learning.declared_claim(tube, why, model.net, model.time, **about)
+    return pj.learning.trajectory_model(model.net, claim)
 
 
 if __name__ == "__main__":

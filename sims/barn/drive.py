@@ -43,7 +43,7 @@ class Drive:
     path: np.ndarray = field(repr=False)
     steps: list = field(repr=False)
     poses: list[tuple[np.ndarray, np.ndarray]] = field(repr=False)
-    free: list[pj.world.FreeSpace] = field(repr=False)
+    free: list[pj.problem.FreeSpace] = field(repr=False)
     edges: list[int] = field(repr=False)
     plan_s: list[float] = field(repr=False)
     see_s: list[float] = field(repr=False)
@@ -69,7 +69,7 @@ class Drive:
 
 
 def drive(
-    world: World, system, loop: pj.loop.Loop, key, scanner=None, odometry=False, known=False
+    world: World, system, loop: pj.drive.Loop, key, scanner=None, odometry=False, known=False
 ) -> Drive:
     """Drive from the start to the goal with a loop made for this system.
 

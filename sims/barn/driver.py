@@ -61,24 +61,24 @@ class Driver:
         """What a line of an episode says of who drove it."""
         return {"model": self.content[:16], "odometry": self.odometry, "map": self.known}
 
-    def __call__(self, world: World, seed) -> pj.loop.Outcome:
+    def __call__(self, world: World, seed) -> pj.drive.Outcome:
         system = robot()
         key = np.asarray(seed, np.uint32)
         loop = loop_of(self.model, self.content, self.deadline)
         one = drive(world, system, loop, key, odometry=self.odometry, known=self.known)
         new = [step.committed for step in one.steps if step.new]
         points = centre_and_corners(one.path[:, :2], one.path[:, 2], *system.size)
-        left = pj.loop.left_tube(new, points, one.path[:, 2])
+        left = pj.drive.left_tube(new, points, one.path[:, 2])
         told = told_of(one) | {"left": left} | self.told
         if self.prove:
             told["proved"] = all(each.proved() for each in new)
         name = file_name(self.content, world.number, seed)
         if self.save is not None and new:
             said = {"reasons": one.reasons}
-            pj.loop.save_episode(self.save / f"{name}.json", new, said, one.drift)
+            pj.drive.save_episode(self.save / f"{name}.json", new, said, one.drift)
         if self.film is not None and new:
             film(self.film / f"{name}.gif", world, one)
-        return pj.loop.Outcome(one.touched, left or one.drifted > 0, told)
+        return pj.drive.Outcome(one.touched, left or one.drifted > 0, told)
 
 
 def file_name(content: str, world: int, seed) -> str:
@@ -92,18 +92,18 @@ def content_of(model: Path) -> str:
 
 
 @cache
-def loop_of(model: Path, content: str, deadline: float) -> pj.loop.Loop:
+def loop_of(model: Path, content: str, deadline: float) -> pj.drive.Loop:
     """The loop of a model, made once in a process. Raises InputError where the file has changed."""
     if content_of(model) != content:
         raise pj.InputError(f"{model}: expected the model that the drive began with; it changed.")
     known = pj.load(model)
     require_outline(known)
-    loop = pj.loop.Loop(
+    loop = pj.drive.Loop(
         known,
         rectangle(),
         leave=robot().moving,
         candidates=candidates(known.domain),
-        effort=pj.loop.Effort(judged=512, looks=LOOKS, room=0.05, deadline=deadline),
+        effort=pj.drive.Effort(judged=512, looks=LOOKS, room=0.05, deadline=deadline),
     )
     gc.collect()
     gc.freeze()  # else Python looks through all of JAX now and then, for 0.1 s, within a step

@@ -71,12 +71,14 @@ def learn(options: Options) -> None:
     system, key = robot(), jax.random.PRNGKey(0)
     kept = options.model.parent / "runs"
     quiet = options.quiet
-    runs = pj.collect(system, key, n=options.rollouts, path=kept / "train.npz", quiet=quiet)
-    net = pj.train(runs, hidden=(32, 32), key=key, seeds=2, steps=6000)
+    runs = pj.learning.collect(
+        system, key, n=options.rollouts, path=kept / "train.npz", quiet=quiet
+    )
+    net = pj.learning.train(runs, hidden=(32, 32), key=key, seeds=2, steps=6000)
     lo, hi = system.domain.lo, system.domain.hi
     speeds = [(lo[0], *EDGES, hi[0]), (lo[2], *COMMANDED, hi[2])]
     bins = [speeds[0], (lo[1], hi[1]), speeds[1], (lo[3], hi[3])]
-    claim = pj.bound_error(
+    claim = pj.learning.bound_error(
         net,
         system,
         jax.random.PRNGKey(KEY),
@@ -91,7 +93,7 @@ def learn(options: Options) -> None:
         path=kept,
         quiet=quiet,
     )
-    pj.trajectory_model(net, claim).save(options.model)
+    pj.learning.trajectory_model(net, claim).save(options.model)
 
 
 def drive_worlds(options: Options) -> tuple[list[dict], str]:
@@ -120,9 +122,9 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
     if options.episodes:
         key = jax.random.PRNGKey(0)
         asked = {"folder": options.out, "workers": options.jobs, "quiet": options.quiet}
-        done = pj.loop.drive_episodes(driver, any_world, key, options.episodes, **asked)
+        done = pj.drive.drive_episodes(driver, any_world, key, options.episodes, **asked)
         told = [one.told for one in done.driven if not one.failed]
-        return told, f"{summary(told)}\n{of_model}\n{done.statement()}"
+        return told, f"{summary(told)}\n{of_model}\n{done.details()}"
     lines = options.out.read_text().splitlines() if options.out.exists() else []
     ours = [one for one in map(json.loads, lines) if driver.told.items() <= one.items()]
     found = {(one["world"], one["seed"]): one for one in ours}

@@ -29,7 +29,7 @@ class Look(NamedTuple):
     """
 
     here: np.ndarray
-    free: pj.world.FreeSpace
+    free: pj.problem.FreeSpace
     obstacles: tuple
     hits: np.ndarray
     why: str = ""
@@ -46,7 +46,7 @@ class Mapped:
         sides = rectangles(world.occupied)
         cells, field = shapely.box(*sides.T), shapely.Point(world.start[:2]).buffer(FIELD)
         self._robot = robot
-        self._free = pj.world.FreeSpace(field.difference(shapely.union_all(cells)))
+        self._free = pj.problem.FreeSpace(field.difference(shapely.union_all(cells)))
         self._obstacles = tuple(pj.box(row[:2], row[2:]) for row in sides)
         self._hits = shapely.get_coordinates(shapely.segmentize(cells, world.radius))
         self.allowed: list[drift.Allowed] = []
@@ -70,7 +70,7 @@ class Seen:
         self._robot, self._scanner, self._rng = robot, scanner, rng
         self._stands = shapes(world.cylinders, world.radius)
         self._odometry = odometry
-        self._free = pj.world.free_place(self._corners(robot.pose), AROUND)
+        self._free = pj.problem.free_place(self._corners(robot.pose), AROUND)
         self._before: tuple[np.ndarray, np.ndarray] | None = None
         self.allowed: list[drift.Allowed] = []
 
@@ -86,7 +86,7 @@ class Seen:
         still, per_speed, most = REACH
         reach = min(still + per_speed * abs(speeds[0]), most)
         try:
-            seen = pj.world.seen_from(
+            seen = pj.problem.seen_from(
                 scan.pose,
                 scan.angles,
                 scan.ranges,
@@ -107,7 +107,7 @@ class Seen:
             adds = drift.allowed(slower, speeds, stood=np.array_equal(here, there))
             last = np.append(here[:2], there[2])  # it slips along the heading that it had
             free = self._free.within(here, NEARBY).drifted(last, adds[:2], adds.turned)
-            self._free = free.add(pj.world.free_place(self._corners(here)))
+            self._free = free.add(pj.problem.free_place(self._corners(here)))
             self.allowed.append(adds)
         self._before = here, speeds
 

@@ -122,7 +122,7 @@ def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
     zoom = {"shares": (1e-4, 1e-5, 1e-6), "centres": 6, "around": (CALM,)}
     found = Planner(model).refine(scene, car, key, **zoom, say=print)
     print(found.table())
-    print(found.statement())
+    print(found.details())
     if found.choice is not None:
         near = found.choice.near
         near.model.save(options.out / "refined.npz")

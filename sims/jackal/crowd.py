@@ -62,7 +62,7 @@ def outlines(discs: np.ndarray, n_steps: int, dt: float) -> tuple[list, list]:
     for disc in discs:
         now = pj.hpolytope(NORMALS, NORMALS @ disc + RADIUS)
         known = {"every": EVERY, "off_by": FASTEST}
-        parts, when = pj.moving(now, [0.0, 0.0], (0, n_steps - 1), dt, **known)
+        parts, when = pj.problem.moving(now, [0.0, 0.0], (0, n_steps - 1), dt, **known)
         obstacles += parts
         spans += when
     return obstacles, spans
@@ -97,7 +97,7 @@ def contacts(path: np.ndarray, discs: np.ndarray, size, begun: list[float], t_f:
 
 @dataclass(frozen=True)
 class Driver:
-    """Drives through a crowd with the randomness of a seed; `pj.loop.drive_episodes` takes it.
+    """Drives through a crowd with the randomness of a seed; `pj.drive.drive_episodes` takes it.
     model: file; content: `content_of` it. save: folder for a file of every episode.
     """
 
@@ -105,7 +105,7 @@ class Driver:
     content: str
     save: Path
 
-    def __call__(self, discs: np.ndarray, seed) -> pj.loop.Outcome:
+    def __call__(self, discs: np.ndarray, seed) -> pj.drive.Outcome:
         system = robot()
         loop = loop_of(self.model, self.content, 10.0)
         loop.restart()
@@ -132,7 +132,7 @@ class Driver:
         points = centre_and_corners(path[:, :2], path[:, 2], *system.size)
         if new:
             name = "_".join(map(str, seed))
-            pj.loop.save_episode(self.save / f"crowd_{name}.json", new)
+            pj.drive.save_episode(self.save / f"crowd_{name}.json", new)
         told = {
             "reached": bool(nearest <= NEAR),
             "seconds": round(jackal.time, 1),
@@ -141,7 +141,7 @@ class Driver:
             "committed": len(new),
             "cycles": len(steps),
         }
-        return pj.loop.Outcome(met.under_way, pj.loop.left_tube(new, points, path[:, 2]), told)
+        return pj.drive.Outcome(met.under_way, pj.drive.left_tube(new, points, path[:, 2]), told)
 
 
 def liking(discs: np.ndarray):
@@ -171,14 +171,14 @@ class Options:
     """Processes."""
 
 
-def drive(options: Options) -> pj.loop.Episodes:
+def drive(options: Options) -> pj.drive.Episodes:
     """Drive, and say what it showed."""
     save = options.out / "episodes"
     save.mkdir(parents=True, exist_ok=True)
     driver = Driver(options.model, content_of(options.model), save)
     asked = {"folder": options.out / "drives", "workers": options.jobs}
     key = jax.random.PRNGKey(0)
-    done = pj.loop.drive_episodes(driver, crowd, key, options.episodes, **asked)
+    done = pj.drive.drive_episodes(driver, crowd, key, options.episodes, **asked)
     told = [one.told for one in done.driven if not one.failed]
     reached = [one["seconds"] for one in told if one["reached"] and not one["at_rest"]]
     print(
@@ -188,7 +188,7 @@ def drive(options: Options) -> pj.loop.Episodes:
         f"{min(one['clearance'] for one in told):.3f} m; discs ran into the robot at rest in "
         f"{sum(one['at_rest'] for one in told)}. Files: {save}."
     )
-    print(done.statement())
+    print(done.details())
     return done
 
 

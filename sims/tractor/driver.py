@@ -81,7 +81,7 @@ class Driver:
     content: str
     save: Path
 
-    def __call__(self, world: World, seed) -> pj.loop.Outcome:
+    def __call__(self, world: World, seed) -> pj.drive.Outcome:
         loop = loop_of(self.model, self.content)
         robot = Driven(yard(threads=1), world.start, np.asarray(seed, np.uint32))
         steps = drive(world, robot, loop)
@@ -91,7 +91,7 @@ class Driver:
         if new:
             waits = [(LEAVE * i, step.reason) for i, step in enumerate(steps) if not step.new]
             name = f"yard_{'_'.join(map(str, seed))}.json"
-            pj.loop.save_episode(self.save / name, new, {"reasons": waits})
+            pj.drive.save_episode(self.save / name, new, {"reasons": waits})
         told = {
             "reached": done(robot),
             "seconds": round(robot.time, 1),
@@ -99,8 +99,8 @@ class Driver:
             "committed": len(new),
             "why": steps[-1].reason,
         }
-        left = pj.loop.left_tube(new, places(path), path[:, 2])
-        return pj.loop.Outcome(clearance <= 0, left, told)
+        left = pj.drive.left_tube(new, places(path), path[:, 2])
+        return pj.drive.Outcome(clearance <= 0, left, told)
 
 
 def done(robot: Driven) -> bool:
@@ -108,7 +108,7 @@ def done(robot: Driven) -> bool:
     return bool(robot.pose[0] >= END - DONE)
 
 
-def drive(world: World, robot: Driven, loop: pj.loop.Loop) -> list:
+def drive(world: World, robot: Driven, loop: pj.drive.Loop) -> list:
     """One episode; what the loop did, cycle by cycle."""
     loop.restart()
     steps, at_rest, walls = [], 0, world.walls
@@ -140,10 +140,10 @@ def along(way: np.ndarray, pose: np.ndarray):
 
 
 @cache
-def loop_of(model: Path, content: str) -> pj.loop.Loop:
+def loop_of(model: Path, content: str) -> pj.drive.Loop:
     """The loop of a model, made once in a process. Raises InputError where the file has changed."""
     if content_of(model) != content:
         raise pj.InputError(f"{model}: expected the model that the drive began with; it changed.")
     body = body_of([hull(*TRACTOR), hull(*TRAILER)])
-    effort = pj.loop.Effort(judged=512, room=0.2, deadline=10.0)
-    return pj.loop.Loop(pj.load(model), body, leave=LEAVE, effort=effort)
+    effort = pj.drive.Effort(judged=512, room=0.2, deadline=10.0)
+    return pj.drive.Loop(pj.load(model), body, leave=LEAVE, effort=effort)

@@ -43,27 +43,29 @@ def learn(options: Options) -> Path:
     if place.exists():
         return place
     kept, key = options.out / "runs", jax.random.PRNGKey(0)
-    chain = pj.chained(yard(threads=1), before=3, hand_over=(LEAVE, c.YARD_T_F))
+    chain = pj.learning.chained(yard(threads=1), before=3, hand_over=(LEAVE, c.YARD_T_F))
     path = options.out / "runs.npz"
-    runs = pj.collect(chain, key, n=options.rollouts, path=path, quiet=quiet)
-    net = pj.train(runs, hidden=(32, 32), key=key, seeds=2, steps=6000)
+    runs = pj.learning.collect(chain, key, n=options.rollouts, path=path, quiet=quiet)
+    net = pj.learning.train(runs, hidden=(32, 32), key=key, seeds=2, steps=6000)
     bins = [np.array(side) for side in zip(chain.domain.lo, chain.domain.hi, strict=True)]
     bins[0] = np.insert(bins[0], 1, EDGES)
     bins[3] = np.linspace(*bins[3], 3)
     asked = {"bins": bins, "shape": "fitted", "train": runs, "quiet": quiet}
-    claim = pj.bound_error(net, chain, key, eps=options.eps, delta=1e-3, path=kept, **asked)
-    pj.trajectory_model(net, claim).save(place)
+    claim = pj.learning.bound_error(
+        net, chain, key, eps=options.eps, delta=1e-3, path=kept, **asked
+    )
+    pj.learning.trajectory_model(net, claim).save(place)
     return place
 
 
-def drive_yards(options: Options) -> tuple[pj.loop.Episodes, str]:
+def drive_yards(options: Options) -> tuple[pj.drive.Episodes, str]:
     """Learn and drive; returns the episodes, and what came of them in words."""
     save = options.out / "episodes"
     save.mkdir(parents=True, exist_ok=True)
     model = learn(options)
     driver, key = Driver(model, content_of(model), save), jax.random.PRNGKey(1)
     asked = {"folder": options.out / "drives", "workers": options.jobs, "quiet": options.quiet}
-    done = pj.loop.drive_episodes(driver, any_yard, key, options.episodes, **asked)
+    done = pj.drive.drive_episodes(driver, any_yard, key, options.episodes, **asked)
     told = [one.told for one in done.driven if not one.failed]
     seconds = [one["seconds"] for one in told if one["reached"]] or [np.nan]
     said = [
@@ -72,7 +74,7 @@ def drive_yards(options: Options) -> tuple[pj.loop.Episodes, str]:
         f"{np.median(seconds):.1f} s (median), at most {max(seconds):.1f} s; nearest "
         f"{min(one['clearance'] for one in told):.2f} m; "
         f"{sum(one['committed'] for one in told):,} manoeuvres.",
-        done.statement(),
+        done.details(),
     ]
     return done, "\n".join(said)
 

@@ -1,8 +1,8 @@
 """The tractor in a level yard, for episodes: a manoeuvre begins while it drives, holds a command
 for a moment and carries its own stop.
 
-All that a run depends on is in `State`, so that `pj.chained` makes the runs of claims, and an
-episode is one `rollout_from_state` after another.
+All that a run depends on is in `State`, so that `pj.learning.chained` makes the runs of claims,
+and an episode is one `rollout_from_state` after another.
 """
 
 import functools

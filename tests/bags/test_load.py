@@ -14,7 +14,7 @@ from parc_jax.common.errors import InputError
 need("rosbags")
 from bag_files import KINDS, drive, write  # noqa: E402
 
-GRID = pj.time_grid(0.25, 0.75, 0.05)
+GRID = pj.learning.time_grid(0.25, 0.75, 0.05)
 K = ("linear.x", "angular.z")
 COMMANDS = np.array([[0.5, 0.3], [1.0, -0.4], [0.7, 0.0]])
 DOMAIN = pj.box([0.2, -1.0], [2.0, 1.0])
@@ -51,7 +51,7 @@ def test_runs_are_the_drive_from_where_each_begins(tmp_path, kind, topic):
 
 def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path):
     need("shapely")
-    robot = pj.world.read_footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]])
+    robot = pj.problem.read_footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]])
     given = "twist.twist.linear.x"
     asked = ASKED | {"domain": pj.box([0, 0.2, -1], [2, 2, 1]), "given": (given,), "robot": robot}
     runs = pj.exchange.load_bags(bag(tmp_path), GRID, **asked)
@@ -77,7 +77,7 @@ def test_a_recording_is_a_group_and_is_never_torn_apart(tmp_path):
 
 def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
     commands = np.array([[0.5, 0.3], [1.0, -0.4]])
-    long = pj.time_grid(0.25, 1.25, 0.05)
+    long = pj.learning.time_grid(0.25, 1.25, 0.05)
     driven = list(drive(commands, every=2.0))
     driven[3] = driven[3] + [0.0, -1.0, 0.0]  # the second comes a second early
     path = bag(tmp_path, driven=driven, commands=commands)
@@ -190,7 +190,7 @@ def an_empty_folder(folder):
 
 
 def too_long(folder):
-    return bag(folder), {"time": pj.time_grid(1.0, 5.0)}, "Try a shorter t_f"
+    return bag(folder), {"time": pj.learning.time_grid(1.0, 5.0)}, "Try a shorter t_f"
 
 
 def another_k(folder):

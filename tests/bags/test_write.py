@@ -96,7 +96,7 @@ def test_an_answer_is_read_back_by_another_library(tmp_path):
 @pytest.mark.parametrize("turning", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
     done = driven(turning)
-    file = pj.loop.save_episode(tmp_path / "drive.json", done)
+    file = pj.drive.save_episode(tmp_path / "drive.json", done)
     said = read(pj.exchange.write_mcap(tmp_path / "e.mcap", file))
     paths = said["/plan"]
     assert [at for at, _ in paths] == [round(one.begin * 10**9) for one in done]
@@ -119,7 +119,7 @@ def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
 
 def test_a_map_is_written_with_its_origin(tmp_path):
     free = np.array([[True, False, True], [False, False, True]])
-    grid = pj.world.GridMap(free, 0.05, (-1.0, 2.0, 0.5))
+    grid = pj.problem.GridMap(free, 0.05, (-1.0, 2.0, 0.5))
     said = read(pj.exchange.write_mcap(tmp_path / "a.mcap", toy_query.answer(), grid=grid))
     told = said["/map"][0][1]
     assert (told.info.width, told.info.height) == (3, 2) and told.info.resolution == np.float32(
@@ -128,7 +128,7 @@ def test_a_map_is_written_with_its_origin(tmp_path):
     assert list(told.data) == [0, 100, 0, 100, 100, 0]
     turn = told.info.origin.orientation
     assert 2 * np.arctan2(turn.z, turn.w) == pytest.approx(0.5)
-    cells = pj.world.occupancy_grid(np.array(told.data).reshape(2, 3), 0.05, (-1.0, 2.0, 0.5))
+    cells = pj.problem.occupancy_grid(np.array(told.data).reshape(2, 3), 0.05, (-1.0, 2.0, 0.5))
     assert np.array_equal(cells.free, free)
 
 
@@ -160,7 +160,7 @@ def read_topics(path):
 
 def test_the_shell_writes_both_and_refuses_in_one_sentence(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    file = pj.loop.save_episode("drive.json", driven(False))
+    file = pj.drive.save_episode("drive.json", driven(False))
     toy_query.answer().save("answer.json")
 
     def run(*options):

@@ -79,7 +79,7 @@ def test_streamed_and_held_runs_give_the_same_claim(system, holdout, profile):
     )
     held = calibrate(NET, holdout, profile, eps=1e-2)
     np.testing.assert_allclose(streamed.tube.interval, held.tube.interval, rtol=1e-12)
-    assert streamed.statement() == held.statement()
+    assert streamed.details() == held.details()
 
 
 @pytest.mark.slow
@@ -99,14 +99,14 @@ def test_more_runs_than_asked_for_leave_some_outside_or_support_a_smaller_eps(ho
     many = holdout.select(slice(99))
     claim = calibrate(NET, many, profile, eps=0.1, delta=0.05, discard=0)
     assert claim.eps == supported_eps(99, 0.05) < Fraction(31, 1000)
-    assert "at most 0.0298" in claim.statement() and "asked" not in claim.statement()
+    assert "at most 0.0298" in claim.details() and "asked" not in claim.details()
     assert calibrate(NET, many, profile, eps=0.1, delta=0.05, discard=2).eps == supported_eps(
         99, 0.05, 2
     )
     # by default the runs beyond the need are spent on a smaller tube instead, and it says so
     spent = calibrate(NET, many, profile, eps=0.1, delta=0.05)
     assert spent.eps == Fraction(1, 10) and spent.discard == most_discards(99, 0.1, 0.05) > 2
-    assert f"discards, fixed beforehand: {spent.discard}" in spent.statement()
+    assert f"discards, fixed beforehand: {spent.discard}" in spent.details()
     assert calibrate(NET, holdout.select(slice(29)), profile, eps=0.1, delta=0.05).eps == Fraction(
         1, 10
     )
@@ -115,9 +115,7 @@ def test_more_runs_than_asked_for_leave_some_outside_or_support_a_smaller_eps(ho
 def test_few_runs_support_a_larger_eps_and_say_so(holdout, profile):
     claim = calibrate(NET, holdout.select(slice(60)), profile, eps=1e-3, delta=1e-3)
     assert 0.1087 < claim.eps < 0.1088
-    assert (
-        "eps = 0.001 (needs 6,905 runs) was asked; 60 runs do not support it" in claim.statement()
-    )
+    assert "eps = 0.001 (needs 6,905 runs) was asked; 60 runs do not support it" in claim.details()
     with pytest.raises(InputError, match="support no eps"):
         calibrate(NET, holdout.select(slice(3)), profile, eps=1e-3, delta=1e-3, discard=3)
 
@@ -146,7 +144,7 @@ def test_a_failed_run_is_an_infinite_score(profile):
     scores = score_batch(NET, broken, profile)
     assert (np.isinf(scores.score) == broken.failed).all() and broken.failed.any()
     claim = calibrate(NET, broken, profile, eps=1e-2, discard=0)
-    assert not claim.tube.claimed.any() and claim.statement().startswith("No claim")
+    assert not claim.tube.claimed.any() and claim.details().startswith("No claim")
     assert isinstance(claim.risk(share=0.5), NoStatement)
     kept = calibrate(NET, broken, profile, eps=0.1, delta=1e-3, discard=int(broken.failed.sum()))
     assert kept.tube.claimed.all() and kept.eps < Fraction(1, 10)
@@ -192,8 +190,8 @@ def test_time_between_records_is_declared_and_added(holdout, profile):
     bent = calibrate(NET, holdout, profile, eps=1e-2, intersample=AccelerationBound(8.0))
     np.testing.assert_allclose(bent.tube.interval - plain.tube.interval, 8 * 0.05**2 / 8, rtol=1e-9)
     assert (
-        "speed <= (2.0, 4.0) m/s" in fast.statement()
-        and "DISCRETE_TIME(h = 0.05 s)" in plain.statement()
+        "speed <= (2.0, 4.0) m/s" in fast.details()
+        and "DISCRETE_TIME(h = 0.05 s)" in plain.details()
     )
     assert (inside_tube(fast, NET, holdout) == inside_tube(plain, NET, holdout)).all()
     with pytest.raises(InputError, match="speed bound"):
@@ -228,7 +226,7 @@ def test_the_checker_does_the_sums_of_claims_again(system, holdout, profile):
 def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
     scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
     claim = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, train=train, discard=0)
-    assert "in each claimed bin" in claim.statement()
+    assert "in each claimed bin" in claim.details()
     supported = [supported_eps(n, 1e-3 / 3) for n in claim.evidence["bin_runs"]]
     assert list(claim.bin_eps) == supported and claim.eps == max(supported) < Fraction(1, 100)
     assert claim.risk(share=0.1, bin=1).bound == supported[1] * bin_shares(profile)[1] * 10
@@ -252,7 +250,7 @@ def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
     scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
     options = {"discard": "most"}
     claim = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, blocks=(2, 1), **options)
-    assert "in each claimed block of bins" in claim.statement()
+    assert "in each claimed block of bins" in claim.details()
     left = profile.bin_of(scores.k) < 6  # three of the five columns, two bins each
     scale = [float.fromhex(s) for s in claim.evidence["bin_scale"]]
     for inside, own in ((left, scale[:6]), (~left, scale[6:])):
@@ -267,7 +265,7 @@ def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
         calibrate_bins(NET, scores, profile, eps=0.05, delta=1e-3, blocks=blocks, **options)
         for blocks in ((9, 2), None)
     )
-    assert each.tube.hash == none.tube.hash and each.statement() == none.statement()
+    assert each.tube.hash == none.tube.hash and each.details() == none.details()
 
 
 def test_blocks_are_boxes_of_neighbouring_bins():

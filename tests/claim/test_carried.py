@@ -27,17 +27,17 @@ pytestmark = pytest.mark.soundness
 
 @pytest.fixture(scope="module")
 def runs():
-    return pj.collect(plant(noisy), KEY, 100, quiet=True)
+    return pj.learning.collect(plant(noisy), KEY, 100, quiet=True)
 
 
 @pytest.fixture(scope="module")
 def held():
-    return pj.collect(plant(noisy), KEY, 100, Stage.BOUND, quiet=True)
+    return pj.learning.collect(plant(noisy), KEY, 100, Stage.BOUND, quiet=True)
 
 
 @pytest.fixture(scope="module")
 def claim(held, runs):
-    return pj.bound_error(NET, held, None, train=runs, **ONE_BIN)
+    return pj.learning.bound_error(NET, held, None, train=runs, **ONE_BIN)
 
 
 def log(folder, runs, groups=None, name="log.npz", domain=True):
@@ -70,10 +70,10 @@ def test_two_files_of_one_name_do_not_become_one(runs, held, tmp_path):
 
 def test_ungrouped_windows_of_one_file_are_assumed_to_be_of_two_recordings(runs, tmp_path):
     train, rest = log(tmp_path, runs).split(0.5)
-    said = pj.bound_error(NET, rest, None, train=train, **ONE_BIN).statement()
+    said = pj.learning.bound_error(NET, rest, None, train=train, **ONE_BIN).details()
     assert "FRESH(other windows of recordings that training saw would not be reco" in said
     train, rest = log(tmp_path, runs, np.arange(100)).split(0.5)
-    assert "FRESH" not in pj.bound_error(NET, rest, None, train=train, **ONE_BIN).statement()
+    assert "FRESH" not in pj.learning.bound_error(NET, rest, None, train=train, **ONE_BIN).details()
 
 
 @pytest.mark.parametrize("numbers", ["{}", " {}.0"])
@@ -84,7 +84,7 @@ def test_numbers_written_as_text_are_no_names(numbers, runs, held, tmp_path):
     other = log(tmp_path, held, np.char.add("run ", texts), "b.npz")
     for calibration in (rest, other):
         with pytest.raises(pj.InputError, match=r"recordings that can be told|of which"):
-            pj.bound_error(NET, calibration, None, train=train, **ONE_BIN)
+            pj.learning.bound_error(NET, calibration, None, train=train, **ONE_BIN)
     for bad in ("2.5", ""):
         with pytest.raises(pj.InputError, match="Give each recording a name with a letter"):
             log(tmp_path, runs, np.array([bad] * 100))
@@ -100,18 +100,18 @@ def named(name):
 
 @pytest.mark.parametrize("name", ["uniform", "given (0.5, 0.5)", "logged", "<lambda>"])
 def test_the_name_of_a_sampler_is_no_other_law(name, runs):
-    drawn = pj.collect(plant(noisy), KEY, 100, Stage.BOUND, k=named(name), quiet=True)
-    claim = pj.bound_error(NET, drawn, None, train=runs, **ONE_BIN)
+    drawn = pj.learning.collect(plant(noisy), KEY, 100, Stage.BOUND, k=named(name), quiet=True)
+    claim = pj.learning.bound_error(NET, drawn, None, train=runs, **ONE_BIN)
     said = "without a name" if name == "<lambda>" else name
     assert f"k by the sampler {said};" in claim.quantifier
-    assert f"For k drawn by the sampler {said}, whenever" in claim.statement()
-    assert "share s of K:" not in claim.statement()
+    assert f"For k drawn by the sampler {said}, whenever" in claim.details()
+    assert "share s of K:" not in claim.details()
 
 
 def test_k_that_were_given_are_named(runs):
     for k, words in (([0.25, 0.5], "(0.25, 0.5)"), (runs.k[::-1], "(100 values, sha256 ")):
-        given = pj.collect(plant(noisy), KEY, 100, Stage.BOUND, k=k, quiet=True)
-        said = pj.bound_error(NET, given, None, train=runs, **ONE_BIN).statement()
+        given = pj.learning.collect(plant(noisy), KEY, 100, Stage.BOUND, k=k, quiet=True)
+        said = pj.learning.bound_error(NET, given, None, train=runs, **ONE_BIN).details()
         assert f"(k as given {words}" in said and f"For k drawn as given {words}" in said
 
 
@@ -120,24 +120,26 @@ def test_k_of_a_seed_are_looked_at_too(held, runs):
     k, about = 0.2 * held.k, {"time": held.time, "domain": held.domain, "law": held.law}
     mine = rollout_batch(k, held.p, held.q, seed=(0, 1), stage=2, **about)
     with pytest.raises(pj.InputError, match="expected k drawn uniformly, as declared"):
-        pj.bound_error(NET, mine, None, train=runs, **ONE_BIN)
+        pj.learning.bound_error(NET, mine, None, train=runs, **ONE_BIN)
 
 
 def test_failed_runs_are_not_left_out_in_silence(runs, tmp_path):
-    broken = pj.collect(plant(failing), KEY, 300, Stage.BOUND, quiet=True)
+    broken = pj.learning.collect(plant(failing), KEY, 300, Stage.BOUND, quiet=True)
     gone = int(broken.failed.sum())
     assert gone > 5 and not broken.failed[[0, -1]].any()
     with pytest.raises(
         pj.InputError, match=rf"all rows from 0 to 299 of their seed; {gone} are mis"
     ):
-        pj.bound_error(NET, broken.finite, None, train=runs, **ONE_BIN)
+        pj.learning.bound_error(NET, broken.finite, None, train=runs, **ONE_BIN)
     logged = log(tmp_path, broken)
-    claim = pj.bound_error(NET, logged.finite, None, train=runs, **ONE_BIN)
-    assert f"Before that {gone} rows between theirs were left out" in claim.statement()
+    claim = pj.learning.bound_error(NET, logged.finite, None, train=runs, **ONE_BIN)
+    assert f"Before that {gone} rows between theirs were left out" in claim.details()
     train, rest = log(tmp_path, runs).split(0.5)
-    assert "left out" not in pj.bound_error(NET, rest, None, train=train, **ONE_BIN).statement()
+    assert (
+        "left out" not in pj.learning.bound_error(NET, rest, None, train=train, **ONE_BIN).details()
+    )
     train, rest = runs.split(0.5)  # of a seed: what the one lacks is in the other
-    assert pj.bound_error(NET, rest, None, train=train, **ONE_BIN).n == 50
+    assert pj.learning.bound_error(NET, rest, None, train=train, **ONE_BIN).n == 50
 
 
 def crash(folder, rng, k):
@@ -151,20 +153,22 @@ def crash(folder, rng, k):
 def test_runs_that_were_begun_twice_are_counted(tmp_path):
     """A crash of all ends the work; the second time all succeeds, and nobody counted."""
     system = pj.python_system(
-        partial(crash, tmp_path), pj.box([0.0], [1.0]), pj.time_grid(0.25, 1.0), name="robot",
-        n_p=1, n_q=1, workers=0,
+        partial(crash, tmp_path), pj.box([0.0], [1.0]), pj.learning.time_grid(0.25, 1.0),
+        name="robot", n_p=1, n_q=1, workers=0,
     )  # fmt: skip
-    net = pj.relu_network([np.array([[0.25], [0.5], [0.75], [1.0], [1.0]])], [np.zeros(5)])
+    net = pj.learning.relu_network([np.array([[0.25], [0.5], [0.75], [1.0], [1.0]])], [np.zeros(5)])
     about = {"eps": 0.2, "delta": 0.2, "bins": (1,), "profile_runs": 0, "quiet": True}
-    train = pj.collect(system, jax.random.PRNGKey(1), 4, k=[0.1], quiet=True)
+    train = pj.learning.collect(system, jax.random.PRNGKey(1), 4, k=[0.1], quiet=True)
     train = replace(train, k=train.k + np.linspace(0, 0.3, 4)[:, None])
-    again = partial(pj.bound_error, net, system, KEY, train=train, path=tmp_path / "runs", **about)
+    again = partial(
+        pj.learning.bound_error, net, system, KEY, train=train, path=tmp_path / "runs", **about
+    )
     with pytest.raises(KeyboardInterrupt):
         again(fresh=40)
     claim = again(fresh=40)
-    assert "WORKERS_LOST(16, independent of the run)" in claim.statement()
-    silent = pj.bound_error(net, system, KEY, train=train, fresh=40, **about)
-    assert "WORKERS_LOST" not in silent.statement()
+    assert "WORKERS_LOST(16, independent of the run)" in claim.details()
+    silent = pj.learning.bound_error(net, system, KEY, train=train, fresh=40, **about)
+    assert "WORKERS_LOST" not in silent.details()
 
 
 def rewritten(claim, path, change):
@@ -190,7 +194,7 @@ def test_numbers_of_failed_runs_that_cannot_be_are_refused(failed, claim, tmp_pa
 
 def test_a_monitor_counts_what_the_claim_counts_and_each_once(claim, held, runs):
     watch = pj.monitor(claim, NET)
-    fresh = pj.collect(plant(noisy), jax.random.PRNGKey(5), 40, quiet=True)
+    fresh = pj.learning.collect(plant(noisy), jax.random.PRNGKey(5), 40, quiet=True)
     once = watch.observe(fresh.select(slice(20)))
     with pytest.raises(pj.InputError, match="20 of 40 occur twice or were observed before"):
         once.observe(fresh)
@@ -198,7 +202,7 @@ def test_a_monitor_counts_what_the_claim_counts_and_each_once(claim, held, runs)
         pj.InputError, match="100 of 100 are its calibration runs, the first is row 0"
     ):
         watch.observe(held)
-    chosen = pj.collect(plant(noisy), jax.random.PRNGKey(5), 40, k=[0.5, 0.5], quiet=True)
+    chosen = pj.learning.collect(plant(noisy), jax.random.PRNGKey(5), 40, k=[0.5, 0.5], quiet=True)
     with pytest.raises(pj.InputError, match=r"got k as given \(0\.5, 0\.5\)\. Declare it: monitor"):
         watch.observe(chosen)
     assert pj.monitor(claim, NET, share=1.0).observe(chosen).seen == 40
@@ -207,35 +211,35 @@ def test_a_monitor_counts_what_the_claim_counts_and_each_once(claim, held, runs)
 
 def test_recorded_runs_are_known_again(runs, held, tmp_path):
     first = log(tmp_path, held, name="day1.npz")
-    claim = pj.bound_error(NET, first, None, train=runs, **ONE_BIN)
+    claim = pj.learning.bound_error(NET, first, None, train=runs, **ONE_BIN)
     other = log(tmp_path, held, name="copy.npz")
     for again in (other.select(slice(3, 4)), first):
         with pytest.raises(pj.InputError, match="its calibration runs"):
             pj.monitor(claim, NET).observe(again)
         with pytest.raises(pj.InputError, match="are calibration runs of the old claim"):
-            pj.update(claim, NET, runs, again, bins=(1, 1))
+            pj.learning.update(claim, NET, runs, again, bins=(1, 1))
 
 
 def test_halves_that_changed_places_are_refused(runs, tmp_path):
     """K was fitted to the one, and the other was cut to it."""
     train, rest = log(tmp_path, runs, domain=False).split(0.5)
     with pytest.raises(pj.InputError, match=r"Pass the halves of split\(\) in its order"):
-        pj.bound_error(NET, train, None, train=rest, **ONE_BIN)
+        pj.learning.bound_error(NET, train, None, train=rest, **ONE_BIN)
     with pytest.raises(pj.InputError, match="a K that these runs had no part in"):
         calibrate(NET, train, training_profile(NET, train, (1, 1)), eps=0.5)
     less, more = train.split(0.5)  # K is fitted again, to what is left
-    claim = pj.bound_error(NET, more, None, train=less, **ONE_BIN)
+    claim = pj.learning.bound_error(NET, more, None, train=less, **ONE_BIN)
     assert (claim.domain.lo == less.k.min(axis=0)).all() and claim.n <= more.n
 
 
 def test_an_update_is_of_the_same_kind_and_of_new_runs(held, runs):
     declared = SpeedBound((0.5, 0.25))
     asked = {"eps": 0.5, "delta": 0.1, "intersample": declared, "claims": ("bins",)}
-    old = pj.bound_error(NET, held, None, train=runs, bins=(4, 2), blocks=(2, 1), **asked)
+    old = pj.learning.bound_error(NET, held, None, train=runs, bins=(4, 2), blocks=(2, 1), **asked)
     with pytest.raises(pj.InputError, match="100 of 100 are calibration runs of the old claim"):
-        pj.update(old, NET, runs, held)
-    fresh = pj.collect(plant(noisy), jax.random.PRNGKey(3), 100, Stage.BOUND, quiet=True)
-    _, new = pj.update(old, NET, runs, fresh)
+        pj.learning.update(old, NET, runs, held)
+    fresh = pj.learning.collect(plant(noisy), jax.random.PRNGKey(3), 100, Stage.BOUND, quiet=True)
+    _, new = pj.learning.update(old, NET, runs, fresh)
     assert new.tube.grid == (4, 2) and len(new.evidence["blocks"]) == 2
     assert new.intersample == old.intersample and any("speed <= (0.5" in x for x in new.assumptions)
 
@@ -243,7 +247,7 @@ def test_an_update_is_of_the_same_kind_and_of_new_runs(held, runs):
 def test_a_file_that_says_its_time_and_K_is_not_told_others(runs, tmp_path):
     path = save_rollouts(tmp_path / "own.npz", runs)
     assert pj.load_rollouts(path, runs.time, runs.domain).n == 100
-    for wrong in ({"time": pj.time_grid(0.5, 2.0)}, {"domain": pj.box([0, 0], [9, 9])}):
+    for wrong in ({"time": pj.learning.time_grid(0.5, 2.0)}, {"domain": pj.box([0, 0], [9, 9])}):
         with pytest.raises(
             pj.InputError, match=rf"expected no {next(iter(wrong))}, or that of the"
         ):

@@ -50,7 +50,7 @@ def claim(kind="pac", **changes):
 
 
 def test_the_pac_sentence():
-    text = claim().statement()
+    text = claim().details()
     for part in (
         "With confidence 0.999",
         "6,905",
@@ -64,8 +64,8 @@ def test_the_pac_sentence():
 
 def test_assumed_is_printed_as_assumed_and_promises_nothing():
     assumed = claim("assumed")
-    assert assumed.statement().startswith("ASSUMED, not shown")
-    assert "confidence" not in assumed.statement() and "probability" not in assumed.statement()
+    assert assumed.details().startswith("ASSUMED, not shown")
+    assert "confidence" not in assumed.details() and "probability" not in assumed.details()
     for law in ({"share": 0.5}, {"density": 1.0}, {}):
         assert isinstance(assumed.risk(**law), NoStatement)
 
@@ -96,12 +96,12 @@ def test_per_bin_risk_uses_the_bin_and_its_share():
 
 def test_without_a_finite_tube_there_is_no_claim():
     none = claim(tube=tube(TUBE.edges, TUBE.interval * np.inf, TUBE.final), evidence={"failed": 3})
-    assert none.statement().startswith("No claim: 3 of 6,905")
+    assert none.details().startswith("No claim: 3 of 6,905")
     assert isinstance(none.risk(share=0.5), NoStatement)
     half = claim(
         tube=tube(TUBE.edges, TUBE.interval * np.array([1, np.inf])[:, None, None], TUBE.final)
     )
-    assert "1 of 2 bins of K have no claim" in half.statement()
+    assert "1 of 2 bins of K have no claim" in half.details()
 
 
 @pytest.mark.parametrize("kind", ["pac", "assumed", "declared"])
@@ -110,7 +110,7 @@ def test_json_keeps_every_number(kind, tmp_path):
     data = json.loads(json.dumps(c.to_json()))
     back = claim_from_json(data, tube_from_json(json.loads(json.dumps(tube_to_json(c.tube)))))
     assert back.to_json() == c.to_json() and back.tube.hash == c.tube.hash
-    assert data["kind"] == kind and data["statement"] == c.statement() and data["n"] == 6905
+    assert data["kind"] == kind and data["statement"] == c.details() and data["n"] == 6905
     assert load_claim(c.save(tmp_path / "claim.json")).to_json() == c.to_json()
 
 
@@ -164,7 +164,7 @@ def test_a_claim_is_one_line():
 
 
 def test_a_share_of_K_is_promised_only_where_k_was_uniform():
-    uniform = claim().statement()
+    uniform = claim().details()
     assert "uniformly at random from a certified set of share s of K: at most 0.001/s" in uniform
     domain = box([0, 0], [1, 1])
     for law, word in (
@@ -172,7 +172,7 @@ def test_a_share_of_K_is_promised_only_where_k_was_uniform():
         ("given (1, 2)", "as given (1, 2)"),
         ("p", "by p"),
     ):
-        text = claim(law=law_spec("toy", domain, law)).statement()
+        text = claim(law=law_spec("toy", domain, law)).details()
         assert word in text and "of share s of K" not in text
         assert "The share of K that the set fills says nothing" in text
 

@@ -194,7 +194,7 @@ def test_a_failed_run_takes_the_claim(profile):
     scores = score_batch(NET, broken, profile)
     assert (np.isinf(scores.score) == broken.failed).all() and broken.failed.any()
     claim = calibrate(NET, broken, profile, eps=0.1, delta=1e-3)
-    assert not claim.tube.claimed.any() and "No claim" in claim.statement()
+    assert not claim.tube.claimed.any() and "No claim" in claim.details()
 
 
 def test_a_tube_of_faces_travels(profile, holdout, tmp_path):

@@ -59,7 +59,7 @@ def test_windows_of_one_recording_are_not_two_runs(held, profile):
         for runs, own in (((held.k, held.p, held.q), None), ((k, p, q), groups))
     )
     assert (one.n, two.n) == (100, 100) and one.eps == two.eps
-    assert "over the 100 calibration recordings (of 200 runs), any run of a new" in two.statement()
+    assert "over the 100 calibration recordings (of 200 runs), any run of a new" in two.details()
     assert two.evidence["rows"] == 200
 
 
@@ -82,7 +82,7 @@ def test_the_score_of_a_group_is_its_worst(held, profile):
     with pytest.raises(InputError, match="come in groups"):
         calibrate_bins(NET, scores, profile, eps=0.5, delta=0.05)
     asked = calibrate(NET, batch, profile, eps=1e-3, delta=0.05)
-    assert "(needs 2,995 recordings) was asked; 25 recordings do not" in asked.statement()
+    assert "(needs 2,995 recordings) was asked; 25 recordings do not" in asked.details()
     assert "25 recordings of file:log" in repr(claim)
     with pytest.raises(InputError, match="25 recordings with 25 discards"):
         calibrate(NET, batch, profile, eps=0.5, delta=0.05, discard=25)
@@ -97,7 +97,7 @@ def test_recordings_fail_not_runs(held, profile):
     p = np.array(held.p)
     p[[0, 1, 2, 3, 40, 41, 96, 97, 98, 99]] = np.nan
     batch = recorded(held.k, p, held.q, held, groups=np.arange(100) // 4)
-    said = calibrate(NET, batch, profile, eps=0.5, delta=0.05, discard=0).statement()
+    said = calibrate(NET, batch, profile, eps=0.5, delta=0.05, discard=0).details()
     assert said.startswith("No claim: 3 of 25 recordings failed, with 0 discards")
     assert "calibrate on new recordings" in said
 
@@ -214,11 +214,11 @@ def test_what_nobody_could_compare_is_assumed(train, held, profile):
     mine = recorded(train.k, train.p, train.q, train)
     for name in ("file:other", "file:log"):
         theirs = recorded(held.k, held.p, held.q, held, name=name)
-        said = calibrate(NET, theirs, profile, eps=0.1, train=mine).statement()
+        said = calibrate(NET, theirs, profile, eps=0.1, train=mine).details()
         assert "FRESH(other windows of recordings that training saw would not be reco" in said
-    said = calibrate(NET, theirs, profile, eps=0.1).statement()
+    said = calibrate(NET, theirs, profile, eps=0.1).details()
     assert "FRESH(there were no training runs to compare with)" in said
-    assert "FRESH" not in calibrate(NET, held, profile, eps=0.1).statement()  # of a seed
+    assert "FRESH" not in calibrate(NET, held, profile, eps=0.1).details()  # of a seed
 
 
 def test_runs_that_show_a_claim_have_no_part_in_its_K(held, profile):
@@ -235,7 +235,7 @@ def test_runs_that_show_a_claim_have_no_part_in_its_K(held, profile):
     by_hand = runs.select(np.arange(100) < 50), runs.select(np.arange(100) >= 50)
     for seen, kept in ((train, rest), by_hand):
         claim = bound_error(NET, kept, None, eps=0.5, delta=0.1, train=seen, bins=(1, 1))
-        said = claim.statement()
+        said = claim.details()
         assert (claim.domain.lo == seen.k.min(axis=0)).all() and claim.n <= kept.n
         assert "any run" not in said and "a new rollout whose k lies in K, drawn from" in said
         assert f"the smallest box of the training runs, which {50 - claim.n} of 50" in said

@@ -40,21 +40,21 @@ ROUGHLY = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": (0.49, 0.51)}))
 @pytest.fixture(scope="module")
 def claim():
     asked = dict(eps=0.1, delta=0.1, bins=(1, 1), profile_runs=50, quiet=True)
-    return pj.bound_error(settled_network(), Cart(), KEY, **asked)
+    return pj.learning.bound_error(settled_network(), Cart(), KEY, **asked)
 
 
 def test_a_claim_lists_it_and_keeps_it_in_files(claim, tmp_path):
-    assert ENTRY in claim.assumptions and ENTRY in claim.statement()
+    assert ENTRY in claim.assumptions and ENTRY in claim.details()
     back = load_claim(claim.save(tmp_path / "claim.json"))
     assert back.assumptions == claim.assumptions and back.hash == claim.hash
-    model = pj.trajectory_model(settled_network(), claim)
+    model = pj.learning.trajectory_model(settled_network(), claim)
     model.save(tmp_path / "model.npz")
     assert pj.load(tmp_path / "model.npz").given == model.given == (0,)
 
 
 @pytest.mark.slow
 def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
-    model = pj.trajectory_model(settled_network(), claim)
+    model = pj.learning.trajectory_model(settled_network(), claim)
     settings = pj.Settings(samples=3, target=0.3)
     answer = pj.Planner(model).solve(MEASURED, KEY, settings)
     said = answer.details()
@@ -68,7 +68,7 @@ def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
 @pytest.mark.night
 def test_plans_are_replayed_from_what_was_measured(claim):
     """And a study compares and replays them."""
-    model = pj.trajectory_model(settled_network(), claim)
+    model = pj.learning.trajectory_model(settled_network(), claim)
     settings = pj.Settings(samples=20, samples_only=True)
     answer = pj.Planner(model).solve(MEASURED, KEY, settings)
     seen = pj.replay(Cart(), answer.scene, answer.samples, KEY)
@@ -82,7 +82,10 @@ def test_plans_are_replayed_from_what_was_measured(claim):
 
 @pytest.mark.night
 def test_a_study_of_what_is_measured_roughly_replays_nothing(claim, tmp_path):
-    model, study = pj.trajectory_model(settled_network(), claim), Study(samples=3, target=0.2)
+    model, study = (
+        pj.learning.trajectory_model(settled_network(), claim),
+        Study(samples=3, target=0.2),
+    )
     outcome = run_study(Cart(), ROUGHLY, study, tmp_path, 0, model, quiet=True)
     assert (
         outcome.answer.status.found and outcome.runs is None and outcome.metrics["replay"] is None
@@ -120,7 +123,9 @@ def test_a_question_says_what_is_measured_or_is_refused():
         require_fit(SCENE, outline_of(Cart()))
     corners = np.array([[GOAL.lo] * 2, [GOAL.hi] * 2])
     with pytest.raises(InputError, match=sentence):
-        pj.Planner(model).solve_batch(pj.box_scenes(model, *corners, *corners + 2, 0.1), KEY)
+        pj.Planner(model).solve_batch(
+            pj.problem.box_scenes(model, *corners, *corners + 2, 0.1), KEY
+        )
     require_fit(MEASURED, outline_of(Cart()))
     for uncertainty in (
         pj.Uncertainty(given={0: (0.4, 0.6)}),
@@ -159,11 +164,11 @@ def test_a_value_on_an_edge_and_a_box_across_one_have_the_wider_tube(value, widt
 
 
 def test_two_values_on_edges_have_the_widest_of_four_bins():
-    net = pj.relu_network([np.ones((8, 3))], [np.zeros(8)])
+    net = pj.learning.relu_network([np.ones((8, 3))], [np.zeros(8)])
     widths = np.array([0.01, 0.02, 0.04, 0.03]).reshape(4, 1, 1) * np.ones((4, 4, 2))
     edges = [(0.0, 0.5, 1.0)] * 2 + [(0.0, 1.0)]
-    claim = assumed(net, pj.tube(edges, widths, widths[:, 0]))
-    model = told(pj.trajectory_model(net, claim), given=(0, 1))
+    claim = assumed(net, pj.learning.tube(edges, widths, widths[:, 0]))
+    model = told(pj.learning.trajectory_model(net, claim), given=(0, 1))
     for given, width in (
         ((0.5, 0.5), 0.04),
         ((0.5, 0.0), 0.04),

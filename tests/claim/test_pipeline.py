@@ -45,17 +45,17 @@ class Leaning(Plant):
 
 def test_the_start_is_declared_tried_and_added(tmp_path):
     options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "profile_runs": 40}
-    narrow = pj.bound_error(NET, plant(noisy), KEY, gap=0.0, quiet=True, **options)
-    wide = pj.bound_error(NET, plant(noisy), KEY, gap=0.25, quiet=True, **options)
+    narrow = pj.learning.bound_error(NET, plant(noisy), KEY, gap=0.0, quiet=True, **options)
+    wide = pj.learning.bound_error(NET, plant(noisy), KEY, gap=0.25, quiet=True, **options)
     assert (wide.tube.interval >= narrow.tube.interval + 0.25).all()
     assert (wide.tube.final >= narrow.tube.final + 0.25).all()
     assert "TRANSLATION_INVARIANCE(within 0.25; not measured)" in wide.assumptions
-    plain = pj.bound_error(NET, plant(noisy), KEY, quiet=True, **options)
+    plain = pj.learning.bound_error(NET, plant(noisy), KEY, quiet=True, **options)
     assert any(a.startswith("TRANSLATION_INVARIANCE(within 1e-05") for a in plain.assumptions)
     held, train = (
         collect(plant(noisy), KEY, 60, s, quiet=True) for s in (Stage.BOUND, Stage.TRAIN)
     )
-    logged = pj.bound_error(NET, held, None, eps=0.1, delta=0.05, train=train, gap=0.25)
+    logged = pj.learning.bound_error(NET, held, None, eps=0.1, delta=0.05, train=train, gap=0.25)
     assert "TRANSLATION_INVARIANCE(within 0.25; not measured)" in logged.assumptions
 
 
@@ -63,7 +63,7 @@ def test_a_start_that_matters_more_is_refused():
     base = plant(noisy)
     leaning = Leaning(base.domain, base.time, base.run)
     with pytest.raises(pj.InputError, match="do not depend on where they start"):
-        pj.bound_error(NET, leaning, KEY, eps=0.1, delta=0.05, quiet=True)
+        pj.learning.bound_error(NET, leaning, KEY, eps=0.1, delta=0.05, quiet=True)
 
 
 def test_python_and_shell_make_the_same_claim(tmp_path):
@@ -72,7 +72,7 @@ def test_python_and_shell_make_the_same_claim(tmp_path):
     # the training runs are kept once, in chunks like all others
     assert (tmp_path / "training" / "meta.json").exists()
     assert {f.name for f in tmp_path.iterdir()} <= {"training", "profile", "fresh"}
-    again = pj.bound_error(
+    again = pj.learning.bound_error(
         learned.model.net,
         system,
         KEY,
@@ -94,7 +94,9 @@ def test_an_update_keeps_the_declared_start():
         collect(plant(noisy), key, 80, stage, quiet=True)
         for key, stage in ((KEY, 1), (KEY, 2), (jax.random.PRNGKey(6), 2))
     )
-    old = pj.bound_error(NET, held, None, eps=0.1, delta=0.05, bins=(1, 1), train=train, gap=0.25)
+    old = pj.learning.bound_error(
+        NET, held, None, eps=0.1, delta=0.05, bins=(1, 1), train=train, gap=0.25
+    )
     for gap, declared in (({}, 0.25), ({"gap": 0.5}, 0.5)):
         _, new = update(old, NET, train, more, bins=(1, 1), **gap)
         assert f"TRANSLATION_INVARIANCE(within {declared}; not measured)" in new.assumptions
@@ -105,7 +107,7 @@ def test_recorded_runs_too():
     runs = collect(plant(noisy), KEY, 160, quiet=True)
     learned = learn_report(runs, KEY, STUDY, holdout=0.5)
     train, held = runs.split(0.5, 5)
-    again = pj.bound_error(
+    again = pj.learning.bound_error(
         learned.model.net,
         held,
         None,
@@ -124,11 +126,11 @@ def test_the_eps_asked_for_is_that_of_runs_that_are_given():
     """More of them than it needs are worth discards, a number settled before any is seen."""
     train, held = (collect(plant(noisy), KEY, n, s, quiet=True) for n, s in ((80, 1), (400, 2)))
     options = {"eps": 0.05, "delta": 0.05, "bins": (1, 1), "train": train}
-    claim = pj.bound_error(NET, held, None, **options)
+    claim = pj.learning.bound_error(NET, held, None, **options)
     discards = most_discards(400, 0.05, 0.05)
     assert (claim.eps, claim.discard) == (Fraction(1, 20), discards) and discards > 5
-    assert f"discards, fixed beforehand: {discards}" in claim.statement()
-    strict = pj.bound_error(NET, held, None, discard=0, **options)
+    assert f"discards, fixed beforehand: {discards}" in claim.details()
+    strict = pj.learning.bound_error(NET, held, None, discard=0, **options)
     assert strict.eps < Fraction(1, 100) and (strict.tube.interval > claim.tube.interval).all()
 
 
@@ -174,7 +176,7 @@ def test_arguments_in_each_other_s_place_are_told_apart():
         ((net, runs, None), system),
     ):
         with pytest.raises(InputError, match="expected"):
-            pj.bound_error(*given, eps=0.2, delta=0.2, train=train, quiet=True)
+            pj.learning.bound_error(*given, eps=0.2, delta=0.2, train=train, quiet=True)
 
 
 def test_a_profile_over_another_k_is_refused_before_the_first_run():
@@ -182,14 +184,14 @@ def test_a_profile_over_another_k_is_refused_before_the_first_run():
     base = plant(noisy)
     robot = Resting(base.domain, base.time, base.run)
     edges = [np.array([0.0, 0.5, 2.0]), np.array([0.0, 1.0])]
-    larger = pj.tube(edges, np.full((2, 4, 2), 0.1), np.full((2, 3), 0.1))
+    larger = pj.learning.tube(edges, np.full((2, 4, 2), 0.1), np.full((2, 3), 0.1))
     train, held = (collect(base, KEY, 60, s, quiet=True) for s in (Stage.TRAIN, Stage.BOUND))
     words = r"bins that span K = \[0, 1\] x \[0, 1\]; along axis 0 they cover \[0, 2\]"
     with pytest.raises(pj.InputError, match=words):
-        pj.bound_error(
+        pj.learning.bound_error(
             NET, robot, KEY, eps=0.1, delta=0.05, profile=larger, train=train, quiet=True
         )
     with pytest.raises(pj.InputError, match=words):
-        pj.bound_error(NET, held, None, eps=0.1, delta=0.05, profile=larger, train=train)
+        pj.learning.bound_error(NET, held, None, eps=0.1, delta=0.05, profile=larger, train=train)
     with pytest.raises(pj.InputError, match=words):
         calibrate(NET, held, larger, eps=0.1, delta=0.05)

@@ -78,8 +78,8 @@ def test_what_differs_is_refused_in_memory_and_in_files_and_changes_the_sentence
         check_claim(edited)
     with pytest.raises(InputError, match="made about"):
         load_claim(edited.save(tmp_path / "claim.json"))
-    said = derived(claim, **changes).statement()
-    assert said != claim.statement() and entry in {e.name for e in (*before, *edited.premises)}
+    said = derived(claim, **changes).details()
+    assert said != claim.details() and entry in {e.name for e in (*before, *edited.premises)}
 
 
 def test_every_entry_is_changed_above(claim):
@@ -93,7 +93,7 @@ def test_every_entry_is_changed_above(claim):
             e._replace(value="1 of 2" if name == "open bins" else "N") if e.name == name else e
             for e in claim.premises
         ]
-        assert statement(premises(entries)) != claim.statement()
+        assert statement(premises(entries)) != claim.details()
 
 
 def test_numbers_that_do_not_follow_from_the_runs_are_not_loaded(claim, tmp_path):

@@ -96,7 +96,7 @@ def batch(k=K):
     domain = pj.box([0, 0], [1, 1])
     law = law_spec("log", domain)
     return rollout_batch(
-        k, P, np.zeros((60, 0)), time=pj.time_grid(0.25, 1), domain=domain, law=law
+        k, P, np.zeros((60, 0)), time=pj.learning.time_grid(0.25, 1), domain=domain, law=law
     )
 
 
@@ -112,7 +112,7 @@ def test_python_is_told_the_same():
 def test_a_system_with_numbers_that_overflow_is_refused():
     class Huge:
         name, n_p, n_q = "huge", 2, 0
-        domain, time = pj.box([0, 0], [1e200, 1]), pj.time_grid(0.25, 1)
+        domain, time = pj.box([0, 0], [1e200, 1]), pj.learning.time_grid(0.25, 1)
 
         def rollout(self, key, k): ...
 

@@ -102,7 +102,7 @@ def test_a_system_that_depends_on_its_start_is_refused_with_the_size(learn, tmp_
 @pytest.mark.slow
 def test_logged_runs_get_the_eps_they_support(learn, tmp_path):
     cart = toy_cart.Cart()
-    data = pj.collect(cart, jax.random.PRNGKey(1), n=50, quiet=True)
+    data = pj.learning.collect(cart, jax.random.PRNGKey(1), n=50, quiet=True)
     np.savez(tmp_path / "log.npz", k=data.k, p=data.p + 3.0)
     times = ("--dt", 0.25, "--t-f", 1.0, "--dt-record", 0.05)
     code, said, _ = learn("log.npz", "--out", "model.npz", *times, "--holdout", 0.1)
@@ -118,7 +118,7 @@ def test_logged_runs_get_the_eps_they_support(learn, tmp_path):
 @pytest.mark.slow
 def test_commands_drawn_uniformly_can_be_said_to_be(learn, tmp_path):
     cart = toy_cart.Cart()
-    data = pj.collect(cart, jax.random.PRNGKey(1), n=200, quiet=True)
+    data = pj.learning.collect(cart, jax.random.PRNGKey(1), n=200, quiet=True)
     np.savez(tmp_path / "log.npz", k=data.k, p=data.p)
     corners = np.stack([cart.domain.lo, cart.domain.hi], axis=1).ravel()
     times = ("--dt", 0.25, "--t-f", 1.0, "--dt-record", 0.05)

@@ -247,7 +247,7 @@ GOALS = {
     ),
     "of a body with other points": (
         pj.box([0, 0], [1, 1]),
-        pj.body_of([pj.hull("nose", "tail")]),
+        pj.body_of([pj.problem.hull("nose", "tail")]),
         "part 0 of the body: expected reference points",
     ),
 }

@@ -20,7 +20,7 @@ import parc_jax as pj
 
 class Folded:
     name, n_p, n_q = "{name}", 2, 1
-    domain, time = pj.box([-1.0, -1.0], [1.0, 1.0]), pj.time_grid({dt}, 1.0)
+    domain, time = pj.box([-1.0, -1.0], [1.0, 1.0]), pj.learning.time_grid({dt}, 1.0)
 
     def rollout(self, key, k):
         s = jnp.linspace(0.0, 1.0, self.time.n_record + 1)[:, None]

@@ -83,7 +83,7 @@ def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path)
 
 def test_draws_begin_around_a_plan_that_is_known(answer):
     known = answer.samples[0]
-    method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
+    method = pj.types.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
     settings = pj.Settings(samples=5, target=0.2, budget_s=300, method=method)
     again = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(2), settings)
     assert again.cover.proved and len(again.samples) == 5 and again.cover.within is not None
@@ -93,7 +93,7 @@ def test_what_was_drawn_from_is_in_the_file(answer, tmp_path):
     again = pj.load_answer(answer.save(tmp_path / "answer.json"))
     assert again.details() == answer.details() and again.share.volume == answer.share.volume
     known = answer.samples[0]
-    method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
+    method = pj.types.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
     settings = pj.Settings(samples=5, target=0.2, budget_s=300, method=method)
     corridors = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(3), settings)
     read = pj.load_answer(corridors.save(tmp_path / "corridors.json"))

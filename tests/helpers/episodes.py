@@ -9,7 +9,7 @@ import parc_jax as pj
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TURNS
 
-PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
+PATIENT = pj.drive.Effort(candidates=64, deadline=300.0)
 
 
 def driven(turning: bool, n: int = 4, spans=None):
@@ -19,7 +19,7 @@ def driven(turning: bool, n: int = 4, spans=None):
         model = resting(told(model, rotation=(TURNS,)))
     else:
         model = line_model(4, 0.01, rests=True)
-    loop = pj.loop.Loop(
+    loop = pj.drive.Loop(
         model, 0.05, leave=0.5, given=(1,), uncertainty=pj.Uncertainty(start=0.01), effort=PATIENT
     )
     half, seconds = model.time.n_steps // 2, model.time.t_f / 2

@@ -20,11 +20,13 @@ OF_COMMAND = BEFORE - FADES + (1 - np.exp(-HELD / LAG)) * LAG * (1 - np.exp(-AFT
 
 def model() -> pj.types.TrajectoryModel:
     """k: velocity at the start, velocity commanded."""
-    time = pj.time_grid(dt=DT, t_f=1.2, dt_record=DT)
+    time = pj.learning.time_grid(dt=DT, t_f=1.2, dt_record=DT)
     ways = np.stack([OF_START, OF_COMMAND], axis=1)[1:]
-    net = pj.relu_network([np.kron(ways, np.eye(2))], [np.zeros(24)])
-    tube = pj.tube([[-1.0, 1.0]] * 4, np.full((1, 12, 2), E), np.full((1, 2), E))
-    return pj.trajectory_model(net, pj.declared_claim(tube, "the tests declare it", net, time))
+    net = pj.learning.relu_network([np.kron(ways, np.eye(2))], [np.zeros(24)])
+    tube = pj.learning.tube([[-1.0, 1.0]] * 4, np.full((1, 12, 2), E), np.full((1, 2), E))
+    return pj.learning.trajectory_model(
+        net, pj.learning.declared_claim(tube, "the tests declare it", net, time)
+    )
 
 
 def after(place, k, knots: int):

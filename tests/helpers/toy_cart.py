@@ -10,7 +10,10 @@ class Cart:
     """Rolls k along x and y in one second, with a gust."""
 
     name, n_p, n_q = "cart", 2, 0
-    domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(dt=0.25, t_f=1.0, dt_record=0.05)
+    domain, time = (
+        pj.box([0.5, -0.5], [1.0, 0.5]),
+        pj.learning.time_grid(dt=0.25, t_f=1.0, dt_record=0.05),
+    )
     tilt = 0.0
 
     def rollout(self, key, k):

@@ -44,7 +44,7 @@ def model(run=gusty):
     train = collect(system, key, 100, quiet=True)
     options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "quiet": True}
     claim = bound_error(NET, system, key, train=train, profile_runs=100, **options)
-    return pj.trajectory_model(NET, claim)
+    return pj.learning.trajectory_model(NET, claim)
 
 
 @functools.cache

@@ -24,13 +24,13 @@ class Toy:
     breaks: float = 2.0
     dies: float = 2.0
 
-    def __call__(self, world: float, seed) -> pj.loop.Outcome:
+    def __call__(self, world: float, seed) -> pj.drive.Outcome:
         if world > self.dies:
             os._exit(7)
         if world > self.breaks:
             raise ValueError("the wheels came off")
         draw = np.random.default_rng(seed).uniform()
-        return pj.loop.Outcome(
+        return pj.drive.Outcome(
             world > self.touched, world > self.left, {"world": world, "draw": draw}
         )
 

@@ -30,7 +30,10 @@ class Cart:
     """Rolls k_0 along x and k_1 along y in one second; a gust of 2 cm."""
 
     name, n_p, n_q = "cart", 2, 0
-    domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(dt=0.25, t_f=1.0, dt_record=0.125)
+    domain, time = (
+        pj.box([0.5, -0.5], [1.0, 0.5]),
+        pj.learning.time_grid(dt=0.25, t_f=1.0, dt_record=0.125),
+    )
 
     def rollout(self, key, k):
         """Straight to k, and aside."""

@@ -14,7 +14,7 @@ class Arc:
 
     name, n_p, n_q = "arc", 2, 2
     rotation = (TURNS, STAYS)
-    domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(dt=0.25, t_f=1.0)
+    domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.learning.time_grid(dt=0.25, t_f=1.0)
 
     def __init__(self, wind: float):
         self.wind = wind

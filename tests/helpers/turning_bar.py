@@ -21,7 +21,10 @@ class Bar:
 
     name, n_p, n_q = "bar", 2, 1
     points = ("tail", "nose")
-    domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(dt=0.25, t_f=1.0, dt_record=0.125)
+    domain, time = (
+        pj.box([0.5, -0.5], [1.0, 0.5]),
+        pj.learning.time_grid(dt=0.25, t_f=1.0, dt_record=0.125),
+    )
 
     def rollout(self, key, k):
         """Places of both points, and the turn."""

@@ -40,7 +40,7 @@ def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
     assert fresh.tested is None and fresh.near is None and fresh.looks.taken == 0
     share = fresh.safe_box.share
     assert fresh.risk().bound == min(1, fresh.model.claim.eps / share)
-    said = fresh.statement()
+    said = fresh.details()
     assert "not run since it was chosen, so no statement" in said and "Perturbation" in said
     assert "Near it" not in said and "Looks" not in said
 
@@ -59,7 +59,7 @@ def test_a_plan_with_disturbance_is_run_as_often_as_it_takes(chosen):
     assert not seen.alike and seen.failures == 0
     assert seen.n == required_runs(0.1, 0.05 / 4) and seen.eps <= Fraction(1, 10)
     assert seen.eps == clopper_pearson(0, seen.n, 0.05 / 4)
-    assert "0 of 42 fresh runs" in seen.statement() and "look" in seen.statement()
+    assert "0 of 42 fresh runs" in seen.details() and "look" in seen.details()
 
 
 def fails_often(key, k, s):
@@ -130,7 +130,7 @@ def test_runs_that_are_alike_are_not_taken_for_certainty(run, chosen):
     seen = replace(chosen, looks=looks).test(plant(run, toy.T), KEY, eps=0.1).tested
     assert seen.alike and seen.n == required_runs(0.1, 0.05) and seen.failures == 0
     assert seen.eps == clopper_pearson(0, seen.n, 0.05) > 0
-    assert "that the system has no disturbance is not shown" in seen.statement()
+    assert "that the system has no disturbance is not shown" in seen.details()
 
 
 def test_looks_of_one_answer_are_one_account():
@@ -154,27 +154,27 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     # the gust grows with k_0, and the box is at most a tenth of it wide
     most = toy.GUST * domain.hi[0]
     assert near.model.tube.final[:, :2].max() < 1.6 * most
-    assert "all of N is proved safe" in near.statement()
+    assert "all of N is proved safe" in near.details()
     said = near.answer.details()
     assert "k uniform on N" in said and "of share s of N" in said and "on K" not in said
-    assert "k uniform on K" in chosen.model.claim.statement()
+    assert "k uniform on K" in chosen.model.claim.details()
 
 
 def test_a_local_tube_that_is_not_narrower_says_so(near):
     same = replace(near, at_end=1.01, on_the_way=0.7)
-    assert not same.is_narrower and "NOT narrower" in same.statement()
-    assert near.is_narrower == ("NOT narrower" not in near.statement())
+    assert not same.is_narrower and "NOT narrower" in same.details()
+    assert near.is_narrower == ("NOT narrower" not in near.details())
 
 
 def test_a_smaller_proved_box_costs_its_share(near):
     half = replace(near, proved=replace(near.proved, share=near.proved.share / 2))
     assert half.risk().bound == 2 * near.risk().bound
-    assert "50 % of N" in half.statement()
+    assert "50 % of N" in half.details()
 
 
 def test_without_a_proved_box_nothing_is_said_of_driving(near):
     none = replace(near, proved=None)
-    assert isinstance(none.risk(), NoStatement) and "no statement" in none.statement()
+    assert isinstance(none.risk(), NoStatement) and "no statement" in none.details()
 
 
 @pytest.mark.slow
@@ -186,7 +186,7 @@ def test_a_system_that_fails_near_the_plan_gets_no_claim(chosen):
     looks = toy.answer().choose(delta=0.05).looks
     near = replace(chosen, looks=looks).localise(plant(breaks, toy.T), KEY, SMALL).near
     assert near.answer is None and isinstance(near.risk(), NoStatement)
-    assert "No claim" in near.statement()
+    assert "No claim" in near.details()
 
 
 def test_runs_on_a_box_are_uniform_there_and_disjoint():

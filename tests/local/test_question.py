@@ -74,7 +74,7 @@ def test_the_pose_is_asked_for_again(at, tmp_path):
     # its sentences, its file and its header speak of the pose
     assert "Here: all plans start at (0.05, 0) m" in found.answer.details()
     assert ("with heading 0.1 rad" in found.answer.details()) == (len(at) == 3)
-    assert "Here: all plans start at (0.05, 0) m" in choice.statement()
+    assert "Here: all plans start at (0.05, 0) m" in choice.details()
     heading = "0.1" if len(at) == 3 else None
     assert answer_data(found.answer)["meta"]["pose"] == ["0.05", "0.0", heading]
     with pytest.raises(InputError, match="told from one pose"):
@@ -84,7 +84,7 @@ def test_the_pose_is_asked_for_again(at, tmp_path):
 @pytest.mark.slow
 def test_a_claim_near_a_pose_is_told_from_it():
     choice = chosen((0.05, 0.0, 0.1))
-    small = pj.Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60)
+    small = pj.drive.Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60)
     with pytest.raises(InputError, match="differs in rotation"):
         choice.localise(plant(toy.gusty, toy.T), KEY, small)
     assert choice.looks.taken == 0

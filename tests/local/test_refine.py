@@ -164,10 +164,10 @@ def test_a_plan_where_the_model_of_all_of_k_has_none(refined, narrow):
     assert near.model.claim.evidence["seed"] != model.claim.evidence["seed"]
     assert found.stages[0].stage == "model of all of K" and len(said) >= 2
     assert found.stages[-1].margin > 0 and "claim, look" in found.stages[-1].stage
-    assert "share of K" in found.table() and "(D) Near it" in found.statement()
+    assert "share of K" in found.table() and "(D) Near it" in found.details()
     # the tube over all of K is not the one that the plan rests on
     assert found.choice.safe_box is None
-    assert "under the local tube, what is said above of S" in found.statement()
+    assert "under the local tube, what is said above of S" in found.details()
 
 
 @pytest.mark.night
@@ -179,7 +179,7 @@ def test_no_plan_is_no_proof(narrow):
         walled, plant(toy.gusty, toy.T), KEY, LOCAL, **asked, settings=quick
     )
     assert found.choice is None
-    assert "not a proof that none exists" in found.statement() and found.looks.taken == 1
+    assert "not a proof that none exists" in found.details() and found.looks.taken == 1
 
 
 @pytest.mark.parametrize(

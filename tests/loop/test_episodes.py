@@ -21,7 +21,7 @@ KEY = jax.random.PRNGKey(4)
 
 
 def asked(drive, n, **options):
-    return pj.loop.drive_episodes(drive, law, KEY, n, **{"workers": 0, "quiet": True} | options)
+    return pj.drive.drive_episodes(drive, law, KEY, n, **{"workers": 0, "quiet": True} | options)
 
 
 def test_every_bad_episode_is_counted_and_the_bound_is_that_of_the_count():
@@ -33,7 +33,7 @@ def test_every_bad_episode_is_counted_and_the_bound_is_that_of_the_count():
     assert done.left == ((worlds > 0.7) & (worlds <= 0.97)).sum() > done.touched
     assert done.bad == (worlds > 0.7).sum()
     assert done.eps == clopper_pearson(done.bad, 100, 0.001) and done.contradictions == ()
-    said = done.statement()
+    said = done.details()
     assert f"Of 100 fresh episodes {done.bad} were bad: in {done.left} a tube was left" in said
     assert "(C) Whatever happens inside the tubes, nothing is ever touched" in said
     assert "With confidence 0.999 over them, an episode of this law leaves a tube, or" in said
@@ -48,20 +48,20 @@ def test_without_a_bad_one_it_is_the_well_known_bound():
 
 def test_what_is_touched_inside_the_tubes_is_said_to_contradict():
     done = asked(Toy(touched=0.8), 20)
-    assert done.contradictions and "CONTRADICTED" in done.statement()
+    assert done.contradictions and "CONTRADICTED" in done.details()
 
 
 def test_where_nobody_looked_at_tubes_nothing_is_said_of_them():
-    done = asked(lambda world, seed: pj.loop.Outcome(world > 0.9), 20)
+    done = asked(lambda world, seed: pj.drive.Outcome(world > 0.9), 20)
     assert done.left is None
-    assert "leaves" not in done.statement() and "law touches anything with" in done.statement()
+    assert "leaves" not in done.details() and "law touches anything with" in done.details()
 
 
 def test_a_claim_is_wrong_as_rarely_as_it_says():
     """A true rate of 0.1 is above the bound in at most delta of all claims."""
     wrong = 0
     for i in range(80):
-        done = pj.loop.drive_episodes(
+        done = pj.drive.drive_episodes(
             Toy(left=0.9), law, jax.random.PRNGKey(i), 40, workers=0, delta=0.1, quiet=True
         )
         wrong += done.eps < Fraction(1, 10)
@@ -73,7 +73,7 @@ def test_looks_share_delta_and_others_are_refused():
     first, last = (asked(Toy(left=0.5), n, looks=(10, 40)) for n in (10, 40))
     assert first.look[:2] == (1, 2) and last.look[:2] == (2, 2)
     assert first.look.delta == last.look.delta == Fraction(1, 2000)
-    assert "look 2 of 2" in last.statement()
+    assert "look 2 of 2" in last.details()
     for looks in ((10, 40), (30, 30)):
         with pytest.raises(InputError, match="looks: expected the numbers of episodes, each once"):
             asked(Toy(), 30, looks=looks)
@@ -130,7 +130,7 @@ def test_a_folder_of_other_episodes_is_refused(tmp_path):
         with pytest.raises(InputError, match=words):
             asked(drive, 6, folder=tmp_path, **options)
     with pytest.raises(InputError, match="the same seed"):
-        pj.loop.drive_episodes(Toy(), law, jax.random.PRNGKey(5), 6, folder=tmp_path, workers=0)
+        pj.drive.drive_episodes(Toy(), law, jax.random.PRNGKey(5), 6, folder=tmp_path, workers=0)
 
 
 @pytest.mark.parametrize(
@@ -153,7 +153,7 @@ def test_two_runs_never_write_one_folder(tmp_path):
     def drive(world, seed):
         with pytest.raises(InputError, match="another run does"):
             asked(drive, 1, folder=tmp_path)
-        return pj.loop.Outcome(False)
+        return pj.drive.Outcome(False)
 
     assert asked(drive, 1, folder=tmp_path).bad == 0
 
@@ -179,7 +179,7 @@ def drive(world, seed):
     return Toy(left=0.8)(world, seed)
 if __name__ == "__main__":
     key = jax.random.PRNGKey(4)
-    done = pj.loop.drive_episodes(drive, law, key, 80, workers=0, quiet=True, folder=sys.argv[1])
+    done = pj.drive.drive_episodes(drive, law, key, 80, workers=0, quiet=True, folder=sys.argv[1])
     print(done.bad)
 """
 
@@ -215,9 +215,9 @@ def test_a_killed_run_goes_on(tmp_path):
         (Toy(), 3, {"delta": 1.5}, "delta: expected a probability"),
         ("drive", 3, {}, "expected drive to be a function; got 'drive'"),
         (lambda world, seed: None, 3, {"workers": 1}, "top level of a module, or pass workers=0"),
-        (lambda world, seed: pj.loop.Outcome(0.5), 1, {}, "touched True or False"),
+        (lambda world, seed: pj.drive.Outcome(0.5), 1, {}, "touched True or False"),
         (
-            lambda world, seed: pj.loop.Outcome(False, told={"a": {1}}),
+            lambda world, seed: pj.drive.Outcome(False, told={"a": {1}}),
             1,
             {},
             "plain values; got set",

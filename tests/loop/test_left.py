@@ -18,7 +18,7 @@ from parc_jax.problem.body import hull
 from parc_jax.problem.robust.pose import Pose
 
 WIDE = 0.01  # [m] of the tube
-PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
+PATIENT = pj.drive.Effort(candidates=64, deadline=300.0)
 WAY = (0.0, 0.25, 0.5, 1.0, 1.0)  # of it at each record
 HALF = 2  # records, of four, after which a manoeuvre is left
 
@@ -28,7 +28,7 @@ def driven(turning: bool):
     model = line_model(4, WIDE, rests=True)
     if turning:
         model = told(model, rotation=(TURNS,))
-    loop = pj.loop.Loop(
+    loop = pj.drive.Loop(
         model, 0.05, leave=0.5, given=(1,), uncertainty=pj.Uncertainty(start=0.05), effort=PATIENT
     )
     place, heading, path, headings, done = np.array([0.3, -0.2]), 0.7 * turning, [], [], []
@@ -51,25 +51,25 @@ def driven(turning: bool):
 @pytest.mark.parametrize("turning", [False, True])
 def test_a_robot_where_it_should_be_is_inside_and_one_pushed_aside_is_not(turning):
     done, path, heading = driven(turning)
-    assert not pj.loop.left_tube(done, path, heading)
+    assert not pj.drive.left_tube(done, path, heading)
     for off, left in ((0.9 * WIDE, False), (1.1 * WIDE, True), (np.nan, True)):
         for record in (1, 3, len(path) - 1):
             aside = path.copy()
             aside[record, 1] += off / (np.cos(heading[record]) if turning else 1.0)
-            assert pj.loop.left_tube(done, aside, heading) == left or (
+            assert pj.drive.left_tube(done, aside, heading) == left or (
                 turning and not np.isnan(off)
             )
     if turning:
-        assert pj.loop.left_tube(done, path, heading + 0.1)
+        assert pj.drive.left_tube(done, path, heading + 0.1)
 
 
 def test_what_a_manoeuvre_would_have_done_after_it_was_left_does_not_count():
     done, path, _ = driven(False)
     moved = path.copy()
     moved[2:] += 0.5  # it is where it is; the next manoeuvre begins there
-    assert pj.loop.left_tube(done, moved)
-    assert not pj.loop.left_tube(done[1:], moved)
-    assert not pj.loop.left_tube(done, path[:5]) and not pj.loop.left_tube([], path)
+    assert pj.drive.left_tube(done, moved)
+    assert not pj.drive.left_tube(done[1:], moved)
+    assert not pj.drive.left_tube(done, path[:5]) and not pj.drive.left_tube([], path)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_what_a_manoeuvre_would_have_done_after_it_was_left_does_not_count():
 def test_what_makes_no_sense_is_told(spoilt, words):
     done, path, _ = driven(False)
     with pytest.raises(InputError, match=words):
-        pj.loop.left_tube(*spoilt(done, path))
+        pj.drive.left_tube(*spoilt(done, path))
 
 
 def a_bar(heading: float):

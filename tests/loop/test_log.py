@@ -28,7 +28,7 @@ def test_an_episode_is_accepted_and_says_from_when_to_when(turning, tmp_path, ca
     report = check(episode_part(done))
     assert report.manoeuvres == 4 and report.rests == 0
     assert report.begin == 0 and report.end == done[-1].end
-    path = pj.loop.save_episode(tmp_path / "episode.json", done, {"robot": "toy"})
+    path = pj.drive.save_episode(tmp_path / "episode.json", done, {"robot": "toy"})
     assert checker.main([str(path)]) == 0
     assert "4 manoeuvres, each from its stated pose to its last knot" in capsys.readouterr().out
     assert checker.main([str(path), "--json"]) == 0
@@ -164,7 +164,7 @@ def test_a_manoeuvre_and_the_next_agree_on_all_that_they_share(options, words):
     for own in ({}, options):
         model = line_model(4, own.get("model", 0.01), rests=True)
         uncertainty = own.get("uncertainty", pj.Uncertainty(start=0.01))
-        loop = pj.loop.Loop(
+        loop = pj.drive.Loop(
             model,
             own.get("body", 0.05),
             leave=0.5,
@@ -180,6 +180,6 @@ def test_a_manoeuvre_and_the_next_agree_on_all_that_they_share(options, words):
 
 def test_what_else_is_assumed_is_told(tmp_path, capsys):
     path = tmp_path / "drive.json"
-    pj.loop.save_episode(path, driven(False, 1), assumed={"sweep": "0.1 s, as one moment"})
+    pj.drive.save_episode(path, driven(False, 1), assumed={"sweep": "0.1 s, as one moment"})
     assert checker.main([str(path)]) == 0
     assert "  assumed sweep: 0.1 s, as one moment\n" in capsys.readouterr().out

@@ -20,7 +20,7 @@ from parc_jax.learning.system import TURNS
 from parc_jax.problem.robust.pose import pose_of
 from parc_jax.safe_set.verdict.scene import scene_along
 
-PATIENT = pj.loop.Effort(candidates=256, deadline=300.0)
+PATIENT = pj.drive.Effort(candidates=256, deadline=300.0)
 WALL = pj.box([0.45, -2.0], [0.5, 2.0])
 
 
@@ -43,7 +43,7 @@ def afresh(loop, *asked, **more):
 
 def loop_of(model, **options):
     options = {"leave": 0.5, "given": (1,), "effort": PATIENT} | options
-    return pj.loop.Loop(model, 0.1, **options)
+    return pj.drive.Loop(model, 0.1, **options)
 
 
 def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
@@ -61,7 +61,7 @@ def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
 def test_what_moves_is_kept_away_from_until_the_rest(line):
     """A wall that comes at 0.1 m/s at most: the farther the later, so it takes room at the rest."""
     loop, time = loop_of(line), line.time
-    toward, spans = pj.moving(WALL, [0.0, 0.0], (0, time.n_steps - 1), time.dt, off_by=0.1)
+    toward, spans = pj.problem.moving(WALL, [0.0, 0.0], (0, time.n_steps - 1), time.dt, off_by=0.1)
     step = loop.step([0.0, 0.0], [0.25], toward, forward, spans=spans)
     every = np.sort(even_candidates(line, (1,), 256)[:, 0])
     free = every[every < 0.45 - 0.1 * time.t_f - 0.11]
@@ -73,7 +73,7 @@ def test_what_moves_is_kept_away_from_until_the_rest(line):
 
 @pytest.mark.parametrize("uncertainty", [None, pj.Uncertainty(start=0.02)])
 def test_what_a_system_declares_to_be_measured_is_given_at_every_step(line, uncertainty):
-    declared = pj.loop.Loop(
+    declared = pj.drive.Loop(
         told(line, given=(1,)), 0.1, leave=0.5, uncertainty=uncertainty, effort=PATIENT
     )
     said = loop_of(line, uncertainty=uncertainty)
@@ -111,7 +111,7 @@ def test_what_is_measured_wrongly_changes_nothing(line, pose, given, words):
 
 
 def test_who_is_late_commits_to_nothing(line):
-    loop = loop_of(line, effort=pj.loop.Effort(deadline=1e-9))
+    loop = loop_of(line, effort=pj.drive.Effort(deadline=1e-9))
     step = loop.step([0.0, 0.0], [0.25], [WALL], forward)
     assert not step.new and step.committed is None and "within 1e-09 s" in step.reason
 
@@ -148,17 +148,17 @@ def test_where_bins_meet_all_of_them_have_to_allow_it(widths):
 def test_of_the_first_safe_ones_one_with_room_is_taken(line):
     """The best liked one grazes the wall."""
     given = np.array([[0.33], [0.3], [0.2], [0.1], [0.0]])
-    room = {"effort": pj.loop.Effort(room=0.1, deadline=300.0), "candidates": given}
+    room = {"effort": pj.drive.Effort(room=0.1, deadline=300.0), "candidates": given}
     step = loop_of(line, **room).step([0, 0], [0.25], [WALL], forward)
     assert step.committed.k[0] == 0.2 and step.committed.clearance >= 0.1
-    far = room | {"effort": pj.loop.Effort(room=0.5, deadline=300.0)}  # none has so much
+    far = room | {"effort": pj.drive.Effort(room=0.5, deadline=300.0)}  # none has so much
     step = loop_of(line, **far).step([0, 0], [0.25], [WALL], forward)
     assert step.committed.k[0] == 0.0
 
 
 def test_after_so_many_looks_no_candidate_is_judged(line):
     """All of them touch the wall, which takes a look each; the sentence says who was left out."""
-    effort = pj.loop.Effort(candidates=256, looks=100, deadline=300.0)
+    effort = pj.drive.Effort(candidates=256, looks=100, deadline=300.0)
     step = loop_of(line, effort=effort).step([0.45, 0.0], [0.25], [WALL], forward)
     assert "none of 100 candidates is safe; 156 of 256 were not looked at" in step.reason
     assert "takes more than 100 as effort.looks" in step.reason
@@ -166,14 +166,14 @@ def test_after_so_many_looks_no_candidate_is_judged(line):
 
 
 def test_who_was_never_looked_at_is_counted_and_the_setting_named(line):
-    effort = pj.loop.Effort(candidates=1024, judged=256, looks=9999, deadline=300.0)
+    effort = pj.drive.Effort(candidates=1024, judged=256, looks=9999, deadline=300.0)
     loop = loop_of(line, effort=effort)
     step = loop.step([0.45, 0.0], [0.25], [WALL], forward)
     assert "none of 256 candidates is safe; 768 of 1,024 were not looked at" in step.reason
     assert "takes more than 256 as effort.judged" in step.reason
     few = loop.step([0.45, 0.0], [0.25], [WALL], lambda seen: np.where(seen.k[:, 0] > 0, 0, np.nan))
     assert "of 512 were not looked at" in few.reason and "; 512 were left out by" in few.reason
-    late = loop_of(line, effort=pj.loop.Effort(deadline=1e-9))
+    late = loop_of(line, effort=pj.drive.Effort(deadline=1e-9))
     step = late.step([0.45, 0.0], [0.25], [WALL], forward)
     assert "effort.deadline; 64 of 1,024 candidates were looked at" in step.reason
 
@@ -317,7 +317,7 @@ def test_what_runs_did_not_measure_is_not_given_where_they_are_all_that_is_known
 
 def test_an_effort_of_nothing_is_refused():
     with pytest.raises(InputError, match="at least one candidate"):
-        pj.loop.Effort(candidates=0)
+        pj.drive.Effort(candidates=0)
 
 
 def test_a_clock_that_does_not_go_forward_changes_nothing(line):

@@ -14,7 +14,7 @@ from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.drive.loop.prover import Packer, Proving, Unpacker
 
-PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
+PATIENT = pj.drive.Effort(candidates=64, deadline=300.0)
 BLOCK = pj.box([30.0, 30.0], [31.0, 31.0])
 
 
@@ -45,7 +45,7 @@ def loop_of(prover=None, uncertainty=None):
         "prover": prover,
         "uncertainty": uncertainty,
     }
-    return pj.loop.Loop(LINE, 0.1, **options)
+    return pj.drive.Loop(LINE, 0.1, **options)
 
 
 def drive(loop, n: int, aside: float = 0.0):
@@ -122,7 +122,7 @@ def test_a_loop_whose_prover_is_in_trouble_goes_on_with_the_stop_in_hand():
 @pytest.mark.slow  # a second process, which starts JAX
 def test_a_second_process_proves_while_the_loop_goes_on():
     with pytest.raises(SoundnessError, match="the exact checker rejects commitment 4"):
-        with pj.loop.Prover() as prover:
+        with pj.drive.Prover() as prover:
             loop = loop_of(prover)
             done = drive(loop, 5)
             proofs = prover.finish()
@@ -138,7 +138,7 @@ def test_a_second_process_proves_while_the_loop_goes_on():
 @pytest.mark.slow
 def test_a_prover_that_ended_stops_the_loop_and_is_told_at_the_end():
     with pytest.raises(SoundnessError, match="process ended with exit code -9"):
-        with pj.loop.Prover(most=1) as prover:
+        with pj.drive.Prover(most=1) as prover:
             loop = loop_of(prover)
             prover._process.kill()
             prover._process.join()
@@ -149,4 +149,4 @@ def test_a_prover_that_ended_stops_the_loop_and_is_told_at_the_end():
 
 def test_a_prover_that_nobody_may_wait_for_is_refused():
     with pytest.raises(InputError, match="1 or more that may wait; got 0"):
-        pj.loop.Prover(most=0)
+        pj.drive.Prover(most=0)

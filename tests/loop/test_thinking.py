@@ -23,7 +23,7 @@ from parc_jax.learning.network.relu import relu_network
 WAITS, HELD = 0.25, 0.5  # [s] a run of one second: it waits, follows its command, stops
 WALL = pj.box([2.0, -2.0], [2.1, 2.0])
 RADIUS = 0.1
-THINKING = pj.loop.Thinking(WAITS, {"k1": "k0"}, HELD, [0.0])
+THINKING = pj.drive.Thinking(WAITS, {"k1": "k0"}, HELD, [0.0])
 
 
 def model(waits: float = WAITS):
@@ -40,9 +40,9 @@ def model(waits: float = WAITS):
 
 
 def loop_of(**options):
-    effort = pj.loop.Effort(candidates=64, deadline=WAITS)
+    effort = pj.drive.Effort(candidates=64, deadline=WAITS)
     options = {"leave": HELD, "given": (1,), "thinking": THINKING, "effort": effort} | options
-    return pj.loop.Loop(model(), RADIUS, **options)
+    return pj.drive.Loop(model(), RADIUS, **options)
 
 
 @pytest.fixture
@@ -100,7 +100,7 @@ def episode(loop, clock, slow, thinks=True, cycles=12):
 def test_a_loop_that_knows_how_long_it_thinks_stays_inside_and_touches_nothing(clock):
     done, path = episode(loop_of(), clock, slow=[0.2])
     assert len(done) > 4 and 1.6 < path[:, 0].max() < 1.9
-    assert not pj.loop.left_tube(done, path) and path[-1, 0] == path[-2, 0]
+    assert not pj.drive.left_tube(done, path) and path[-1, 0] == path[-2, 0]
     assert [one.k[1] for one in done] == [0.0, *(one.k[0] for one in done[:-1])]
     report = checker.check_episode(json.loads(json.dumps(episode_part(done))), allowance_of)
     assert report.manoeuvres == len(done)
@@ -108,16 +108,16 @@ def test_a_loop_that_knows_how_long_it_thinks_stays_inside_and_touches_nothing(c
 
 def test_a_loop_that_forgets_it_leaves_its_tubes(clock):
     """What is assumed where no time to think is declared: the very robot of the test above."""
-    loop = pj.loop.Loop(
-        model(waits=0.0), RADIUS, leave=HELD, given=(1,), effort=pj.loop.Effort(64, deadline=WAITS)
+    loop = pj.drive.Loop(
+        model(waits=0.0), RADIUS, leave=HELD, given=(1,), effort=pj.drive.Effort(64, deadline=WAITS)
     )
     done, path = episode(loop, clock, slow=[0.0], thinks=False)
-    assert pj.loop.left_tube(done, path)
+    assert pj.drive.left_tube(done, path)
 
 
 def test_a_planner_that_is_late_never_commits_and_the_cart_stops(clock):
     done, path = episode(loop_of(), clock, slow=[0.0, 0.3, 0.1, 0.3, 0.3])
-    assert 3 < len(done) < 10 and not pj.loop.left_tube(done, path)
+    assert 3 < len(done) < 10 and not pj.drive.left_tube(done, path)
     assert path[:, 0].max() < 1.9
     done, path = episode(loop_of(), clock, slow=[0.0, 0.3, 0.3, 0.3, 0.3, 0.3])
     assert len(done) == 2 and done[1].k[1] == 0.0  # it rested in between
@@ -177,8 +177,8 @@ def test_a_pose_outside_of_the_tube_begins_nothing(clock):
 @pytest.mark.parametrize("cycle", [0, 2])
 def test_a_command_that_comes_late_is_said_to_be_late(clock, cycle):
     """A loop that does not know of it, and a cart that begins one command a cycle late."""
-    loop = pj.loop.Loop(
-        model(waits=0.0), RADIUS, leave=HELD, given=(1,), effort=pj.loop.Effort(64, deadline=WAITS)
+    loop = pj.drive.Loop(
+        model(waits=0.0), RADIUS, leave=HELD, given=(1,), effort=pj.drive.Effort(64, deadline=WAITS)
     )
     cart, steps = Cart(), []
     for i in range(cycle + 2):
@@ -207,10 +207,10 @@ def test_a_manoeuvre_is_left_when_those_of_the_runs_were(clock):
         model().claim.law, k_law="a chain of 2 manoeuvres before it, each left after 0.5 to 0.75 s"
     )
     chained = model().replace(claim=derived(model().claim, law=law))
-    asked = {"given": (1,), "thinking": THINKING, "effort": pj.loop.Effort(64, deadline=WAITS)}
+    asked = {"given": (1,), "thinking": THINKING, "effort": pj.drive.Effort(64, deadline=WAITS)}
     with pytest.raises(InputError, match=r"leave: .* from 0.5 s to 0.75 s .* after 0.25 s"):
-        pj.loop.Loop(chained, RADIUS, leave=0.25, **asked)
-    loop = pj.loop.Loop(chained, RADIUS, leave=HELD, **asked)
+        pj.drive.Loop(chained, RADIUS, leave=0.25, **asked)
+    loop = pj.drive.Loop(chained, RADIUS, leave=HELD, **asked)
     first = loop.step([0.0, 0.0], [], [WALL], forward, at=0.0).committed
     for at, begun in ((0.75, True), (0.8, False), (1.0, True)):
         loop.under_way = first
@@ -230,16 +230,16 @@ def test_a_start_that_touches_and_an_end_out_of_reach_are_told(clock):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"effort": pj.loop.Effort(deadline=0.3)}, "a deadline within the 0.25 s of thinking"),
-        ({"leave": 0.25, "thinking": pj.loop.Thinking(0.5, {1: 0}, 0.25, [0])}, "no earlier"),
-        ({"thinking": pj.loop.Thinking(0.25, {0: 1}, 0.5, [0])}, "every chosen parameter once"),
-        ({"thinking": pj.loop.Thinking(0.25, {}, 0.5, [])}, "every chosen parameter once"),
+        ({"effort": pj.drive.Effort(deadline=0.3)}, "a deadline within the 0.25 s of thinking"),
+        ({"leave": 0.25, "thinking": pj.drive.Thinking(0.5, {1: 0}, 0.25, [0])}, "no earlier"),
+        ({"thinking": pj.drive.Thinking(0.25, {0: 1}, 0.5, [0])}, "every chosen parameter once"),
+        ({"thinking": pj.drive.Thinking(0.25, {}, 0.5, [])}, "every chosen parameter once"),
         (
-            {"thinking": pj.loop.Thinking(0.25, {1: 0}, 0.8, [0])},
+            {"thinking": pj.drive.Thinking(0.25, {1: 0}, 0.8, [0])},
             "together within a manoeuvre of 1 s",
         ),
-        ({"thinking": pj.loop.Thinking(0.0, {1: 0}, 0.5, [0])}, "above 0 s"),
-        ({"thinking": pj.loop.Thinking(0.25, {1: 0}, 0.5, [2])}, "rest within K"),
+        ({"thinking": pj.drive.Thinking(0.0, {1: 0}, 0.5, [0])}, "above 0 s"),
+        ({"thinking": pj.drive.Thinking(0.25, {1: 0}, 0.5, [2])}, "rest within K"),
     ],
 )
 def test_what_makes_no_sense_is_told(options, words):
@@ -248,7 +248,7 @@ def test_what_makes_no_sense_is_told(options, words):
 
 
 def test_without_a_time_to_think_the_caller_gives_all(clock):
-    loop = pj.loop.Loop(
-        line_model(4, 0.01, rests=True), RADIUS, leave=0.5, given=(1,), effort=pj.loop.Effort(64)
+    loop = pj.drive.Loop(
+        line_model(4, 0.01, rests=True), RADIUS, leave=0.5, given=(1,), effort=pj.drive.Effort(64)
     )
     assert "given" in loop.step([0.0, 0.0], [], [], forward).reason

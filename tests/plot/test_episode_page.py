@@ -27,7 +27,7 @@ def file(request, tmp_path_factory):
     done = driven(request.param)
     late = float(done[1].begin + done[2].begin) / 2
     place = tmp_path_factory.mktemp("drive") / "drive.json"
-    return pj.loop.save_episode(place, done, {"reasons": [[late, WHY]]}), late
+    return pj.drive.save_episode(place, done, {"reasons": [[late, WHY]]}), late
 
 
 def embedded(page: str) -> dict:

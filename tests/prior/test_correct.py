@@ -14,7 +14,7 @@ def test_what_a_prior_does_wrong_is_put_right():
     asked = slipping.recorded(K, np.column_stack([K[:, 0], 0 * K[:, 1], K[:, 1]]))
     found = corrected(lambda rows: flat(asked), runs)
     assert found.smoothing is not None and found.best < 0.3 * found.alone
-    assert found.statement().startswith("corrected by residuals (predicted from others")
+    assert found.details().startswith("corrected by residuals (predicted from others")
     fresh = slipping.drawn(100, seed=5)
     wrong = slipping.recorded(fresh, np.column_stack([fresh[:, 0], 0 * fresh[:, 1], fresh[:, 1]]))
     truth = flat(slipping.recorded(fresh))
@@ -28,7 +28,7 @@ def test_noise_is_left_alone_and_that_is_said(seed):
     runs = slipping.recorded(K, noise=0.05, seed=seed)
     found = corrected(lambda rows: flat(slipping.recorded(K)), runs)
     assert found.smoothing is None and not found.more(slipping.drawn(9)).any()
-    assert found.statement().startswith("residuals left out")
+    assert found.details().startswith("residuals left out")
     np.testing.assert_allclose(found.errors, flat(runs) - flat(slipping.recorded(K)))
 
 

@@ -17,6 +17,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.network.relu import outputs, relu_network
 from parc_jax.learning.system import STAYS, TURNS, rotation_of
 from parc_jax.planner import Planner
+from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.robust.pose import from_here, pose_of
@@ -218,7 +219,7 @@ def test_what_is_no_pose_is_refused(asked):
     fenced = problem.replace(start=pj.hpolytope([[1.0, 0.0]], [at[0] - 1]))
     with pytest.raises(InputError, match="at: expected a place within the start set"):
         planner.solve(fenced, KEY, SMALL, at=at)
-    flat = problem.replace(body=pj.types.Polygon(np.zeros((1, 2))))
+    flat = problem.replace(body=Polygon(np.zeros((1, 2))))
     with pytest.raises(InputError, match="at: expected a body that turns with the robot"):
         planner.solve(flat, KEY, SMALL, at=at)
 

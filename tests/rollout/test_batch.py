@@ -16,7 +16,7 @@ from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.runs.loaders import load_rollouts
 
-GRID = pj.time_grid(0.25, 1.0, 0.05)
+GRID = pj.learning.time_grid(0.25, 1.0, 0.05)
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from parc_jax.learning.systems.chained import _pick
 
 KEY = jax.random.PRNGKey(0)
 CART, CARTS = Cart(), Carts()
-CHAIN = pj.chained(CART, 2, (0.2, 0.6))
+CHAIN = pj.learning.chained(CART, 2, (0.2, 0.6))
 
 
 @pytest.fixture(scope="module")
@@ -81,17 +81,17 @@ def test_rows_depend_on_their_number_alone_and_a_stored_file_goes_on(runs, tmp_p
 def test_a_claim_about_settled_starts_is_left_by_running_ones_and_one_about_chains_is_not():
     """Both are true of their own law of starts; in use the robot comes from other manoeuvres."""
     net, asked = settled_network(), dict(eps=0.1, delta=0.01, bins=(2, 2))
-    settled = pj.bound_error(net, CARTS, KEY, **asked, quiet=True)
-    chained = pj.bound_error(net, pj.chained(CARTS), KEY, **asked, quiet=True)
+    settled = pj.learning.bound_error(net, CARTS, KEY, **asked, quiet=True)
+    chained = pj.learning.bound_error(net, pj.learning.chained(CARTS), KEY, **asked, quiet=True)
     assert "HIDDEN_START(given v0)" in settled.assumptions
-    assert "k by a chain of 3 manoeuvres before it" in chained.statement()
+    assert "k by a chain of 3 manoeuvres before it" in chained.details()
     assert isinstance(chained.risk(), pj.types.NoStatement)
 
     def left(claim, system):
         fresh = collect(system, KEY, 256, Stage.VALIDATE, quiet=True)
         return (score_batch(net, fresh, claim.tube).score > 1).mean()
 
-    longer = pj.chained(CARTS, 6)
+    longer = pj.learning.chained(CARTS, 6)
     assert left(settled, CARTS) <= 0.1 < 0.5 < left(settled, longer)
     assert left(chained, longer) <= 0.1
 
@@ -99,7 +99,7 @@ def test_a_claim_about_settled_starts_is_left_by_running_ones_and_one_about_chai
 @pytest.mark.slow  # a chain of its own
 def test_a_system_in_batches_and_a_command_under_way():
     """The command under way is measured like the speed: it is the one of the manoeuvre before."""
-    chain = pj.chained(Batch(), 2, (0.5, 1.0))
+    chain = pj.learning.chained(Batch(), 2, (0.5, 1.0))
     runs = collect(chain, KEY, 400, quiet=True)
     assert runs.given == (0, 1) and runs.law.generator == "thoughtful"
     assert np.corrcoef(runs.k[:, 0], runs.k[:, 1])[0, 1] > 0.5
@@ -123,12 +123,12 @@ def test_records_are_picked_evenly_among_those_that_fit():
 @pytest.mark.slow  # a chain of its own
 def test_what_is_measured_may_leave_k_and_come_back_but_not_for_good():
     narrow = type("Narrow", (Carts,), {"domain": pj.box([0.0, 0.0], [0.4, 1.0])})()
-    runs = collect(pj.chained(narrow), KEY, 64, quiet=True)
+    runs = collect(pj.learning.chained(narrow), KEY, 64, quiet=True)
     assert runs.k[:, 0].max() <= 0.4 and (runs.k[:, 0] > 0.3).any()
     np.testing.assert_allclose(runs.p[:, 1, 0], H * runs.k[:, 0], rtol=1e-12)
     never = type("Never", (Carts,), {"domain": pj.box([0.5, 0.0], [1.0, 1.0])})()
     with pytest.raises(InputError, match=r"measured \(v0 .* 64 of 64 chains never came back to it"):
-        collect(pj.chained(never), KEY, 64, quiet=True)
+        collect(pj.learning.chained(never), KEY, 64, quiet=True)
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_what_is_measured_may_leave_k_and_come_back_but_not_for_good():
 )
 def test_what_cannot_be_chained_is_refused(system, options, sentence):
     with pytest.raises(InputError, match=sentence):
-        pj.chained(system, **options)
+        pj.learning.chained(system, **options)
 
 
 def test_states_at_the_end_alone_are_refused():
@@ -161,4 +161,4 @@ def test_states_at_the_end_alone_are_refused():
 
     odd = type("Odd", (Carts,), {"rollout_from_state": at_the_end})()
     with pytest.raises(InputError, match="states at 21 records"):
-        collect(pj.chained(odd), KEY, 4, quiet=True)
+        collect(pj.learning.chained(odd), KEY, 4, quiet=True)

@@ -28,7 +28,7 @@ from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.systems import fleet
 from parc_jax.learning.systems.python_worker import code_of
 
-DOMAIN, TIME = pj.box([0.0], [1.0]), pj.time_grid(0.5, 1.0)
+DOMAIN, TIME = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)
 KEY = jax.random.PRNGKey(3)
 
 
@@ -42,7 +42,7 @@ def system(executor, simulate=walk, **more):
 def runs(executor, n=40, simulate=walk, workers=2, lost="failed", **more):
     made = system(executor, simulate, lost=lost, workers=workers if executor else 0)
     try:
-        return pj.collect(made, KEY, n=n, quiet=True, **more)
+        return pj.learning.collect(made, KEY, n=n, quiet=True, **more)
     finally:
         made.close()
 
@@ -57,7 +57,7 @@ def fresh_worker(monkeypatch, request):
 
 @pytest.fixture(scope="module")
 def alone():
-    return pj.collect(system(None), KEY, n=40, quiet=True)
+    return pj.learning.collect(system(None), KEY, n=40, quiet=True)
 
 
 def same(one, other) -> bool:
@@ -133,15 +133,17 @@ def test_a_lost_run_is_made_again_and_counted_where_workers_go_away(alone, tmp_p
 
 def test_a_claim_says_how_many_runs_were_made_again():
     made = system(Inline({1: GONE}), lost="again", workers=2, simulate=upright)
-    data = pj.collect(made, KEY, n=24, quiet=True)
-    net = pj.train(data, hidden=(4,), key=KEY, seeds=1, steps=20)
+    data = pj.learning.collect(made, KEY, n=24, quiet=True)
+    net = pj.learning.train(data, hidden=(4,), key=KEY, seeds=1, steps=20)
     made = system(Inline({3: GONE, 4: GONE}), lost="again", workers=2, simulate=upright)
     about = {"eps": 0.2, "delta": 0.2, "train": data, "quiet": True}
-    claim = pj.bound_error(net, made, KEY, **about)
+    claim = pj.learning.bound_error(net, made, KEY, **about)
     assert "WORKERS_LOST(4, independent of the run)" in claim.assumptions
-    assert "WORKERS_LOST(4, " in claim.statement() and claim.evidence["lost"] == 4
-    silent = pj.bound_error(net, system(Inline(), workers=2, simulate=upright), KEY, **about)
-    assert "WORKERS_LOST" not in silent.statement() and "lost" not in silent.evidence
+    assert "WORKERS_LOST(4, " in claim.details() and claim.evidence["lost"] == 4
+    silent = pj.learning.bound_error(
+        net, system(Inline(), workers=2, simulate=upright), KEY, **about
+    )
+    assert "WORKERS_LOST" not in silent.details() and "lost" not in silent.evidence
 
 
 def test_an_executor_that_makes_lost_calls_again_in_silence_is_told_apart(alone):
@@ -272,7 +274,7 @@ def test_who_ends_its_process_has_failed_on_any_workers(executor, tmp_path):
     """Its deaths do not follow from its seed: a second chance would be a share of successes."""
     workers = 2 if executor is None else None
     made = system(executor, partial(logged, folder=str(tmp_path)), workers=workers)
-    found = pj.collect(made, KEY, n=40, quiet=True)
+    found = pj.learning.collect(made, KEY, n=40, quiet=True)
     made.close()
     begun = [path.read_text() for path in tmp_path.iterdir()]
     dead = sum(text == "begun" for text in begun)
@@ -295,8 +297,9 @@ import jax, numpy as np, parc_jax as pj
 def walk(rng, k):
     return np.zeros((3, 2)), []
 
-system = pj.python_system(walk, pj.box([0.0], [1.0]), pj.time_grid(0.5, 1.0), name="walk", n_p=2)
-pj.collect(system, jax.random.PRNGKey(0), n=4, quiet=True)
+time = pj.learning.time_grid(0.5, 1.0)
+system = pj.python_system(walk, pj.box([0.0], [1.0]), time, name="walk", n_p=2)
+pj.learning.collect(system, jax.random.PRNGKey(0), n=4, quiet=True)
 """
 
 
@@ -329,14 +332,14 @@ if __name__ == "__main__":
     make = partial(ProcessPoolExecutor, 2, mp_context=get_context("spawn"))
     ends = []
     for more in ({"executor": make}, {"workers": 0}):
-        box, time = pj.box([0.0], [1.0]), pj.time_grid(0.5, 1.0)
+        box, time = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)
         system = pj.python_system(Walk(), box, time, name="walk", n_p=2, **more)
-        ends.append(pj.collect(system, jax.random.PRNGKey(0), n=30, quiet=True).p)
+        ends.append(pj.learning.collect(system, jax.random.PRNGKey(0), n=30, quiet=True).p)
         system.close()
     print((ends[0] == ends[1]).all())
     Walk.far = 1.0                                     # here alone: other processes read the file
     system = pj.python_system(Walk(), box, time, name="walk", n_p=2, executor=make)
-    pj.collect(system, jax.random.PRNGKey(0), n=30, quiet=True)
+    pj.learning.collect(system, jax.random.PRNGKey(0), n=30, quiet=True)
 """
 
 
@@ -387,5 +390,5 @@ def test_a_dask_cluster_whose_workers_are_killed_half_way(tmp_path):
                     os.kill(pid, signal.SIGKILL)
                 killed |= alive
         assert len(killed) > 2  # all of them, twice
-    expected = pj.collect(system(None), KEY, 200, quiet=True)
+    expected = pj.learning.collect(system(None), KEY, 200, quiet=True)
     assert np.array_equal(np.concatenate(ends), expected.p, equal_nan=True)

@@ -19,7 +19,7 @@ import parc_jax as pj
 from parc_jax.common.errors import InputError
 
 HELPERS = Path(__file__).parents[1] / "helpers"
-DOMAIN, TIME = pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(0.25, 1.0, 0.05)
+DOMAIN, TIME = pj.box([0.5, -0.5], [1.0, 0.5]), pj.learning.time_grid(0.25, 1.0, 0.05)
 KEY = jax.random.PRNGKey(0)
 ABOUT = {"parameters": ("vx", "vy"), "outputs": ("x", "y"), "domain": DOMAIN, "time": TIME}
 
@@ -35,13 +35,13 @@ def glider(tmp_path_factory):
 
 def system(path, **more):
     given = ABOUT | {"q": ("heading",), "seed": "seed", "workers": 0} | more
-    return pj.fmu_system(path, **given)
+    return pj.learning.fmu_system(path, **given)
 
 
 def runs(path, n=30, **more):
     made = system(path, **more)
     try:
-        return pj.collect(made, KEY, n, quiet=True)
+        return pj.learning.collect(made, KEY, n, quiet=True)
     finally:
         made.close()
 
@@ -101,7 +101,7 @@ def test_another_file_at_the_same_place_is_refused(glider, tmp_path):
     made = system(copy)
     Path(copy).write_bytes(Path(copy).read_bytes() + b"\0")
     with pytest.raises(InputError, match="expected the FMU with sha256"):
-        pj.collect(made, KEY, 4, quiet=True)
+        pj.learning.collect(made, KEY, 4, quiet=True)
 
 
 @pytest.mark.night

@@ -52,14 +52,16 @@ class Slow:
 @pytest.mark.slow
 def test_collect_and_bound_error_forecast_all_that_they_will_run(monkeypatch, capsys):
     monkeypatch.setattr(Pace, "of", lambda *_: 4.0)
-    pj.collect(Slow(), KEY, 12)
+    pj.learning.collect(Slow(), KEY, 12)
     assert "slow: 12 runs x 4 s = 48 s" in capsys.readouterr().err
-    pj.bound_error(NET, Slow(), KEY, eps=0.05, delta=0.5, bins=(1, 1), profile_runs=10)
+    pj.learning.bound_error(NET, Slow(), KEY, eps=0.05, delta=0.5, bins=(1, 1), profile_runs=10)
     told = capsys.readouterr().err
     # 10 for the profile, 14 for the holdout
     assert told.count(" runs x ") == 1 and "slow: 24 runs x 4 s" in told
     assert "eps = 0.5 needs 2 fresh ones" in told
-    pj.bound_error(NET, Slow(), KEY, eps=0.05, delta=0.5, bins=(1, 1), profile_runs=10, quiet=True)
+    pj.learning.bound_error(
+        NET, Slow(), KEY, eps=0.05, delta=0.5, bins=(1, 1), profile_runs=10, quiet=True
+    )
     assert capsys.readouterr().err == ""
 
 
@@ -102,8 +104,8 @@ def test_two_bars_never_share_a_name(tmp_path, monkeypatch):
     names = [name for name in names if not name.endswith(": search")]  # quiet: tries of starts
     assert len(names) == 3 and len(set(names)) == 3
     names.clear()
-    pj.bound_error(NET, plant(noisy), KEY, eps=0.1, delta=0.1, bins=(1, 1))
+    pj.learning.bound_error(NET, plant(noisy), KEY, eps=0.1, delta=0.1, bins=(1, 1))
     assert len(names) == 2 and len(set(names)) == 2
     for stage in (Stage.REPLAY, Stage.VALIDATE):
-        pj.collect(plant(noisy), KEY, 5, stage)
+        pj.learning.collect(plant(noisy), KEY, 5, stage)
     assert len(set(names)) == 4

@@ -27,7 +27,7 @@ class Gusty:
     """A cart with a gust that can be changed from outside."""
 
     name, n_p, n_q = "gusty", 2, 1
-    domain, time = pj.box([0.0, 0.0], [1.0, 1.0]), pj.time_grid(0.25, 1.0, 0.05)
+    domain, time = pj.box([0.0, 0.0], [1.0, 1.0]), pj.learning.time_grid(0.25, 1.0, 0.05)
     side = 0.0
 
     def __init__(self, gust=0.01):
@@ -45,17 +45,17 @@ class Gusty:
 
 
 def end(system, n=20, **options):
-    return pj.collect(system, KEY, n, quiet=True, **options).p[:, -1]
+    return pj.learning.collect(system, KEY, n, quiet=True, **options).p[:, -1]
 
 
 def test_a_claim_about_a_changed_plant_is_made_from_its_own_runs():
     plant = Gusty(0.01)
     options = {"eps": 0.05, "delta": 0.01, "bins": (1, 1), "quiet": True}
-    pj.bound_error(NET, plant, KEY, **options)
+    pj.learning.bound_error(NET, plant, KEY, **options)
     plant.gust = 5.0
-    claim = pj.bound_error(NET, plant, KEY, **options)
-    assert "gust = 5.0" in claim.statement()
-    fresh = pj.collect(Gusty(5.0), jax.random.PRNGKey(9), 200, quiet=True)
+    claim = pj.learning.bound_error(NET, plant, KEY, **options)
+    assert "gust = 5.0" in claim.details()
+    fresh = pj.learning.collect(Gusty(5.0), jax.random.PRNGKey(9), 200, quiet=True)
     assert (~inside_tube(claim, NET, fresh)).mean() <= 0.1  # all of them, once
 
 
@@ -179,7 +179,7 @@ def test_the_identity_outlives_the_process(tmp_path):
         class Robot:
             '''A robot.'''
             name, n_p, n_q = "robot", 2, 0
-            domain, time = pj.box([0.0, 0.0], [1.0, 1.0]), pj.time_grid(0.25, 1.0)
+            domain, time = pj.box([0.0, 0.0], [1.0, 1.0]), pj.learning.time_grid(0.25, 1.0)
 
             def __init__(self):
                 self.workers, self._started, self.lock = 3, object(), object()

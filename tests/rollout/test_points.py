@@ -182,11 +182,11 @@ def test_plain_python_may_return_several_points():
 @pytest.mark.slow
 def test_the_start_is_tried_for_all_points():
     starts = np.array([[3.0, 0.0], [0.0, -40.0]])
-    assert pj.translation_gap(Bar(), KEY, starts).p.max() < 1e-12
+    assert pj.learning.translation_gap(Bar(), KEY, starts).p.max() < 1e-12
 
     class Pulled(Bar):
         def rollout_from(self, key, k, p0):
             p, q = super().rollout_from(key, k, p0)
             return pj.Trajectory(p.at[:, 1].add(0.1 * jnp.sin(p0)), q)
 
-    assert pj.translation_gap(Pulled(), KEY, starts).p.max() > 0.01
+    assert pj.learning.translation_gap(Pulled(), KEY, starts).p.max() > 0.01

@@ -16,7 +16,7 @@ from parc_jax.learning.systems.environment import EnvironmentRun
 from parc_jax.learning.systems.invariance import translation_gap
 from parc_jax.learning.systems.python_system import python_system
 
-DOMAIN, TIME = pj.box([0.0], [1.0]), pj.time_grid(0.5, 1.0)
+DOMAIN, TIME = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)
 KEY = jax.random.PRNGKey(3)
 
 
@@ -54,17 +54,17 @@ def system(simulate, workers, **more):
 @pytest.mark.slow
 def test_rows_do_not_depend_on_processes_or_chunks():
     here, there = system(walk, 0), system(walk, 2)
-    first = pj.collect(here, KEY, n=40, quiet=True)
+    first = pj.learning.collect(here, KEY, n=40, quiet=True)
     assert (first.p[:, 0] == 0).all() and not first.failed.any() and (first.q == first.k).all()
     assert len(np.unique(first.p[:, 1])) == 80  # every row has its own randomness
     for other in (
-        pj.collect(there, KEY, n=40, quiet=True),
-        pj.collect(here, KEY, n=40, chunk=7, quiet=True),
+        pj.learning.collect(there, KEY, n=40, quiet=True),
+        pj.learning.collect(here, KEY, n=40, chunk=7, quiet=True),
     ):
         assert (other.p == first.p).all() and (other.k == first.k).all()
     stumbling = system(stumble, 2)
     k = np.array([[0.5], [0.05], [0.9], [0.6]])
-    runs = pj.collect(stumbling, KEY, n=4, k=k, quiet=True)
+    runs = pj.learning.collect(stumbling, KEY, n=4, k=k, quiet=True)
     assert runs.failed.tolist() == [False, True, True, False]
     there.close()
     stumbling.close()
@@ -75,7 +75,7 @@ def test_what_never_works_is_an_error():
         InputError,
         match=r"all 5 runs of a batch failed.*expected p \(3, 2\) on the record grid",
     ):
-        pj.collect(system(broken, 0), KEY, n=5, quiet=True)
+        pj.learning.collect(system(broken, 0), KEY, n=5, quiet=True)
 
 
 def test_what_cannot_be_sent_is_refused_at_once():
@@ -123,7 +123,7 @@ def test_an_environment_becomes_a_system():
         lambda room, seen: seen[:1],
         lambda k: {"push": 2.0},
     )
-    runs = pj.collect(system(episode, 0), KEY, n=20, quiet=True)
+    runs = pj.learning.collect(system(episode, 0), KEY, n=20, quiet=True)
     assert np.allclose(runs.p[:, 1], 2 * runs.k) or runs.failed.any()
     assert (runs.failed == (2 * runs.k[:, 0] > 1)).all() and 0 < runs.failed.sum() < 20
 
@@ -145,6 +145,6 @@ def test_a_gymnasium_environment():
     episode = EnvironmentRun(
         make, pendulum_policy, 2, pendulum_position, lambda environment, seen: seen[2:]
     )
-    runs = pj.collect(system(episode, 0), KEY, n=6, quiet=True)
-    again = pj.collect(system(episode, 0), KEY, n=6, quiet=True)
+    runs = pj.learning.collect(system(episode, 0), KEY, n=6, quiet=True)
+    again = pj.learning.collect(system(episode, 0), KEY, n=6, quiet=True)
     assert not runs.failed.any() and (runs.p == again.p).all()

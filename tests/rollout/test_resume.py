@@ -24,7 +24,7 @@ def system():
 
 
 def with_grid(system, dt_record):
-    return dataclasses.replace(system, time=pj.time_grid(0.25, 1.0, dt_record))
+    return dataclasses.replace(system, time=pj.learning.time_grid(0.25, 1.0, dt_record))
 
 
 def test_another_record_grid_is_refused(system, tmp_path):
@@ -110,7 +110,7 @@ def strided(rng, k):
 @pytest.mark.slow
 def test_a_plain_function_is_told_by_its_code(tmp_path):
     make = lambda f: python_system(  # noqa: E731
-        f, pj.box([0.0], [1.0]), pj.time_grid(0.25, 1.0), name="walk", n_p=2, workers=0
+        f, pj.box([0.0], [1.0]), pj.learning.time_grid(0.25, 1.0), name="walk", n_p=2, workers=0
     )
     first = collect(make(walk), KEY, 8, path=tmp_path / "a.npz", quiet=True)
     again = collect(make(walk), KEY, 8, path=tmp_path / "a.npz", quiet=True)

@@ -6,7 +6,7 @@ import pytest
 import parc_jax as pj
 from parc_jax.common.errors import InputError
 
-TIME = pj.time_grid(dt=0.5, t_f=1.0, dt_record=0.25)
+TIME = pj.learning.time_grid(dt=0.5, t_f=1.0, dt_record=0.25)
 RNG = np.random.default_rng(0)
 NAMES = {"k": ("vx", "vy"), "p": ("x", "y"), "q": ("yaw",)}
 

@@ -18,7 +18,7 @@ from parc_jax.learning.systems.python_system import python_system
 from parc_jax.learning.systems.user_code import blamed, is_own, own_place, said
 
 KEY = jax.random.PRNGKey(0)
-DOMAIN, TIME = pj.box([0.0, 0.0], [1.0, 1.0]), pj.time_grid(0.25, 1.0)
+DOMAIN, TIME = pj.box([0.0, 0.0], [1.0, 1.0]), pj.learning.time_grid(0.25, 1.0)
 
 
 class Robot:
@@ -59,7 +59,7 @@ def line_of(text: str) -> int:
 )
 def test_a_bug_in_a_rollout_is_named_with_file_and_line(rollout, text, kind):
     with pytest.raises(InputError) as caught:
-        pj.collect(Robot(rollout), KEY, 4, quiet=True)
+        pj.learning.collect(Robot(rollout), KEY, 4, quiet=True)
     message = str(caught.value)
     assert message.startswith("robot: expected rollout(key, k) to run; it fails in ")
     assert f"test_user_code.py, line {line_of(text)} (" in message and kind in message
@@ -68,9 +68,9 @@ def test_a_bug_in_a_rollout_is_named_with_file_and_line(rollout, text, kind):
 
 def test_what_is_no_trajectory_is_said():
     with pytest.raises(InputError, match=r"return Trajectory\(p, q\); got"):
-        pj.collect(Robot(lambda key, k: jnp.zeros((5, 2))), KEY, 4, quiet=True)
+        pj.learning.collect(Robot(lambda key, k: jnp.zeros((5, 2))), KEY, 4, quiet=True)
     with pytest.raises(InputError, match=r"return p \(5, 2\)"):
-        pj.collect(Robot(lambda key, k: (jnp.zeros((5, 2)), None)), KEY, 4, quiet=True)
+        pj.learning.collect(Robot(lambda key, k: (jnp.zeros((5, 2)), None)), KEY, 4, quiet=True)
 
 
 @pytest.mark.slow
@@ -82,7 +82,7 @@ def test_a_bug_in_the_start_or_in_a_batch_of_another_kind():
     other = Robot(None)
     other.rollout_batch = lambda keys, ks: {}["gain"]
     with pytest.raises(InputError, match=r"test_user_code.py, line .*KeyError"):
-        pj.collect(other, KEY, 4, quiet=True)
+        pj.learning.collect(other, KEY, 4, quiet=True)
 
 
 def stumble(rng, k):
@@ -94,7 +94,7 @@ def stumble(rng, k):
 def test_a_plain_function_that_never_works(workers):
     walk = python_system(stumble, DOMAIN, TIME, name="walk", n_p=2, workers=workers)
     with pytest.raises(InputError) as caught:
-        pj.collect(walk, KEY, 4, quiet=True)
+        pj.learning.collect(walk, KEY, 4, quiet=True)
     walk.close()
     message = str(caught.value)
     assert f"test_user_code.py, line {line_of('{}[k[0]]')}" in message and "KeyError" in message
@@ -115,7 +115,7 @@ def test_what_is_no_system_is_said(attribute, value, message):
     robot = Robot(lambda key, k: pj.Trajectory(jnp.zeros((5, 2)), k[:0]))
     setattr(robot, attribute, value)
     with pytest.raises(InputError, match=message):
-        pj.collect(robot, KEY, 4, quiet=True)
+        pj.learning.collect(robot, KEY, 4, quiet=True)
 
 
 def test_a_law_that_cannot_be_read():
@@ -125,12 +125,12 @@ def test_a_law_that_cannot_be_read():
             return {"gust": {}["gust"]}
 
     with pytest.raises(InputError, match=r"a law that can be read; it fails in .*KeyError"):
-        pj.collect(Lawless(misfit), KEY, 4, quiet=True)
+        pj.learning.collect(Lawless(misfit), KEY, 4, quiet=True)
 
 
 def test_faults_of_ours_stay_what_they_are():
     with pytest.raises(ValueError, match="concatenate"):  # no line of theirs has a part in it
-        pj.collect(Robot(jnp.concatenate), KEY, 4, quiet=True)
+        pj.learning.collect(Robot(jnp.concatenate), KEY, 4, quiet=True)
     with pytest.raises(InputError, match=r"^mine$"), blamed("ours"):
         raise InputError("mine")
 
@@ -152,7 +152,7 @@ def test_the_shell_says_it_in_one_sentence(tmp_path):
 
             class Mine:
                 name, n_p, n_q = "mine", 2, 0
-                domain, time = pj.box([0.0], [1.0]), pj.time_grid(0.25, 1.0)
+                domain, time = pj.box([0.0], [1.0]), pj.learning.time_grid(0.25, 1.0)
 
                 def rollout(self, key, k):
                     return pj.Trajectory(k.speed, k[:0])

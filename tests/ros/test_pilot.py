@@ -189,7 +189,7 @@ def test_bad_parameters_are_refused():
     with pytest.raises(InputError, match="reach: expected"):
         Driving(reach=-1.0)
     with pytest.raises(InputError, match="expected a model of the points"):
-        Pilot(model(), pj.world.read_footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]))
+        Pilot(model(), pj.problem.read_footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]))
 
 
 def test_the_guide_goes_around_what_is_in_the_way():

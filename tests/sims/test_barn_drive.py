@@ -194,7 +194,9 @@ def test_a_model_of_another_outline_is_refused():
     for size, fits in ((system.size, True), ((0.42, 0.33), False)):
         corners = centre_and_corners(np.zeros(2), 0.0, *size).ravel()
         layout = SimpleNamespace(n_offsets=10 * 13 - 2, n_p=2, n_c=10)
-        still = pj.relu_network([np.zeros((129, 4))], [np.append(np.tile(corners, 13)[2:], 0.0)])
+        still = pj.learning.relu_network(
+            [np.zeros((129, 4))], [np.append(np.tile(corners, 13)[2:], 0.0)]
+        )
         model = SimpleNamespace(net=still, layout=layout, domain=system.domain)
         if fits:
             require_outline(model)

@@ -43,5 +43,5 @@ def test_the_box_is_rigid(runs):
 def test_a_moved_start_moves_all_points(runs):
     import parc_jax as pj
 
-    gap = pj.translation_gap(sims.load("drone"), KEYS[0], np.array([[3.0, -2.0, 50.0]]))
+    gap = pj.learning.translation_gap(sims.load("drone"), KEYS[0], np.array([[3.0, -2.0, 50.0]]))
     assert gap.p.max() < 1e-12

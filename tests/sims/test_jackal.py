@@ -78,7 +78,7 @@ def test_the_frame_is_the_pose_at_the_start(jackal, poses):
 
 
 def test_the_same_run_elsewhere(jackal):
-    gap = pj.translation_gap(jackal, jax.random.PRNGKey(0), np.array([[37.0, -11.0]]))
+    gap = pj.learning.translation_gap(jackal, jax.random.PRNGKey(0), np.array([[37.0, -11.0]]))
     assert gap.p.max() < 1e-5
 
 

@@ -14,7 +14,7 @@ MODEL = """
   <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><geom size="0.1"/>
 </body></worldbody></mujoco>
 """
-DOMAIN, TIME = pj.box([0.0], [1.0]), pj.time_grid(0.1, 1.0)
+DOMAIN, TIME = pj.box([0.0], [1.0]), pj.learning.time_grid(0.1, 1.0)
 
 
 def none(qpos, qvel, time, k):
@@ -34,6 +34,6 @@ def test_what_does_not_fit_is_refused(tmp_path):
     with pytest.raises(InputError, match="MJCF"):
         mjx_system("<mujoco><worldbody><box/></worldbody></mujoco>", none, DOMAIN, TIME)
     with pytest.raises(InputError, match="whole number of its time steps"):
-        mjx_system(MODEL, none, DOMAIN, pj.time_grid(0.05, 1.0))
+        mjx_system(MODEL, none, DOMAIN, pj.learning.time_grid(0.05, 1.0))
     with pytest.raises(InputError, match="at least 3 joint coordinates"):
         mjx_system(MODEL, none, DOMAIN, TIME, n_p=3)

@@ -79,7 +79,7 @@ def test_each_part_is_rigid_and_they_turn_against_each_other(runs):
 def test_a_moved_start_moves_all_points(tractor):
     import parc_jax as pj
 
-    gap = pj.translation_gap(tractor, KEYS[0], np.array([[30.0, -20.0]]))
+    gap = pj.learning.translation_gap(tractor, KEYS[0], np.array([[30.0, -20.0]]))
     assert gap.p.max() < 1e-9
 
 

@@ -40,7 +40,7 @@ def test_it_turns_as_its_geometry_says(monkeypatch):
     trailer's axle points at the same centre.
     """
     calm = Ground((1.0, 1.0), (1.0, 1.0), 0.0, 0.0, (0.0, 0.0, 0.0))
-    system = Yard(calm, yard().domain, pj.time_grid(0.2, 40.0, c.STEP), threads=1)
+    system = Yard(calm, yard().domain, pj.learning.time_grid(0.2, 40.0, c.STEP), threads=1)
     monkeypatch.setattr(c, "HELD", 40.0)
     ks = np.array([[0.0, 0.0, 0.0, 0.5, 0.3]])
     _, states = system.rollout_from_state(KEYS[:1], system.start_state(KEYS[:1]), ks)
@@ -87,8 +87,8 @@ def test_points_are_where_the_simulator_has_them(runs):
 
 
 def test_chains_of_manoeuvres_are_runs_of_it():
-    chain = pj.chained(yard(threads=1), before=2, hand_over=(0.4, c.YARD_T_F))
-    runs = pj.collect(chain, jax.random.PRNGKey(0), n=4, quiet=True)
+    chain = pj.learning.chained(yard(threads=1), before=2, hand_over=(0.4, c.YARD_T_F))
+    runs = pj.learning.collect(chain, jax.random.PRNGKey(0), n=4, quiet=True)
     assert np.abs(runs.k[:, 0]).max() > 0.1  # they start while it drives
     # the angle of the trailer is measured, up to what is declared, so its first corners are known
     rear = turned(np.array([-4.0, 0.9]), runs.k[:, 2]) - np.array([c.HITCH, 0.0])

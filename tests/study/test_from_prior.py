@@ -53,7 +53,7 @@ def test_the_claim_is_of_the_held_out_runs_alone(learned):
     np.testing.assert_array_equal(learned.train.k, train.k)
     assert (claim.kind, claim.n, claim.discard) == ("pac", held.n, left(learned, held))
     assert claim.law.generator == "file:slipping" and learned.model.system == "file:slipping"
-    assert "60 calibration rollouts" in claim.statement()
+    assert "60 calibration rollouts" in claim.details()
     assert learned.prior.startswith("prior twist, order 1 in k and 0 in time; residuals left out")
 
 
@@ -93,7 +93,7 @@ def test_training_runs_that_stick_out_advise_discards_and_do_not_widen_the_profi
 def test_groups_stay_whole_and_count_once():
     groups = np.repeat(np.arange(40), 3)
     claim = learnt(RUNS.replace(groups=groups)).model.claim
-    assert claim.n == 20 and "20 calibration recordings (of 60 runs)" in claim.statement()
+    assert claim.n == 20 and "20 calibration recordings (of 60 runs)" in claim.details()
 
 
 @pytest.mark.slow

@@ -41,7 +41,7 @@ def runs(answer):
 
 
 def test_runs_inside_the_tube_reach_and_touch_nothing(answer, runs):
-    found = pj.replay_recorded(answer, runs)
+    found = pj.drive.replay_recorded(answer, runs)
     assert (
         found.with_start.any() and (np.unique(found.row) == np.flatnonzero(found.with_start)).all()
     )
@@ -49,7 +49,7 @@ def test_runs_inside_the_tube_reach_and_touch_nothing(answer, runs):
     assert answer.contains(p0, k).all() and (k == runs.k[found.row]).all()
     np.testing.assert_allclose(found.runs.path, runs.p[found.row] + p0[:, None], atol=1e-12)
     assert found.runs.inside.all() and not found.runs.failed.any()
-    said = found.statement()
+    said = found.details()
     assert f"At least {found.with_start.sum()} of {N} recorded runs have a k" in said
     assert "0 left the tube, 0 missed the goal, 0 touched an obstacle" in said
 
@@ -59,22 +59,22 @@ def test_runs_that_stray_are_counted_and_ones_that_cannot_fail_are_a_fault(
 ):
     slide = np.linspace(0.0, 0.7, runs.p.shape[1])[None, :, None]
     strayed = runs.replace(p=runs.p + slide)
-    seen = pj.replay_recorded(answer, strayed).runs
+    seen = pj.drive.replay_recorded(answer, strayed).runs
     assert not seen.inside.any() and seen.failed.all()
     monkeypatch.setattr(replaying, "inside_tube", lambda claim, net, batch: np.ones(batch.n, bool))
     with pytest.raises(SoundnessError, match="contradicts the proof"):
-        pj.replay_recorded(answer, strayed)
+        pj.drive.replay_recorded(answer, strayed)
 
 
 def test_the_open_door_takes_plans_of_the_runs_own_k(answer, runs):
     model, scene = answer.model, answer.scene
-    found = pj.replay_recorded(answer, runs)
+    found = pj.drive.replay_recorded(answer, runs)
     mine = runs.select(found.row)
     again = pj.replay(mine, scene, found.plans)
     np.testing.assert_array_equal(again.clearance, found.runs.clearance)
     others = found.plans.copy()
     others[0, -1] += 1e-9
-    slower = mine.replace(time=pj.time_grid(2 * model.time.dt, 2 * model.time.t_f))
+    slower = mine.replace(time=pj.learning.time_grid(2 * model.time.dt, 2 * model.time.t_f))
     wrong = ((mine, others), (mine, found.plans[1:]), (slower, found.plans))
     for batch, plans in wrong:
         with pytest.raises(InputError, match="one run of each plan's own k"):
@@ -86,7 +86,7 @@ def test_the_shell_says_the_same(answer, runs, tmp_path, capsys):
     np.savez(tmp_path / "log.npz", k=runs.k, p=runs.p + 3.0, q=runs.q)
     with pytest.raises(SystemExit) as stop:
         cli.main(["replay", str(tmp_path / "answer.json"), str(tmp_path / "log.npz"), "--json"])
-    found = pj.replay_recorded(answer, runs)
+    found = pj.drive.replay_recorded(answer, runs)
     assert (stop.value.code or 0) == 0 and json.loads(capsys.readouterr().out) == found.counts()
     np.savez(tmp_path / "log.npz", k=runs.k + 10.0, p=runs.p, q=runs.q)
     with pytest.raises(SystemExit) as stop:
@@ -97,12 +97,12 @@ def test_the_shell_says_the_same(answer, runs, tmp_path, capsys):
 def test_without_a_start_there_is_no_replay(answer, runs):
     wide = pj.box(2 * answer.model.domain.lo, 2 * answer.model.domain.hi)
     outside = runs.replace(k=runs.k + 10.0, domain=wide)
-    assert pj.replay_recorded(answer, outside) is None
+    assert pj.drive.replay_recorded(answer, outside) is None
 
 
 def test_under_uncertainty_there_is_no_replay(runs):
     with pytest.raises(InputError, match="without uncertainty"):
-        pj.replay_recorded(
+        pj.drive.replay_recorded(
             SimpleNamespace(
                 scene=SimpleNamespace(nominal=SimpleNamespace(uncertainty="of the start"))
             ),
@@ -118,4 +118,4 @@ def test_an_answer_under_uncertainty_is_not_replayed(answer, runs):
         pj.Settings.fast(),
     )
     with pytest.raises(InputError, match="without uncertainty"):
-        pj.replay_recorded(uncertain, runs)
+        pj.drive.replay_recorded(uncertain, runs)

@@ -25,10 +25,10 @@ def distance_of(bar: np.ndarray, lo, hi) -> np.ndarray:
 @pytest.mark.night
 def test_a_capsule_touches_where_its_samples_do():
     model = straight_bar()
-    goal = pj.goal_of_points(
+    goal = pj.problem.goal_of_points(
         Bar.points, {"tail": pj.box([-0.3, -0.3], [0.3, 0.3])}, pj.box([-1], [1])
     )
-    problem = pj.reach_avoid(goal, [pj.box(*BLOCK)], pj.hull("tail", "nose", radius=RADIUS))
+    problem = pj.reach_avoid(goal, [pj.box(*BLOCK)], pj.problem.hull("tail", "nose", radius=RADIUS))
     rng = np.random.default_rng(0)
     k = rng.uniform(Bar.domain.lo, Bar.domain.hi, (60, 2))
     p0 = np.stack([-k[:, 0], np.zeros(60)], axis=1) + rng.uniform([-0.3, -0.8], [0.3, 0.8], (60, 2))

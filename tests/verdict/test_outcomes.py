@@ -19,9 +19,13 @@ from parc_jax.safe_set.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(7)
 pytestmark = pytest.mark.slow  # kernels of its own: of the gate
-GOAL = pj.goal_of_points(Bar.points, {"tail": pj.box([-0.3, -0.3], [0.3, 0.3])}, pj.box([-1], [1]))
+GOAL = pj.problem.goal_of_points(
+    Bar.points, {"tail": pj.box([-0.3, -0.3], [0.3, 0.3])}, pj.box([-1], [1])
+)
 BLOCKS = (pj.box([-0.45, 0.3], [-0.25, 0.6]), pj.box([-0.3, -0.9], [-0.28, -0.5]))
-BODY = pj.body_of([pj.hull("tail", "nose", radius=0.05), pj.hull("nose", radius=0.1)])
+BODY = pj.body_of(
+    [pj.problem.hull("tail", "nose", radius=0.05), pj.problem.hull("nose", radius=0.1)]
+)
 
 
 def asked(body=BODY, blocks=BLOCKS, spans=((0, 3), (2, 3))):

@@ -48,6 +48,6 @@ def _runs(system, p0, k, seed):
     key = jax.random.PRNGKey(seed % 2**63)
     n = len(k)
     padded = np.concatenate([k, np.repeat(k[-1:], -n % CHUNK, axis=0)])
-    runs = pj.collect(system, key, n=len(padded), k=padded, chunk=CHUNK, quiet=True)
+    runs = pj.learning.collect(system, key, n=len(padded), k=padded, chunk=CHUNK, quiet=True)
     places = (n, runs.p.shape[1], len(runs.points), system.n_p)
     return runs.p[:n].reshape(places) + p0[:, None, None], runs.q[:n]

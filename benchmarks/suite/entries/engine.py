@@ -44,7 +44,7 @@ def grid(task: kit.Task) -> pj.types.TimeGrid:
     """Every record, and as many knots as are allowed."""
     records, dt = task.told["records"], task.told["dt"]
     stride = next(s for s in range(1, records + 1) if records % s == 0 and records // s <= KNOTS)
-    return pj.time_grid(stride * dt, records * dt, dt)
+    return pj.learning.time_grid(stride * dt, records * dt, dt)
 
 
 def runs(task: kit.Task, rng, n: int, k=None) -> RolloutBatch:

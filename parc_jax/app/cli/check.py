@@ -184,5 +184,5 @@ def replay(
             fitted(f"None of {runs.n:,} runs was replayed a start that is proved safe for its k.")
         )
     else:
-        print(fitted(replayed.statement()))
+        print(fitted(replayed.details()))
     return 1 if replayed is None else 0

@@ -144,7 +144,7 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
         "final_error": final_error(model).tolist(),
         "bins": model.tube.n_bins,
         "prior": learned.prior,
-        "start": learned.start.statement(),
+        "start": learned.start.details(),
         "claim": model.claim.to_json(),
     }
     if as_json:
@@ -157,9 +157,9 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
             f"tube          {counted(model.tube.n_bins, 'bin')}; at the end, median over K: "
             + spread(final_error(model), model, ".3g"),
             *([] if learned.prior is None else [f"prior         {learned.prior}"]),
-            f"invariance    {learned.start.statement()}",
+            f"invariance    {learned.start.details()}",
             "",
-            f"(E) {model.claim.statement()}",
+            f"(E) {model.claim.details()}",
             "",
             f"Written to {path}. Ask with: parc-jax solve {path} SCENE.toml --out answer.json",
         ]

@@ -36,7 +36,7 @@ def plot(
     An episode, as it was committed to: parc-jax plot drive.json --html drive.html --video film.gif
 
     Args:
-        answer: An answer file of `solve` or `run`, or an episode of `pj.loop.save_episode`.
+        answer: An answer file of `solve` or `run`, or an episode of `pj.drive.save_episode`.
         html: Write one interactive page: scene, time slider, p0 and k by dragging or typing, with
             the verdict live; of an episode the manoeuvre at any time, and the reasons.
         out: Folder of the figures. Default: that of the answer.

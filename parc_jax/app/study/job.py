@@ -179,7 +179,7 @@ def drive(
         "proved_share_of_near": float(near.held),
         "narrower_at_end": near.at_end,
         "narrower_on_the_way": near.on_the_way,
-        "statement": chosen.statement(),
+        "statement": chosen.details(),
     }
 
 

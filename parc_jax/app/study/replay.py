@@ -190,7 +190,7 @@ class Recorded(NamedTuple):
             "touched": int(done.touched.sum()),
         }
 
-    def statement(self) -> str:
+    def details(self) -> str:
         """One sentence."""
         n = self.counts()
         return (

@@ -56,7 +56,7 @@ class FreshRuns:
     look: Look
     clearance: float
 
-    def statement(self) -> str:
+    def details(self) -> str:
         """The sentence (D i)."""
         equal = (
             " All of them were alike; that the system has no disturbance is not shown, and not "
@@ -109,7 +109,7 @@ class Near:
         """Whether the local claim gains anything: at the end or on the way."""
         return max(self.at_end, self.on_the_way) >= NARROWER
 
-    def statement(self) -> str:
+    def details(self) -> str:
         """The sentence (D ii)."""
         claim, domain = self.model.claim, self.model.domain
         sides = " x ".join(
@@ -118,7 +118,7 @@ class Near:
         )
         where = f"k in N = {sides}, {100 * float(self.share):.2g} % of K"
         if not claim.tube.claimed.any():
-            return f"Near it: {where}. {claim.statement()}"
+            return f"Near it: {where}. {claim.details()}"
         lines = [
             f"Near it: {where}. With confidence {rounded_down(1 - claim.delta, 10)}"
             f"{_numbered(self.look, ' (look', ')')} over "
@@ -251,7 +251,7 @@ class Choice:
         require_same(system, self.model)
         local = Local() if local is None else local
         if not isinstance(local, Local):
-            raise InputError(expected("localise", "a Local", local, "pj.Local(share=1e-3)"))
+            raise InputError(expected("localise", "a Local", local, "pj.drive.Local(share=1e-3)"))
         question = self.scene.nominal.query
         if question is None:
             raise InputError(
@@ -276,7 +276,7 @@ class Choice:
         factors = _narrowing(whole.tube, model.tube, model.domain)
         return replace(self, near=Near(model, answer, found.look, share, proved, *factors))
 
-    def statement(self) -> str:
+    def details(self) -> str:
         """The sentences (D), about the plan to drive and nothing else."""
         start = ", ".join(f"{x:.4f}" for x in self.p0)
         k = ", ".join(f"{x:.6g}" for x in self.k)
@@ -286,9 +286,9 @@ class Choice:
         if self.tested is None:
             lines.append("This very plan: not run since it was chosen, so no statement.")
         else:
-            lines.append(self.tested.statement())
+            lines.append(self.tested.details())
         if self.near is not None:
-            lines.append(self.near.statement())
+            lines.append(self.near.details())
         lines.append(self._about_box())
         if self.looks.taken:
             lines.append(

@@ -72,14 +72,14 @@ class Refined:
     stages: tuple[Bought, ...]
     looks: Looks
 
-    def statement(self) -> str:
+    def details(self) -> str:
         """The sentences (D) of the plan, or that there is none, which proves nothing."""
         if self.choice is None:
             return (
                 f"No safe plan was found in {counted(len(self.stages), 'stage')} and "
                 f"{counted(self.looks.taken, 'look')}. This is not a proof that none exists."
             )
-        return self.choice.statement()
+        return self.choice.details()
 
     def table(self) -> str:
         """The result of each stage, one line each."""

@@ -74,7 +74,7 @@ class Episodes:
         """Bound, with confidence 1 - look.delta, on the probability that an episode is bad."""
         return clopper_pearson(self.bad, self.n, float(self.look.delta))
 
-    def statement(self) -> str:
+    def details(self) -> str:
         """The sentences (C) and (E) of a loop."""
         counts = {"a tube was left": self.left, "something was touched": self.touched}
         counts["there was no outcome"] = self.failed

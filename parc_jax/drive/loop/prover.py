@@ -34,7 +34,7 @@ class Proof(NamedTuple):
 
 class Prover:
     """Proves the commitments of a loop in exact arithmetic, by the independent checker, in a second
-    process: `with pj.loop.Prover() as prover: loop = pj.loop.Loop(..., prover=prover)`.
+    process: `with pj.drive.Prover() as prover: loop = pj.drive.Loop(..., prover=prover)`.
 
     Every commitment is proved in float64 before it is driven, with a margin for all rounding; the
     exact proof follows some ten to hundred milliseconds later. A commitment that it rejects would

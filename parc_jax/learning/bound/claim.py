@@ -101,7 +101,7 @@ class ErrorClaim:
         """All that its sentences rest on, with its numbers."""
         return premises_of(self)
 
-    def statement(self) -> str:
+    def details(self) -> str:
         """The claim in full sentences. Never claims more than the kind allows."""
         return statement(self.premises)
 
@@ -152,7 +152,7 @@ class ErrorClaim:
 
     def to_json(self) -> dict:
         """A JSON-able dictionary; the tube has a place of its own in files; numbers are strings."""
-        return self.facts() | {"statement": self.statement(), "hash": self.hash}
+        return self.facts() | {"statement": self.details(), "hash": self.hash}
 
     def facts(self) -> dict:
         """All that its hash covers, but for the tube; both checkers read premises from these."""

@@ -42,7 +42,7 @@ class StartTrial(NamedTuple):
     seen: float | None
     turned: float | None = None
 
-    def statement(self) -> str:
+    def details(self) -> str:
         """One sentence."""
         tried = {"from other starts": self.seen, "with other headings": self.turned}
         found = [

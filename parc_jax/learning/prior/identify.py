@@ -36,7 +36,7 @@ class Corrected(NamedTuple):
     alone: float
     best: float
 
-    def statement(self) -> str:
+    def details(self) -> str:
         """One sentence."""
         seen = (
             f"predicted from others, a training run is typically off by {self.alone:.2g} m by the "

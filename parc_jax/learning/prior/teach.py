@@ -64,7 +64,7 @@ def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
     unseen = _like(finite, better.predicted + better.errors)
     runs = finite.select(np.zeros(n, int)).replace(rows=np.arange(n), k=k, groups=None)
     runs = _like(runs, drawn + better.more(k))
-    return Taught(runs, unseen, size, f"{said}; {better.statement()}")
+    return Taught(runs, unseen, size, f"{said}; {better.details()}")
 
 
 def _by_twist(prior: str, runs: RolloutBatch, k: np.ndarray) -> tuple[Callable, np.ndarray, str]:

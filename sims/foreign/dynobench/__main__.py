@@ -43,12 +43,12 @@ def main(options: Options) -> None:
                 file.write(json.dumps(row) + "\n")
 
 
-def row_of(asked: Scene, loop: pj.loop.Loop, n: int, place: Path) -> dict:
+def row_of(asked: Scene, loop: pj.drive.Loop, n: int, place: Path) -> dict:
     """What came of a scene. n: starts of single manoeuvres. place: of the episode's file."""
     stored = reference(asked.robot, asked.name)
     driven = drive_scene(asked, loop)
     if driven.commitments:
-        pj.loop.save_episode(place.with_suffix(".json"), driven.commitments)
+        pj.drive.save_episode(place.with_suffix(".json"), driven.commitments)
     return {
         "robot": asked.robot,
         "scene": asked.name,

@@ -48,13 +48,13 @@ class Episode:
     reason: str
 
 
-def loop_of(robot: str, model: pj.types.TrajectoryModel) -> pj.loop.Loop:
+def loop_of(robot: str, model: pj.types.TrajectoryModel) -> pj.drive.Loop:
     """A robot's loop, for all of its scenes."""
-    effort = pj.loop.Effort(candidates=4096, judged=1024, deadline=60.0)
-    return pj.loop.Loop(model, body(ROBOTS[robot]), leave=LEAVE, effort=effort)
+    effort = pj.drive.Effort(candidates=4096, judged=1024, deadline=60.0)
+    return pj.drive.Loop(model, body(ROBOTS[robot]), leave=LEAVE, effort=effort)
 
 
-def drive_scene(asked: Scene, loop: pj.loop.Loop) -> Episode:
+def drive_scene(asked: Scene, loop: pj.drive.Loop) -> Episode:
     """From the scene's start. The robot waits while the loop thinks."""
     robot, x, path, driven = ROBOTS[asked.robot], asked.start, [asked.start[None]], []
     around, liked, idle, step, begun = obstacles(asked), Liked(asked, loop.model), 0, None, None
@@ -82,7 +82,7 @@ def drive_scene(asked: Scene, loop: pj.loop.Loop) -> Episode:
         now * TICK,
         float(clear),
         bool(((middle >= asked.lo) & (middle <= asked.hi)).all()),
-        pj.loop.left_tube(driven, places(robot, whole), whole[:, 2]) if driven else False,
+        pj.drive.left_tube(driven, places(robot, whole), whole[:, 2]) if driven else False,
         driven,
         whole,
         step.reason,
@@ -106,7 +106,7 @@ class Liked:
             along = (y > one.lo[1] - CELL) & (y < one.hi[1] + CELL)
             grid[np.ix_(along, across)] = 100
         self.guide = Guide(
-            pj.world.occupancy_grid(grid, CELL, (*asked.lo, 0.0)), self.goal[:2], ROOM
+            pj.problem.occupancy_grid(grid, CELL, (*asked.lo, 0.0)), self.goal[:2], ROOM
         )
 
     def __call__(self, seen: Outlook) -> np.ndarray:

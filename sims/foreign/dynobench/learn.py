@@ -24,9 +24,9 @@ def learned(robot: str, folder: Path) -> pj.types.TrajectoryModel:
     folder.mkdir(parents=True, exist_ok=True)
     black_box, key = system(robot), jax.random.PRNGKey(0)
     n, hidden, steps = EFFORT[robot]
-    runs = pj.collect(black_box, key, n=n)
-    net = pj.train(runs, hidden=hidden, key=key, seeds=2, steps=steps)
-    claim = pj.bound_error(
+    runs = pj.learning.collect(black_box, key, n=n)
+    net = pj.learning.train(runs, hidden=hidden, key=key, seeds=2, steps=steps)
+    claim = pj.learning.bound_error(
         net,
         black_box,
         key,
@@ -39,6 +39,6 @@ def learned(robot: str, folder: Path) -> pj.types.TrajectoryModel:
         train=runs,
     )
     black_box.close()
-    model = pj.trajectory_model(net, claim)
+    model = pj.learning.trajectory_model(net, claim)
     model.save(path)
     return model

@@ -20,7 +20,7 @@ class Starts(NamedTuple):
     safe: int
 
 
-def parked_at_once(asked: Scene, loop: pj.loop.Loop, pose) -> Commitment | None:
+def parked_at_once(asked: Scene, loop: pj.drive.Loop, pose) -> Commitment | None:
     """A manoeuvre from a pose (x, y, heading) at rest, car and trailer in a line, that ends in the
     goal for every run inside the tube; None where no candidate of the loop is one.
     """
@@ -52,7 +52,7 @@ def free_poses(asked: Scene, n: int, rng) -> np.ndarray:
     return np.array(found)
 
 
-def starts(asked: Scene, loop: pj.loop.Loop, n: int, seed: int = 0) -> Starts:
+def starts(asked: Scene, loop: pj.drive.Loop, n: int, seed: int = 0) -> Starts:
     """What a single manoeuvre solves, of n poses drawn from the scene."""
     poses = free_poses(asked, n, np.random.default_rng(seed))
     return Starts(n, sum(parked_at_once(asked, loop, pose) is not None for pose in poses))

@@ -9,7 +9,7 @@ from needs import need
 import parc_jax as pj
 from benchmarks.suite.boxes.robots import of_system
 
-DOMAIN, TIME = pj.box([0.5, -0.5], [0.9, 0.5]), pj.time_grid(0.25, 1.0, 0.05)
+DOMAIN, TIME = pj.box([0.5, -0.5], [0.9, 0.5]), pj.learning.time_grid(0.25, 1.0, 0.05)
 HELPERS = Path(__file__).parents[2] / "helpers"
 
 
@@ -45,7 +45,7 @@ def test_an_fmu_is_a_box(tmp_path):
 
     path = FmuBuilder.build_FMU(HELPERS / "glider_fmu.py", dest=tmp_path)
     about = {"q": ("heading",), "seed": "seed", "workers": 0}
-    system = pj.fmu_system(path, ("vx", "vy"), ("x", "y"), DOMAIN, TIME, **about)
+    system = pj.learning.fmu_system(path, ("vx", "vy"), ("x", "y"), DOMAIN, TIME, **about)
     ends = moved(of_system("yours.box", system))[:, -1, 0]
     assert np.abs(ends - [[0.7, 0.2], [2.7, -0.8]]).max() < 0.1
     system.close()

@@ -85,11 +85,13 @@ def test_the_car_turns_as_commanded_and_its_bend_is_told():
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_runs_repeat_in_processes_and_move_with_their_start(robot):
     alone, many = (sims.load("dynobench", robot=robot, workers=w) for w in (0, 2))
-    runs = [pj.collect(each, jax.random.PRNGKey(0), n=12, quiet=True) for each in (alone, many)]
+    runs = [
+        pj.learning.collect(each, jax.random.PRNGKey(0), n=12, quiet=True) for each in (alone, many)
+    ]
     many.close()
     np.testing.assert_array_equal(runs[0].p, runs[1].p)
     moved = np.array([[3.0, -40.0]])
-    assert pj.translation_gap(alone, jax.random.PRNGKey(0), moved).p.max() < 1e-9
+    assert pj.learning.translation_gap(alone, jax.random.PRNGKey(0), moved).p.max() < 1e-9
     assert not runs[0].failed.any()
 
 
@@ -128,18 +130,18 @@ def test_a_unicycle_is_driven_into_its_parking_space(tmp_path, capsys):
     from sims.foreign.dynobench.single import free_poses, starts
 
     unicycle, key = sims.load("dynobench", workers=0), jax.random.PRNGKey(0)
-    runs = pj.collect(unicycle, key, n=3_000, quiet=True)
-    net = pj.train(runs, hidden=(24, 24), key=key, seeds=1, steps=3_000)
+    runs = pj.learning.collect(unicycle, key, n=3_000, quiet=True)
+    net = pj.learning.train(runs, hidden=(24, 24), key=key, seeds=1, steps=3_000)
     more = {"fresh": 1_000, "discard": "most", "bins": (1, 1, 1), "shape": "fitted"}
-    claim = pj.bound_error(net, unicycle, key, eps=0.02, train=runs, quiet=True, **more)
-    loop = loop_of("unicycle1_v0", pj.trajectory_model(net, claim))
+    claim = pj.learning.bound_error(net, unicycle, key, eps=0.02, train=runs, quiet=True, **more)
+    loop = loop_of("unicycle1_v0", pj.learning.trajectory_model(net, claim))
     asked = scene("unicycle1_v0", "parallelpark_0")
     driven = drive_scene(asked, loop)
     assert driven.commitments and driven.inside
     assert driven.clearance > 0 or driven.left
     np.testing.assert_array_equal(driven.path[0], asked.start)
     assert TICK * (len(driven.path) - 1) == pytest.approx(driven.seconds)
-    pj.loop.save_episode(tmp_path / "drive.json", driven.commitments[:1])
+    pj.drive.save_episode(tmp_path / "drive.json", driven.commitments[:1])
     with pytest.raises(SystemExit) as stop:
         cli.main(["check", str(tmp_path / "drive.json")])
     assert not stop.value.code and capsys.readouterr().out.startswith("ACCEPTED")

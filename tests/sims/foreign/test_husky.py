@@ -110,9 +110,7 @@ def test_a_hundred_held_out_commands_support_three_percent(affine, runs):
     claim = learn.claimed(affine, runs, 0.1).claim
     assert claim.n == 100 and claim.discard == 0
     assert float(claim.eps) == pytest.approx(1 - 0.05**0.01, abs=1e-6)
-    assert (
-        "k uniform on K" in claim.statement() and "100 calibration recordings" in claim.statement()
-    )
+    assert "k uniform on K" in claim.details() and "100 calibration recordings" in claim.details()
     loose = learn.claimed(affine, runs, 0.1, "most").claim
     assert float(loose.eps) == 0.1 and loose.discard == 4
     assert (loose.tube.interval <= claim.tube.interval).all()

@@ -83,7 +83,7 @@ def test_the_outline_is_rigid_and_of_the_true_size():
 def test_runs_through_the_public_door_have_their_points():
     import parc_jax as pj
 
-    runs = pj.collect(sims.load("kerb", workers=0), jax.random.PRNGKey(1), n=3, quiet=True)
+    runs = pj.learning.collect(sims.load("kerb", workers=0), jax.random.PRNGKey(1), n=3, quiet=True)
     assert runs.p.shape == (3, 201, 10) and not runs.failed.any()
     assert len(np.unique(runs.q)) == 3
     assert (runs.p[:, 0, :2] == 0).all()

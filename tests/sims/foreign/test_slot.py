@@ -67,7 +67,7 @@ def test_the_box_is_rigid(runs):
 
 @pytest.mark.night
 def test_a_moved_start_moves_all_points(drone):
-    gap = pj.translation_gap(drone, KEYS[0], np.array([[30.0, -20.0, 25.0]]))
+    gap = pj.learning.translation_gap(drone, KEYS[0], np.array([[30.0, -20.0, 25.0]]))
     assert gap.p.max() < 1e-10
 
 

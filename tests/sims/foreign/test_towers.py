@@ -109,7 +109,9 @@ def test_altitude_breaks_the_invariance(monkeypatch):
 def test_runs_through_the_public_door_have_their_points():
     import parc_jax as pj
 
-    runs = pj.collect(sims.load("towers", workers=0), jax.random.PRNGKey(1), n=3, quiet=True)
+    runs = pj.learning.collect(
+        sims.load("towers", workers=0), jax.random.PRNGKey(1), n=3, quiet=True
+    )
     assert runs.p.shape == (3, 201, 10) and not runs.failed.any()
     assert (runs.p[:, 0, :2] == 0).all() and len(np.unique(runs.q)) == 3
 
