@@ -230,7 +230,7 @@ class Pilot:
             f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside "
             "the tube and every pose inside the uncertainty nothing is touched. Assumed: that it "
             f"rests at its end, where its prediction moves by {rounded_up(last, 2)} m in the last "
-            f"{self.model.time.dt:g} s{after}; {assumed}. (E) {now.asked.model.claim.statement()}"
+            f"{self.model.time.dt:g} s{after}; {assumed}. (E) {now.asked.model.claim.details()}"
         )
 
     def _look(self) -> None:
