@@ -1,5 +1,6 @@
 """The planner: one model, any number of queries: one alone, many at once, or one prepared."""
 
+import dataclasses
 import logging
 import time
 from collections.abc import Callable, Sequence
@@ -14,6 +15,7 @@ from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, as_key, stream
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended, Status
+from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.system import System, check_system
 from parc_jax.method import Exact
@@ -38,6 +40,7 @@ from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene
 if TYPE_CHECKING:
     from parc_jax.drive.local.localise import Local
     from parc_jax.drive.local.refine import Refined
+    from parc_jax.drive.local.validate import Validate
 
 COLD_WORK = 0.03  # two looks, with corridors between: `warm_up` wants the compiled programs alone
 
@@ -138,51 +141,65 @@ class Prepared:
         scene = self.scene
         method = settings.method or Exact()
         cover, no_plan = method.search(scene, stream(key, Stage.SEARCH), settings)
-        covered = time.perf_counter()
-        _log.info(
-            "searched for %.1f s: %d safe points, %d corridors",
-            covered - begin,
-            cover.safe,
-            len(cover.corridors),
-        )
-        chosen = cover.points
-        samples = np.concatenate([chosen.p0, chosen.k], axis=1)
+        return answered(scene, cover, no_plan, settings, looks, begin)
 
-        def certificates() -> list[dict]:
-            return _certificates(scene, chosen)
 
-        written = certificates
-        if settings.proof:
-            parts = certificates()
-            accepted, held, _ = prove(scene.problem, scene.model, parts, cover.corridors)
-            refused = int((~accepted).sum() + (~held).sum())
-            samples, written = samples[accepted], _those(parts, accepted)
-            # where a corridor is refused the looks judged more than is returned: nothing is stated
-            coverage = cover.coverage if held.all() else cover.coverage._replace(at_least=0.0)
-            cover = cover._replace(
-                corridors=_those(cover.corridors, held),
-                coverage=coverage,
-                proved=True,
-                refused=refused,
-            )
-            took = time.perf_counter() - covered
-            _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
-        timings = {
-            "first_sample_s": cover.first_sample_s,
-            "first_corridor_s": cover.first_corridor_s,
-            "corridors_s": cover.corridors_s,
-            "cover_s": covered - begin,
-            "proof_s": time.perf_counter() - covered,
-        }
-        found = len(samples) + len(cover.corridors) > 0
+def answered(
+    scene: Scene,
+    cover: Cover,
+    no_plan: NoPlan | None,
+    settings: Settings,
+    looks: Looks | None,
+    begin: float,
+) -> Answer:
+    """The answer of a search that began at `begin` [s], without what the exact checker refuses.
+    Arguments as of `Prepared.solve`; looks: None for a new account.
+    """
+    covered = time.perf_counter()
+    _log.info(
+        "searched for %.1f s: %d safe points, %d corridors",
+        covered - begin,
+        cover.safe,
+        len(cover.corridors),
+    )
+    chosen = cover.points
+    samples = np.concatenate([chosen.p0, chosen.k], axis=1)
+
+    def certificates() -> list[dict]:
+        return _certificates(scene, chosen)
+
+    written = certificates
+    if settings.proof:
+        parts = certificates()
+        accepted, held, _ = prove(scene.problem, scene.model, parts, cover.corridors)
+        refused = int((~accepted).sum() + (~held).sum())
+        samples, written = samples[accepted], _those(parts, accepted)
+        # where a corridor is refused the looks judged more than is returned: nothing is stated
+        coverage = cover.coverage if held.all() else cover.coverage._replace(at_least=0.0)
         cover = cover._replace(
-            ended=_ended(cover, no_plan, found),
-            total_volume=volume_of_plans(scene),
-            timings=timings,
+            corridors=_those(cover.corridors, held),
+            coverage=coverage,
+            proved=True,
+            refused=refused,
         )
-        if no_plan is not None:
-            no_plan = no_plan._replace(uncertainty=scene.nominal.uncertainty)
-        return Answer(scene, cover, samples, written, no_plan, Looks() if looks is None else looks)
+        took = time.perf_counter() - covered
+        _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
+    timings = {
+        "first_sample_s": cover.first_sample_s,
+        "first_corridor_s": cover.first_corridor_s,
+        "corridors_s": cover.corridors_s,
+        "cover_s": covered - begin,
+        "proof_s": time.perf_counter() - covered,
+    }
+    found = len(samples) + len(cover.corridors) > 0
+    cover = cover._replace(
+        ended=_ended(cover, no_plan, found),
+        total_volume=volume_of_plans(scene),
+        timings=timings,
+    )
+    if no_plan is not None:
+        no_plan = no_plan._replace(uncertainty=scene.nominal.uncertainty)
+    return Answer(scene, cover, samples, written, no_plan, Looks() if looks is None else looks)
 
 
 class Planner:
@@ -196,6 +213,11 @@ class Planner:
         if not isinstance(model, TrajectoryModel):
             raise InputError(expected("Planner", "a TrajectoryModel", model, "pj.load(path)"))
         check_model(model)
+        if model.claim.kind == VALIDATED:
+            raise InputError(
+                "Planner: expected a model whose claim is about all of K; this one's is about one "
+                "set of plans in one scene. Ask the model that the set was made with."
+            )
         self.model = model
         self._robust_models: dict[tuple, TrajectoryModel] = {}
 
@@ -208,7 +230,13 @@ class Planner:
         return regions_of(self.model)
 
     def solve(
-        self, problem: Problem, key: jax.Array, settings: Settings | None = None, *, at=None
+        self,
+        problem: Problem,
+        key: jax.Array,
+        settings: Settings | None = None,
+        *,
+        at=None,
+        validate: "Validate | None" = None,
     ) -> Answer:
         """The safe set of one problem: samples and corridors, with certificates.
 
@@ -218,6 +246,8 @@ class Planner:
         settings: sizes, work and method; by default `Settings.whole()`.
         at: pose of the robot, x, y or x, y, heading, for plans from there: sets in k alone; with a
             heading, which needs a system that declares `rotation`, in the robot's frame.
+        validate: test nested sets of plans by fresh runs in this scene; `Answer.validation` has the
+            largest that shows the risk asked for. [T42]
         Raises InputError when the problem does not fit the model, SoundnessError when this
         installation computes wrong numbers.
         """
@@ -225,7 +255,14 @@ class Planner:
         as_key(key)
         require_sound_arithmetic()
         begin = time.perf_counter()
-        return self.prepare(problem, at=at)._solve(key, settings, begin)
+        answer = self.prepare(problem, at=at)._solve(key, settings, begin)
+        if validate is None:
+            return answer
+        # imported late: queries alone run no system
+        from parc_jax.drive.local.validate import validate as validated
+
+        found = validated(query(problem, self.model, at), key, settings, validate, answer.looks)
+        return dataclasses.replace(answer, validation=found)
 
     def prepare(self, problem: Problem, *, at=None) -> Prepared:
         """The problem lowered for this model, for many queries: safe plans from one compiled call

@@ -4,6 +4,7 @@ import html
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,9 +16,10 @@ from parc_jax.answer.looks import Looks
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
-from parc_jax.common.spelling import counted, hex_text, rounded_down
+from parc_jax.common.spelling import counted, hex_text, rounded_down, rounded_up
 from parc_jax.common.status import Status
-from parc_jax.learning.bound.counts import NoStatement, Risk
+from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
+from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem, goal_box
@@ -48,6 +50,7 @@ from parc_jax.statement import (
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.choice import Choice
+    from parc_jax.drive.local.validate import Validation
 
 CUT_AROUND = 20_000  # safe plans around which `polytopes` cuts
 CONFIDENCE = 0.999  # of the safe set's volume, where a density rests on it
@@ -64,7 +67,7 @@ class Answer:
     all start there, and with a heading the scene is in the robot's frame.
     cover: counts, times and end of the search. looks: the one account of tests of plans of this
     answer and of all that is derived from it. written: certificates of the samples, or a function
-    that writes them.
+    that writes them. validation: of nested sets in this scene, where it was asked for.
     """
 
     scene: Scene
@@ -73,6 +76,7 @@ class Answer:
     written: list[dict] | Callable[[], list[dict]]
     absence: NoPlan | None = None
     looks: Looks = field(default_factory=Looks)
+    validation: "Validation | None" = None
 
     def __repr__(self) -> str:
         return f"<{self._headline()}>"
@@ -197,6 +201,11 @@ class Answer:
                 "plan driven exactly; solve the same problem with uncertainty=None and choose "
                 "from that."
             )
+        if self.model.claim.kind == VALIDATED:
+            raise InputError(
+                "choose: expected the answer under the claim's own tube, for a plan that is chosen "
+                "is not drawn; this is a validated set. Choose from the answer that has it."
+            )
         account = self.looks.declare(delta, looks)
         plan, value = self.best(objective, key)
         # a late import, since a choice can train: a query alone loads no trainer
@@ -247,6 +256,8 @@ class Answer:
         if not len(self.corridors):
             return NoStatement("there is no safe set to draw k from")
         claim = self.model.claim
+        if claim.kind == VALIDATED:
+            return risk_of(claim.eps, claim.delta, Fraction(1), 0.0)
         promised = claim.risk(density=1.0)
         if isinstance(promised, NoStatement):
             return promised
@@ -297,6 +308,8 @@ class Answer:
             lines.append(about_pose(asked.pose.place, asked.pose.heading))
         if asked.uncertainty is not None:
             lines.append(f"Robust to: {asked.uncertainty.words}.")
+        if self.validation is not None:
+            lines.append(self.validation.summary())
         return "\n".join([*lines, about_assumptions(self.model.claim.premises)])
 
     def details(self, polytopes: Polytopes | None = None) -> str:
@@ -317,7 +330,9 @@ class Answer:
         else:
             none = nothing_found(why_none(self.scene))
             lines = [none if uncertainty is None else uncertainty.of_none(none)]
-        return "\n".join(lines if ended is None else [*lines, ended.sentence])
+        if ended is not None:
+            lines.append(ended.sentence)
+        return "\n".join(lines if self.validation is None else [*lines, self.validation.details()])
 
     def _about_plans(self, polytopes: Polytopes | None) -> str:
         cut = 0 if polytopes is None else len(polytopes)
@@ -331,10 +346,15 @@ class Answer:
     def _about_tube(self, robust: Sequence[str]) -> list[str]:
         pose = self.scene.nominal.pose
         here = [] if pose is None else [about_pose(pose.place, pose.heading)]
-        return [*here, *robust, f"(E) {self.model.claim.details()}"]
+        label = "V" if self.model.claim.kind == VALIDATED else "E"
+        return [*here, *robust, f"({label}) {self.model.claim.details()}"]
 
     def _about_draw(self) -> str:
         risk, uncertainty = self.risk(), self.scene.nominal.uncertainty
+        claim = self.model.claim
+        if claim.kind == VALIDATED:
+            most = rounded_up(claim.eps)
+            return f"Risk: a plan drawn by `sample` fails with probability at most {most}: (V)."
         density = None if isinstance(risk, NoStatement) else density_of_k(self)
         measured, delta = self.coverage.confidence, self.model.claim.delta
         text = about_risk(risk, "all that the corridors hold", density, measured, delta)

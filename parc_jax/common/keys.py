@@ -28,6 +28,7 @@ class Stage(enum.IntEnum):
     DRIVEN = 7  # keys of runs around the plan that is driven, one per look
     EPISODE = 8  # seeds of worlds and of drives through them, two per episode
     FIRST = 9  # key of the runs behind a first claim, of few
+    SCENE = 10  # tests of a set in one scene
 
 
 def as_key(key) -> jax.Array:

@@ -10,6 +10,7 @@ from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import hex_floats, nearest_floats
 from parc_jax.common.status import Ended
+from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem, Query
@@ -24,7 +25,7 @@ from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import pruned_scene
+from parc_jax.safe_set.verdict.scene import Scene, lowered, padded, pruned_scene
 
 
 def load_answer(path) -> Answer:
@@ -58,7 +59,7 @@ def load_answer(path) -> Answer:
 def _answer(data: dict, report) -> Answer:
     model, problem, meta = model_of_file(data), problem_of_file(data["problem"]), data["meta"]
     asked = _asked(problem, model, meta)
-    scene = pruned_scene(asked)
+    scene = _scene(asked, data["hash"]["problem"])
     samples = np.array(
         [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
     )
@@ -88,6 +89,19 @@ def _answer(data: dict, report) -> Answer:
         no_plan = no_plan._replace(reason=why_none(scene), uncertainty=asked.uncertainty)
     looks = looks_of_json(meta.get("looks"))
     return Answer(scene, cover, samples, data["samples"], no_plan, looks)
+
+
+def _scene(asked: NominalProblem, problem_hash: str) -> Scene:
+    """The scene of a file; of a validated set the one that it was tested in, with all obstacles."""
+    claim = asked.model.claim
+    if claim.kind != VALIDATED:
+        return pruned_scene(asked)
+    if claim.evidence["scene"] != problem_hash:
+        raise InputError(
+            "answer: expected the scene that its set was tested in; this is another one, of which "
+            "(V) says nothing. Validate a set there."
+        )
+    return padded(lowered(asked))
 
 
 def _asked(problem: Problem, model: TrajectoryModel, meta: dict) -> NominalProblem:

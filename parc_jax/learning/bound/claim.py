@@ -25,13 +25,13 @@ from parc_jax.learning.bound.counts import (
     density_of_share,
     risk_of,
 )
-from parc_jax.learning.bound.statement import DIGITS, premises_of, statement
+from parc_jax.learning.bound.statement import DIGITS, IN_SCENE, VALIDATED, premises_of, statement
 from parc_jax.learning.bound.tube import Tube, refined, tube_from_json, tube_to_json
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.runs.law import LawSpec, Subject, subject_from_json
 
-KINDS = ("pac", "assumed", "declared")
+KINDS = ("pac", "assumed", "declared", VALIDATED)
 FORMAT = "parc_jax.claim/3"
 
 
@@ -45,6 +45,8 @@ class ErrorClaim:
                     [T1, T2]
         "assumed"   nothing is shown; the published maximum over training data.
         "declared"  nothing is shown here; the bound comes from elsewhere.
+        "validated" with confidence 1 - delta, a plan drawn from one set in one scene fails with
+                    probability <= eps; of the tube, which is narrower, nothing is shown. [T42]
     tube: what holds the errors; a bin with infinite widths has no claim (`tube.claimed`).
     subject: whose runs leave it or not: system, K, time grid, points in order, rotation.
     network: hash of the one whose errors the tube holds.
@@ -129,6 +131,8 @@ class ErrorClaim:
             return NoStatement(
                 f"the tube is {self.kind}, not shown; calibrate it on a fresh holdout (bound_error)"
             )
+        if self.kind == VALIDATED:
+            return NoStatement("it is about one set in one scene, and its answer has its risk")
         if not self.tube.claimed.any():
             return NoStatement("no bin of K has a claim")
         if self.evidence.get("not_drawn"):
@@ -223,6 +227,16 @@ def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
     return derived(
         claim, kind="assumed", tube=tube, quantifier=why, eps=None, delta=None, bin_eps=None
     )
+
+
+def scene_claim(claim: ErrorClaim, tube: Tube, evidence: dict, **shown) -> ErrorClaim:
+    """What tests of one set in one scene show, of a claim whose tube was scaled to `tube`. [T42]
+
+    shown: eps, delta, n tests in the set, of which `discard` failed.
+    """
+    law = replace(claim.law, k_law="a uniform draw from the set")
+    about = {"quantifier": IN_SCENE, "looks": 1, "bin_eps": None, "law": law, "evidence": evidence}
+    return _bound(replace(claim, kind=VALIDATED, tube=tube, **about, **shown))
 
 
 def check_claim(claim: ErrorClaim) -> None:

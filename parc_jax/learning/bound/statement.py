@@ -14,6 +14,8 @@ from parc_jax.common.spelling import rounded_down, rounded_up
 if TYPE_CHECKING:
     from parc_jax.learning.bound.claim import ErrorClaim
 
+VALIDATED = "validated"  # kind of a claim about one set in one scene
+IN_SCENE = "a plan drawn uniformly from this set, run afresh in this scene"
 EACH = " or more in each"  # block of bins with a claim
 DIGITS = 10  # of the numbers of a claim, at most
 
@@ -41,7 +43,7 @@ def statement(p: Premises) -> str:
             "fixed beforehand, so no finite tube holds. Repair the system, shrink K, or calibrate "
             f"on new {many} with more discards."
         )
-    sentences = [_pac(p) if "eps" in p else str(p["tube"])]
+    sentences = [_pac(p) if "eps" in p else _in_scene(p) if "risk" in p else str(p["tube"])]
     if without != "0":
         sentences.append(f"{without} of {of} bins of {p['box']} have no claim.")
     ledger = (e for e in p if e.standing == ASSUMED and e.name not in ("tube", "law"))
@@ -91,7 +93,17 @@ def _unshown(c: "ErrorClaim") -> list[tuple]:
     return [("n", MEASURED, f"{c.n} {c.unit.many}"), ("discards", MEASURED, c.discard)]
 
 
-_SHOWN = {"pac": _shown, "assumed": _assumed, "declared": _declared}
+def _validated(c: "ErrorClaim") -> list[tuple]:
+    known = c.evidence
+    tube = f"that of the claim {known['of'][:12]} scaled by {known['scale']}; runs may leave it"
+    tried = ", ".join(f"{scale} ({failed} of {n})" for scale, n, failed in known["steps"])
+    numbers = {"risk": str(c.eps), "delta": str(c.delta), "n": f"{c.n} {c.unit.many}"}
+    numbers |= {"failed of them": c.discard, "tests": known["tests"], "scales": tried}
+    numbers["scene"] = known["scene"]
+    return [("tube", ASSUMED, tube), *((name, MEASURED, x) for name, x in numbers.items())]
+
+
+_SHOWN = {"pac": _shown, "assumed": _assumed, "declared": _declared, VALIDATED: _validated}
 
 
 def _pac(p: Premises) -> str:
@@ -107,6 +119,20 @@ def _pac(p: Premises) -> str:
         f"With confidence {_confidence(p)} over the {behind}, {p['law']} leaves the tube at any "
         f"time with probability at most {_eps(p)}{by_bin}, in every environment.{asked} "
         f"{_counts(p)} {_chosen(p)} For a single hand-picked k: no probabilistic statement."
+    )
+
+
+def _in_scene(p: Premises) -> str:
+    """Of a validated set. [T42]"""
+    n, _ = _number(p)
+    return (
+        f"With confidence {_confidence(p)}, {p['law']}, fails (misses the goal, touches something, "
+        f"or does not return) with probability at most {_probability(p['risk'])}: {n:,} of "
+        f"{p['tests']:,} plans drawn from the largest of some nested sets lay in this one, and "
+        f"{p['failed of them']:,} of their runs failed. Tested in falling order of scale, of which "
+        f"each passed (failed of those inside): {p['scales']}. The tube is {p['tube']}. Nothing is "
+        "said of a plan that is picked by hand or by a search, of another scene, or of a second "
+        "try on this one."
     )
 
 
@@ -156,7 +182,11 @@ def _number(p: Premises) -> tuple[int, str]:
 
 
 def _eps(p: Premises) -> str:
-    return rounded_up(Fraction(p["eps"]), DIGITS)
+    return _probability(p["eps"])
+
+
+def _probability(text: str) -> str:
+    return rounded_up(Fraction(text), DIGITS)
 
 
 def _confidence(p: Premises) -> str:

@@ -92,6 +92,7 @@ def title_of(stage: Stage, first_row: int) -> str:
         Stage.BOUND: "fresh runs for the bound",
         Stage.REPLAY: "replay",
         Stage.VALIDATE: "validation",
+        Stage.SCENE: "tests in the scene",
     }.get(stage, Stage(stage).name.lower())
 
 

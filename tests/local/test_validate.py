@@ -1,0 +1,209 @@
+"""Validated sets: what the tests of a scene show, and that no more is said than was tested."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import toy_driven as toy
+from scipy.stats import binom, ks_2samp
+from synthetic_plants import plant
+
+import parc_jax as pj
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.drive.local import validate as module
+from parc_jax.drive.local.validate import Validate, fixed_sequence
+from parc_jax.learning.bound.counts import NoStatement
+from parc_jax.learning.runs.collect import collect
+
+pytestmark = pytest.mark.soundness
+
+KEY = jax.random.PRNGKey(5)
+SYSTEM = plant(toy.gusty, toy.T)
+ASKED = Validate(SYSTEM, risk=0.05, delta=0.1, tests=600, scales=(1.0, 0.7, 0.4, 0.1))
+REPEATS, WRONG = 500, 0.1  # delta of the repetitions
+
+
+@pytest.fixture(scope="module")
+def answer():
+    """A wall that plans under a narrower tube pass closer: some of them fail."""
+    return toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=ASKED)
+
+
+def repetitions(accepts, widths, failing, seed, tests=300):
+    """How often a set is accepted whose plans fail more often than the risk asked for. Plans are
+    uniform on [0, 1], the sets are [0, w], and a plan x fails with probability failing(x).
+    """
+    asked = Validate(SYSTEM, risk=0.05, delta=WRONG, tests=tests, scales=tuple(1 - 0.5 * widths))
+    grid = (np.arange(4000) + 0.5) / 4000
+    risk = [failing(grid[grid <= w]).mean() for w in widths]
+    wrong = 0
+    for i in range(REPEATS):
+        rng = np.random.default_rng((seed, i))
+        x = rng.uniform(size=asked.tests)
+        failed = rng.uniform(size=asked.tests) < failing(x)
+        chosen = accepts(asked, np.array([x <= w for w in widths]), failed)
+        wrong += chosen is not None and risk[chosen] > 0.05
+    return wrong
+
+
+def in_sequence(asked, inside, failed):
+    steps, passed = fixed_sequence(asked, inside, failed)
+    return None if not passed else asked.scales.index(steps[passed - 1].scale)
+
+
+def best_of_all(asked, inside, failed):
+    """The fault: every set is tested, and the largest that passes is taken."""
+    for j in range(len(inside))[::-1]:
+        n, x = int(inside[j].sum()), int((inside[j] & failed).sum())
+        if binom.cdf(x, n, float(asked.risk)) <= float(asked.delta):
+            return j
+    return None
+
+
+def of_disjoint_trials(accepts):
+    """Sets so different in size that their tests are nearly independent; all but none fail."""
+    widths = 1.6 ** np.arange(-9.0, 1.0)
+    return repetitions(accepts, widths, lambda x: np.full(len(x), 0.0501), seed=3, tests=4000)
+
+
+def test_a_wrong_set_is_as_rare_as_the_theorem_says():
+    most = binom.ppf(0.999, REPEATS, WRONG)
+    for widths, slope in ((np.linspace(0.3, 1.0, 8), 0.14), (np.linspace(0.5, 1.0, 5), 0.11)):
+        found = repetitions(in_sequence, widths, lambda x, slope=slope: slope * x, seed=2)
+        assert found <= most
+    assert of_disjoint_trials(in_sequence) <= most
+
+
+def test_a_test_out_of_order_would_be_noticed():
+    assert of_disjoint_trials(best_of_all) > binom.ppf(0.999, REPEATS, WRONG)
+
+
+def test_the_sequence_ends_with_the_first_test_that_does_not_pass():
+    inside = np.array([[True] * 20 + [False] * 280, [True] * 100 + [False] * 200, [True] * 300])
+    asked = Validate(SYSTEM, risk=0.05, delta=WRONG, tests=300, scales=(1.0, 0.5, 0.2))
+    failed = np.zeros(300, bool)
+    steps, passed = fixed_sequence(asked, inside, failed)  # the first holds too few
+    assert [step.n for step in steps] == [100, 300] and passed == 2
+    failed[:20] = True
+    steps, passed = fixed_sequence(asked, inside, failed)
+    assert [step.n for step in steps] == [100] and passed == 0  # a later one may not rescue it
+
+
+def test_the_set_is_larger_and_its_risk_is_what_it_says(answer):
+    validated = answer.validation.answer
+    assert validated.share.at_least > 1.2 * answer.share.at_most
+    plans = answer.sample(KEY, 500)
+    assert validated.contains(plans[:, :2], plans[:, 2:]).mean() > 0.97  # but for thin corridors
+    drawn = validated.sample(jax.random.PRNGKey(9), 4000)
+    runs = collect(SYSTEM, jax.random.PRNGKey(8), 4000, Stage.REPLAY, k=drawn[:, 2:], quiet=True)
+    path = drawn[:, None, :2] + np.asarray(runs.p)
+    touched = (path[:, :, 1] + 0.05 >= 0.62).any(axis=1)
+    missed = (np.abs(path[:, -1] - 0.5) > 0.2).any(axis=1)
+    failed = int((touched | missed).sum())
+    assert binom.sf(failed - 1, 4000, 0.05) > 1e-3  # no evidence against the promise
+    assert answer.validation.steps[-1].failed > 0  # and the sequence went as far as plans that fail
+    assert validated.risk().bound == Fraction(1, 20)
+
+
+def test_tests_and_draws_have_one_law(answer, monkeypatch):
+    """Who is tested in a set is drawn as `sample` draws from it."""
+    seen = {}
+    real = module.fixed_sequence
+
+    def noted(asked, inside, failed):
+        seen["inside"] = inside
+        return real(asked, inside, failed)
+
+    def collected(system, key, n, stage, *, k, **rest):
+        seen["k"] = k
+        return collect(system, key, n, stage, k=k, **rest)
+
+    monkeypatch.setattr(module, "fixed_sequence", noted)
+    monkeypatch.setattr(module, "collect", collected)
+    again = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=ASKED)
+    last = ASKED.scales.index(float(again.validation.answer.model.claim.evidence["scale"]))
+    of_tests = seen["k"][seen["inside"][last]]
+    of_draws = again.validation.answer.sample(jax.random.PRNGKey(4), 600)[:, 2:]
+    assert min(ks_2samp(a, b).pvalue for a, b in zip(of_tests.T, of_draws.T, strict=True)) > 1e-4
+
+
+def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
+    validation = answer.validation
+    validated, step = validation.answer, validation.steps[-1]
+    said = validation.details()
+    assert said in answer.details() and "(V) With confidence 0.9, a plan drawn uniformly" in said
+    assert " of 600 plans drawn" in said and "runs may leave it" in said
+    accepted = validated.model.claim
+    assert f"at most 0.05: {accepted.n:,} of" in said and f"{accepted.discard:,} of their" in said
+    assert step.n >= accepted.n and "picked by hand or by a search, of another scene" in said
+    assert "Validated in this scene" in answer.summary()
+    again = load_answer(validated.save(tmp_path / "validated.json"))
+    assert again.details() == validated.details() and again.model.claim.hash == accepted.hash
+    plans = validated.sample(KEY, 50)
+    assert again.contains(plans[:, :2], plans[:, 2:]).all() and again.risk() == validated.risk()
+
+
+def test_a_validated_set_is_of_its_scene_and_of_draws_alone(answer):
+    validated = answer.validation.answer
+    with pytest.raises(InputError, match="one set of plans in one scene"):
+        pj.Planner(validated.model)
+    with pytest.raises(InputError, match="a plan that is chosen is not drawn"):
+        validated.choose()
+    assert isinstance(validated.model.claim.risk(share=0.5), NoStatement)
+
+
+def test_every_number_of_the_claim_is_in_its_hash(answer):
+    claim = answer.validation.answer.model.claim
+    for name, value in (
+        ("n", 9),
+        ("discard", 0),
+        ("eps", Fraction(1, 99)),
+        ("delta", Fraction(1, 9)),
+    ):
+        with pytest.raises(InputError, match="it was made about"):
+            pj.Planner(
+                answer.validation.answer.model.replace(claim=replace(claim, **{name: value}))
+            )
+
+
+def test_runs_that_do_not_return_have_failed():
+    def lost(key, k, s):
+        p, q = toy.gusty(key, k, s)
+        return jnp.where(k[0] > 0.55, jnp.nan, p), q
+
+    found = toy.planner().solve(
+        toy.problem(), KEY, toy.SETTINGS, validate=replace(ASKED, system=plant(lost, toy.T))
+    )
+    assert found.validation.answer is None and found.validation.steps[0].failed > 30
+    said = found.validation.details()
+    assert "No set was validated" in said and "Allow more risk" in said
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"risk": 0.001, "tests": 600}, "expected at least 2,302"),
+        ({"risk": 0}, "risk: expected a probability"),
+        ({"scales": (0.5, 1.0)}, "scales: expected falling positive numbers"),
+        ({"scales": ()}, "scales: expected falling"),
+        ({"tests": 0}, "tests: expected"),
+        ({"system": 3}, "expected"),
+    ],
+)
+def test_bad_input_is_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        replace(ASKED, **changes)
+
+
+def test_what_has_no_law_is_refused():
+    uncertain = toy.problem().replace(uncertainty=pj.Uncertainty(start=(0.01, 0.01)))
+    with pytest.raises(InputError, match="without uncertainty"):
+        toy.planner().solve(uncertain, KEY, toy.SETTINGS, validate=ASKED)
+    other = plant(toy.gusty, toy.T + 1)
+    with pytest.raises(InputError):
+        toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=replace(ASKED, system=other))
