@@ -18,7 +18,8 @@ from parc_jax.common.keys import Stage
 from parc_jax.drive.local import validate as module
 from parc_jax.drive.local.validate import Validate, fixed_sequence
 from parc_jax.learning.bound.counts import NoStatement
-from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.collect import collect, stream_rollouts
+from parc_jax.problem.robust.nominal import query
 
 pytestmark = pytest.mark.soundness
 
@@ -119,12 +120,12 @@ def test_tests_and_draws_have_one_law(answer, monkeypatch):
         seen["inside"] = inside
         return real(asked, inside, failed)
 
-    def collected(system, key, n, stage, *, k, **rest):
+    def streamed(*arguments, k, **rest):
         seen["k"] = k
-        return collect(system, key, n, stage, k=k, **rest)
+        return stream_rollouts(*arguments, k=k, **rest)
 
     monkeypatch.setattr(module, "fixed_sequence", noted)
-    monkeypatch.setattr(module, "collect", collected)
+    monkeypatch.setattr(module, "stream_rollouts", streamed)
     again = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=ASKED)
     last = ASKED.scales.index(float(again.validation.answer.model.claim.evidence["scale"]))
     of_tests = seen["k"][seen["inside"][last]]
@@ -169,6 +170,16 @@ def test_every_number_of_the_claim_is_in_its_hash(answer):
             pj.Planner(
                 answer.validation.answer.model.replace(claim=replace(claim, **{name: value}))
             )
+
+
+def test_sets_are_nested_and_found_by_halving(answer):
+    sets = module._sets(
+        query(toy.problem(0.62), toy.model()), KEY, np.random.default_rng(1), toy.SETTINGS, ASKED
+    )
+    p0, k = np.split(sets[-1].plans.sample(np.random.default_rng(2), 800), [2], axis=1)
+    inside = np.array([one.plans.contains(p0, k) for one in sets])
+    assert (np.diff(inside.astype(int), axis=0) >= 0).all() and 0 < inside[0].mean() < 1
+    assert np.array_equal(module._inside(sets, p0, k), inside)
 
 
 def test_runs_that_do_not_return_have_failed():

@@ -29,7 +29,7 @@ from parc_jax.learning.bound.counts import (
     wrong_claim_probability,
 )
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.system import System, check_system
 from parc_jax.planner import Prepared, answered
 from parc_jax.problem.robust.nominal import Query
@@ -47,10 +47,11 @@ from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import predictions
 from parc_jax.safe_set.verdict.scene import Scene, lowered, padded
 
-TIMES = 10  # tests by default, in units of those that suffice where none fails
+# tests by default: so many, or so many times as many as suffice where none fails
+LEAST_TESTS, TIMES = 14_000, 10
 # of the claim's tube, down to a fifth of it
 SCALES = tuple(round(0.93**i, 3) for i in range(23))
-SEEDS = 4000  # plans drawn before any test, one of which each corridor of a set needs inside
+SEEDS = 1000  # plans drawn before any test, one of which each corridor of a set needs inside
 CHUNK = 256  # runs per compiled call, as of all large collections
 COVERED_BY = 20_000  # plans drawn to tell how much of the safe set is held
 
@@ -62,8 +63,8 @@ class Validate:
     system: the black box of the model; each test is a run of it.
     risk: most probability with which a plan drawn from the set may fail. delta: that of saying so
         falsely.
-    tests: plans drawn and run once each; None for ten times as many as suffice where none fails
-        (23,000 for 0.003).
+    tests: plans drawn and run once each; None for 14,000, or ten times as many as suffice where
+        none fails if that is more (23,000 for 0.003).
     scales: of the tube, falling; sets are tested in this order.
     Raises InputError.
     """
@@ -78,7 +79,7 @@ class Validate:
         check_system(self.system)
         risk, delta = as_probability("risk", self.risk), as_probability("delta", self.delta)
         least = required_runs(risk, delta)
-        tests = TIMES * least if self.tests is None else self.tests
+        tests = max(LEAST_TESTS, TIMES * least) if self.tests is None else self.tests
         check_count("tests", tests, 1, "plans that are run once each")
         if tests < least:
             raise InputError(
@@ -200,10 +201,8 @@ def validate(
     largest = sets[-1]
     plans = largest.plans.sample(draws, asked.tests)
     p0, k = np.split(plans, [query.model.n_p], axis=1)
-    runs = collect(asked.system, key, len(k), Stage.SCENE, k=k, chunk=CHUNK, quiet=quiet)
-    reached, touched = reached_and_touched(largest.scene, runs, p0)
-    inside = np.array([one.plans.contains(p0, k) for one in sets])
-    steps, passed = fixed_sequence(asked, inside, ~reached | touched)
+    failed = _failures(asked.system, largest.scene, key, p0, k, quiet)
+    steps, passed = fixed_sequence(asked, _inside(sets, p0, k), failed)
     if not passed:
         return Validation(None, steps, asked)
     last = steps[passed - 1]
@@ -212,6 +211,32 @@ def validate(
     answer = _answer(query.of(model), chosen, settings, own, after, looks)
     refused = len(chosen.corridors) - len(answer.corridors)
     return Validation(None if refused else answer, steps, asked, refused)
+
+
+def _failures(
+    system: System, scene: Scene, key: jax.Array, p0: np.ndarray, k: np.ndarray, quiet: bool
+) -> np.ndarray:
+    """(tests,) bool: which plans miss the goal, touch something or do not return, run once each."""
+    failed: list[np.ndarray] = []
+    for runs in stream_rollouts(system, key, len(k), Stage.SCENE, k=k, chunk=CHUNK, quiet=quiet):
+        first = sum(map(len, failed))
+        reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n])
+        failed.append(~reached | touched)
+    return np.concatenate(failed)
+
+
+def _inside(sets: Sequence[Nested], p0: np.ndarray, k: np.ndarray) -> np.ndarray:
+    """(sets, tests) bool: which plans of the last set lie in which; by halving, for sets are
+    nested.
+    """
+    outside, inside = np.full(len(k), -1), np.full(len(k), len(sets) - 1)
+    while (inside - outside > 1).any():
+        middle = (inside + outside) // 2
+        for i in np.unique(middle[inside - outside > 1]):
+            rows = np.flatnonzero((middle == i) & (inside - outside > 1))
+            held = sets[i].plans.contains(p0[rows], k[rows])
+            inside[rows[held]], outside[rows[~held]] = i, i
+    return np.arange(len(sets))[:, None] >= inside
 
 
 def fixed_sequence(
