@@ -1,6 +1,5 @@
 """The planner: one model, any number of queries: one alone, many at once, or one prepared."""
 
-import dataclasses
 import logging
 import time
 from collections.abc import Callable, Sequence
@@ -259,10 +258,9 @@ class Planner:
         if validate is None:
             return answer
         # imported late: queries alone run no system
-        from parc_jax.drive.local.validate import validate as validated
+        from parc_jax.drive.local.validate import validated
 
-        found = validated(query(problem, self.model, at), key, settings, validate, answer.looks)
-        return dataclasses.replace(answer, validation=found)
+        return validated(answer, key, settings, validate)
 
     def prepare(self, problem: Problem, *, at=None) -> Prepared:
         """The problem lowered for this model, for many queries: safe plans from one compiled call

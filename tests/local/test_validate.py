@@ -138,6 +138,7 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     validated, step = validation.answer, validation.steps[-1]
     said = validation.details()
     assert said in answer.details() and "(V) With confidence 0.9, a plan drawn uniformly" in said
+    assert "by plant (k by a uniform draw from the set" in said
     assert " of 600 plans drawn" in said and "runs may leave it" in said
     accepted = validated.model.claim
     assert f"at most 0.05: {accepted.n:,} of" in said and f"{accepted.discard:,} of their" in said

@@ -75,8 +75,11 @@ def test_the_shell_forecasts_a_whole_study():
 
 
 def test_the_readme_counts_every_run_of_the_main_job():
+    import toy_system
+
     from parc_jax.app.study.job import LOOKS
     from parc_jax.drive.local.localise import Local
+    from parc_jax.drive.local.validate import Validate
     from sims.drift_parking.study import STUDY as MAIN
 
     told = (Path(pj.__file__).parents[1] / "README.md").read_text()
@@ -84,7 +87,8 @@ def test_the_readme_counts_every_run_of_the_main_job():
     assert MAIN.driven and MAIN.repeats == 1
     chosen = required_runs(MAIN.eps, each)
     near = local.rollouts + local.profile_runs + required_runs(local.eps, each)
-    runs = forecast_of(MAIN, early=True).runs + MAIN.samples + chosen + near
+    tests = Validate(toy_system.system(), MAIN.risk, MAIN.delta).tests
+    runs = forecast_of(MAIN, early=True).runs + MAIN.samples + tests + chosen + near
     assert f"{runs:,} runs of the car" in told
 
 

@@ -33,6 +33,8 @@ def solve(
     method: Literal["exact", "paper", "paper-lp"] = "exact",
     at: str | None = None,
     first: bool = False,
+    validate: bool = False,
+    risk: str = "0.003",
     uncertainty: Annotated[dict, UNCERTAINTY],
     shell: Annotated[Shell, Offer("app.cli.options.Shell")],
 ) -> int:
@@ -56,6 +58,10 @@ def solve(
         at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading
             [rad] the scene is solved in the robot's frame. Default: from anywhere in its start set.
         first: Stop at the first plan, proved: no sets, no shares.
+        validate: Run the model's system in this scene too: the largest of nested sets of plans, of
+            which one drawn at random fails with probability at most --risk, kept beside
+            --out as .validated.json.
+        risk: Of --validate. Its runs grow as 1 / risk.
     """
     import sys
 
@@ -117,9 +123,24 @@ def solve(
             cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
             say(SEARCHING)
             answer = planner.solve(problem, key, settings, at=place)
+            if validate:
+                say("running the system in this scene")
+                answer = _validated(answer, key, settings, risk)
     answer.save(out)
+    if answer.validation is not None and answer.validation.answer is not None:
+        answer.validation.answer.save(out.with_suffix(".validated.json"))
     if shell.json:
         print(as_json(answer, out, cold_s))
     else:
         print(fitted(verdict(answer, out, cold_s, short=shell.quiet)))
     return 0 if answer.status.found else 1
+
+
+def _validated(answer, key, settings: Settings, risk: str):
+    """The answer with its validated set, which is saved beside it."""
+    from parc_jax.app.cli.systems import black_box_with, find
+    from parc_jax.drive.local.validate import Validate, validated
+
+    module = find(answer.model.system, needed=("system",))
+    system = black_box_with(module, answer.model.points)
+    return validated(answer, key, settings, Validate(system, risk))

@@ -23,6 +23,7 @@ from parc_jax.common.keys import key_of
 from parc_jax.common.options import part_of
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.drive.local.localise import Local, compile_near
+from parc_jax.drive.local.validate import Validate, validated
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -33,6 +34,7 @@ from parc_jax.safe_set.settings import Search, Settings
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
 METRICS = "metrics.json"
+VALIDATED = "validated.json"  # the answer of the validated set
 LOOKS = 2  # a test of the plan to drive, and a claim near it
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
 
@@ -94,11 +96,15 @@ def run_study(
         table = enumerate_regions(model.net, model.domain)
     with watch("safe set"):
         answer = Planner(model).solve(problem, key, settings)
+    uncertainty = answer.scene.nominal.uncertainty
+    if study.risk is not None and uncertainty is None:
+        with watch("validated set"):
+            asked = Validate(system, study.risk, study.delta)
+            answer = validated(answer, key, settings, asked, quiet)
     # before the replay: if that finds a contradiction, the evidence is on disk
     _replace_older(out, model, answer)
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
-    uncertainty = answer.scene.nominal.uncertainty
     driven = study.driven and answer.status.found and uncertainty is None
     ahead = None
     # compiles while the plan is chosen and run: the query near it would wait for that
@@ -120,6 +126,7 @@ def run_study(
         "final_error": final_error(model).tolist(),
         **facts_of(answer, cold.cover.timings["first_sample_s"]),
         "share_of_k": answer.share_of_k(),
+        "validated": _validated_facts(answer),
         "replay": None if runs is None else tally(runs, study.repeats, study.delta),
         "driven": None,
         "stages": watch.stages,
@@ -138,6 +145,15 @@ def run_study(
         answer.save(out / "answer.json")  # again, with the looks that are taken
         finish(out, metrics)
     return outcome
+
+
+def _validated_facts(answer: Answer) -> dict | None:
+    """Share and tests of the validated set, as plain data."""
+    found = answer.validation
+    if found is None:
+        return None
+    share = None if found.answer is None else found.answer.share._asdict()
+    return {"share": share, "steps": [list(step) for step in found.steps]}
 
 
 def _draw_first(answer: Answer, picture: Path, name: str, quiet: bool) -> None:
@@ -185,10 +201,12 @@ def drive(
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:
     """Put model and answer there, in place of an older study's, whose numbers belong to neither."""
-    for name in (METRICS, "near.json"):
+    for name in (METRICS, "near.json", VALIDATED):
         (out / name).unlink(missing_ok=True)
     model.save(out / "model.npz")
     answer.save(out / "answer.json")
+    if answer.validation is not None and answer.validation.answer is not None:
+        answer.validation.answer.save(out / VALIDATED)
 
 
 def finish(out: Path, metrics: dict) -> dict:

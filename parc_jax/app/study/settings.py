@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from parc_jax.common.options import check_count
+from parc_jax.learning.bound.counts import as_probability
 from parc_jax.learning.learn import Learning
 from parc_jax.safe_set.settings import Search
 
@@ -11,6 +12,9 @@ from parc_jax.safe_set.settings import Search
 class Study(Search, Learning):
     """Settings of a study: learning, the query, and the replay. Raises InputError."""
 
+    risk: float | None = None
+    """Most probability with which a plan drawn from the validated set may fail in this scene [T42];
+    its runs are fresh ones of the system. Default: no set is validated."""
     repeats: int = 1
     """Runs of each returned plan in the replay, with fresh randomness."""
     driven: bool = False
@@ -19,4 +23,6 @@ class Study(Search, Learning):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.risk is not None:
+            as_probability("risk", self.risk)
         check_count("repeats", self.repeats, 1, "1 for a single run of each plan")

@@ -6,7 +6,7 @@ import hashlib
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -30,6 +30,7 @@ from parc_jax.learning.bound.counts import (
 )
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System, check_system
 from parc_jax.planner import Prepared, answered
 from parc_jax.problem.robust.nominal import Query
@@ -52,6 +53,7 @@ LEAST_TESTS, TIMES = 14_000, 10
 # of the claim's tube, down to a fifth of it
 SCALES = tuple(round(0.93**i, 3) for i in range(23))
 SEEDS = 1000  # plans drawn before any test, one of which each corridor of a set needs inside
+APART = 2**32 - 1  # beyond every number of a row
 CHUNK = 256  # runs per compiled call, as of all large collections
 COVERED_BY = 20_000  # plans drawn to tell how much of the safe set is held
 
@@ -174,6 +176,15 @@ class Nested(NamedTuple):
         return SafePlans(self.scene, Corridors(self.scene.model.tube, self.corridors), self.within)
 
 
+def validated(
+    answer: Answer, key: jax.Array, settings: Settings, asked: Validate, quiet: bool = True
+) -> Answer:
+    """The answer with its `validation`. Arguments as of `validate`."""
+    query = answer.scene.nominal.query
+    found = validate(query, key, settings, asked, answer.looks, quiet)
+    return replace(answer, validation=found)
+
+
 def validate(
     query: Query,
     key: jax.Array,
@@ -195,10 +206,13 @@ def validate(
             "parameters, whose law nobody stated; got one. Solve it without validate=."
         )
     require_same(asked.system, query.model)
-    own = stream(key, Stage.SCENE)
+    # apart from the runs, whose keys count up from the first row
+    own = jax.random.fold_in(stream(key, Stage.SCENE), APART)
     seeds, draws, after = (generator(jax.random.fold_in(own, i)) for i in range(3))
     sets = _sets(query, own, seeds, settings, asked)
     largest = sets[-1]
+    if not largest.corridors:
+        return Validation(None, (), asked)
     plans = largest.plans.sample(draws, asked.tests)
     p0, k = np.split(plans, [query.model.n_p], axis=1)
     failed = _failures(asked.system, largest.scene, key, p0, k, quiet)
@@ -314,7 +328,9 @@ def _told(
         "scene": hashlib.sha256(part.encode()).hexdigest(),
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}
-    return model.replace(claim=scene_claim(model.claim, tube, evidence=evidence, **shown))
+    return model.replace(
+        claim=scene_claim(model.claim, tube, law_of(asked.system), evidence, **shown)
+    )
 
 
 def _answer(

@@ -25,7 +25,7 @@ from parc_jax.learning.bound.counts import (
     density_of_share,
     risk_of,
 )
-from parc_jax.learning.bound.statement import DIGITS, IN_SCENE, VALIDATED, premises_of, statement
+from parc_jax.learning.bound.statement import DIGITS, DRAWN, VALIDATED, premises_of, statement
 from parc_jax.learning.bound.tube import Tube, refined, tube_from_json, tube_to_json
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic
@@ -229,14 +229,15 @@ def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
     )
 
 
-def scene_claim(claim: ErrorClaim, tube: Tube, evidence: dict, **shown) -> ErrorClaim:
+def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **shown) -> ErrorClaim:
     """What tests of one set in one scene show, of a claim whose tube was scaled to `tube`. [T42]
 
-    shown: eps, delta, n tests in the set, of which `discard` failed.
+    law: of the system that was run. shown: eps, delta, n tests in the set, `discard` failed ones.
     """
-    law = replace(claim.law, k_law="a uniform draw from the set")
-    about = {"quantifier": IN_SCENE, "looks": 1, "bin_eps": None, "law": law, "evidence": evidence}
-    return _bound(replace(claim, kind=VALIDATED, tube=tube, **about, **shown))
+    law = replace(law, k_law="a uniform draw from the set")
+    quantifier = f"{DRAWN}, run afresh in this scene by {law.describe()}"
+    about = {"quantifier": quantifier, "looks": 1, "bin_eps": None, "evidence": evidence}
+    return _bound(replace(claim, kind=VALIDATED, tube=tube, law=law, **about, **shown))
 
 
 def check_claim(claim: ErrorClaim) -> None:

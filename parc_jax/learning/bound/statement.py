@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from parc_jax.learning.bound.claim import ErrorClaim
 
 VALIDATED = "validated"  # kind of a claim about one set in one scene
-IN_SCENE = "a plan drawn uniformly from this set, run afresh in this scene"
+DRAWN = "a plan drawn uniformly from this set"
 EACH = " or more in each"  # block of bins with a claim
 DIGITS = 10  # of the numbers of a claim, at most
 
