@@ -32,7 +32,7 @@ ORDER = (
 )
 # who may import from below all the same, and what: inside of a function, or for types alone
 DOORS = {
-    "answer/answer.py": "parc_jax.drive.local.choice",
+    "answer/answer.py": "parc_jax.drive.local",
     "planner.py": "parc_jax.drive.local",
     "app/cli/logged.py": "parc_jax.ros.bags",
     "app/cli/solve.py": "parc_jax.neuralparc",

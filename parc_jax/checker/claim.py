@@ -6,11 +6,13 @@ was seen, is the file's word. That the numbers follow from each other is checked
 that are rounded against the claim; no other premise is marked checked.
 """
 
+import itertools
 from typing import Any
 
 from .exact import array, decimal, fields, integers, need, number, whole
 
-SHOWN = "pac"  # the one kind of claim with evidence
+SHOWN = "pac"  # the kind of claim whose runs show its tube
+TESTED = "validated"  # the kind whose runs tested a set of plans in one scene
 COUNTS = ("failed", "all", "rows", "left out")
 NUMBERS = ("n", "discard", "looks", "eps", "delta", "bin_eps", "evidence")  # without: not checked
 MAX_RUNS = 10**9 - 1  # in a block
@@ -37,6 +39,8 @@ def checked_claim(claim, hashes, n_bins, domain=None, dt=None):
     found: dict[str, Any] = {"checked": False, "says": "", "premises": []}
     if claim.get("kind") == SHOWN:
         found = arithmetic_of(claim, n_bins)
+    if claim.get("kind") == TESTED:
+        found = tests_of(claim, hashes.get("problem"))
     K = corners_of(claim)
     need(None in (K, domain) or K == domain, "the claim is about another domain")
     step = [number(x) for x in listed(at(claim, "subject"), "time")][:1]
@@ -44,11 +48,56 @@ def checked_claim(claim, hashes, n_bins, domain=None, dt=None):
     return found | {"premises": [*found["premises"], *stated_premises(claim)]}
 
 
+def lacks(claim: dict) -> dict | None:
+    """What is known of a claim without some of its numbers; None where it has all."""
+    missing = [name for name in NUMBERS if name not in claim]
+    says = f"it lacks {', '.join(missing)}"
+    return {"checked": False, "says": says, "premises": []} if missing else None
+
+
+def tests_of(claim: dict, scene: str | None):
+    """As `checked_claim`, of a set that was tested in its scene: nested sets, each of whose tests
+    shows eps with delta, the last of them with the numbers of the claim. [T42]
+
+    scene: hash of the problem; None for a claim alone.
+    """
+    if (short := lacks(claim)) is not None:
+        return short
+    evidence = claim["evidence"]
+    need(scene is None or at(evidence, "scene") == scene, "the set was tested in another scene")
+    need(claim["bin_eps"] is None, "a tested set has no bins")
+    whole(claim["looks"], 1, 1)
+    eps, delta = probability(claim["eps"]), probability(claim["delta"])
+    steps = [step_of(step) for step in listed(evidence, "steps")]
+    pairs = list(itertools.pairwise(steps))
+    need(all(number(a[0]) > number(b[0]) for a, b in pairs), "the scales of tests do not fall")
+    nested = all(a[1] <= b[1] and a[2] <= b[2] for a, b in pairs)
+    need(nested, "the sets that were tested are not nested")
+    scale, n, failed = steps[-1]
+    tests = whole(at(evidence, "tests"), n, MAX_RUNS)
+    last = [at(evidence, "scale"), claim["n"], claim["discard"]]
+    need(last == [scale, n, failed], "the claim's numbers are not those of its last test")
+    need(sum(step[2] for step in steps) <= MAX_DISCARDS, "more runs failed than are counted")
+    shown = all(share(n, failed, eps, delta) <= ONE for _, n, failed in steps)
+    need(shown, "a test does not show the claim's eps with its delta")
+    tried = ", ".join(f"{scale} ({failed} of {n})" for scale, n, failed in steps)
+    numbers = {"risk": eps, "delta": delta, "n": f"{n} runs", "failed of them": failed}
+    numbers |= {"tests": tests, "scales": tried}
+    premises = [[name, CHECKED, str(value)] for name, value in numbers.items()]
+    return {"checked": True, "says": f"{len(steps)} tests show it", "premises": premises}
+
+
+def step_of(step):
+    """(scale as text, n, failed) of one test."""
+    scale, n, failed = step
+    need(number(scale) > 0, "the scale of a test is not positive")
+    return scale, n, whole(failed, 0, n)
+
+
 def arithmetic_of(claim: dict, n_bins: int):
     """As `checked_claim`, of a claim with evidence."""
-    missing = [name for name in NUMBERS if name not in claim]
-    if missing:
-        return {"checked": False, "says": f"it lacks {', '.join(missing)}", "premises": []}
+    if (short := lacks(claim)) is not None:
+        return short
     by_bin, evidence = claim["bin_eps"], claim["evidence"]
     blocks, recorded = evidence.get("blocks"), "rows" in evidence
     if by_bin is None:
@@ -215,7 +264,10 @@ def told(claim, known, hashes):
     """What the proof rests on, as lines: a claim, what `checked_claim` knows of it, and hashes."""
     if claim is None:
         yield "The proof rests on the tube, which is ASSUMED (no claim)."
-    elif claim.get("kind") != SHOWN:
+    elif known["checked"] and claim.get("kind") == TESTED:
+        yield "Runs may leave the tube. That each test of the set shows this risk with this delta"
+        yield "  was checked; what is not marked so is the file's word:"
+    elif claim.get("kind") not in (SHOWN, TESTED):
         kind = claim.get("kind")
         kind = escaped(kind) if type(kind) is str else "unknown"
         yield f"The proof rests on the tube, which is ASSUMED (kind {kind}):"

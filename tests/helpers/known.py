@@ -593,6 +593,41 @@ EDITS = {
     "claim__assumptions__1": "HIDDEN_START(given nothing)",
     "claim__assumptions__append": "CALM(wind below 3 m/s)",
 }
+STEPS = [["1.0", 240, 0], ["0.7", 300, 0], ["0.5", 400, 1]]
+
+
+def tested():
+    """An answer whose claim is of a set that was tested in its scene, at 1/100 and 1/10."""
+    answer = plain()
+    evidence = {"steps": copy.deepcopy(STEPS), "scale": "0.5", "tests": 500, "of": "0a1b"}
+    evidence["scene"] = build.sha256(answer["problem"])
+    claim = {"kind": "validated", "eps": "1/100", "delta": "1/10", "n": 400, "discard": 1}
+    answer["claim"] |= claim | {"evidence": evidence}
+    return build.rehash(answer)
+
+
+VALID["tested"] = tested
+for why, changes in {
+    "another scene": {"claim__evidence__scene": "0" * 64},
+    "bins": {"claim__bin_eps": ["1/100"]},
+    "two looks": {"claim__looks": 2},
+    "no tests": {"claim__evidence__steps": []},
+    "rising scales": {"claim__evidence__steps__1": ["1.5", 300, 0]},
+    "sets that shrink": {"claim__evidence__steps__1": ["0.7", 500, 0]},
+    "failures that go": {"claim__evidence__steps__1": ["0.7", 700, 2]},
+    "more tested than drawn": {"claim__evidence__tests": 399},
+    "other runs than tested": {"claim__n": 401},
+    "other failures than tested": {"claim__discard": 0},
+    "another scale than tested": {"claim__evidence__scale": "0.4"},
+    "a test of too few": {"claim__evidence__steps__0": ["1.0", 220, 0]},
+    "less risk than shown": {"claim__eps": "1/101", "claim__delta": "1/11"},
+    "a scale of zero": {"claim__evidence__steps__2": ["0", 400, 1], "claim__evidence__scale": "0"},
+    "a note in a test": {"claim__evidence__steps__0": ["1.0", 240, 0, ""]},
+    "a true failure": {"claim__evidence__steps__2": ["0.5", 400, True]},
+    "no run": {"claim__evidence__steps__0": ["1.0", 0, 0]},
+}.items():
+    bad(f"a tested set with {why}", tested, **changes)
+bad("a tested set with more failures than are counted", tested, limits={"MAX_DISCARDS": 0})
 bad("a claim about another domain", with_facts, claim__subject__domain__hi=["2"])
 bad("a claim about a domain of two axes", with_facts, claim__subject__domain=2 * [["-1"]])
 bad("a claim about another time step", with_facts, claim__subject__time=["0.051", "0.1"])

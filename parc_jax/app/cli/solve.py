@@ -34,7 +34,7 @@ def solve(
     at: str | None = None,
     first: bool = False,
     validate: bool = False,
-    risk: str = "0.003",
+    study: Annotated[dict, Offer("app.study.settings.Study", left_out="", only=("risk",))],
     uncertainty: Annotated[dict, UNCERTAINTY],
     shell: Annotated[Shell, Offer("app.cli.options.Shell")],
 ) -> int:
@@ -59,9 +59,8 @@ def solve(
             [rad] the scene is solved in the robot's frame. Default: from anywhere in its start set.
         first: Stop at the first plan, proved: no sets, no shares.
         validate: Run the model's system in this scene too: the largest of nested sets of plans, of
-            which one drawn at random fails with probability at most --risk, kept beside
-            --out as .validated.json.
-        risk: Of --validate. Its runs grow as 1 / risk.
+            which one drawn at random fails with probability at most --risk, or 0.003, kept beside
+            --out as .validated.json. Its runs grow as 1 / risk.
     """
     import sys
 
@@ -91,6 +90,11 @@ def solve(
         raise InputError(
             f"solve: expected the model first and then the scene; got {model} and {scene}. Swap "
             "the two."
+        )
+    if first and (validate or study):
+        raise InputError(
+            "validate: expected a whole set, which --first does not look for; leave one of the two "
+            "out."
         )
     require_place(out)
     learned = model_of(model, system)
@@ -123,9 +127,9 @@ def solve(
             cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
             say(SEARCHING)
             answer = planner.solve(problem, key, settings, at=place)
-            if validate:
+            if validate or study:
                 say("running the system in this scene")
-                answer = _validated(answer, key, settings, risk)
+                answer = _validated(answer, key, settings, **study)
     answer.save(out)
     if answer.validation is not None and answer.validation.answer is not None:
         answer.validation.answer.save(out.with_suffix(".validated.json"))
@@ -136,7 +140,7 @@ def solve(
     return 0 if answer.status.found else 1
 
 
-def _validated(answer, key, settings: Settings, risk: str):
+def _validated(answer, key, settings: Settings, risk: float = 0.003):
     """The answer with its validated set, which is saved beside it."""
     from parc_jax.app.cli.systems import black_box_with, find
     from parc_jax.drive.local.validate import Validate, validated

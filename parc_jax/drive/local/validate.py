@@ -222,7 +222,7 @@ def validate(
     last = steps[passed - 1]
     chosen = sets[asked.scales.index(last.scale)]
     model = _told(query.model, chosen, steps[:passed], asked)
-    answer = _answer(query.of(model), chosen, settings, own, after, looks)
+    answer = _as_answer(query.of(model), chosen, settings, own, after, looks)
     refused = len(chosen.corridors) - len(answer.corridors)
     return Validation(None if refused else answer, steps, asked, refused)
 
@@ -333,7 +333,7 @@ def _told(
     )
 
 
-def _answer(
+def _as_answer(
     query: Query,
     chosen: Nested,
     settings: Settings,

@@ -99,8 +99,7 @@ def _validated(c: "ErrorClaim") -> list[tuple]:
     tried = ", ".join(f"{scale} ({failed} of {n})" for scale, n, failed in known["steps"])
     numbers = {"risk": str(c.eps), "delta": str(c.delta), "n": f"{c.n} {c.unit.many}"}
     numbers |= {"failed of them": c.discard, "tests": known["tests"], "scales": tried}
-    numbers["scene"] = known["scene"]
-    return [("tube", ASSUMED, tube), *((name, MEASURED, x) for name, x in numbers.items())]
+    return [("tube", ASSUMED, tube), *((name, CHECKED, x) for name, x in numbers.items())]
 
 
 _SHOWN = {"pac": _shown, "assumed": _assumed, "declared": _declared, VALIDATED: _validated}

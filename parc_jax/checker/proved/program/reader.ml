@@ -319,7 +319,9 @@ let quoted s =
   let n = String.length s in
   if n <= longest_quote then s else Printf.sprintf "%s... (%d characters)" (String.sub s 0 longest_quote) n
 
-type claimed = Assumed of string | Unchecked of string | Numbers of Check.claim
+(* Tests of nested sets, each as a claim of one block: the text of its scale, runs, failed ones; all tests; the scene. *)
+type tests = { steps : (string * int * int * Check.claim) list; tests : int; scene : Json.t option }
+type claimed = Assumed of string | Unchecked of string | Numbers of Check.claim | Tests of tests
 
 let most_runs = 999_999_999
 let most_discards = 1 lsl 20
@@ -329,6 +331,48 @@ let block o =
   let get k = match o with Obj l when List.mem_assoc k l -> List.assoc k l | _ -> bad "a block lacks %s" k in
   let n = whole 1 most_runs (get "n") in
   { runs = Big.of_int n; discards = whole 0 n (get "discard"); bound = number (get "eps") }
+
+(* A field inside of fields, where there is one. *)
+let at names o =
+  let one part name = match part with
+    | None | Some Null -> None
+    | Some (Obj l) -> List.assoc_opt name l
+    | Some _ -> bad "a part of the claim is not an object" in
+  match List.fold_left one (Some o) names with Some Null -> None | found -> found
+let listed names o = match at names o with None -> [] | Some l -> list (fun x -> x) l
+
+let less x y = Big.sign (Big.sub (Big.mul y.qnum x.qden) (Big.mul x.qnum y.qden)) > 0
+let zero = { qnum = Big.zero; qden = Big.one }
+
+(* Of a set that was tested in its scene [T42]. *)
+let tested get =
+  let evidence = get "evidence" in
+  if get "bin_eps" <> Null then bad "a tested set has no bins";
+  ignore (whole 1 1 (get "looks"));
+  let eps = number (get "eps") and delta = number (get "delta") in
+  let step v = match v with
+    | Arr [ scale; n; failed ] ->
+      if not (less zero (number scale)) then bad "the scale of a test is not positive";
+      let n = whole 1 most_runs n in
+      let failed = whole 0 n failed in
+      let block = { runs = Big.of_int n; discards = failed; bound = eps } in
+      ((match scale with Str s -> s | _ -> bad "a scale is not a text"), n, failed,
+       { blocks = [ block ]; looks = Big.one; eps; delta; in_bins = [] })
+    | _ -> bad "a list of 3 entries was expected" in
+  let steps = List.map step (listed [ "steps" ] evidence) in
+  let rec nested = function
+    | (s, n, x, _) :: ((s', n', x', _) :: _ as rest) ->
+      if not (less (number (Str s')) (number (Str s))) then bad "the scales of tests do not fall";
+      if n > n' || x > x' then bad "the sets that were tested are not nested";
+      nested rest
+    | last :: [] -> last
+    | [] -> bad "no set was tested" in
+  let scale, n, failed, _ = nested steps in
+  let tests = match at [ "tests" ] evidence with Some v -> whole n most_runs v | None -> bad "a whole number was expected" in
+  if at [ "scale" ] evidence <> Some (Str scale) || whole 0 most_runs (get "n") <> n || whole 0 most_runs (get "discard") <> failed
+  then bad "the claim's numbers are not those of its last test";
+  if List.fold_left (fun sum (_, _, x, _) -> sum + x) 0 steps > most_discards then bad "more runs failed than are counted";
+  Tests { steps; tests; scene = at [ "scene" ] evidence }
 
 (* Of a tube with so many bins. *)
 let claim n_bins o =
@@ -356,20 +400,16 @@ let claim n_bins o =
       | by_bin, Some blocks ->
         let strict b = ignore (fields [ "n"; "discard"; "eps" ] b); block b in
         numbers (list strict blocks) (sized n_bins (function Null -> None | x -> Some (number x)) by_bin))
+  | Some (Str "validated") -> (
+    match List.filter (fun k -> not (List.mem_assoc k l)) numbers_of_claim with
+    | _ :: _ as missing -> Unchecked ("it lacks " ^ String.concat ", " missing)
+    | [] -> tested get)
   | Some (Str kind) -> Assumed ("kind " ^ quoted (escaped kind))
   | _ -> Assumed "kind unknown"
 
 (* ---- Its premises, all from its own fields: those marked checked are what its numbers are ---- *)
 let most_premises = 500
 
-(* A field inside of fields, where there is one. *)
-let at names o =
-  let one part name = match part with
-    | None | Some Null -> None
-    | Some (Obj l) -> List.assoc_opt name l
-    | Some _ -> bad "a part of the claim is not an object" in
-  match List.fold_left one (Some o) names with Some Null -> None | found -> found
-let listed names o = match at names o with None -> [] | Some l -> list (fun x -> x) l
 let text_in = function Str s -> s | _ -> bad "a premise of the claim is not a text"
 
 let fraction_text x = Big.to_string x.qnum ^ if Big.equal x.qden Big.one then "" else "/" ^ Big.to_string x.qden
@@ -410,12 +450,22 @@ let shown recorded (c : Check.claim) =
     let claimed = List.length (List.filter (fun x -> x <> None) bins) in
     numbers " or more in each" [ ("bins", Printf.sprintf "%d of %d with a claim" claimed n) ]
 
+let of_tests t =
+  let told (scale, n, failed, _) = Printf.sprintf "%s (%d of %d)" scale failed n in
+  let _, n, failed, (c : Check.claim) = List.nth t.steps (List.length t.steps - 1) in
+  [ ("risk", fraction_text c.eps); ("delta", fraction_text c.delta); ("n", string_of_int n ^ " runs");
+    ("failed of them", string_of_int failed); ("tests", string_of_int t.tests);
+    ("scales", String.concat ", " (List.map told t.steps)) ]
+
 (* As lines, of a claim of which so much is known. *)
 let premises known o =
   let line standing (name, value) =
     let value = quoted (escaped value) in
     Printf.sprintf "  %-8s %s%s%s" standing (quoted (escaped name)) (if value = "" then "" else ": ") value in
-  let checked = match known with Numbers c -> shown (has "rows" (Option.get (field "evidence" o))) c | _ -> [] in
+  let checked = match known with
+    | Numbers c -> shown (has "rows" (Option.get (field "evidence" o))) c
+    | Tests t -> of_tests t
+    | _ -> [] in
   let pac = field "kind" o = Some (Str "pac") in
   let evidence names = at ("evidence" :: names) o in
   let count = Option.map (fun x -> string_of_int (whole 0 most_runs x)) and words = Option.map text_in in

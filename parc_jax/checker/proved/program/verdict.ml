@@ -111,6 +111,9 @@ let read source =
        | step :: _, Some dt when not (same step dt) -> bad "the claim is about another time step"
        | _ -> ());
       let known = Reader.claim (List.length asked.around.finals) o in
+      (match known with
+       | Reader.Tests t when t.scene <> Some (quoted "problem") -> bad "the set was tested in another scene"
+       | _ -> ());
       (known, Some (Reader.premises known o)) in
   (asked, known, quoted)
 
@@ -122,6 +125,8 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
         ("corridors", List.length asked.corridors); ("doubt", List.length asked.doubts); ("no_plan", 1) ];
     (match known with
      | Reader.Numbers c, _ when not (Check.check_claim c) -> bad "the claim's runs do not show its eps with its delta"
+     | Reader.Tests t, _ when not (List.for_all (fun (_, _, _, c) -> Check.check_claim c) t.steps) ->
+       bad "a test does not show the claim's eps with its delta"
      | _ -> ());
     (Check.check_answer asked, known, quoted)
   with
@@ -143,6 +148,9 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
          [ Printf.sprintf "The proof rests on the tube, which is ASSUMED (%s)%s" what colon ]
        | Reader.Unchecked why ->
          [ "The proof rests on the tube, ASSUMED: the claim's arithmetic was not checked, since"; "  " ^ why ^ ":" ]
+       | Reader.Tests _ ->
+         [ "Runs may leave the tube. That each test of the set shows this risk with this delta";
+           "  was checked; what is not marked so is the file's word:" ]
        | Reader.Numbers _ ->
          [ "The proof rests on the tube. That so many runs show this eps with this delta was";
            "  checked; what is not marked so is the file's word:" ])
