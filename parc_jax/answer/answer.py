@@ -294,7 +294,8 @@ class Answer:
                 from_here=self.scene.at is not None,
                 around=cover.within is not None,
             )
-            held = about_coverage(self.coverage)
+            around = " around what a search found" if cover.within is not None else ""
+            held = about_coverage(self.coverage, f"the safe set{around}")
             lines.append(f"Safe: {share}.")
             lines.append(f"{counted(len(self.corridors), 'corridor').capitalize()}: {held}.")
             if cover.refused:

@@ -43,7 +43,10 @@ def files(tmp_path):
 def test_solve_check_plot(shell, files):
     asked = ("--target", 0.1, "--budget", 300, "--no-cache")
     code, said, complained = shell("solve", "model.npz", "scene.toml", *asked)
-    assert code == 0 and "corridors  " in said and "(C) For each" in said
+    assert code == 0 and "corridors: covering" in said and said.count("\n") <= 15
+    assert "parc-jax explain answer.json" in said
+    code, all_said, _ = shell("explain", "answer.json")
+    assert code == 0 and "(C) For each" in all_said and "(E) " in all_said
     lines = [line for line in complained.splitlines() if not line.endswith(" s")]
     assert lines == [
         "compiling ...",

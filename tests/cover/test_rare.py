@@ -74,7 +74,7 @@ def test_a_share_of_one_in_forty_thousand_is_covered():
 
 
 def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path):
-    said = verdict(answer, tmp_path / "answer.json", None)
+    said = verdict(answer, tmp_path / "answer.json")
     assert "of the plans whose first point ends in the goal's box, whatever else" in said
     assert "those around what a search found" in said and "the tube leaves" not in said
     assert said.count("% of the safe set around what a search found") == 1

@@ -26,6 +26,7 @@ COMMANDS = {
     "solve": "solve",
     "check": "check",
     "replay": "check",
+    "explain": "check",
     "plot": "plot",
     "export": "plot",
     "bench": "installation",

@@ -150,6 +150,20 @@ def ask(second: Second, answer: Path) -> Verdict:
     return Verdict(code, [str(line) for line in lines])
 
 
+def explain(place: Path, /) -> int:
+    """All sentences of an answer: what is proved, what is shown, what is assumed. Example:
+    parc-jax explain runs/drift_parking
+
+    Args:
+        place: An answer file, or the folder of a study, whose stages are timed too.
+    """
+    from parc_jax.app.cli.options import fitted
+    from parc_jax.app.study.report import explained
+
+    print(fitted(explained(place)))
+    return 0
+
+
 def replay(
     answer: Path,
     log: Path,

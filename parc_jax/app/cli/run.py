@@ -81,8 +81,7 @@ def run(
     if shell.json:
         print(json.dumps(outcome.metrics, indent=1))
     else:
-        print(fitted(report(outcome)))
-        print(f"Written to {out}. Verify with: parc-jax check {out / 'answer.json'}")
+        print(fitted(report(outcome, out)))
     return 0 if outcome.answer.status.found else 1
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.study.report import facts_of, table_of
+from parc_jax.app.study.report import facts_of, said_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import vertices
@@ -189,21 +189,16 @@ def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
     return json.dumps(facts, indent=1)
 
 
-def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = False) -> str:
-    """For a terminal. cold_s: as of `facts_of`."""
-    lines = []
+def verdict(answer: Answer, path: Path, short: bool = False) -> str:
+    """For a terminal, in at most fifteen lines."""
+    lines = [said_of(answer)]
     if answer.status.found and not short:
         n_p, names = answer.model.n_p, answer.model.labels
         plan = _some_plan(answer)
-        lines += [
-            *table_of(answer, cold_s),
-            f"for example            start at {_named(plan[:n_p], names.p)}",
-            f"                       with {_named(plan[n_p:], names.k)}",
-            "",
-        ]
-    lines.append(answer.details())
+        where, how = _named(plan[:n_p], names.p), _named(plan[n_p:], names.k)
+        lines.append(f"For example: start at {where}, with {how}.")
     if not short:
-        lines += ["", f"Written to {path}. Verify with: parc-jax check {path}"]
+        lines.append(f"All sentences: parc-jax explain {path}; check: parc-jax check {path}")
     return "\n".join(lines)
 
 

@@ -136,7 +136,7 @@ def solve(
     if shell.json:
         print(as_json(answer, out, cold_s))
     else:
-        print(fitted(verdict(answer, out, cold_s, short=shell.quiet)))
+        print(fitted(verdict(answer, out, short=shell.quiet)))
     return 0 if answer.status.found else 1
 
 

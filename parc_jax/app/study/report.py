@@ -1,5 +1,6 @@
 """The report of a study and of a query: tables for people, facts for other programs, pictures."""
 
+import json
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,6 +9,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.replay import Replay
 from parc_jax.app.study.settings import Study
+from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.labels import name_of, unit_of
@@ -15,7 +17,6 @@ from parc_jax.learning.learn import Learned
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions import RegionTable
-from parc_jax.statement import about_coverage, about_share
 
 
 class Studied(NamedTuple):
@@ -31,37 +32,60 @@ class Studied(NamedTuple):
     metrics: dict
 
 
-def report(outcome: Studied) -> str:
-    """Plain text for a terminal: stages, answer, replay, statement."""
-    m = outcome.metrics
-    lines = [
-        "",
-        f"{m['system']}: {m['regions']} regions; seed {m['seed']}; jax {m['jax']} on {m['device']}",
-        "",
-    ]
-    lines += _table(
-        ("stage", "seconds", "of it compiling"),
-        [
-            (name, f"{s['seconds']:.1f}", f"{s['compile_seconds']:.1f}")
-            for name, s in m["stages"].items()
-        ],
-    )
-    lines += ["", *table_of(outcome.answer, m["first_sample_cold_s"])]
+def report(outcome: Studied, out: Path) -> str:
+    """The end of a study for a terminal, in at most fifteen lines. out: its folder."""
+    m, answer = outcome.metrics, outcome.answer
+    lines = ["", *said_of(answer).split("\n")]
     if m["replay"] is not None:
-        lines += _replayed(m["replay"], eps_of(outcome.answer.model.claim))
-    driven = [] if m.get("driven") is None else [m["driven"]["statement"]]
-    return "\n".join([*lines, "", outcome.answer.details(), *driven, ""])
+        lines += _replayed(m["replay"], eps_of(answer.model.claim))
+    if m.get("driven") is not None:
+        d = m["driven"]
+        plan = ", ".join(f"{x:.5g}" for x in d["plan"])
+        lines.append(f"To drive: ({plan}); {d['failures']:,} of {d['runs']:,} fresh runs failed.")
+    file = out / "answer.json"
+    return "\n".join(
+        [*lines, f"All sentences: parc-jax explain {out}; check: parc-jax check {file}"]
+    )
+
+
+def said_of(answer: Answer) -> str:
+    """What a terminal is told of an answer: its summary, or why there is no plan."""
+    return answer.summary() if answer.status.found else answer.details()
+
+
+def explained(place: Path) -> str:
+    """All sentences of a saved answer, or of a study's folder with the times of its stages. Raises
+    InputError.
+    """
+    file = place / "answer.json" if place.is_dir() else place
+    try:
+        lines = [json.loads(file.read_text())["meta"]["statement"]]
+        known = place / "metrics.json"
+        metrics = json.loads(known.read_text()) if place.is_dir() and known.is_file() else {}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{file}: expected an answer of `solve` or `run`, or the folder of a study; "
+            f"{type(error).__name__}: {error}."
+        ) from None
+    if metrics.get("driven") is not None:
+        lines.append(metrics["driven"]["statement"])
+    stages = [
+        (name, f"{s['seconds']:.1f}", f"{s['compile_seconds']:.1f}")
+        for name, s in metrics.get("stages", {}).items()
+    ]
+    table = _table(("stage", "seconds", "of it compiling"), stages) if stages else []
+    return "\n".join([*lines, *([""] if table else []), *table])
 
 
 def _replayed(r: dict, eps: str | None) -> list[str]:
     often = "" if r["repeats"] == 1 else f", {r['repeats']} runs each"
     claim = "nothing is shown of the tube" if eps is None else f"claim: eps = {eps}"
     lines = [
-        f"replay                 {r['plans']} plans{often} in the simulator: {r['reached']} "
+        f"Replay: {r['plans']} plans{often} in the simulator: {r['reached']} "
         f"reached, {r['touched']} touched, {r['left_tube']} left the tube ({claim})"
     ]
     if r["repeats"] > 1:
-        blank = " " * 23
+        blank = " " * 8
         mean, every = (rounded_up(r[n]) for n in ("failure_mean_at_most", "every_plan_at_most"))
         lines += [
             f"{blank}{r['failed']} of {r['runs']} runs failed: with confidence "
@@ -133,13 +157,6 @@ def name_of_network(net: ReLUNetwork) -> str:
     return "-".join(map(str, net.hidden)) or "PARC"
 
 
-def seconds(value: float | None) -> str:
-    """A time for people."""
-    if value is None:
-        return "-"
-    return f"{value * 1e3:.0f} ms" if value < 1 else f"{value:.1f} s"
-
-
 def facts_of(answer: Answer, cold_s: float | None) -> dict:
     """Counts, shares, status and times of an answer as plain data.
 
@@ -159,28 +176,6 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
         "first_sample_cold_s": cover.timings["first_sample_s"] if cold_s is None else cold_s,
         "timings": cover.timings,
     }
-
-
-def table_of(answer: Answer, cold_s: float | None) -> list[str]:
-    """The table of a query, line by line. cold_s: as of `facts_of`."""
-    cover, t = answer.cover, answer.cover.timings
-    around = cover.within is not None
-    times = [f"{seconds(t['first_sample_s'])} {'cold' if cold_s is None else 'warm'}"]
-    if cold_s is not None:
-        times = [f"{seconds(cold_s)} cold", *times]
-    lines = [f"first safe sample      {', '.join(times)}"]
-    if answer.corridors or not answer.status.found:
-        # where one plan was requested and found, too few were drawn to say how many are safe
-        here = answer.scene.at is not None
-        share = about_share(answer.share, cover.safe, from_here=here, around=around)
-        lines = [f"safe                   {share}", *lines]
-    if answer.corridors:
-        part = "the safe set" + (" around what a search found" if around else "")
-        covered = about_coverage(answer.coverage, part)
-        lines.append(f"corridors              {len(answer.corridors)}, {covered}")
-        lines.append(f"safe set               in {seconds(t['cover_s'])}")
-    proof = f"{answer.status}, {cover.refused} refused, in {seconds(t['proof_s'])}"
-    return [*lines, f"proof                  {proof}"]
 
 
 def spread(values: np.ndarray, model: TrajectoryModel, digits: str = ".2f") -> str:
