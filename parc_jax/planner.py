@@ -14,7 +14,6 @@ from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, as_key, stream
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended, Status
-from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.system import System, check_system
 from parc_jax.method import Exact
@@ -212,11 +211,6 @@ class Planner:
         if not isinstance(model, TrajectoryModel):
             raise InputError(expected("Planner", "a TrajectoryModel", model, "pj.load(path)"))
         check_model(model)
-        if model.claim.kind == VALIDATED:
-            raise InputError(
-                "Planner: expected a model whose claim is about all of K; this one's is about one "
-                "set of plans in one scene. Ask the model that the set was made with."
-            )
         self.model = model
         self._robust_models: dict[tuple, TrajectoryModel] = {}
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from .claim import checked_claim, told
+from .claim import TESTED, checked_claim, told
 from .entries import canonical
 from .exact import array, dot, fields, integers, need, number, rejecting, whole
 from .plans import Context
@@ -57,6 +57,11 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
     hashes = {part: sha256(texts[part]) for part in ("network", "tube")}
     hashes["episode"] = sha256(canonical({part: episode[part] for part in PARTS}))
     need(episode["hash"] == hashes, "a hash does not match its content")
+    claim = episode["claim"]
+    need(
+        type(claim) is not dict or claim.get("kind") != TESTED,
+        "its claim is about draws from one set in one scene, and its plans were chosen",
+    )
     premises = checked_premises(episode)
     chain = Chain(episode, allowance_of(texts.values()))
     entries = episode["manoeuvres"]

@@ -20,6 +20,7 @@ from parc_jax.learning.bound.claim import (
     claim_from_json,
     derived,
 )
+from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.bound.tube import Tube, tube_arrays, tube_from_arrays
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.network.predict import Layout
@@ -149,6 +150,18 @@ def trajectory_model(net: ReLUNetwork, claim: ErrorClaim) -> TrajectoryModel:
 
 
 def check_model(model: TrajectoryModel) -> None:
+    """Refuse a network or a claim with a part from elsewhere, and a claim about one set in one
+    scene, of which its answer alone may be asked. Raises InputError.
+    """
+    if model.claim.kind == VALIDATED:
+        raise InputError(
+            "model: expected a claim about all of K; this one is about one set of plans in one "
+            "scene, and about draws from it. Take the model that the set was made with."
+        )
+    check_parts(model)
+
+
+def check_parts(model: TrajectoryModel) -> None:
     """Refuse a network or a claim with a part from elsewhere. Raises InputError."""
     net, claim = model.net, model.claim
     check_claim(claim)

@@ -154,9 +154,22 @@ def never_at_rest(file):
     return "does not come to rest"
 
 
+def a_claim_about_draws(file):
+    file["claim"] = (file["claim"] or {}) | {"kind": "validated"}
+    return "its plans were chosen"
+
+
 @pytest.mark.parametrize(
     "broken",
-    [a_body_that_shrinks, another_frame, a_moment, another_dt, a_copy_left_out, never_at_rest],
+    [
+        a_claim_about_draws,
+        a_body_that_shrinks,
+        another_frame,
+        a_moment,
+        another_dt,
+        a_copy_left_out,
+        never_at_rest,
+    ],
 )
 def test_what_is_broken_is_rejected_however_it_is_sealed(broken):
     robot = Robot(5, points=2, copies=3)

@@ -17,6 +17,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.drive.local import validate as module
 from parc_jax.drive.local.validate import Validate, fixed_sequence
+from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.runs.collect import collect, stream_rollouts
 from parc_jax.problem.robust.nominal import query
@@ -150,27 +151,32 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     assert again.contains(plans[:, :2], plans[:, 2:]).all() and again.risk() == validated.risk()
 
 
-def test_a_validated_set_is_of_its_scene_and_of_draws_alone(answer):
+def test_a_validated_set_is_of_its_scene_and_of_draws_alone(answer, tmp_path):
     validated = answer.validation.answer
     with pytest.raises(InputError, match="one set of plans in one scene"):
         pj.Planner(validated.model)
     with pytest.raises(InputError, match="a plan that is chosen is not drawn"):
         validated.choose()
-    assert isinstance(validated.model.claim.risk(share=0.5), NoStatement)
+    claim, net = validated.model.claim, validated.model.net
+    assert isinstance(claim.risk(share=0.5), NoStatement)
+    runs = collect(SYSTEM, KEY, 10, quiet=True)
+    for refused in (
+        lambda: pj.exchange.write_c(validated, tmp_path / "set.h"),
+        lambda: pj.drive.Loop(validated.model, 0.05, leave=0.5),
+        lambda: pj.monitor(claim, net),
+        lambda: pj.learning.update(claim, net, runs, runs),
+        lambda: pj.learning.trajectory_model(net, claim),
+    ):
+        with pytest.raises(InputError, match="one set"):
+            refused()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_every_number_of_the_claim_is_in_its_hash(answer):
-    claim = answer.validation.answer.model.claim
-    for name, value in (
-        ("n", 9),
-        ("discard", 0),
-        ("eps", Fraction(1, 99)),
-        ("delta", Fraction(1, 9)),
-    ):
+    claim, other = answer.validation.answer.model.claim, Fraction(1, 99)
+    for change in ({"n": 9}, {"discard": 0}, {"eps": other}, {"delta": other}, {"evidence": {}}):
         with pytest.raises(InputError, match="it was made about"):
-            pj.Planner(
-                answer.validation.answer.model.replace(claim=replace(claim, **{name: value}))
-            )
+            check_claim(replace(claim, **change))
 
 
 def test_sets_are_nested_and_found_by_halving(answer):

@@ -155,7 +155,8 @@ def explain(place: Path, /) -> int:
     parc-jax explain runs/drift_parking
 
     Args:
-        place: An answer file, or the folder of a study, whose stages are timed too.
+        place: An answer file, which is checked anew, or the folder of a study, with the times of
+            its stages.
     """
     from parc_jax.app.cli.options import fitted
     from parc_jax.app.study.report import explained

@@ -16,7 +16,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.replay import replay, tally
-from parc_jax.app.study.report import Studied, eps_of, facts_of, final_error
+from parc_jax.app.study.report import METRICS, VALIDATED_SET, Studied, eps_of, facts_of, final_error
 from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
@@ -33,8 +33,6 @@ from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.settings import Search, Settings
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
-METRICS = "metrics.json"
-VALIDATED = "validated.json"  # the answer of the validated set
 LOOKS = 2  # a test of the plan to drive, and a claim near it
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
 
@@ -201,12 +199,12 @@ def drive(
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:
     """Put model and answer there, in place of an older study's, whose numbers belong to neither."""
-    for name in (METRICS, "near.json", VALIDATED):
+    for name in (METRICS, "near.json", VALIDATED_SET):
         (out / name).unlink(missing_ok=True)
     model.save(out / "model.npz")
     answer.save(out / "answer.json")
     if answer.validation is not None and answer.validation.answer is not None:
-        answer.validation.answer.save(out / VALIDATED)
+        answer.validation.answer.save(out / VALIDATED_SET)
 
 
 def finish(out: Path, metrics: dict) -> dict:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.replay import Replay
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
@@ -17,6 +18,9 @@ from parc_jax.learning.learn import Learned
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions import RegionTable
+
+METRICS = "metrics.json"
+VALIDATED_SET = "validated.json"  # the answer of the validated set
 
 
 class Studied(NamedTuple):
@@ -54,27 +58,29 @@ def said_of(answer: Answer) -> str:
 
 
 def explained(place: Path) -> str:
-    """All sentences of a saved answer, or of a study's folder with the times of its stages. Raises
-    InputError.
+    """All sentences of a saved answer, which is checked anew; of a study's folder also those of its
+    validated set, and in the study's own words those of the plan to drive and the times of its
+    stages. Raises InputError.
     """
-    file = place / "answer.json" if place.is_dir() else place
+    folder = place.is_dir()
+    lines = [load_answer(place / "answer.json" if folder else place).details()]
+    if folder and (place / VALIDATED_SET).is_file():
+        lines += ["", "The validated set:", load_answer(place / VALIDATED_SET).details()]
+    if not (folder and (place / METRICS).is_file()):
+        return "\n".join(lines)
     try:
-        lines = [json.loads(file.read_text())["meta"]["statement"]]
-        known = place / "metrics.json"
-        metrics = json.loads(known.read_text()) if place.is_dir() and known.is_file() else {}
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        m = json.loads((place / METRICS).read_text())
+        driven = [] if m["driven"] is None else [m["driven"]["statement"]]
+        stages = [
+            (name, f"{s['seconds']:.1f}", f"{s['compile_seconds']:.1f}")
+            for name, s in m["stages"].items()
+        ]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
-            f"{file}: expected an answer of `solve` or `run`, or the folder of a study; "
-            f"{type(error).__name__}: {error}."
+            f"{place / METRICS}: expected the numbers of a study; {type(error).__name__}: {error}."
         ) from None
-    if metrics.get("driven") is not None:
-        lines.append(metrics["driven"]["statement"])
-    stages = [
-        (name, f"{s['seconds']:.1f}", f"{s['compile_seconds']:.1f}")
-        for name, s in metrics.get("stages", {}).items()
-    ]
-    table = _table(("stage", "seconds", "of it compiling"), stages) if stages else []
-    return "\n".join([*lines, *([""] if table else []), *table])
+    table = _table(("stage", "seconds", "of it compiling"), stages)
+    return "\n".join([*lines, "", "As the study wrote, which nothing checks:", *driven, *table])
 
 
 def _replayed(r: dict, eps: str | None) -> list[str]:

@@ -16,6 +16,7 @@ from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement
 from parc_jax.learning.bound.fresh import calibration_runs
 from parc_jax.learning.bound.measure import allowance, by_chunk, sizes
 from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.labels import plain_k
 from parc_jax.learning.network.relu import ReLUNetwork, features, relu_network
 from parc_jax.learning.runs.batch import NAMED, RolloutBatch, worst_by_group
@@ -217,6 +218,11 @@ def update(
         allow.
     Raises InputError, also when a fresh run was seen before, by training or by the old claim.
     """
+    if claim.kind == VALIDATED:
+        raise InputError(
+            "update: expected a claim about runs everywhere; this one is about one set in one "
+            "scene. Update the claim that it was made with, then validate again."
+        )
     if claim.eps is None and "eps" not in options:
         raise InputError("update: expected eps and delta, since the old claim has none.")
     again = calibration_runs(claim, fresh)

@@ -17,7 +17,7 @@ from parc_jax.common.spelling import hex_text, nearest_floats
 from parc_jax.learning.bound.claim import claim_from_json
 from parc_jax.learning.bound.error_set import NO_CLAIM, Faces, faces
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
-from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.model import TrajectoryModel, check_parts
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.problem.problem import Problem, reach_avoid
@@ -76,7 +76,9 @@ def model_of_file(data: dict) -> TrajectoryModel:
         raise InputError(
             "answer: expected a problem over the K and on the time grid of its claim; got others."
         )
-    return trajectory_model(net, claim)
+    model = TrajectoryModel(net, claim)
+    check_parts(model)  # of any kind: also of a set in one scene
+    return model
 
 
 def _tube(widths: dict, n_points: int) -> Tube:
