@@ -256,7 +256,7 @@ class Answer:
         if not len(self.corridors):
             return NoStatement("there is no safe set to draw k from")
         claim = self.model.claim
-        if claim.kind == VALIDATED:
+        if claim.kind == VALIDATED and claim.eps is not None and claim.delta is not None:
             return risk_of(claim.eps, claim.delta, Fraction(1), 0.0)
         promised = claim.risk(density=1.0)
         if isinstance(promised, NoStatement):
