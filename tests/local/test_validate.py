@@ -144,11 +144,22 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     accepted = validated.model.claim
     assert f"at most 0.05: {accepted.n:,} of" in said and f"{accepted.discard:,} of their" in said
     assert step.n >= accepted.n and "picked by hand or by a search, of another scene" in said
-    assert "Validated in this scene" in answer.summary()
+    assert "% of the plans whose first point ends in the goal" in validation.summary()
+    assert validation.summary() in answer.summary()
     again = load_answer(validated.save(tmp_path / "validated.json"))
     assert again.details() == validated.details() and again.model.claim.hash == accepted.hash
     plans = validated.sample(KEY, 50)
     assert again.contains(plans[:, :2], plans[:, 2:]).all() and again.risk() == validated.risk()
+
+
+def test_from_one_start_its_share_is_of_k_and_its_plans_start_there(tmp_path):
+    here = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, at=(0.05, 0.0), validate=ASKED)
+    assert "% of all k in K" in here.validation.summary()
+    validated = here.validation.answer
+    drawn = validated.sample(KEY, 20)
+    assert (drawn[:, :2] == [0.05, 0.0]).all() and "start at (0.05, 0) m" in validated.details()
+    again = load_answer(validated.save(tmp_path / "here.json"))
+    assert again.contains(drawn[:, :2], drawn[:, 2:]).all()
 
 
 def test_a_validated_set_is_of_its_scene_and_of_draws_alone(answer, tmp_path):

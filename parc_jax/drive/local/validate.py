@@ -47,6 +47,7 @@ from parc_jax.safe_set.verdict.outcomes import reached_and_touched
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import predictions
 from parc_jax.safe_set.verdict.scene import Scene, lowered, padded
+from parc_jax.statement import IN_THE_BOX
 
 # tests by default: so many, or so many times as many as suffice where none fails
 LEAST_TESTS, TIMES = 14_000, 10
@@ -130,8 +131,9 @@ class Validation:
         if self.answer is None:
             return "Validated: no set."
         share, held = self.answer.share, self.answer.coverage.share
+        of_all = IN_THE_BOX if self.answer.scene.at is None else "all k in K"
         part = None if share is None else f"{rounded_down(100 * share.share * held, 3)} %"
-        safe = "" if part is None else f"{part} of the plans that end in the goal's box. "
+        safe = "" if part is None else f"{part} of {of_all}. "
         return (
             f"Validated in this scene: {safe}A plan drawn from them fails with probability at most "
             f"{rounded_up(self.asked.risk)}, confidence {rounded_down(1 - self.asked.delta, 10)}."
