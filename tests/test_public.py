@@ -67,6 +67,7 @@ def test_every_name_that_is_written_of_the_package_is_there():
         path for room in ("sims", "benchmarks", "tests") for path in root.glob(f"{room}/**/*.py")
     ]
     files += [*root.glob("docs/examples/*"), *root.glob("docs/*.md"), root / "README.md"]
+    files += root.glob("benchmarks/suite/entries/*/*")  # programs without an ending
     written = re.compile(r"(?<![\w.`/])pj\.(\w+)(?:\.(\w+))?")
     missing = []
     for path in files:
