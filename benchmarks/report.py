@@ -24,6 +24,8 @@ python -m benchmarks --device gpu --json results.json
 * Verdicts are float64 with a margin that covers rounding; training is float32. A metric says so when it differs.
 * A workload that cannot run here is skipped and says why. A fixed piece of NumPy work (`control`) shows whether the
   machine was busy: if its spread is far from 1, distrust the times of that run, and look only at ratios and counts.
+* Here are the tables of every workload, or its values; `baseline.json` beside the code has every metric with what the
+  gate allows it.
 * Figures of the paper are its authors', for their networks on their machine. They are marked and never gated.
 * What was measured by hand, of single stages and on other days, is on [a page of its own](measured.md).
 """
@@ -35,12 +37,16 @@ def page(baselines: dict[str, dict]) -> str:
     if not baselines:
         parts.append("None recorded yet.\n")
     for platform, report in sorted(baselines.items()):
-        parts.append(results(report, f"### On {platform.upper()}", 4))
+        parts.append(results(report, f"### On {platform.upper()}", 4, metrics=False))
     return "\n".join(parts)
 
 
-def results(report: dict, title: str, level: int) -> str:
-    """One report as Markdown. level: of the headings of its workloads."""
+def results(report: dict, title: str, level: int, metrics: bool = True) -> str:
+    """One report as Markdown.
+
+    level: of the headings of its workloads. metrics: every metric with what the gate allows;
+        without, a workload that has tables is its tables, and another one its values.
+    """
     e = report["environment"]
     versions = ", ".join(f"{name} {version}" for name, version in e["versions"].items())
     where = (
@@ -66,7 +72,11 @@ def results(report: dict, title: str, level: int) -> str:
             lines += [f"![{entry['name']}]({entry['figure']})", ""]
         if entry["metrics"]:
             rows = _rows(entry["metrics"])
-            lines += _table(("metric", "value", "better", "allowed change", "batch", "dtype"), rows)
+            if metrics:
+                header = ("metric", "value", "better", "allowed change", "batch", "dtype")
+                lines += _table(header, rows)
+            elif not entry["tables"]:
+                lines += _table(("metric", "value"), [row[:2] for row in rows])
     return "\n".join(lines)
 
 
