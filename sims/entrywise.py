@@ -8,6 +8,7 @@ what is left is fused. Only what rounding does to sums of products may differ.
 
 import math
 import operator
+import warnings
 from collections.abc import Callable
 from functools import reduce
 
@@ -16,23 +17,40 @@ import jax.numpy as jnp
 import numpy as np
 from jax.extend.core import Literal
 
-from parc_jax.common.errors import InputError
+
+class _NotByEntries(Exception):
+    """A step that is only known for whole arrays."""
 
 
 def entrywise(fun: Callable) -> Callable:
     """fun, of vectors, as a function of their entries: it takes a sequence of numbers or JAX arrays
     of one shape for each vector, and returns such a list for each. Jit it: it is traced anew at
-    every call. NaN and infinities times a known zero are zero. Raises InputError for a program with
-    loops over unknown numbers, or other steps that are not told here.
+    every call. NaN and infinities times a known zero are zero. A program with loops over unknown
+    numbers, or with other steps that are not listed here, is run as it is, over all runs at once,
+    and a warning says so.
     """
 
     def run(*vectors):
         like = [jax.ShapeDtypeStruct((len(each),), jnp.result_type(*each)) for each in vectors]
         program = jax.make_jaxpr(fun)(*like)
-        found = _run(program.jaxpr, program.consts, [_objects(each) for each in vectors])
+        try:
+            found = _run(program.jaxpr, program.consts, [_objects(each) for each in vectors])
+        except _NotByEntries as no:
+            warnings.warn(f"entrywise: {no}; the program is run as it is, slower.", stacklevel=2)
+            found = _as_it_is(fun, vectors)
         return [list(each) for each in found]
 
     return run
+
+
+def _as_it_is(fun: Callable, vectors) -> list[jax.Array]:
+    """The same results, (entries, ...) each, by fun itself over all runs."""
+    shape = jnp.broadcast_shapes(*(jnp.shape(x) for each in vectors for x in each))
+    whole = lambda *each: jax.tree.leaves(fun(*each))  # noqa: E731
+    for _ in shape:
+        whole = jax.vmap(whole)
+    stacked = [jnp.stack([jnp.broadcast_to(x, shape) for x in each], axis=-1) for each in vectors]
+    return [jnp.moveaxis(each, -1, 0) for each in whole(*stacked)]
 
 
 def _objects(entries) -> np.ndarray:
@@ -66,9 +84,7 @@ def _run(program, consts, entries) -> list[np.ndarray]:
                 found = step.primitive.bind(*arrays, **step.params)
                 found = found if step.primitive.multiple_results else [found]
         elif name not in _STEPS:
-            raise InputError(
-                f"entrywise: expected a program of elementary steps; got {name!r}. Run it as it is."
-            )
+            raise _NotByEntries(f"{name!r} is no step of single entries")
         else:
             found = [_STEPS[name](step.outvars[0].aval, *arrays, **step.params)]
         for var, value in zip(step.outvars, found, strict=True):
@@ -200,7 +216,7 @@ def _gather(out, a, index, dimension_numbers, slice_sizes, **_):
     for where, inside, place in _windows(a, index, sizes, how.start_index_map, *batching):
         found[_woven(where, inside, how.offset_dims, found.ndim)] = a[place]
     if any(x is None for x in found.flat):
-        raise InputError("entrywise: expected to look up entries that there are. Run it as it is.")
+        raise _NotByEntries("an entry that there is not is looked up")
     return found
 
 
@@ -210,7 +226,7 @@ def _scatter(join: Callable) -> Callable:
     def step(out, a, index, updates, dimension_numbers, mode, **_):
         how = dimension_numbers
         if mode == jax.lax.GatherScatterMode.CLIP:
-            raise InputError("entrywise: expected updates that are not moved. Run it as it is.")
+            raise _NotByEntries("updates are moved inside of their array")
         gone = (*how.inserted_window_dims, *how.operand_batching_dims)
         kept = [axis for axis in range(a.ndim) if axis not in gone]
         sizes = dict(zip(kept, (updates.shape[i] for i in how.update_window_dims), strict=True))
@@ -258,6 +274,7 @@ _STEPS: dict[str, Callable] = {
     "scatter-add": _scatter(_plus),
     "transpose": lambda out, a, permutation: a.transpose(permutation),
     "concatenate": lambda out, *parts, dimension: np.concatenate(parts, dimension),
+    "stack": lambda out, *parts, axis: np.stack(parts, axis),
     "tile": lambda out, a, reps: np.tile(a, reps),
     "iota": lambda out, dimension, **_: np.indices(out.shape)[dimension],
     "cumsum": lambda out, a, axis, **_: a.cumsum(axis),

@@ -23,6 +23,7 @@ def store(monkeypatch, tmp_path):
     probes._cached.cache_clear()
 
 
+@pytest.mark.smoke
 def test_this_installation_passes_and_remembers(store, monkeypatch):
     require_sound_arithmetic()
     assert store.exists()

@@ -67,6 +67,7 @@ def with_no_plan():
     )
 
 
+@pytest.mark.smoke
 @needs_node
 def test_both_accept_on_node(shell):
     code, said, complained = shell(toy_file())
@@ -76,6 +77,7 @@ def test_both_accept_on_node(shell):
     assert said.splitlines()[-1] == last
 
 
+@pytest.mark.smoke
 @needs_node
 def test_both_reject_on_node(shell):
     code, said, _ = shell(moved())
@@ -83,6 +85,7 @@ def test_both_reject_on_node(shell):
     assert said.splitlines()[-1].endswith("checker rejects; the proved checker rejects.")
 
 
+@pytest.mark.smoke
 @needs_node
 def test_both_accept_a_proof_that_there_is_no_plan(shell):
     code, said, _ = shell(with_no_plan())

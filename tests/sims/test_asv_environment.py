@@ -29,6 +29,7 @@ def test_reward_is_progress_plus_hovering_minus_effort():
     assert np.hypot(*np.asarray(after.goal)) == pytest.approx(np.hypot(*np.asarray(before.goal)))
 
 
+@pytest.mark.smoke
 @pytest.mark.night
 def test_stock_wrappers_do_not_repeat_the_first_task():
     training = quiet_import("brax.envs").training

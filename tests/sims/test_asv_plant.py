@@ -82,6 +82,7 @@ def test_twin_is_the_textbook(case):
         )
 
 
+@pytest.mark.smoke
 @pytest.mark.night
 def test_mjx_is_the_twin_in_open_loop(case):
     np.testing.assert_allclose(

@@ -11,6 +11,7 @@ from sims.asv.policy import act, policy_from_file_arrays
 from sims.quiet import quiet_import
 
 
+@pytest.mark.smoke
 @pytest.mark.night
 def test_exported_policy_acts_like_braxs_own():
     networks = quiet_import("brax.training.agents.ppo.networks")

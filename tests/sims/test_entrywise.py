@@ -57,6 +57,7 @@ def by_entries(fun):
     return lambda *x: jnp.stack(jnp.broadcast_arrays(*entrywise(fun)(*x)[0]))
 
 
+@pytest.mark.smoke
 def test_a_program_of_all_kinds_of_steps_is_the_same():
     rng = np.random.default_rng(0)
     known = np.array([[0.0, 1.0, 2.0], [1.0, 0.0, 0.0]])
@@ -92,6 +93,19 @@ def test_what_is_known_to_be_zero_or_one_costs_nothing():
     assert operations.count("mul") == 1 and "add" not in operations
 
 
+def test_a_step_that_is_not_known_is_run_as_it_is_and_said():
+    def program(x, y):
+        return jax.lax.fori_loop(0, 3, lambda _, z: jnp.sort(z) * y, x), x[:1]
+
+    x, y = np.random.default_rng(2).normal(size=(2, 3, 6))
+    want = jax.vmap(program, in_axes=-1, out_axes=-1)(x, y)
+    with pytest.warns(UserWarning, match="entrywise: .* run as it is"):
+        found = jax.jit(entrywise(program))(x, y)
+    for one, other in zip(found, want, strict=True):
+        np.testing.assert_allclose(np.stack(one), other, rtol=1e-13)
+
+
+@pytest.mark.smoke
 @pytest.mark.slow
 def test_an_arm_that_is_nowhere_diagonal_accelerates_as_mujoco_says():
     """The oracle is MuJoCo's C engine: it shares no code with either."""

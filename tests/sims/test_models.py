@@ -71,6 +71,7 @@ def test_the_worst_runs_of_its_claim_are_those_of_the_system(name):
     assert (now <= 1.01 * then).all() and (now > 0.9 * then).any()
 
 
+@pytest.mark.smoke
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sims.models())
 def test_a_first_plan_from_nothing_but_the_package_is_proved(name, tmp_path, monkeypatch):

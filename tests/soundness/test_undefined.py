@@ -14,6 +14,7 @@ from synthetic_plants import noisy, plant, straight_network
 from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, toy_case
 
+from parc_jax.common.probes import probe_nan
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.bound.measure import Errors, allowance, measure, measure_arrays_along
 from parc_jax.learning.network.predict import layout_of
@@ -25,7 +26,7 @@ from parc_jax.safe_set.verdict.pointwise import CHUNK, clearance, verdict_in_tur
 from parc_jax.safe_set.verdict.scene import scene_of
 from parc_jax.safe_set.verdict.screen import screen
 
-pytestmark = [pytest.mark.soundness, pytest.mark.slow]  # programs of its own: of the gate
+pytestmark = [pytest.mark.smoke, pytest.mark.soundness, pytest.mark.slow]  # programs of its own: of the gate
 BAD = (np.nan, np.inf, -np.inf)
 RUNS = 1024  # of a chunk of `measure`
 
@@ -35,6 +36,11 @@ def such_a_jax():
     with dropping_nan():
         assert jax.jit(jnp.max)(jnp.full((1000, 16), jnp.nan)) == -jnp.inf
         yield
+
+
+def test_such_a_jax_is_told_of_and_not_refused():
+    found = probe_nan()
+    assert found.ok and "is lost in" in found.detail
 
 
 def spoiled(x, value, at):

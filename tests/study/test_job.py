@@ -35,6 +35,7 @@ def finished(tmp_path_factory):
     return out, run("--out", out, "--quiet")
 
 
+@pytest.mark.smoke
 def test_all_files_are_written_and_accepted(finished, capsys):
     out, code = finished
     assert code == 0
@@ -51,6 +52,7 @@ def test_all_files_are_written_and_accepted(finished, capsys):
     capsys.readouterr()
 
 
+@pytest.mark.smoke
 def test_metrics_tell_what_was_claimed_and_replayed(finished):
     out, _ = finished
     metrics = json.loads((out / "metrics.json").read_text())

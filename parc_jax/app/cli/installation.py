@@ -61,7 +61,9 @@ def clone() -> Path:
 
 def doctor() -> int:
     """Check versions and arithmetic of this installation. Example: parc-jax doctor"""
-    from parc_jax.common.probes import Finding, probe_all, probe_hang
+    from parc_jax.common.backend import backend
+    from parc_jax.common.probes import Finding, probe_all, probe_hang, probe_options
+    from parc_jax.safe_set.corridors.first import COMPILER
 
     for name in (
         "jax",
@@ -79,7 +81,11 @@ def doctor() -> int:
             print(f"  {name:12} {metadata.version(name)}")
         except metadata.PackageNotFoundError:
             print(f"  {name:12} missing: pip install {name}")
-    findings: list[Finding] = [*probe_all(), probe_hang()]
+    findings: list[Finding] = [
+        *probe_all(),
+        probe_options(dict(backend().compiler) | (COMPILER or {})),
+        probe_hang(),
+    ]
     for finding in findings:
         print(f"  {'ok  ' if finding.ok else 'FAIL'} {finding.name}: {finding.detail}")
     if all(finding.ok for finding in findings):

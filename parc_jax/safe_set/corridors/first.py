@@ -34,8 +34,8 @@ SLOTS = (1, 4, 16)  # capacities of a compiled program, in plans
 MOST = SLOTS[-1]
 NO_LIMIT = 2**31 - 1  # of separation tests
 # without its emitters of fused loops XLA compiles this program for a CPU in half the time, and it
-# runs as fast; the option says nothing to other devices
-COMPILER = {"xla_cpu_use_fusion_emitters": False}
+# runs as fast; the option says nothing to other devices, and later lines of XLA do not have it
+COMPILER = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 10) else None
 
 
 class Proposals(NamedTuple):
