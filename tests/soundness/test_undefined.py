@@ -26,7 +26,7 @@ from parc_jax.safe_set.verdict.pointwise import CHUNK, clearance, verdict_in_tur
 from parc_jax.safe_set.verdict.scene import scene_of
 from parc_jax.safe_set.verdict.screen import screen
 
-pytestmark = [pytest.mark.smoke, pytest.mark.soundness, pytest.mark.slow]  # programs of its own: of the gate
+pytestmark = [pytest.mark.smoke, pytest.mark.soundness, pytest.mark.slow]  # own programs: the gate
 BAD = (np.nan, np.inf, -np.inf)
 RUNS = 1024  # of a chunk of `measure`
 
