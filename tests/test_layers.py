@@ -36,8 +36,6 @@ DOORS = {
     "planner.py": "parc_jax.drive.local",
     "app/cli/logged.py": "parc_jax.ros.bags",
     "app/cli/solve.py": "parc_jax.neuralparc",
-    "app/exchange.py": "parc_jax.ros.bags",
-    "app/figures.py": "parc_jax.neuralparc",
 }
 HEAVY = (
     "sims",
@@ -102,9 +100,8 @@ def upward(path: Path, text: str) -> list[str]:
 
 
 def late(file: str, name: str, text: str, at_load: set[str]) -> bool:
-    """Is it imported when it is needed, or for types alone? Faces are themselves loaded late."""
-    face = file in ("app/exchange.py", "app/figures.py")
-    return face or name not in at_load or "if TYPE_CHECKING:" in text
+    """Is it imported when it is needed, or for types alone?"""
+    return name not in at_load or "if TYPE_CHECKING:" in text
 
 
 FILES = sorted(p for p in ROOT.rglob("*.py") if p != ROOT / "__init__.py")

@@ -20,7 +20,7 @@ NAMES += [f"{room}.{name}" for room in ROOMS for name in getattr(parc_jax, room)
 
 
 def test_names_are_few_and_sorted():
-    for name in ("drive", "learning", "problem", "proof"):
+    for name in (*ROOMS, "figures", "neuralparc"):
         package = getattr(parc_jax, name)
         assert package.__all__ == sorted(package.__all__) == dir(package)
     assert parc_jax.__all__ == sorted(parc_jax.__all__) == dir(parc_jax)

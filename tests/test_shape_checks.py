@@ -11,8 +11,7 @@ from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.network.maps import pattern_map
-from parc_jax.neuralparc.sets.affine import image
-from parc_jax.neuralparc.sets.membership import membership, support
+from parc_jax.neuralparc.sets.affine import image, membership
 from parc_jax.neuralparc.sets.operations import grow
 from parc_jax.proof.absence.contact_margins import corners_of
 from parc_jax.safe_set.batch.proposals import _least
@@ -25,7 +24,6 @@ WRONG = {
     "a map of integers": lambda: image(SQUARE, np.eye(2, dtype=int), np.zeros(2)),
     "offsets of other rows": lambda: HPolytope(np.eye(3), np.zeros(2)),
     "a map into another space": lambda: image(SQUARE, np.eye(2), np.zeros(3)),
-    "one direction for many": lambda: support(SQUARE, np.ones(2)),
     "a radius that is a number": lambda: grow(HPolytope(np.eye(2), np.ones(2)), 0.1),
     "many points where one is meant": lambda: membership(SQUARE, np.zeros((3, 2))),
     "a pattern of numbers": lambda: pattern_map([np.eye(2)], [np.zeros(2)], np.zeros(0)),

@@ -112,7 +112,7 @@ def _by_lp(cell, scene: PaperScene, tally: Tally):
     """Reach set and avoid sets of one cell, as published."""
     omega = reach_by_lp(cell, scene)
     alive = int(omega.status) == int(LPStatus.FEASIBLE)
-    return omega, avoid_by_lp(cell, omega, scene, frozenset(), tally) if alive else []
+    return omega, avoid_by_lp(cell, omega, scene, tally) if alive else []
 
 
 def _judge(
@@ -124,7 +124,7 @@ def _judge(
     keys, inner = jax.random.PRNGKey(number)[None], np.nan_to_num(omega.inner)[None]
     drawn = sample_polytopes(keys, omega.A[None], omega.b[None], inner, n, 16)
     p0 = drawn[0, :, : scene.n_p]
-    by_lp = safe_by_lp(p0, avoid_sets, frozenset(), Tally())
+    by_lp = safe_by_lp(p0, avoid_sets, Tally())
     numbers, polygons, clear = next(entry for entry in sets.avoid if number in entry[0])
     row = np.flatnonzero(numbers == number)
     touching = scene.grown.active.T & ~clear[row[0]]

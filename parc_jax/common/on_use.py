@@ -1,11 +1,13 @@
-"""What is loaded on first use: names that a package offers, listed in its stub `__init__.pyi`, the
+"""What is loaded on first use: names that a package offers, listed in the stub beside it, the
 one that type checkers read too, and packages of extras.
 """
 
 import importlib
 import pkgutil
 import re
+import sys
 from collections.abc import Callable
+from pathlib import Path
 
 from parc_jax.common.errors import InputError
 
@@ -13,8 +15,9 @@ OFFER = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.M)
 
 
 def on_use(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
-    """`__getattr__`, `__dir__` and `__all__` for the package of that name."""
-    stub = pkgutil.get_data(package, "__init__.pyi").decode("utf-8")
+    """`__getattr__`, `__dir__` and `__all__` for the package or module of that name."""
+    file = Path(sys.modules[package].__file__).with_suffix(".pyi").name
+    stub = pkgutil.get_data(package, file).decode("utf-8")
     home = {name: module for module, name in OFFER.findall(stub)}
     names = sorted(home)
 

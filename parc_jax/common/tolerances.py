@@ -12,8 +12,6 @@ class Tolerances:
     lp_margin: [row units] a dual proof of emptiness must clear zero by this.
     lp_gap: [1 + |optimum|] an optimum is called OPTIMAL if its proved bounds are this close;
         verdicts use the bounds.
-    redundant_row: [row units] a row may be dropped if the others exceed it by at most this; sets
-        only grow by it.
     vertex_relative: [1] bound on the relative rounding of a float polytope vertex; obstacles grow
         by it.
     leaf_margin: [m or row units] a box of plans must clear its condition by this before it is
@@ -31,7 +29,6 @@ class Tolerances:
     lp_feasible: float = 1e-9
     lp_margin: float = 1e-12
     lp_gap: float = 1e-7
-    redundant_row: float = 1e-12
     vertex_relative: float = 1e-12
     leaf_margin: float = 1e-6
     contact_depth: float = 2e-7

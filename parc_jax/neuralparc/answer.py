@@ -1,12 +1,10 @@
-"""What the published search found, with counts and times gathered while it ran.
-
-What is known of every region of K: a safe plan, none found, or a proof that the goal is out of
-reach.
+"""Results of the published search, and a verdict on every region of K: a safe plan, none found, or
+a proof that the goal is out of reach.
 """
 
-import time
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -36,22 +34,20 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
             "regions: expected the regions of the answer's network; these belong to another one."
         )
     verdict = np.full(table.count, int(OfRegion.NOT_FOUND))
-    known = [*answer.samples[:, model.n_p :], *(c.k for c in answer.corridors)]
+    plans_k = [*answer.samples[:, model.n_p :], *(c.k for c in answer.corridors)]
     if answer.corridors:
         with suppress(InputError):  # too small a set for draws: the plans of the corridors remain
-            known += [*answer.sample(jax.random.PRNGKey(0), DRAWN)[:, model.n_p :]]
-    found = table.locate(np.reshape(known, (len(known), model.n_k)))
-    verdict[found[found >= 0]] = OfRegion.SAFE
+            plans_k += [*answer.sample(jax.random.PRNGKey(0), DRAWN)[:, model.n_p :]]
+    with_plan = table.locate(np.reshape(plans_k, (len(plans_k), model.n_k)))
+    verdict[with_plan[with_plan >= 0]] = OfRegion.SAFE
     if model.n_points > 1:
         return verdict
-    cells = []
-    for region in np.flatnonzero(verdict != OfRegion.SAFE):
-        cells += cells_of(table, model.tube, int(region))
+    open_regions = np.flatnonzero(verdict != OfRegion.SAFE)
+    cells = [cell for i in open_regions for cell in cells_of(table, model.tube, int(i))]
     claimed = model.tube.claimed
     verdict[[int(cell.region) for cell in cells]] = OfRegion.UNREACHABLE
-    verdict[[int(cell.region) for cell in cells if not claimed[cell.bin]]] = (
-        OfRegion.NOT_FOUND  # no tube, nothing proved
-    )
+    without_tube = [int(cell.region) for cell in cells if not claimed[cell.bin]]
+    verdict[without_tube] = OfRegion.NOT_FOUND
     judged = [cell for cell in cells if claimed[cell.bin]]
     if judged:
         goals = shrink(problem.goal, np.where(claimed[:, None], model.tube.final, 0.0))
@@ -63,12 +59,11 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
 
 @dataclass
 class Tally:
-    """What a search did.
+    """Counts of a search.
 
     regions, reachable: regions visited, and those with a non-empty Omega.
     avoid_sets, avoid_empty: avoid sets of the reachable cells, and those pruned as empty.
     unknown: LPs that stayed undecided.
-    seconds: wall time by part: "reach", "avoid", "samples", "check".
     """
 
     regions: int = 0
@@ -76,30 +71,15 @@ class Tally:
     avoid_sets: int = 0
     avoid_empty: int = 0
     unknown: int = 0
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @contextmanager
-    def timed(self, part: str):
-        """Add the wall time of a block to one part."""
-        begin = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[part] = self.seconds.get(part, 0.0) + time.perf_counter() - begin
 
 
-@dataclass(frozen=True)
-class PaperAnswer:
-    """What the published search found.
+class PaperAnswer(NamedTuple):
+    """Plans of the published search, safe by the region maps, read as the floats they are, inside
+    the tube.
 
-    samples: (n, n_p + n_k) starts and parameters, safe for the model inside the tube.
-    region: (n,) their regions.
-    label: "model" (safe by the region maps, read as the floats they are) or "assumed" (a fault was
-        asked for).
-    tally: counts and times.
+    samples: (n, n_p + n_k) starts and parameters. region: (n,) their regions. tally: counts.
     """
 
     samples: np.ndarray
     region: np.ndarray
-    label: str
     tally: Tally

@@ -173,14 +173,6 @@ def solve_batch(c, A, b, lo=None, hi=None) -> LPBatch:
     return _decide(c, A, b, lo, hi, x, y[:, : A.shape[1]])
 
 
-def feasible_batch(A, b, lo=None, hi=None) -> LPBatch:
-    """Which of the B polytopes {A x <= b, lo <= x <= hi} are empty? Shapes as in `solve_batch`; A
-    or b is batched.
-    """
-    batch = np.shape(A)[0] if np.ndim(A) == 3 else np.shape(b)[0]
-    return solve_batch(np.zeros((batch, np.shape(A)[-1])), A, b, lo, hi)
-
-
 def _broadcast(c, A, b, lo, hi):
     c = as_float64("LP batch c", c, (None, None))
     batch, n = c.shape

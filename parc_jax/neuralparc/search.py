@@ -1,16 +1,13 @@
 """The published search: region by region outward, sample Omega, drop starts that lie in an avoid
-set. [NP, Sec. IV]
+set. [NP, Sec. IV] As a method of a query it is a baseline beside `parc_jax.method.Exact`.
 
 Two interchangeable ways to decide: "lp" with AH-polytopes and one LP per question, as published,
-and "supports" with the same avoid sets as polygons. Faults of published code (`Fault`) are not
-repeated; for parity they can be asked for by name, and then the answer says "assumed".
-
-The published search, as a method of a query: a baseline beside `parc_jax.method.Exact`.
+and "supports" with the same avoid sets as polygons.
 """
 
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import islice
 
@@ -25,7 +22,7 @@ from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.status import Ended
 from parc_jax.neuralparc.answer import PaperAnswer, Tally
 from parc_jax.neuralparc.brs import ReachSet, reach_sets
-from parc_jax.neuralparc.by_lp import Fault, avoid_by_lp, reach_by_lp, safe_by_lp
+from parc_jax.neuralparc.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
 from parc_jax.neuralparc.by_support import clear_of_reach, outside, shadows
 from parc_jax.neuralparc.cells import Cell, cells_outward, stacks
 from parc_jax.neuralparc.scene import PaperScene, paper_scene
@@ -60,24 +57,23 @@ class Published:
         model = scene.model
         cells = cells_outward(regions_of(model), model.tube, model.domain.center)
         method = "lp" if self.lps else "supports"
-        asked = paper_scene(scene.problem, model.tube)
-        drawn = paper_search(key, cells, asked, method=method).samples
-        p0 = drawn[:, : model.n_p]
-        k = drawn[:, model.n_p :]
+        drawn = paper_search(
+            key, cells, paper_scene(scene.problem, model.tube), method=method
+        ).samples
+        p0, k = drawn[:, : model.n_p], drawn[:, model.n_p :]
         e = verdicts(scene, p0, k)
-        seen = points(p0, k, e).at(e.safe)
-        none = nothing_covered(settings.confidence)
-        found = Cover(
+        safe = points(p0, k, e).at(e.safe)
+        cover = Cover(
             drawn=len(drawn),
             reaching=len(drawn),
-            safe=len(seen.k),
+            safe=len(safe.k),
             volume=float("nan"),
-            points=seen,
-            coverage=none,
-            first_sample_s=time.perf_counter() - begin if len(seen.k) else None,
-            ended=Ended.TARGET if len(seen.k) else Ended.WORK,
+            points=safe,
+            coverage=nothing_covered(settings.confidence),
+            first_sample_s=time.perf_counter() - begin if len(safe.k) else None,
+            ended=Ended.TARGET if len(safe.k) else Ended.WORK,
         )
-        return found.pick(generator(key), settings.samples), None
+        return cover.pick(generator(key), settings.samples), None
 
 
 SAMPLES_PER_REGION = 50  # as published
@@ -94,7 +90,6 @@ def paper_search(
     method: str = "supports",
     anytime: bool = False,
     samples: int = SAMPLES_PER_REGION,
-    faults: frozenset[Fault] = frozenset(),
 ) -> PaperAnswer:
     """Safe (p0, k) of a problem by the published method. `key` is not consumed: every cell folds
     in its own numbers.
@@ -103,31 +98,27 @@ def paper_search(
         "supports" or "lp".
     anytime: stop at the first region with a safe sample; else visit all.
     samples: drawn from Omega per region, evenly from its cells, by hit-and-run.
-    faults: only with "lp". Raises InputError.
+    Raises InputError.
     """
     if method not in ("supports", "lp"):
         raise InputError(f'paper_search: expected method "supports" or "lp"; got {method!r}.')
-    if faults and method != "lp":
-        raise InputError('paper_search: faults of the published code exist only in method "lp".')
     tally = Tally()
     points = [np.zeros((0, scene.n_p + scene.n_k))]
     numbers = [np.zeros(0, int)]
     together = 1 if anytime or method == "lp" else _TOGETHER
-    for batch in _batches(regions, together):
+    regions = iter(regions)
+    while batch := list(islice(regions, together)):
         tally.regions += len(batch)
         cells = [cell for region in batch for cell in region]
         if not cells:
             continue
-        if method == "lp":
-            kept = _search_by_lp(key, cells, scene, samples, faults, tally)
-        else:
-            kept = _search_by_supports(key, cells, scene, samples, tally)
-        points += [x for _, x in kept]
-        numbers += [np.full(len(x), number) for number, x in kept]
-        if anytime and any(len(x) for _, x in kept):
+        search = _search_by_lp if method == "lp" else _search_by_supports
+        found = search(key, cells, scene, samples, tally)
+        points += [x for _, x in found]
+        numbers += [np.full(len(x), number) for number, x in found]
+        if anytime and any(len(x) for _, x in found):
             break
-    label = "assumed" if faults else "model"
-    return PaperAnswer(np.concatenate(points), np.concatenate(numbers), label, tally)
+    return PaperAnswer(np.concatenate(points), np.concatenate(numbers), tally)
 
 
 def _search_by_supports(
@@ -140,19 +131,15 @@ def _search_by_supports(
     drawn: dict[int, np.ndarray] = {}
     safe: dict[int, np.ndarray] = {}
     for index, stacked in stacks(cells):
-        with tally.timed("reach"):
-            reach = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, n_p)
+        reach = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, n_p)
         inner = np.flatnonzero(_live(reach, len(index), tally))
-        with tally.timed("avoid"):
-            polygons = shadows(stacked, scene.grown)
-            clear = clear_of_reach(polygons, reach.lo[:, :n_p], reach.hi[:, :n_p])
+        polygons = shadows(stacked, scene.grown)
+        clear = clear_of_reach(polygons, reach.lo[:, :n_p], reach.hi[:, :n_p])
         tally.avoid_sets += int(active.sum()) * len(inner)
         tally.avoid_empty += int((clear[inner] & active).sum())
-        with tally.timed("samples"):
-            points = _draw(key, stacked, reach, samples)
-        with tally.timed("check"):
-            fine = (outside(polygons, points[:, :, :n_p]) | ~active).all(axis=(2, 3))
-            fine &= _strictly_inside(reach, points)
+        points = _draw(key, stacked, reach, samples)
+        fine = (outside(polygons, points[:, :, :n_p]) | ~active).all(axis=(2, 3))
+        fine &= _strictly_inside(reach, points)
         live += index[inner].tolist()
         for row, number in enumerate(index.tolist()):  # rows beyond are padding
             drawn[number] = points[row]
@@ -164,24 +151,20 @@ def _search_by_supports(
 
 
 def _search_by_lp(
-    key, cells: list[Cell], scene: PaperScene, samples: int, faults, tally: Tally
+    key, cells: list[Cell], scene: PaperScene, samples: int, tally: Tally
 ) -> list[tuple[int, np.ndarray]]:
     """Region numbers and safe samples of the cells of one region, one LP after the other."""
-    with tally.timed("reach"):
-        reach = [reach_by_lp(cell, scene) for cell in cells]
+    reach = [reach_by_lp(cell, scene) for cell in cells]
     live = [i for i, one in enumerate(reach) if _live(one, 1, tally)]
     tally.reachable += bool(live)
     quota = _quota(cells, live, samples)
     found = []
     for i in live:
-        with tally.timed("samples"):
-            one = jax.tree.map(lambda a: np.asarray(a)[None], (cells[i], reach[i]))
-            drawn = _draw(key, *one, samples)[0, : quota[i]]
-        with tally.timed("avoid"):
-            avoid_sets = avoid_by_lp(cells[i], reach[i], scene, faults, tally)
-        with tally.timed("check"):
-            safe = safe_by_lp(drawn[:, : scene.n_p], avoid_sets, faults, tally)
-            safe &= _strictly_inside(reach[i], drawn)
+        one = jax.tree.map(lambda a: np.asarray(a)[None], (cells[i], reach[i]))
+        drawn = _draw(key, *one, samples)[0, : quota[i]]
+        avoid_sets = avoid_by_lp(cells[i], reach[i], scene, tally)
+        safe = safe_by_lp(drawn[:, : scene.n_p], avoid_sets, tally)
+        safe &= _strictly_inside(reach[i], drawn)
         found.append((int(cells[i].region), drawn[safe]))
     return found
 
@@ -219,12 +202,6 @@ def _strictly_inside(reach: ReachSet, points: np.ndarray) -> np.ndarray:
     b = reach.b[..., None, :]
     slack = gamma(points.shape[-1] + 2) * (np.abs(points) @ np.abs(rows) + np.abs(b))
     return (points @ rows + slack < b).all(axis=-1)
-
-
-def _batches(regions: Iterable[list[Cell]], size: int) -> Iterator[list[list[Cell]]]:
-    iterator = iter(regions)
-    while batch := list(islice(iterator, size)):
-        yield batch
 
 
 def _cell_key(key, numbers):

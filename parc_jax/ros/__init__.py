@@ -2,10 +2,6 @@
 imports ROS (the extra `ros`); `pilot` takes messages that any library decoded.
 """
 
-from parc_jax.ros.driving import Driving
-from parc_jax.ros.pilot import Pilot
+from parc_jax.common.on_use import on_use
 
-__all__ = [
-    "Driving",
-    "Pilot",
-]
+__getattr__, __dir__, __all__ = on_use(__name__)

@@ -22,7 +22,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.learning.network.fit import fit_affine
 from parc_jax.neuralparc.by_lp import avoid_set
 from parc_jax.neuralparc.scene import paper_scene
-from parc_jax.neuralparc.sets.membership import membership
+from parc_jax.neuralparc.sets.affine import membership
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import linprog
 
 from parc_jax.common.lp.program import LPStatus
-from parc_jax.neuralparc.lp_batch import feasible_batch, solve_batch
+from parc_jax.neuralparc.lp_batch import solve_batch
 
 
 def programs(rng, batch, n, h):
@@ -52,7 +52,7 @@ def test_entry_i_ignores_entry_j(rng):
 def test_flat_and_touching_sets():
     A = np.array([[[1.0], [-1.0]]] * 3)
     b = np.array([[1.0, -1.0], [1.0, -1.001], [1.0, 1.0]])
-    status = feasible_batch(A, b, np.full(1, -9.0), np.full(1, 9.0)).status
+    status = solve_batch(np.zeros((3, 1)), A, b, np.full(1, -9.0), np.full(1, 9.0)).status
     assert status.tolist() == [LPStatus.FEASIBLE, LPStatus.INFEASIBLE, LPStatus.FEASIBLE]
 
 

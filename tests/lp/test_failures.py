@@ -117,6 +117,6 @@ def test_a_lying_batch_kernel_never_makes_a_set_empty(monkeypatch, fill):
     monkeypatch.setattr(solve_module, "clarabel_hint", lying("trouble", np.nan))
     A = np.stack([SQUARE[0][:2], np.array([[1.0, 0.0], [-1.0, 0.0]])])
     b = np.stack([np.ones(2), np.full(2, -1.0)])
-    found = batch_module.feasible_batch(A, b, np.full(2, -9.0), np.full(2, 9.0))
+    found = batch_module.solve_batch(np.zeros((2, 2)), A, b, np.full(2, -9.0), np.full(2, 9.0))
     assert found.status[0] in (LPStatus.FEASIBLE, LPStatus.UNKNOWN)
     assert found.status[1] in (LPStatus.INFEASIBLE, LPStatus.UNKNOWN)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from toy_answer import K, ToyPolytopes, toy_answer, toy_replay
 
 from parc_jax.app.plot import shapes
-from parc_jax.app.plot.errors import Entry, claim, errors, quantile, when
+from parc_jax.app.plot.errors import Entry, errors, quantile
 from parc_jax.app.plot.projections import default_pairs, projections
 from parc_jax.app.plot.samples import samples
 from parc_jax.app.plot.timeline import clearances, direction_runs, timeline
@@ -31,12 +31,6 @@ def pac(answer):
 
     level = Fraction(1, 1000)
     return replace(answer.model.claim, kind="pac", eps=level, delta=level, n=7000)
-
-
-def scores_of(k, score, worst):
-    from parc_jax.learning.bound.measure import Scores
-
-    return Scores(np.arange(len(k)), k, score, worst, None, None, None, None, None)
 
 
 def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
@@ -112,23 +106,6 @@ def test_weighted_quantile_is_the_smallest_value_that_carries_the_weight():
         3.0,
         3.0,
     ]
-
-
-def test_claims_show_failed_and_worst_runs(answer, rng):
-    k = rng.uniform(-1, 1, (200, 2))
-    score = rng.uniform(0.2, 1.0, 200)
-    score[7], score[9] = np.inf, 1.5
-    worst = rng.integers(0, 4 * 2 + 3, 200).astype(np.int32)
-    drawn = claim(
-        pac(answer), scores_of(k, score, worst), answer.model.time, names=["v [m/s]", "β [rad]"]
-    )
-    said = drawn.axes[0].get_title("left")
-    assert said.startswith("tube of 7,000 ")
-    assert said.endswith("\nleft with probability ≤ 0.001, confidence 0.999")
-    assert drawn.axes[1].get_xlabel() == "v [m/s]"
-    assert drawn.axes[1].get_legend() is not None  # the failed run
-    interval = when(scores_of(k, score, worst), 4, 2)
-    assert interval.max() == 4 and (interval[worst < 8] == worst[worst < 8] // 2).all()
 
 
 def test_projections_contain_the_samples(answer):

@@ -1,4 +1,4 @@
-"""Emptiness, membership, supports, centres and boxes, against HiGHS, vertices and each other; both
+"""Emptiness, membership, centres and boxes, against HiGHS, vertices and each other; both
 answers of each.
 """
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from random_polytopes import round_polytope
 from scipy.optimize import linprog
+from set_oracles import supports
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp import solve as solve_module
@@ -15,12 +16,7 @@ from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center, vertices
-from parc_jax.neuralparc.sets.membership import (
-    is_proved_empty,
-    is_proved_outside,
-    support,
-    with_bounds,
-)
+from parc_jax.neuralparc.sets.affine import find_point, is_proved_outside
 
 FLAT = HPolytope(
     np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0])
@@ -37,24 +33,8 @@ def test_solver_trouble_is_neither_empty_nor_outside(monkeypatch):
         )
 
     monkeypatch.setattr(solve_module, "clarabel_hint", trouble)
-    assert not is_proved_empty(EMPTY)
+    assert find_point(EMPTY).status is LPStatus.UNKNOWN
     assert not is_proved_outside(FLAT, np.array([9.0, 9.0]))
-    assert (
-        support(FLAT, np.eye(2)).upper.tolist() == [np.inf, np.inf]
-        or (support(FLAT, np.eye(2)).upper >= 0).all()
-    )
-
-
-def test_support_is_proved_and_tight(rng):
-    p, w = round_polytope(rng, 3, 6), rng.normal(size=(64, 3))
-    exact = (vertices(p) @ w.T).max(axis=0)
-    for s in (p, with_bounds(p)):  # one by one in rationals, and batched
-        found = support(s, w)
-        assert (found.status == LPStatus.OPTIMAL).all()
-        assert (found.upper >= exact - 1e-12).all() and (found.upper <= exact + 1e-6).all()
-        assert (found.lower <= found.upper).all()
-        assert p.replace(b=p.b + 1e-8).contains(found.point).all()
-        np.testing.assert_allclose(np.einsum("dn,dn->d", found.point, w), found.lower, atol=1e-10)
 
 
 def test_chebyshev_centre_is_the_deepest_point(rng):
@@ -97,9 +77,9 @@ def test_bounding_box_of_pairs_of_coordinates_is_that_of_the_lps(rng):
         A[n + m :, 2] = [1.0, -2.0]
         p = HPolytope(A, np.concatenate([one.b, two.b, [0.5, 3.0]]))
         quick = bounding_box(p)
-        slow = support(p, np.concatenate([np.eye(5), -np.eye(5)]))
-        np.testing.assert_allclose(quick.hi, slow.upper[:5], atol=1e-6)
-        np.testing.assert_allclose(-quick.lo, slow.upper[5:], atol=1e-6)
+        slow = supports(p, np.concatenate([np.eye(5), -np.eye(5)]))
+        np.testing.assert_allclose(quick.hi, slow[:5], atol=1e-6)
+        np.testing.assert_allclose(-quick.lo, slow[5:], atol=1e-6)
         # exact: it contains every corner
         for rows, axes in ((slice(n), [0, 3]), (slice(n, n + m), [1, 4])):
             for x in rational_corners(p.A[rows][:, axes], p.b[rows]):

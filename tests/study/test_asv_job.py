@@ -50,7 +50,7 @@ def test_few_rollouts_end_in_a_proved_answer(name, tmp_path):
     seen = json.loads((tmp_path / "metrics.json").read_text())
     assert seen["replay"]["runs"] == 24 and seen["claim"]["bin_eps"] == ["1/5"] * 3
     drawn = {f.name for f in figures(outcome, study, tmp_path)}
-    assert drawn == {"samples.png", "spread.png", "regions.png", "errors.png"}
+    assert drawn == {"samples.png", "regions.png", "errors.png"}
 
 
 @pytest.mark.parametrize("module", [asv, asv_published])

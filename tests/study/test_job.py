@@ -41,9 +41,7 @@ def test_all_files_are_written_and_accepted(finished, capsys):
     assert code == 0
     written = {f.name for f in out.iterdir()}
     pictures = {
-        f"{name}.{kind}"
-        for name in ("samples", "regions", "errors", "spread")
-        for kind in ("png", "pdf")
+        f"{name}.{kind}" for name in ("samples", "regions", "errors") for kind in ("png", "pdf")
     }
     assert (
         written == {"model.npz", "answer.json", "metrics.json"} | pictures

@@ -6,11 +6,9 @@ draws on `to`: None (a new figure is returned), a path (it is also saved there, 
 matplotlib Axes.
 
 samples      safe plans in the workspace, with their true runs
-spread       many runs of each plan, and their errors inside the tube
 timeline     clearance and separating directions of some plans over time
 projections  the safe polytopes from several sides
 regions      the regions of K by verdict and by time; `region_verdicts` gives the verdict of each
-claim        one tube, the scores behind it, and the worst runs
 errors       the tubes of several models over time
 
 `film.film` films a plan or an episode, `page.write_page` writes its page, `style.save` a figure.

@@ -117,7 +117,6 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     from parc_jax.app.plot.errors import Entry, errors
     from parc_jax.app.plot.regions import regions
     from parc_jax.app.plot.samples import samples
-    from parc_jax.app.plot.spread import spread as spread_of_runs
     from parc_jax.learning.bound.declared import assumed_claim
 
     answer = outcome.answer
@@ -127,9 +126,6 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
         runs = outcome.runs
         first = None if runs is None else Replay(*(part[:: study.repeats] for part in runs))
         samples(answer, first, drawn[-1])
-        if runs is not None and study.repeats > 1:
-            drawn.append(out / "spread.png")
-            spread_of_runs(answer, runs, study.repeats, drawn[-1])
     if answer.scene.nominal.uncertainty is None and 2 <= answer.model.n_k <= 3:
         drawn.append(out / "regions.png")
         verdicts = region_verdicts(answer, outcome.table)

@@ -1,30 +1,27 @@
-"""Affine maps of sets, and the operations that only move rows: image, preimage, projection,
-product, intersection, convex hull.
-
-Maps are plain arrays, x -> C x + d with C (m, n), d (m,). Exact up to the rounding of the products
-C and d enter.
-
-Affine images of polytopes: the sets that stay exact under projection, hull and sum.
+"""Affine images of polytopes, which stay exact under image, projection, intersection, convex hull
+and sum: closed forms, up to the rounding of their products. And LPs with a witness: is there a
+point in a set, is a point in it?
 """
 
 import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import row_bounds
+from parc_jax.common.lp.program import LPResult, LPStatus
+from parc_jax.common.lp.solve import feasible
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 
 
 @struct.dataclass
 class AHPolytope:
-    """The set {x = G xi + c : A xi <= b}. Build with `ahpolytope` or `as_ah`. [NP, Sec. II-A]
+    """The set {x = G xi + c : A xi <= b}, made by `as_ah` and the operations. [NP, Sec. II-A]
 
-    G: (n, m) and c: (n,) of the map. A: (h, m) and b: (h,) of the base, rows kept as given.
-    lo, hi: (m,) bounds that every xi of the base is known to satisfy, infinite where none is known.
-    They change nothing about the set; they make proofs of emptiness cheap [T12b].
+    G: (n, m), c: (n,) the map. A: (h, m), b: (h,) rows of the base.
+    lo, hi: (m,) proved bounds of every xi of the base, infinite without one. They change nothing
+        about the set and make proofs of emptiness cheap [T12b].
     """
 
     G: Float[np.ndarray, "... n m"]
@@ -43,27 +40,6 @@ class AHPolytope:
     def m(self) -> int:
         """Dimension of the base."""
         return self.G.shape[-1]
-
-    @property
-    def base(self) -> HPolytope:
-        """The polytope of the xi."""
-        return HPolytope(self.A, self.b)
-
-
-def ahpolytope(G, c, A, b, lo=None, hi=None) -> AHPolytope:
-    """Validated AH-polytope; A may have zero rows. Bounds are completed from single-entry rows.
-    Raises InputError.
-    """
-    G = as_float64("AH-polytope G", G, (None, None))
-    c = as_float64("AH-polytope c", c, (G.shape[0],))
-    A = as_float64("AH-polytope A", A, (None, G.shape[1]))
-    b = as_float64("AH-polytope b", b, (A.shape[0],))
-    for name, bound in (("lo", lo), ("hi", hi)):
-        if bound is not None and np.shape(bound) != (G.shape[1],):
-            raise InputError(
-                f"AH-polytope {name}: expected shape ({G.shape[1]},); got {np.shape(bound)}."
-            )
-    return AHPolytope(G, c, A, b, *row_bounds(A, b, lo, hi))
 
 
 def as_ah(s: Box | HPolytope | AHPolytope) -> AHPolytope:
@@ -84,18 +60,6 @@ def image(s: Set, C: Float[np.ndarray, "m n"], d: Float[np.ndarray, " m"]) -> AH
     return s.replace(G=C @ s.G, c=C @ s.c + d)
 
 
-def preimage(
-    target: HPolytope, C: Float[np.ndarray, "... m n"], d: Float[np.ndarray, "... m"]
-) -> HPolytope:
-    """{x : C x + d in target}, for one map or for many along leading axes. Pure kernel. [NP, Sec.
-    II-A]
-
-    target: h rows in R^m. C: (..., m, n), d: (..., m). Returns h rows in R^n per map, not rescaled;
-    a row may vanish.
-    """
-    return HPolytope(target.A @ C, target.b - d @ target.A.T)
-
-
 def projection(s: Set, axes) -> AHPolytope:
     """Shadow of s on the given coordinates. axes: (m,) indices. Exact."""
     s = as_ah(s)
@@ -105,45 +69,25 @@ def projection(s: Set, axes) -> AHPolytope:
     return s.replace(G=s.G[axes], c=s.c[axes])
 
 
-def product(s: Set, t: Set) -> Set:
-    """{(x, y) : x in s, y in t}. Two boxes give a box, two H-polytopes an H-polytope, else an
-    AH-polytope.
-    """
-    if isinstance(s, Box) and isinstance(t, Box):
-        return Box(np.r_[s.lo, t.lo], np.r_[s.hi, t.hi])
-    if isinstance(s, HPolytope) and isinstance(t, HPolytope):
-        return HPolytope(_diagonal(s.A, t.A), np.r_[s.b, t.b])
-    s = as_ah(s)
-    t = as_ah(t)
-    return AHPolytope(
-        G=_diagonal(s.G, t.G),
-        c=np.r_[s.c, t.c],
-        A=_diagonal(s.A, t.A),
-        b=np.r_[s.b, t.b],
-        lo=np.r_[s.lo, t.lo],
-        hi=np.r_[s.hi, t.hi],
-    )
-
-
-def intersection(s: Set, t: Set) -> Set:
-    """Points in both. Two H-polytopes give an H-polytope; else the two base points are tied by
-    equality rows.
-    """
-    if s.n != t.n:
-        raise InputError(f"intersection: expected two sets of one dimension; got {s.n} and {t.n}.")
-    if isinstance(s, HPolytope) and isinstance(t, HPolytope):
-        return HPolytope(np.concatenate([s.A, t.A]), np.r_[s.b, t.b])
-    s = as_ah(s)
-    t = as_ah(t)
-    same = np.concatenate([s.G, -t.G], axis=1)
-    offset = t.c - s.c
-    both = product(s, t)
+def intersection(s: Set, t: Set) -> AHPolytope:
+    """Points in both: equality rows tie the two base points."""
+    s, t, both = stacked(s, t)
+    same, offset = np.concatenate([s.G, -t.G], axis=1), t.c - s.c
     return both.replace(
         G=np.pad(s.G, ((0, 0), (0, t.m))),
         c=s.c,
         A=np.concatenate([both.A, same, -same]),
         b=np.concatenate([both.b, offset, -offset]),
     )
+
+
+def stacked(s: Set, t: Set) -> tuple[AHPolytope, AHPolytope, AHPolytope]:
+    """Two sets of one dimension, and {(x, y) : x in s, y in t}. Raises InputError."""
+    if s.n != t.n:
+        raise InputError(f"sets: expected two of one dimension; got {s.n} and {t.n}.")
+    s, t = as_ah(s), as_ah(t)
+    vectors = {name: np.r_[getattr(s, name), getattr(t, name)] for name in ("c", "b", "lo", "hi")}
+    return s, t, AHPolytope(G=_diagonal(s.G, t.G), A=_diagonal(s.A, t.A), **vectors)
 
 
 def convex_hull(s: Set, t: Set) -> AHPolytope:
@@ -155,23 +99,13 @@ def convex_hull(s: Set, t: Set) -> AHPolytope:
     a. If one of the sets is empty and its rows bound every direction, the hull is the other one.
     For unbounded sets the result may be larger than the hull, never smaller.
     """
-    s = as_ah(s)
-    t = as_ah(t)
-    if s.n != t.n:
-        raise InputError(f"convex_hull: expected two sets of one dimension; got {s.n} and {t.n}.")
-    m = s.m + t.m
-    A = np.concatenate(
-        [
-            np.concatenate([s.A, np.zeros((len(s.b), t.m)), -s.b[:, None]], axis=1),
-            np.concatenate([np.zeros((len(t.b), s.m)), t.A, t.b[:, None]], axis=1),
-            np.concatenate([np.zeros((2, m)), np.array([[1.0], [-1.0]])], axis=1),
-        ]
-    )
-    b = np.concatenate([np.zeros(len(s.b)), t.b, [1.0, 0.0]])
+    s, t, both = stacked(s, t)
+    share = np.r_[-s.b, t.b, 1.0, -1.0][:, None]
+    A = np.concatenate([np.pad(both.A, ((0, 2), (0, 0))), share], axis=1)
+    b = np.r_[np.zeros(len(s.b)), t.b, 1.0, 0.0]
     G = np.concatenate([s.G, t.G, (s.c - t.c)[:, None]], axis=1)
     # A share between 0 and 1 of a base point lies between the base point's bounds and zero.
-    lo = np.r_[np.minimum(s.lo, 0), np.minimum(t.lo, 0), 0.0]
-    hi = np.r_[np.maximum(s.hi, 0), np.maximum(t.hi, 0), 1.0]
+    lo, hi = np.r_[np.minimum(both.lo, 0), 0.0], np.r_[np.maximum(both.hi, 0), 1.0]
     return AHPolytope(G, t.c, A, b, lo, hi)
 
 
@@ -181,3 +115,24 @@ def _diagonal(
     return np.block(
         [[a, np.zeros((a.shape[0], b.shape[1]))], [np.zeros((b.shape[0], a.shape[1])), b]]
     )
+
+
+def find_point(s: Set) -> LPResult:
+    """A point of the set (FEASIBLE; `x` is the base point xi), a proof that there is none
+    (INFEASIBLE), or UNKNOWN.
+    """
+    s = as_ah(s)
+    return feasible(s.A, s.b, lo=s.lo, hi=s.hi)
+
+
+def membership(s: Set, x: Float[np.ndarray, " n"]) -> LPResult:
+    """Is x (n,) in s? FEASIBLE with a base point xi (to lp_feasible), INFEASIBLE with a proof, or
+    UNKNOWN. (For H-polytopes: `HPolytope.contains`.)
+    """
+    s = as_ah(s)
+    return feasible(s.A, s.b, s.G, x - s.c, s.lo, s.hi)
+
+
+def is_proved_outside(s: Set, x: Float[np.ndarray, " n"]) -> bool:
+    """True only with a checked dual witness. False means inside or unknown."""
+    return membership(s, x).status is LPStatus.INFEASIBLE
