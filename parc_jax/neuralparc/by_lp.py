@@ -30,7 +30,7 @@ def knot_set(cell: Cell, obstacle: HPolytope, s: int) -> AHPolytope:
     """J_s: all (p0, k) of the cell inside the grown obstacle at knot s; offsets are rounded up.
 
     p0 is not restricted to the start set before the hull is taken, as published code does: a path
-    that meets the obstacle between two knots would be lost.
+    that meets the obstacle between two knots would be lost [A6].
     """
     n_p, n_k = obstacle.n, cell.A.shape[1]
     C, d = cell.knot(s, n_p)
@@ -107,6 +107,6 @@ def safe_by_lp(p0: np.ndarray, avoid_sets: list[AHPolytope], tally: Tally) -> np
 
 
 def _proved(status: LPStatus, tally: Tally) -> bool:
-    """Only a proof says empty or outside: an undecided LP says neither."""
+    """Only a proof says empty or outside: an undecided LP says neither [A5]."""
     tally.unknown += status is LPStatus.UNKNOWN
     return status is LPStatus.INFEASIBLE
