@@ -9,6 +9,7 @@ from pathlib import Path
 
 from benchmarks.suite.bad import Refused
 from benchmarks.suite.enter import OURS, enter
+from benchmarks.suite.fresh import fresh
 from benchmarks.suite.instances import SIZES, instances
 from benchmarks.suite.result import SCORES, freeze, scored
 from benchmarks.suite.table import figure, table
@@ -25,6 +26,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("runs/suite"), help="folder of results")
     parser.add_argument("--keep", type=Path, help="keep here where they work, and what they print")
     parser.add_argument("--score", action="store_true", help="score what is frozen there, only")
+    parser.add_argument(
+        "--instances",
+        metavar="SEED",
+        help="scenes that nobody has seen: those of the size, moved; draw it when entries are done",
+    )
     parser.add_argument("--again", action="store_true", help="score with the chance of before")
     parser.add_argument("--figure", type=Path, help="draw the scores of the folder, e.g. x.png")
     options = parser.parse_args(arguments)
@@ -40,9 +46,19 @@ def _run(options) -> int:
         print(line, file=sys.stderr, flush=True)
 
     begin = time.monotonic()
-    asked = instances(options.size, options.only)
-    if not (options.score or options.again):
+    asked, moved_by = instances(options.size, options.only), options.out / "instances.txt"
+    enters = not (options.score or options.again)
+    seed = options.instances
+    if seed is None and not enters and moved_by.exists():
+        seed = moved_by.read_text()
+    if seed is not None:
+        asked = [fresh(one, seed) for one in asked]
+    if enters:
         options.out.mkdir(parents=True, exist_ok=True)
+        if (moved_by.read_text() if moved_by.exists() else seed) != seed:
+            raise Refused(f"--out: expected a folder for these instances; {options.out} has others")
+        if seed is not None:
+            moved_by.write_text(seed)
         for entry in options.entries:
             found = enter(entry, asked, say, options.keep)
             freeze(options.out, Path(entry).name, found)

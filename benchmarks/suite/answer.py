@@ -14,6 +14,7 @@ WORDS = {"verdict", "plans", "boxes", "polytopes"}
 SETS, ROWS, PLANS = 2_000, 100_000, 100_000  # that an answer may have, rows in all its polytopes
 FIRST, LAST = 1 << 12, 1 << 20  # draws that measure a piece: at first, and where hardly one is in
 ENOUGH = 50  # draws inside of a piece that measure it; a piece with fewer holds nothing
+ALONE = 1 / 50  # of what is drawn from sets one by one must be left when a plan comes only once
 
 
 @dataclass(frozen=True)
@@ -45,14 +46,6 @@ class Answer:
     verdict: str
     plans: np.ndarray
     pieces: tuple[Piece, ...] = ()
-
-    def holds(self, plans: np.ndarray) -> np.ndarray:
-        """Which of plans (n, d) are in one of the sets."""
-        found = np.zeros(len(plans), bool)
-        for piece in self.pieces:
-            left = np.flatnonzero(~found)
-            found[left] = piece.holds(plans[left])
-        return found
 
 
 @dataclass
@@ -86,15 +79,35 @@ class Sets:
     def __bool__(self) -> bool:
         return bool(self.volumes.sum() > 0)
 
+    def holds(self, plans: np.ndarray) -> np.ndarray:
+        """Which of plans (n, d) are in one of the sets that are drawn from."""
+        found = np.zeros(len(plans), bool)
+        for piece in self._drawn_from:
+            left = np.flatnonzero(~found)
+            found[left] = piece.holds(plans[left])
+        return found
+
+    @property
+    def _drawn_from(self) -> list[Piece]:
+        return [piece for piece, v in zip(self.pieces, self.volumes, strict=True) if v > 0]
+
     def draw(self, n: int) -> np.ndarray:
-        """n plans (n, d), uniform over the union; of flat sets, from each as often."""
-        out, missing = [], n
+        """n plans (n, d), uniform over the union; of flat sets, from each as often. Raises Refused
+        for copies upon copies of a set.
+        """
+        out, missing, tried = [], n, 0
         while missing > 0:
+            if tried > n / ALONE:
+                raise Refused(
+                    "answer: expected sets that hardly overlap; most plans are in dozens of them. "
+                    "Leave copies out."
+                )
+            tried += 2 * missing
             counts = self.rng.multinomial(2 * missing, self.volumes / self.volumes.sum())
             drawn = [self._exactly(self.pieces[i], counts[i]) for i in np.flatnonzero(counts)]
             plans = self.rng.permutation(np.concatenate(drawn))
             if not self.flat:  # a plan in several sets may come only once
-                many = np.sum([piece.holds(plans) for piece in self.pieces], axis=0)
+                many = np.sum([piece.holds(plans) for piece in self._drawn_from], axis=0)
                 plans = plans[self.rng.uniform(size=len(plans)) * many < 1]
             out.append(plans[:missing])
             missing -= len(out[-1])
@@ -138,7 +151,8 @@ def read(text: str | bytes, lo: np.ndarray, hi: np.ndarray) -> Answer:
     if not ((lo <= plans) & (plans <= hi)).all():
         raise Refused("answer: expected plans that start in the scene's start, with k in K.")
     cut = (Piece(np.maximum(p.lo, lo), np.minimum(p.hi, hi), p.A, p.b) for p in pieces)
-    return Answer(verdict, plans, tuple(p for p in cut if (p.lo <= p.hi).all()))
+    once = {b"".join(x.tobytes() for x in (p.lo, p.hi, p.A, p.b)): p for p in cut}
+    return Answer(verdict, plans, tuple(p for p in once.values() if (p.lo <= p.hi).all()))
 
 
 def _no_number(word: str):

@@ -22,6 +22,7 @@ OURS = sorted(path.parent.name for path in ENTRIES.glob("*/answer"))
 ROOT = Path(__file__).parents[2]
 NOTHING = b'{"verdict": "unknown"}'  # what counts as the answer of an entry that gave none
 LOOK = 0.01  # [s] between looks for a first plan
+LONGEST = 1 << 26  # bytes of an answer
 
 
 @dataclass
@@ -84,17 +85,18 @@ def _prepared(folder: Path, room: Path, at_door: Path, some: list[Instance], say
         made = call([folder / "prepare", task, model], room, first.limit_s, door)
         spent, simulating = door.used, door.seconds
         found = {}
-        for instance in some:
+        for number, instance in enumerate(some):
             door.used, door.seconds = spent, 0.0
-            answer, plan = room / "answer.json", room / "first.json"
-            for path in (answer, plan):
-                _remove(path)
-            arguments = [folder / "answer", task, model, _scene(instance, room), answer]
-            ran = call(arguments, room, instance.limit_s, door, plan)
-            given = answer.read_bytes() if ran.code == 0 and answer.is_file() else NOTHING
-            why = [_why("prepare", made), _why("answer", ran)]
-            if ran.code == 0 and not answer.is_file():
-                why.append("answer: expected a file at its fourth argument; none was written")
+            own = (
+                room / f"scene_{number}"
+            )  # what another answer left is not there: runs are counted
+            shutil.rmtree(own, ignore_errors=True)
+            shutil.copytree(model, own / "model")
+            answer = own / "answer.json"
+            arguments = [folder / "answer", task, own / "model", _scene(instance, own), answer]
+            ran = call(arguments, own, instance.limit_s, door, own / "first.json")
+            given, not_read = _read(answer) if ran.code == 0 else (NOTHING, "")
+            why = [_why("prepare", made), _why("answer", ran), not_read]
             why = "; ".join(filter(None, why))
             found[instance.id] = {
                 "answer": given,
@@ -109,19 +111,19 @@ def _prepared(folder: Path, room: Path, at_door: Path, some: list[Instance], say
     return found
 
 
-def _remove(path: Path) -> None:
-    """What an earlier answer left there, even a folder."""
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)
+def _read(path: Path) -> tuple[bytes, str]:
+    """The answer in a file, and why there is none."""
+    if not path.is_file():
+        return NOTHING, "answer: expected a file at its fourth argument; none was written"
+    if path.stat().st_size > LONGEST:
+        return NOTHING, f"answer: expected a file of at most {LONGEST >> 20} MB"
+    return path.read_bytes(), ""
 
 
 def _scene(instance: Instance, room: Path) -> Path:
-    """A copy of the scene that tells nothing beside it: no id, no comment."""
-    lines = instance.scene_path.read_text().splitlines(keepends=True)
+    """The scene, which tells nothing beside it: no id, no comment."""
     path = room / "scene.toml"
-    path.write_text("".join(line for line in lines if not line.startswith("#")))
+    path.write_text(instance.scene_text)
     return path
 
 

@@ -57,11 +57,19 @@ def load_scene(path, points: tuple[str, ...], n_p: int, n_q: int) -> Scene:
     """
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text())
-        return _scene(data, points, n_p, n_q)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        text = path.read_text()
+    except (OSError, ValueError) as error:
+        raise Refused(f"{path.name}: expected a scene in TOML; {error}") from None
+    return read_scene(text, path.name, points, n_p, n_q)
+
+
+def read_scene(text: str, name: str, points: tuple[str, ...], n_p: int, n_q: int) -> Scene:
+    """The same of a text; its name is for errors. Raises Refused."""
+    try:
+        return _scene(tomllib.loads(text), points, n_p, n_q)
+    except (ValueError, KeyError, TypeError) as error:
         what = f"no entry {error}" if isinstance(error, KeyError) else str(error)
-        raise Refused(f"{path.name}: expected a scene in TOML; {what}") from None
+        raise Refused(f"{name}: expected a scene in TOML; {what}") from None
 
 
 def _scene(data: dict, points: tuple[str, ...], n_p: int, n_q: int) -> Scene:

@@ -1,4 +1,5 @@
-"""The scorer: frozen answers against fresh simulations, with NumPy alone.
+"""The scorer: frozen answers against fresh simulations, with NumPy alone; of toys the truth is a
+sum over all that chance may do.
 
 The seed of an instance comes from what all its answers contain and from chance that was drawn after
 they were frozen; the result names both, so anybody scores again, with this chance or with other.
@@ -20,6 +21,7 @@ PER_EPS = 40  # runs of plans drawn from an answer, expected failures of one tha
 FEWEST = 400  # runs of them at least
 TRIED = 3  # plans that are tried against the answer that there is none
 CHUNK = 4096  # runs simulated together
+AT_ONCE = 16  # nodes of a box's chance that are looked at together
 NOTHING_IN_IT = "answer: expected a plan, or a set that meets start x K and fills its own lo, hi."
 BEYOND = 1e-6  # what a plan's share of failures may exceed eps by: rounding
 
@@ -43,15 +45,14 @@ def score(instance: Instance, answers: dict[str, bytes], chance: str) -> dict:
         rng = np.random.default_rng(stream)
         try:
             answer = read(answers[name], *instance.bounds)
+            if answer.verdict == SOME:
+                found[name] = _some(instance, answer, plans[good], rng)
+            elif answer.verdict == NONE:
+                found[name] = _none(instance, plans[best], rng)
+            else:
+                found[name] = {"status": UNKNOWN, "points": 0}
         except Refused as why:
             found[name] = {"status": "invalid", "points": 0, "why": str(why)}
-            continue
-        if answer.verdict == SOME:
-            found[name] = _some(instance, answer, plans[good], rng)
-        elif answer.verdict == NONE:
-            found[name] = _none(instance, plans[best], rng)
-        else:
-            found[name] = {"status": UNKNOWN, "points": 0}
     return {"truth": told, "entries": found}
 
 
@@ -69,6 +70,9 @@ def _truth(instance: Instance, rng: np.random.Generator):
     plan does where it fails in no more than a share eps of its runs.
     """
     plans = rng.uniform(*instance.bounds, (instance.plans, instance.bounds.shape[1]))
+    if instance.black_box.nodes is not None:
+        failing = share_failing(instance, plans, instance.eps + BEYOND)
+        return plans, failing <= instance.eps + BEYOND, np.argsort(failing, kind="stable")[:TRIED]
     failures = np.zeros(len(plans), int)
     allowed = math.floor(instance.eps * instance.repeats + BEYOND)
     runs = 0
@@ -79,6 +83,24 @@ def _truth(instance: Instance, rng: np.random.Generator):
         failures[left] += failed.reshape(len(left), more).sum(axis=1)
         runs += more
     return plans, failures <= allowed, np.argsort(failures, kind="stable")[:TRIED]
+
+
+def share_failing(instance: Instance, plans: np.ndarray, most: float = 1.0) -> np.ndarray:
+    """(n,) of all runs of plans (n, d), by the nodes of a box that has them; where it is more than
+    `most`, something that is more.
+    """
+    box, found = instance.black_box, np.zeros(len(plans))
+    nodes, weights = box.nodes
+    # the dearest first, which is the sooner more than most; a few at a time
+    order = np.argsort(-weights, kind="stable")
+    for some in np.array_split(order, max(1, len(order) // AT_ONCE)):
+        left = np.flatnonzero(found <= most)
+        for first in range(0, len(left), CHUNK):
+            rows = left[first : first + CHUNK]
+            p0, k = np.split(plans[rows].repeat(len(some), axis=0), [box.n_p], axis=1)
+            good = instance.scene.succeeds(*box.told(p0, k, np.tile(nodes[some], (len(rows), 1))))
+            found[rows] += np.where(good.reshape(len(rows), -1), 0.0, weights[some]).sum(axis=1)
+    return found
 
 
 def _some(instance: Instance, answer: Answer, good: np.ndarray, rng) -> dict:
@@ -96,7 +118,7 @@ def _some(instance: Instance, answer: Answer, good: np.ndarray, rng) -> dict:
     told = {"failures": failures, "of": n, "chance": min(chances)}
     if min(chances) < WRONG / len(chances):
         return {"status": "refuted", "points": LOST, **told}
-    held = int(answer.holds(good).sum()) if sets and not sets.flat else 0
+    held = int(sets.holds(good).sum()) if sets and not sets.flat else 0
     share = held / len(good) if len(good) else 0.0
     low, high = interval(len(good), held) if len(good) else (0.0, 1.0)
     points = STANDS + (WHOLE - STANDS) * share

@@ -8,7 +8,7 @@ half of the second. The gust adds up to GUST [m] at the end, along each axis.
 import numpy as np
 
 from benchmarks.suite.bad import Refused
-from benchmarks.suite.boxes import BlackBox
+from benchmarks.suite.boxes import BlackBox, toy
 
 K = ((2.0, 0.0), (3.0, 0.5 * np.pi))
 LENGTH = 0.6  # [m] from tail to nose
@@ -22,13 +22,13 @@ def box(variant: str) -> BlackBox:
     if variant not in VARIANTS:
         raise Refused(f"bar: expected one of {', '.join(VARIANTS[1:])}; got {variant!r}.")
 
-    def rollout(p0, k, seed):
-        return _run(variant, np.asarray(p0, float), np.asarray(k, float), seed)
-
-    return BlackBox(
+    return toy(
         f"bar:{variant}" if variant else "bar",
-        rollout,
-        *K,
+        2,
+        lambda p0, k, u: _run(variant, p0, k, u),
+        n_even=2,
+        k_lo=K[0],
+        k_hi=K[1],
         n_p=2,
         dt=DT,
         records=RECORDS,
@@ -37,8 +37,8 @@ def box(variant: str) -> BlackBox:
     )
 
 
-def _run(variant: str, p0, k, seed):
-    gust = GUST * np.random.default_rng(seed).uniform(-1.0, 1.0, (len(k), 2)) * (variant != "calm")
+def _run(variant: str, p0, k, u):
+    gust = GUST * (2 * u - 1) * (variant != "calm")
     t = np.linspace(0.0, 1.0, RECORDS + 1)[None, :]
     heading = 0.5 * np.pi - k[:, 1:] * np.minimum(1.0, 2 * t)
     tail = p0[:, None] + (t**2)[..., None] * gust[:, None]

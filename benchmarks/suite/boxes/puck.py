@@ -8,7 +8,7 @@ every metre. So the push is piecewise affine, and the gust adds up to GUST [m] a
 import numpy as np
 
 from benchmarks.suite.bad import Refused
-from benchmarks.suite.boxes import BlackBox
+from benchmarks.suite.boxes import BlackBox, toy
 
 K = ((1.0, -1.0), (3.0, 1.0))
 SLIPS, GAIN = 2.5, 0.4  # [m] asked for, beyond which a metre brings so much
@@ -19,6 +19,7 @@ CASTER, SWINGS = 0.4, 0.02  # [m] to the left, how often,
 GENTLE, LEFT = 1.4, 0.8  # for pushes ahead of less, to the left of more [m]: a corner of K
 SLOPE = 0.25  # [m] that the start moves the end
 VARIANTS = ("", "calm", "jumps", "hidden", "sparse", "slope")
+CHANCES = {"jumps": JUMPS, "hidden": SWINGS}
 
 
 def pushed(k: np.ndarray) -> np.ndarray:
@@ -36,14 +37,14 @@ def box(variant: str) -> BlackBox:
     if variant not in VARIANTS:
         raise Refused(f"puck: expected one of {', '.join(VARIANTS[1:])}; got {variant!r}.")
     fine = 5 if variant == "sparse" else 1
-
-    def rollout(p0, k, seed):
-        return _run(variant, np.asarray(p0, float), np.asarray(k, float), seed)
-
-    return BlackBox(
+    return toy(
         f"puck:{variant}" if variant else "puck",
-        rollout,
-        *K,
+        3,
+        lambda p0, k, u: _run(variant, p0, k, u),
+        n_even=2,
+        chance=CHANCES.get(variant),
+        k_lo=K[0],
+        k_hi=K[1],
         n_p=2,
         dt=DT * fine,
         records=RECORDS // fine,
@@ -52,17 +53,16 @@ def box(variant: str) -> BlackBox:
     )
 
 
-def _run(variant: str, p0, k, seed):
-    rng, n = np.random.default_rng(seed), len(k)
-    gust = GUST * rng.uniform(-1.0, 1.0, (n, 2)) * (variant != "calm")
-    chance = rng.uniform(size=n)
+def _run(variant: str, p0, k, u):
+    n = len(k)
+    gust = GUST * (2 * u[:, :2] - 1) * (variant != "calm")
     t = np.linspace(0.0, 1.0, RECORDS + 1)[None, :, None]
     p = p0[:, None] + t * pushed(k)[:, None] + t**2 * gust[:, None]
     if variant == "jumps":
-        thrown = (k[:, 0] > FAST) & (chance < JUMPS)
+        thrown = (k[:, 0] > FAST) & (u[:, 2] < JUMPS)
         p[thrown, RECORDS // 2 :, 1] += JUMP
     if variant == "hidden":
-        swung = (k[:, 0] < GENTLE) & (k[:, 1] > LEFT) & (chance < SWINGS)
+        swung = (k[:, 0] < GENTLE) & (k[:, 1] > LEFT) & (u[:, 2] < SWINGS)
         p[..., 1] += np.where(swung, CASTER, 0.0)[:, None] * t[..., 0] ** 2
     if variant == "slope":
         p[..., 1] += SLOPE * np.sin(2 * p0[:, :1]) * t[..., 0] ** 2

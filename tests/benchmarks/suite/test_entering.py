@@ -1,8 +1,11 @@
 """Entries are run as a newcomer's are: three programs, files, runs that are counted."""
 
 import json
+import socket
+import struct
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +18,12 @@ from benchmarks.suite.bad import Refused
 from benchmarks.suite.boxes import load
 from benchmarks.suite.door import Door
 from benchmarks.suite.enter import NOTHING, enter
+from benchmarks.suite.fresh import fresh
 from benchmarks.suite.instances import instances
 from benchmarks.suite.result import freeze, frozen, scored
 from benchmarks.suite.scene import load_scene
 from benchmarks.suite.table import table
+from benchmarks.suite.wire import receive, send
 
 ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "docs" / "examples" / "suite_entry"
@@ -88,7 +93,7 @@ def test_what_was_refused_at_the_door_is_told_and_rooms_are_kept(tmp_path):
     place, keep = entry(tmp_path, answer), tmp_path / "keep"
     why = enter(place, [asked("puck_06")], keep=keep)["puck_06"]["why"]
     assert "k between k_lo and k_hi" in why and why.endswith("lost")
-    room = keep / "entry" / "0"
+    room = keep / "entry" / "0" / "scene_0"
     assert (room / "answer.txt").read_text().startswith("looking\n")
     scene = room / "scene.toml"
     assert "# " in asked("puck_06").scene_path.read_text() and "#" not in scene.read_text()
@@ -129,6 +134,66 @@ def test_runs_are_counted_and_end_with_the_budget(tmp_path):
         assert "p0 and k" in ask(5, k=np.array([{}], object))
 
 
+def test_a_door_that_was_closed_answers_nobody(tmp_path):
+    """A client that was stopped between its call and its request, and goes on when the next box is
+    asked, has lost its line; no thread of the door is left to answer it.
+    """
+    with socket.socket(socket.AF_UNIX) as stopped:
+        with Door(load("puck"), 100, tmp_path) as door:
+            stopped.connect(str(tmp_path / "door"))
+            while door._line is None:
+                time.sleep(0.001)
+        assert not door._thread.is_alive()
+        plans = {"p0": np.zeros((3, 2)), "k": np.ones((3, 2))}
+        with pytest.raises((OSError, EOFError)):
+            send(stopped, "", plans)
+            receive(stopped)
+    assert door.used == 0
+
+
+@pytest.mark.parametrize(
+    "head",
+    [b'{"shapes": {"p0": [99999999999, 2]}}', b"[1]", b'{"shapes": {"p0": [-1]}}', b"\x80\x04."],
+    ids=["too many", "no head", "no shape", "a pickle"],
+)
+def test_what_is_no_request_is_refused_and_runs_nothing(tmp_path, head):
+    with Door(load("puck"), 100, tmp_path) as door, socket.socket(socket.AF_UNIX) as line:
+        line.connect(str(tmp_path / "door"))
+        line.sendall(struct.pack("<I", len(head)) + head)
+        said, runs = receive(line)
+        assert said.startswith("rollout: expected 1 to") and not runs and not door.used
+
+
+def test_runs_of_one_scene_are_not_there_for_the_next(tmp_path):
+    answer = 'ls "$2" . >"$4.txt"; echo hoard >"$2/hoard"; echo hoard >hoard; cat "$4.txt"'
+    place = entry(tmp_path, f'{answer}; echo "{{}}" >"$4"', 'echo made >"$2/made"')
+    keep = tmp_path / "keep"
+    enter(place, [asked(), asked("puck_02")], keep=keep)
+    for number in range(2):
+        there = (keep / "entry" / "0" / f"scene_{number}" / "answer.txt").read_text()
+        assert "made" in there and "hoard" not in there
+
+
+def test_an_answer_that_is_too_large_is_not_read(tmp_path):
+    large = enter(entry(tmp_path, 'truncate -s 64G "$4"'), [asked()])["puck_01"]
+    assert large["answer"] == NOTHING and "at most 64 MB" in large["why"]
+
+
+def test_fresh_instances_are_other_scenes_and_the_same_for_the_same_seed(tmp_path, capsys):
+    once, again, other = (fresh(asked("bar_02"), seed).scene_text for seed in ("7", "7", "8"))
+    assert once == again != other and once != asked("bar_02").scene_text
+    known = asked("bar_05")
+    assert (np.diff(fresh(known, "7").scene.start, axis=0) > 0).all()
+    out = ["--out", str(tmp_path / "out"), "--only", "puck_01"]
+    assert command.main([*out, "--entries", str(EXAMPLE), "--instances", "7"]) == 0
+    report = json.loads((tmp_path / "out" / "scores.json").read_text())
+    assert report["instances"]["puck_01"]["entries"]["suite_entry"]["status"] == "stands"
+    assert command.main([*out, "--again"]) == 0
+    assert json.loads((tmp_path / "out" / "scores.json").read_text()) == report
+    assert command.main([*out, "--entries", str(EXAMPLE), "--instances", "8"]) == 2
+    assert "has others" in capsys.readouterr().err
+
+
 def test_preparing_is_done_once_and_counts_for_every_answer(tmp_path):
     line = (
         'python3 -c "import numpy as n; n.savez(\\"a.npz\\", p0=n.zeros((9,2)), k=n.ones((9,2)))"'
@@ -154,7 +219,10 @@ def test_entries_that_learn_answer_what_the_scorer_takes(name):
 
 def test_what_is_told_does_not_show_what_is_hidden():
     told = asked("puck_08").task
-    assert not {"rollout", "fine", "trap", "known"} & told.keys() and told["name"] == "puck"
+    assert (
+        not {"rollout", "fine", "told", "nodes", "trap", "known"} & told.keys()
+        and told["name"] == "puck"
+    )
     assert told["records"] == 4 and told["dt"] == 0.25 and told["speed"] == 2.8
 
 

@@ -10,8 +10,9 @@ from scipy.stats import binom
 from suite_cases import GOAL, HI, LO, case, fails, grid, reaching, robust, text
 
 from benchmarks.suite.binomial import interval, tail
+from benchmarks.suite.boxes import puck
 from benchmarks.suite.instances import instances
-from benchmarks.suite.score import LOST, STANDS, WHOLE, score, seed_of, succeed
+from benchmarks.suite.score import LOST, STANDS, WHOLE, score, seed_of, share_failing, succeed
 
 
 def judged(instance, answer: bytes, chance="0"):
@@ -41,6 +42,35 @@ def test_the_share_of_plans_that_truly_succeed_is_the_closed_form():
     told = score(case(), {"one": text("unknown")}, "0")["truth"]
     low, high = interval(told["plans"], told["good"], 0.999)
     assert low <= (fails(grid()) <= 0.01).mean() <= high
+
+
+def test_shares_of_failing_runs_are_the_closed_form():
+    """To what a square of nodes leaves out, half of a row of it along each axis."""
+    plans = grid(8)
+    assert np.abs(share_failing(case(), plans) - fails(plans)).max() < 0.06
+    known = fails(plans)
+    clear = (known < 1e-9) | (known > 0.03)  # an edge of nodes is 1/800
+    assert ((share_failing(case(), plans, 0.01) <= 0.01) == (known <= 0.01))[clear].all()
+
+
+def test_truth_sees_what_is_rarer_than_any_run_shows():
+    """A jump in one run of a thousand, at eps = 0.0002: 200 runs a plan hardly ever see it."""
+    (one,) = instances("large", ["puck_06"])
+    plans = np.array([[0.0, 0.0, puck.FAST + d, 0.0] for d in (-0.1, 0.1)])
+    jumps = case(box="puck:jumps", goal=np.array([[1.6, -0.4], [2.4, 0.4]]))
+    assert share_failing(jumps, plans) == pytest.approx([0.0, puck.JUMPS])
+    assert one.eps < puck.JUMPS
+
+
+def test_dust_is_not_held_and_copies_cost_nothing():
+    """A polytope that fills less than any draw finds is not tested, so it holds nothing."""
+    dust = robust() | {"lo": [-1e5] * 4, "hi": [1e5] * 4}
+    wide = case(start=np.array([[-1e5, -1e5], [1e5, 1e5]]))
+    found = judged(wide, text(polytopes=[dust], plans=[[0, 0, 2, 0]]))
+    assert found["status"] == "stands" and found["points"] == STANDS
+    copies = [robust() | {"b": [x - 1e-9 * i for x in robust()["b"]]} for i in range(1000)]
+    begin = judged(case(eps=0.1), text(polytopes=copies))
+    assert begin["status"] == "invalid" and "hardly overlap" in begin["why"]
 
 
 def test_a_yield_is_the_share_in_closed_form_and_five_scorers_agree_about_it():
