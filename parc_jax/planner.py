@@ -15,7 +15,7 @@ from parc_jax.common.keys import Stage, as_key, stream
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended, Status
 from parc_jax.learning.model import TrajectoryModel, check_model
-from parc_jax.learning.system import System, check_system
+from parc_jax.learning.system import System
 from parc_jax.method import Exact
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem, Query, nominal_problems, query
@@ -31,7 +31,6 @@ from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.placed import placed
 from parc_jax.safe_set.corridors.sampling import Points
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene
 
@@ -315,33 +314,17 @@ class Planner:
         Raises InputError.
         """
         # imported late: queries alone need no trainer
-        from parc_jax.drive.local.localise import Local
-        from parc_jax.drive.local.refine import refine
+        from parc_jax.drive.local.refine import Zoom, refine
 
         settings = _checked("refine", problem, settings, Settings.whole())
         if problem.uncertainty is not None:
             raise InputError(
                 "refine: expected a problem without uncertainty; set uncertainty=None."
             )
-        check_system(system)
-        require_same(system, self.model)
-        local = Local() if local is None else local
-        if not isinstance(local, Local):
-            raise InputError(expected("refine", "a Local", local, "pj.drive.Local(eps=1e-3)"))
         require_sound_arithmetic()
-        return refine(
-            query(problem, self.model),
-            system,
-            key,
-            local,
-            shares=tuple(shares),
-            centres=centres,
-            runs=runs,
-            around=around,
-            looks=Looks().declare(delta, looks),
-            settings=settings,
-            say=say,
-        )
+        asked = query(problem, self.model)
+        zoom = Zoom(asked, system, key, tuple(shares), centres, runs, around)
+        return refine(zoom, local, Looks().declare(delta, looks), settings, say)
 
     def solve_batch(
         self,

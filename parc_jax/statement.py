@@ -182,17 +182,15 @@ def about_episodes(
     counts: of episodes in which each event happened, None where it was not watched. look: with its
     share of delta. contradictions: numbers of episodes that contradict the sentence (C).
     """
-    sure = rounded_down(1 - look.delta, 10)
-    which = f", look {look.number} of {look.planned}" if look.planned > 1 else ""
     watched = counts["a tube was left"] is not None
     event = "leaves a tube, or touches anything," if watched else "touches anything"
     events = listed([f"in {m:,} {words}" for words, m in counts.items() if m is not None])
     sentences = [
         about_loop(),
         f"(E) Of {counted(n, 'fresh episode')} {bad:,} were bad: {events}.",
-        f"With confidence {sure} over them, an episode of this law {event} with probability "
-        f"at most {rounded_up(eps)}{which}, for whatever reason. What runs into a robot that rests "
-        "is not counted.",
+        f"With confidence {look.sure} over them, an episode of this law {event} with probability "
+        f"at most {rounded_up(eps)}{look.numbered(', look')}, for whatever reason. What runs into "
+        "a robot that rests is not counted.",
     ]
     if contradictions:
         first = [str(i) for i in contradictions[:MOST_NUMBERS]]

@@ -14,7 +14,7 @@ from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, stream
 from parc_jax.common.options import check_count
-from parc_jax.common.spelling import rounded_up
+from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.counts import as_probability
 
 DELTA = Fraction(1, 1000)  # of all looks together, by default
@@ -26,6 +26,15 @@ class Look(NamedTuple):
     number: int
     planned: int
     delta: Fraction
+
+    @property
+    def sure(self) -> str:
+        """The confidence of its test, for sentences."""
+        return rounded_down(1 - self.delta, 10)
+
+    def numbered(self, begin: str, end: str = "") -> str:
+        """Its number in a sentence; empty where it was declared alone."""
+        return f"{begin} {self.number} of {self.planned}{end}" if self.planned > 1 else ""
 
 
 class Looks:

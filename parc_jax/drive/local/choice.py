@@ -7,14 +7,12 @@ from functools import cached_property
 import jax
 import numpy as np
 
-from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import Look, Looks, fresh_key
-from parc_jax.common.errors import InputError, expected
+from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import rounded_down, rounded_up
-from parc_jax.drive.local.localise import Local, LocalAnswer, localise, start_trial
-from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box, share_of
+from parc_jax.drive.local.localise import Local, Near, checked_local, localise, start_trial
+from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box
 from parc_jax.learning.bound.counts import (
     NoStatement,
     Risk,
@@ -22,7 +20,6 @@ from parc_jax.learning.bound.counts import (
     clopper_pearson,
     required_runs,
 )
-from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -35,7 +32,6 @@ from parc_jax.statement import about_pose
 
 CHUNK = 256  # runs per compiled call, as in large collections: nothing is compiled for one plan
 ALIKE = 1e-12  # [m, .] largest difference of runs that the sentences call equal
-NARROWER = 1.05  # [1] least factor by which a tube that is called narrower is so
 
 
 @dataclass(frozen=True)
@@ -64,93 +60,10 @@ class FreshRuns:
             if self.alike and self.n > 1
             else ""
         )
-        sure = rounded_down(1 - self.look.delta, 10)
         return (
             f"This very plan: {self.failures} of {self.n:,} fresh runs made after it was chosen "
-            f"failed. With confidence {sure} a new run of it fails with probability at most "
-            f"{rounded_up(self.eps)}{_numbered(self.look, ', look')}.{equal}"
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Near:
-    """A claim about a box N around the plan alone, and the problem proved again under it. [T23]
-
-    model: of N alone. answer: to the same problem under its tube; None where the tube has no claim.
-    look: the one that was spent. share: exact, of K that N takes. proved: a large box in N
-    of plans from the start, all proved safe under the local tube, or None.
-    at_end, on_the_way: geometric mean factors by which the local tube is narrower than that over K;
-    infinite where the latter has no claim.
-    """
-
-    model: TrajectoryModel
-    answer: Answer | None
-    look: Look
-    share: Fraction
-    proved: SafeBox | None
-    at_end: float
-    on_the_way: float
-
-    @property
-    def held(self) -> Fraction:
-        """Exact share of N that the proved box takes; 0 without one."""
-        return Fraction(0) if self.proved is None else self.proved.share
-
-    def risk(self) -> Risk | NoStatement:
-        """P(a run leaves the local tube), k uniform on the proved box: eps / its share of N; every
-        run of such a k inside the tube succeeds. [T5, T23]
-        """
-        if self.proved is None:
-            return NoStatement("no box around the plan was proved safe under the local tube")
-        return self.model.claim.risk(share=self.held)
-
-    @property
-    def is_narrower(self) -> bool:
-        """Whether the local claim gains anything: at the end or on the way."""
-        return max(self.at_end, self.on_the_way) >= NARROWER
-
-    def details(self) -> str:
-        """The sentence (D ii)."""
-        claim, domain = self.model.claim, self.model.domain
-        sides = " x ".join(
-            f"{name} in [{lo:.6g}, {hi:.6g}]"
-            for name, lo, hi in zip(self.model.labels.k, domain.lo, domain.hi, strict=True)
-        )
-        where = f"k in N = {sides}, {100 * float(self.share):.2g} % of K"
-        if not claim.tube.claimed.any():
-            return f"Near it: {where}. {claim.details()}"
-        lines = [
-            f"Near it: {where}. With confidence {rounded_down(1 - claim.delta, 10)}"
-            f"{_numbered(self.look, ' (look', ')')} over "
-            f"{claim.n:,} fresh runs made on N alone after N was chosen, a new run with k uniform "
-            f"on N leaves the local tube with probability at most {rounded_up(claim.eps, 10)}.",
-            self._about_width(),
-        ]
-        risk = self.risk()
-        if isinstance(risk, NoStatement):
-            lines.append(f"Of driving near this plan: no statement, since {risk.reason}.")
-        else:
-            held = "all" if self.held == 1 else f"{rounded_down(100 * self.held, 3)} %"
-            lines.append(
-                f"From this start every k of a box S that takes {held} of N is proved safe under "
-                "the local tube. Driven with k uniform on S, the run fails with probability at "
-                f"most {rounded_up(risk.bound)}."
-            )
-        return " ".join(lines)
-
-    def _about_width(self) -> str:
-        at_end, on_the_way = (
-            "infinity" if np.isinf(x) else rounded_down(x) for x in (self.at_end, self.on_the_way)
-        )
-        if not self.is_narrower:
-            return (
-                "The local tube is NOT narrower than the one over all of K "
-                f"({at_end} at the end, {on_the_way} on the way): this claim gains "
-                "nothing but a law of k near the plan."
-            )
-        return (
-            f"The local tube is narrower than the one over all of K by a factor of {at_end} "
-            f"at the end and {on_the_way} on the way."
+            f"failed. With confidence {self.look.sure} a new run of it fails with probability at "
+            f"most {rounded_up(self.eps)}{self.look.numbered(', look')}.{equal}"
         )
 
 
@@ -247,13 +160,9 @@ class Choice:
         Returns the choice with `near`. Raises InputError, also when all looks are spent, and for an
         answer from a file that lacks the problem in the world's frame.
         """
-        check_system(system)
-        require_same(system, self.model)
-        local = Local() if local is None else local
-        if not isinstance(local, Local):
-            raise InputError(expected("localise", "a Local", local, "pj.drive.Local(share=1e-3)"))
-        question = self.scene.nominal.query
-        if question is None:
+        local = checked_local("localise", system, self.model, local)
+        query = self.scene.nominal.query
+        if query is None:
             raise InputError(
                 "localise: expected an answer that knows its question; a file that was told in "
                 "the robot's frame does not. Solve the scene again, with the same `at`."
@@ -261,20 +170,9 @@ class Choice:
         whole = self.model.domain
         box = box_around(self.k, float(local.share) ** (1 / whole.n), whole)
         start = start_trial(system, key, local)
-        found = localise(
-            question, system, start, box, key, self.looks, local, settings, self.plan, quiet
-        )
-        return self.under(found)
-
-    def under(self, found: LocalAnswer) -> "Choice":
-        """The choice with `near`: the box around it that is proved under a local claim."""
-        model, answer, whole = found.model, found.answer, self.model
-        proved = None
-        if answer is not None:
-            proved = safe_box(answer.scene, self.p0, self.k, model.domain)
-        share = share_of(model.domain, whole.domain)
-        factors = _narrowing(whole.tube, model.tube, model.domain)
-        return replace(self, near=Near(model, answer, found.look, share, proved, *factors))
+        looks = self.looks
+        near = localise(query, system, start, box, key, looks, local, settings, self.plan, quiet)
+        return replace(self, near=near.around(self.p0, self.k))
 
     def details(self) -> str:
         """The sentences (D), about the plan to drive and nothing else."""
@@ -316,31 +214,6 @@ class Choice:
             f"of the middle of a box around it, {share} % of K and proved safe throughout, leaves "
             f"the tube with probability at most {bound}{worth}."
         )
-
-
-def _numbered(look: Look, begin: str, end: str = "") -> str:
-    """The number of a look in a sentence, empty where one alone was declared."""
-    return f"{begin} {look.number} of {look.planned}{end}" if look.planned > 1 else ""
-
-
-def _narrowing(whole: Tube, local: Tube, box: Box) -> tuple[float, float]:
-    """Geometric mean factors at the end and on the way by which `local` is narrower on a box.
-
-    whole: the tube over K, its widest of the bins that meet the box.
-    """
-    corners = (whole.bin_box(number) for number in range(whole.n_bins))
-    bins = [b for b, (lo, hi) in enumerate(corners) if ((lo <= box.hi) & (hi >= box.lo)).all()]
-    path, end = whole.widest(np.array(bins))
-    local_path, local_end = local.widest()
-    return _factor(end, local_end), _factor(path, local_path)
-
-
-def _factor(wide: np.ndarray, narrow: np.ndarray) -> float:
-    if not np.isfinite(wide).all():
-        return float("inf")
-    if not np.isfinite(narrow).all():
-        return 0.0
-    return float(np.exp(np.mean(np.log(wide / narrow))))
 
 
 def run_plan(

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from threading import Thread
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -16,13 +15,16 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import Look, Looks, fresh_key
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, stream
 from parc_jax.common.options import part_of
 from parc_jax.common.sets.box import Box
+from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.drive.local.safe_box import SafeBox, safe_box, share_of
 from parc_jax.drive.local.search import rank_plans
 from parc_jax.learning.bound.asked import SHAPES, BoundSettings, Sizing
-from parc_jax.learning.bound.claim import ErrorClaim, stand_in
+from parc_jax.learning.bound.claim import stand_in
+from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.pipeline import Runs, bound_errors, learn_profiles
 from parc_jax.learning.bound.start_gap import StartTrial, try_starts
@@ -33,16 +35,18 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch, concatenate
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec
-from parc_jax.learning.system import System
+from parc_jax.learning.system import System, check_system
 from parc_jax.method import Exact
 from parc_jax.planner import Planner, answer_to
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import scene_of
 
 BINS = 1  # per axis: the error hardly ever changes within so small a box
 NEAREST = 60  # training runs around a plan: enough for an affine map, and for a narrow tube
+NARROWER = 1.05  # [1] least factor by which a tube that is called narrower is so
 _TRIAL = 2**32 - 1  # number within the DRIVEN stream, behind those of looks and pilot samples
 
 
@@ -66,17 +70,93 @@ class Local(Sizing, Training):
             )
 
 
-class LocalAnswer(NamedTuple):
-    """A local claim, and the problem proved again under it.
+@dataclass(frozen=True, eq=False)
+class Near:
+    """A claim about a box N of k alone, and the problem proved again under it. [T23]
 
-    answer: None where the tube has no claim, or no plan was left to look for. look: the one that
-    was spent. margin: [m, .] least margin of the best plan, where one was searched for.
+    model: of N alone. look: spent on it. share: exact, of K that N takes. at_end, on_the_way:
+    geometric mean factors by which the local tube is narrower than that over K; infinite where the
+    latter has no claim. answer: to the same problem under the local tube; None where that has no
+    claim, or no plan was left to search for. margin: [m, .] of the best plan, where one was
+    searched for. proved: a large box in N of plans from the start of a chosen plan, all proved safe
+    under the local tube, or None.
     """
 
     model: TrajectoryModel
-    answer: Answer | None
     look: Look
-    margin: float
+    share: Fraction
+    at_end: float
+    on_the_way: float
+    answer: Answer | None = None
+    margin: float = -np.inf
+    proved: SafeBox | None = None
+
+    def around(self, p0: np.ndarray, k: np.ndarray) -> "Near":
+        """With the proved box around the plan p0 (n_p,), k (n_k,)."""
+        if self.answer is None:
+            return self
+        return replace(self, proved=safe_box(self.answer.scene, p0, k, self.model.domain))
+
+    @property
+    def held(self) -> Fraction:
+        """Exact share of N that the proved box takes; 0 without one."""
+        return Fraction(0) if self.proved is None else self.proved.share
+
+    def risk(self) -> Risk | NoStatement:
+        """P(a run leaves the local tube), k uniform on the proved box: eps / its share of N; every
+        run of such a k inside the tube succeeds. [T5, T23]
+        """
+        if self.proved is None:
+            return NoStatement("no box around the plan was proved safe under the local tube")
+        return self.model.claim.risk(share=self.held)
+
+    @property
+    def is_narrower(self) -> bool:
+        """Whether the local claim gains anything: at the end or on the way."""
+        return max(self.at_end, self.on_the_way) >= NARROWER
+
+    def details(self) -> str:
+        """The sentence (D ii)."""
+        claim, domain = self.model.claim, self.model.domain
+        sides = " x ".join(
+            f"{name} in [{lo:.6g}, {hi:.6g}]"
+            for name, lo, hi in zip(self.model.labels.k, domain.lo, domain.hi, strict=True)
+        )
+        where = f"Near it: k in N = {sides}, {100 * float(self.share):.2g} % of K."
+        if not claim.tube.claimed.any():
+            return f"{where} {claim.details()}"
+        lines = [
+            f"{where} With confidence {self.look.sure}{self.look.numbered(' (look', ')')} over "
+            f"{claim.n:,} fresh runs made on N alone after N was chosen, a new run with k uniform "
+            f"on N leaves the local tube with probability at most {rounded_up(claim.eps, 10)}.",
+            self._about_width(),
+        ]
+        risk = self.risk()
+        if isinstance(risk, NoStatement):
+            lines.append(f"Of driving near this plan: no statement, since {risk.reason}.")
+        else:
+            held = "all" if self.held == 1 else f"{rounded_down(100 * self.held, 3)} %"
+            lines.append(
+                f"From this start every k of a box S that takes {held} of N is proved safe under "
+                "the local tube. Driven with k uniform on S, the run fails with probability at "
+                f"most {rounded_up(risk.bound)}."
+            )
+        return " ".join(lines)
+
+    def _about_width(self) -> str:
+        at_end, on_the_way = (
+            "infinity" if np.isinf(x) else rounded_down(x) for x in (self.at_end, self.on_the_way)
+        )
+        if not self.is_narrower:
+            return (
+                "The local tube is NOT narrower than the one over all of K "
+                f"({at_end} at the end, {on_the_way} on the way): this claim gains "
+                "nothing but a law of k near the plan."
+            )
+        return (
+            f"The local tube is narrower than the one over all of K by a factor of {at_end} "
+            f"at the end and {on_the_way} on the way."
+        )
 
 
 def localise(
@@ -90,8 +170,8 @@ def localise(
     settings: Settings | None = None,
     plan: np.ndarray | None = None,
     quiet: bool = True,
-) -> LocalAnswer:
-    """Bound the error on a box of K by fresh runs there and answer a question again under it.
+) -> Near:
+    """Bound the error on a box of K by fresh runs there and answer a query again under it.
 
     start: result of `start_trial`. key: only its DRIVEN stream is used. looks: the account, of
     which one look is spent, also where its runs fail. settings: of the query.
@@ -104,20 +184,33 @@ def localise(
     fresh = fresh_key(key, look, *about)
     selected_for = question.problem if plan is None else None
     model = local_model(system, start, box, fresh, look.delta, local, selected_for, quiet)
-    query, margin = question.of(model), -np.inf
+    whole = question.model
+    share = share_of(model.domain, whole.domain)
+    near = Near(model, look, share, *_narrowing(whole.tube, model.tube, model.domain))
+    query = question.of(model)
     if not model.tube.claimed.any():
-        return LocalAnswer(model, None, look, margin)
+        return near
     if plan is None:
         best = rank_plans(scene_of(query.problem, model), np.random.default_rng(0))
-        margin = best.score
+        near = replace(near, margin=best.score)
         # not a proof that no plan is safe, but reason enough to try the next box
-        if not margin > 0:
-            return LocalAnswer(model, None, look, margin)
+        if not near.margin > 0:
+            return near
         settings = settings or Settings.whole()
         if settings.method is None:
             settings = settings.replace(method=Exact((best.p0[0], best.k[0])))
     # the same account of looks: tests of plans of the new answer are counted with those before
-    return LocalAnswer(model, answer_to(query, fresh, settings, looks), look, margin)
+    return replace(near, answer=answer_to(query, fresh, settings, looks))
+
+
+def checked_local(call: str, system: System, model: TrajectoryModel, local: Local | None) -> Local:
+    """The sizes, or the default ones. Raises InputError for others, and for another system."""
+    check_system(system)
+    require_same(system, model)
+    local = Local() if local is None else local
+    if not isinstance(local, Local):
+        raise InputError(expected(call, "a Local", local, "pj.drive.Local(eps=1e-3)"))
+    return local
 
 
 def start_trial(system: System, key: jax.Array, local: Local) -> StartTrial:
@@ -166,10 +259,9 @@ def _select(
     tried = []
     for net in nets:
         for shape in SHAPES:
-            bins = (BINS,) * runs.box.n
-            profile = learn_profiles([net], train, further, bins, shape=shape)[0]
-            guess = trajectory_model(net, guessed_claim(net, train, profile))
-            tried.append((rank_plans(scene_of(problem, guess), rng).score, net, profile))
+            profile = learn_profiles([net], train, further, runs.bins, shape=shape)[0]
+            scene = scene_of(problem, _guessed(net, train, profile))
+            tried.append((rank_plans(scene, rng).score, net, profile))
     return max(tried, key=lambda one: one[0])[1:]
 
 
@@ -186,16 +278,15 @@ def claimed_model(
 
     profile: error shape; None to learn it from shape runs.
     """
-    bins = (BINS,) * runs.box.n
-    bound = BoundSettings(**part_of(local, Sizing), delta=delta, bins=bins)
+    bound = BoundSettings(**part_of(local, Sizing), delta=delta, bins=runs.bins)
     profiles = None if profile is None else [profile]
     claim = bound_errors([net], runs, train, bound, start, profiles=profiles)[0][0]
     return trajectory_model(net, claim)
 
 
-def guessed_claim(net: ReLUNetwork, train: RolloutBatch, profile: Tube) -> ErrorClaim:
-    """A stand-in with the error shape as its tube, to compare shapes; nothing is claimed."""
-    return stand_in(assumed_claim(net, train.finite), profile)
+def _guessed(net: ReLUNetwork, train: RolloutBatch, profile: Tube) -> TrajectoryModel:
+    """A model with the error shape as its tube, to compare shapes; nothing is claimed."""
+    return trajectory_model(net, stand_in(assumed_claim(net, train.finite), profile))
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,6 +302,11 @@ class LocalRuns(Runs):
     trained: int
     quiet: bool = True
 
+    @property
+    def bins(self) -> tuple[int, ...]:
+        """Bins of the tube per axis of the box."""
+        return (BINS,) * self.box.n
+
     def train(self) -> RolloutBatch:
         """The training runs."""
         return concatenate(self._stream(self.trained, Stage.TRAIN, 0), self.trained)
@@ -220,7 +316,7 @@ class LocalRuns(Runs):
         return self._stream(n, Stage.TRAIN, self.trained)
 
     def fresh(self, n: int) -> Iterable[RolloutBatch]:
-        """Calibration runs, which nothing was chosen by."""
+        """Calibration runs, by which nothing was chosen."""
         return self._stream(n, Stage.BOUND, 0)
 
     def _stream(self, n: int, stage: Stage, first_row: int) -> Iterator[RolloutBatch]:
@@ -231,15 +327,12 @@ class LocalRuns(Runs):
             u = jax.random.uniform(key, lo.shape, lo.dtype)
             return jnp.clip(lo + u * (hi - lo), lo, hi)
 
-        whole = law_of(self.system)
-        runs = stream_rollouts(
-            self.system, self.key, n, stage, k=near, first_row=first_row, quiet=self.quiet
-        )
-        for batch in runs:
-            yield on_box(batch, whole, self.box)
+        options = {"k": near, "first_row": first_row, "quiet": self.quiet}
+        for batch in stream_rollouts(self.system, self.key, n, stage, **options):
+            yield _on_box(batch, law_of(self.system), self.box)
 
 
-def on_box(runs: RolloutBatch, whole: LawSpec, box: Box) -> RolloutBatch:
+def _on_box(runs: RolloutBatch, whole: LawSpec, box: Box) -> RolloutBatch:
     """Runs with k uniform on a box N inside K, and a law that says so. whole: the law on K."""
     law = law_spec(whole.generator, box, "uniform", {**dict(whole.parameters), BOX: "N"})
     return replace(runs, domain=box, law=law)
@@ -267,7 +360,27 @@ def guessed_near(train: RolloutBatch, k: np.ndarray) -> TrajectoryModel:
     side = train.domain.hi - train.domain.lo
     away = np.abs((train.k - k) / side).max(axis=1)
     near = train.select(np.argsort(np.where(train.failed, np.inf, away))[:NEAREST])
-    near = on_box(near, train.law, Box(near.k.min(axis=0), near.k.max(axis=0)))
+    near = _on_box(near, train.law, Box(near.k.min(axis=0), near.k.max(axis=0)))
     net = fit(near, Local(), jax.random.PRNGKey(0))
     profile = learn_profiles([net], near, (), (BINS,) * train.n_k)[0]
-    return trajectory_model(net, guessed_claim(net, near, profile))
+    return _guessed(net, near, profile)
+
+
+def _narrowing(whole: Tube, local: Tube, box: Box) -> tuple[float, float]:
+    """Geometric mean factors at the end and on the way by which `local` is narrower on a box.
+
+    whole: the tube over K, its widest of the bins that meet the box.
+    """
+    corners = (whole.bin_box(number) for number in range(whole.n_bins))
+    bins = [b for b, (lo, hi) in enumerate(corners) if ((lo <= box.hi) & (hi >= box.lo)).all()]
+    path, end = whole.widest(np.array(bins))
+    local_path, local_end = local.widest()
+    return _factor(end, local_end), _factor(path, local_path)
+
+
+def _factor(wide: np.ndarray, narrow: np.ndarray) -> float:
+    if not np.isfinite(wide).all():
+        return float("inf")
+    if not np.isfinite(narrow).all():
+        return 0.0
+    return float(np.exp(np.mean(np.log(wide / narrow))))

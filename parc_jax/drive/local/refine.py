@@ -20,8 +20,8 @@ from parc_jax.common.keys import Stage, generator, stream
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
 from parc_jax.drive.local.choice import Choice
-from parc_jax.drive.local.localise import Local, LocalAnswer, localise, start_trial
-from parc_jax.drive.local.safe_box import box_around, share_of
+from parc_jax.drive.local.localise import Local, checked_local, localise, start_trial
+from parc_jax.drive.local.safe_box import box_around
 from parc_jax.drive.local.search import (
     Aim,
     PilotSample,
@@ -89,108 +89,107 @@ class Refined:
         return "\n".join(lines)
 
 
+@dataclass(frozen=True)
+class Zoom:
+    """A search for boxes of K by pilot samples, with options of `Planner.refine`."""
+
+    question: Query
+    system: System
+    key: jax.Array
+    shares: Sequence[float]
+    centres: int
+    runs: int
+    around: Sequence[Sequence[float]]
+
+    def __post_init__(self) -> None:
+        shares, n_k = self.shares, self.question.model.n_k
+        falling = all(a > b for a, b in pairwise(shares))
+        if not shares or not falling or not 0 < shares[-1] <= shares[0] <= 1:
+            raise InputError(f"refine: expected falling shares of K between 0 and 1; got {shares}.")
+        if self.centres < 1 or self.runs < 20:
+            raise InputError(
+                "refine: expected at least one centre and 20 runs of each; got "
+                f"{self.centres}, {self.runs}."
+            )
+        if any(len(k) != n_k for k in self.around):
+            raise InputError(
+                f"refine: expected around of {n_k} parameters each; got {self.around}."
+            )
+
+    def boxes(self, note: Callable[[Bought], None]) -> list[Box]:
+        """Boxes to claim on, the most promising first; `note` gets the result of every round. Ends
+        when a round of smaller boxes is no better than the last.
+        """
+        model, shares = self.question.model, self.shares
+        rng = generator(stream(self.key, Stage.DRIVEN))
+        scene = scene_of(self.question.problem, model)
+        side = shares[0] ** (1 / model.n_k)
+        # the tube is left out of the order, for that of a small box is another one
+        plans = rank_plans(scene, rng, part=0.0, spacing=side)
+        under = rank_given(scene, plans.p0, plans.k).score
+        widest = float(np.median(model.tube.final, axis=0).max())
+        note(Bought("model of all of K", model.domain, 1.0, 0, under, widest))
+        note(Bought("the same without a tube", model.domain, 1.0, 0, plans.score, 0.0))
+        aims = self._first_aims(plans.p0, plans.k, side)
+        samples: list[PilotSample] = []
+        best = -np.inf
+        for number, share in enumerate(shares):
+            if not aims:
+                break
+            # numbers of rounds stay below those of the trial of starts, in the same stream
+            fresh = jax.random.fold_in(stream(self.key, Stage.DRIVEN), number)
+            new = pilot_samples(self.system, scene, aims, self.runs, fresh, rng)
+            if not new:
+                break
+            top = new[0]
+            stage, runs = f"pilot samples, round {number + 1}", len(aims) * self.runs
+            note(Bought(stage, top.box, share, runs, top.margin, top.scatter))
+            samples = sorted([*samples, *new], key=lambda sample: sample.score, reverse=True)
+            if top.score <= best or share == shares[-1]:
+                break
+            best, part = top.score, shares[number + 1] / share
+            smaller = [one for sample in new for one in smaller_boxes(sample, scene, part, rng)]
+            smaller.sort(key=lambda one: one[0], reverse=True)
+            aims = [aim for _, aim in smaller[: self.centres]]
+        return [sample.box for sample in samples]
+
+    def _first_aims(self, p0: np.ndarray, k: np.ndarray, side: float) -> list[Aim]:
+        """Aims around the given k, then around the best plans p0 (n, n_p), k (n, n_k)."""
+        model = self.question.model
+        chosen = spaced(k, model.domain, self.centres, side)
+        ends = paths_of(model, p0[chosen], k[chosen])[:, -1, : model.n_p]
+        given = np.array(self.around, float).reshape(-1, model.n_k)
+        centres = np.concatenate([given, k[chosen]])[: self.centres]
+        ends = np.concatenate([np.repeat(ends[:1], len(given), axis=0), ends])
+        pairs = zip(centres, ends, strict=False)
+        return [Aim(box_around(values, side, model.domain), end) for values, end in pairs]
+
+
 def refine(
-    question: Query,
-    system: System,
-    key: jax.Array,
-    local: Local,
-    *,
-    shares: Sequence[float],
-    centres: int,
-    runs: int,
-    around: Sequence[Sequence[float]],
+    zoom: Zoom,
+    local: Local | None,
     looks: Looks,
     settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> Refined:
-    """Search for boxes, then localise the best: see `Planner.refine`."""
-    falling = all(a > b for a, b in pairwise(shares))
-    if not shares or not falling or not 0 < shares[-1] <= shares[0] <= 1:
-        raise InputError(f"refine: expected falling shares of K between 0 and 1; got {shares}.")
-    if centres < 1 or runs < 20:
-        raise InputError(
-            f"refine: expected at least one centre and 20 runs of each; got {centres}, {runs}."
-        )
-    model, stages = question.model, []
+    """Search for boxes, then localise the best: see `Planner.refine`. Raises InputError."""
+    question, system, key, stages = zoom.question, zoom.system, zoom.key, []
+    local = checked_local("refine", system, question.model, local)
 
     def note(stage: Bought) -> None:
         stages.append(stage)
         (say or _log.info)(str(stage))
 
     start = start_trial(system, key, local)
-    boxes = _zoom(question, system, key, shares, centres, runs, around, note)
-    for box in boxes[: looks.planned]:
-        found = localise(question, system, start, box, key, looks, local, settings)
-        note(_bought(found, model.domain, local))
-        answer = found.answer
-        if answer is not None and answer.corridors:
-            choice = Choice(*answer.best("room"), lowered(question.nominal()), looks)
-            return Refined(choice.under(found), tuple(stages), looks)
+    for box in zoom.boxes(note)[: looks.planned]:
+        near = localise(question, system, start, box, key, looks, local, settings)
+        name = f"claim, look {near.look.number} of {near.look.planned}"
+        runs = local.rollouts + local.profile_runs + near.model.claim.n
+        widest = float(near.model.tube.final.max())
+        note(Bought(name, near.model.domain, float(near.share), runs, near.margin, widest))
+        if near.answer is not None and near.answer.corridors:
+            plan, value = near.answer.best("room")
+            near = near.around(*np.split(plan, [question.model.n_p]))
+            scene = lowered(question.nominal())
+            return Refined(Choice(plan, value, scene, looks, near=near), tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
-
-
-def _zoom(
-    question: Query,
-    system: System,
-    key: jax.Array,
-    shares: Sequence[float],
-    centres: int,
-    runs: int,
-    around: Sequence[Sequence[float]],
-    note: Callable[[Bought], None],
-) -> list[Box]:
-    """Boxes to claim on, the most promising first. Ends when a round of smaller boxes is no better
-    than the last.
-    """
-    model = question.model
-    if any(len(k) != model.n_k for k in around):
-        raise InputError(f"refine: expected around of {model.n_k} parameters each; got {around}.")
-    rng = generator(stream(key, Stage.DRIVEN))
-    scene = scene_of(question.problem, model)
-    side = shares[0] ** (1 / model.n_k)
-    # the tube is left out of the order, for that of a small box is another one
-    plans = rank_plans(scene, rng, part=0.0, spacing=side)
-    whole = rank_given(scene, plans.p0, plans.k).score
-    widest = float(np.median(model.tube.final, axis=0).max())
-    note(Bought("model of all of K", model.domain, 1.0, 0, whole, widest))
-    note(Bought("the same without a tube", model.domain, 1.0, 0, plans.score, 0.0))
-    chosen = spaced(plans.k, model.domain, centres, side)
-    ends = paths_of(model, plans.p0[chosen], plans.k[chosen])[:, -1, : model.n_p]
-    given = np.array(around, float).reshape(-1, model.n_k)
-    k = np.concatenate([given, plans.k[chosen]])[:centres]
-    ends = np.concatenate([np.repeat(ends[:1], len(given), axis=0), ends])
-    aims = [
-        Aim(box_around(values, side, model.domain), end)
-        for values, end in zip(k, ends, strict=False)
-    ]
-    samples: list[PilotSample] = []
-    best = -np.inf
-    for number, share in enumerate(shares):
-        if not aims:
-            break
-        # numbers of rounds stay below those of the trial of starts, in the same stream
-        fresh = jax.random.fold_in(stream(key, Stage.DRIVEN), number)
-        round_ = pilot_samples(system, scene, aims, runs, fresh, rng)
-        if not round_:
-            break
-        top = round_[0]
-        stage = f"pilot samples, round {number + 1}"
-        note(Bought(stage, top.box, share, len(aims) * runs, top.margin, top.scatter))
-        samples = sorted([*samples, *round_], key=lambda sample: sample.score, reverse=True)
-        if top.score <= best or share == shares[-1]:
-            break
-        best = top.score
-        part = shares[number + 1] / share
-        smaller = [one for sample in round_ for one in smaller_boxes(sample, scene, part, rng)]
-        smaller.sort(key=lambda one: one[0], reverse=True)
-        aims = [aim for _, aim in smaller[:centres]]
-    return [sample.box for sample in samples]
-
-
-def _bought(found: LocalAnswer, domain: Box, local: Local) -> Bought:
-    """The stage of a local claim."""
-    model, look = found.model, found.look
-    share = float(share_of(model.domain, domain))
-    runs = local.rollouts + local.profile_runs + model.claim.n
-    name = f"claim, look {look.number} of {look.planned}"
-    return Bought(name, model.domain, share, runs, found.margin, float(model.tube.final.max()))

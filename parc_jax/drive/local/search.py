@@ -24,7 +24,6 @@ from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.claim import stand_in
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import moved_to
 from parc_jax.learning.runs.batch import RolloutBatch, concatenate
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -71,8 +70,10 @@ def rank_plans(
     several places of K are searched.
     """
     model = scene.model
-    # a bin without claim stays without one: its part is infinite too
-    scored_by = scene if part == 1.0 else scene.under(_scaled(model, part))
+    scored_by = scene
+    if part != 1.0:  # of which nothing is claimed; a bin without claim stays without one
+        claim = stand_in(model.claim, scaled_tube(model.tube, part))
+        scored_by = scene.under(model.replace(claim=claim))
     lo, hi = model.domain.lo, model.domain.hi
     k = rng.uniform(lo, hi, (DRAWS, model.n_k))
     z = rng.uniform(scene.z_lo, scene.z_hi, (DRAWS, model.n_p))
@@ -119,11 +120,6 @@ def scaled_tube(tube: Tube, part: float) -> Tube:
     """The tube with a part of its half widths; infinite ones, of a bin without claim, stay."""
     halves = (np.where(np.isinf(half), half, part * half) for half in tube.halves)
     return tube.with_halves(*halves)
-
-
-def _scaled(model: TrajectoryModel, part: float) -> TrajectoryModel:
-    """The model with a part of its tube, about which nothing is claimed."""
-    return model.replace(claim=stand_in(model.claim, scaled_tube(model.tube, part)))
 
 
 class Aim(NamedTuple):
