@@ -194,8 +194,8 @@ def test_sets_are_nested_and_found_by_halving(answer):
     sets = module._sets(
         query(toy.problem(0.62), toy.model()), KEY, np.random.default_rng(1), toy.SETTINGS, ASKED
     )
-    p0, k = np.split(sets[-1].plans.sample(np.random.default_rng(2), 800), [2], axis=1)
-    inside = np.array([one.plans.contains(p0, k) for one in sets])
+    p0, k = np.split(sets[-1].sample(np.random.default_rng(2), 800), [2], axis=1)
+    inside = np.array([one.contains(p0, k) for one in sets])
     assert (np.diff(inside.astype(int), axis=0) >= 0).all() and 0 < inside[0].mean() < 1
     assert np.array_equal(module._inside(sets, p0, k), inside)
 

@@ -37,7 +37,6 @@ from parc_jax.problem.robust.nominal import Query
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.safe_plans import SafePlans
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.search import draw_safe_plans
@@ -95,8 +94,8 @@ class Validate:
                 f"scales: expected falling positive numbers, such as (1.0, 0.8, 0.6); got "
                 f"{self.scales!r:.60}."
             )
-        known = {"risk": risk, "delta": delta, "tests": tests, "scales": tuple(scales.tolist())}
-        for name, value in known.items():
+        exact = {"risk": risk, "delta": delta, "tests": tests, "scales": tuple(scales.tolist())}
+        for name, value in exact.items():
             object.__setattr__(self, name, value)
 
 
@@ -117,7 +116,7 @@ class Validation:
     answer: of the largest set that was accepted, an answer of its own, whose claim is the sentence
         (V) and whose `sample` draws by the law of the tests; None where no set was accepted.
     steps: of the tests that were made, in order; the last one was not accepted, unless all were.
-    asked: how it was asked. refused: corridors of the accepted set that the exact checker refused,
+    asked: its settings. refused: corridors of the accepted set that the exact checker refused,
         and with them the set, of which a part would have another law.
     """
 
@@ -130,10 +129,10 @@ class Validation:
         """The sentence (V) in short."""
         if self.answer is None:
             return "Validated: no set."
-        share, held = self.answer.share, self.answer.coverage.share
-        of_all = IN_THE_BOX if self.answer.scene.at is None else "all k in K"
-        part = None if share is None else f"{rounded_down(100 * share.share * held, 3)} %"
-        safe = "" if part is None else f"{part} of {of_all}. "
+        share, held, safe = self.answer.share, self.answer.coverage.share, ""
+        if share is not None:
+            of_all = IN_THE_BOX if self.answer.scene.at is None else "all k in K"
+            safe = f"{rounded_down(100 * share.share * held, 3)} % of {of_all}. "
         return (
             f"Validated in this scene: {safe}A plan drawn from them fails with probability at most "
             f"{rounded_up(self.asked.risk)}, confidence {rounded_down(1 - self.asked.delta, 10)}."
@@ -163,45 +162,17 @@ class Validation:
         )
 
 
-class Nested(NamedTuple):
-    """One set of the sequence: plans that reach the goal under the scaled tube and keep to one of
-    these corridors under it.
-    """
-
-    scene: Scene
-    corridors: tuple[Corridor, ...]
-    within: Place | None
-
-    @property
-    def plans(self) -> SafePlans:
-        """As a set to draw from, and to ask."""
-        return SafePlans(self.scene, Corridors(self.scene.model.tube, self.corridors), self.within)
-
-
 def validated(
     answer: Answer, key: jax.Array, settings: Settings, asked: Validate, quiet: bool = True
 ) -> Answer:
-    """The answer with its `validation`. Arguments as of `validate`."""
-    query = answer.scene.nominal.query
-    found = validate(query, key, settings, asked, answer.looks, quiet)
-    return replace(answer, validation=found)
+    """The answer with its `validation`: nested sets of plans of its query are tested by fresh runs,
+    and as many accepted as show the risk. [T42]
 
-
-def validate(
-    query: Query,
-    key: jax.Array,
-    settings: Settings,
-    asked: Validate,
-    looks: Looks | None = None,
-    quiet: bool = True,
-) -> Validation:
-    """Test nested sets of plans of a query by fresh runs, and accept as many as show the risk.
-
-    key: its SCENE stream is used, and nothing else.
-    settings: of the search under the smallest tube. looks: the account that the answer shares.
-    Raises InputError for a problem under uncertainty, another system, and a set too small to draw
-    from.
+    key: its SCENE stream is used, and nothing else. settings: of the search under the smallest
+    tube. Raises InputError for a problem under uncertainty, another system, and a set too small to
+    draw from.
     """
+    query = answer.scene.nominal.query
     if query.problem.uncertainty is not None or query.model.claim.subject.given:
         raise InputError(
             "validate: expected a problem without uncertainty and a model without given "
@@ -213,35 +184,34 @@ def validate(
     seeds, draws, after = (generator(jax.random.fold_in(own, i)) for i in range(3))
     sets = _sets(query, own, seeds, settings, asked)
     largest = sets[-1]
-    if not largest.corridors:
-        return Validation(None, (), asked)
-    plans = largest.plans.sample(draws, asked.tests)
-    p0, k = np.split(plans, [query.model.n_p], axis=1)
+    if not len(largest.corridors):
+        return replace(answer, validation=Validation(None, (), asked))
+    p0, k = np.split(largest.sample(draws, asked.tests), [query.model.n_p], axis=1)
     failed = _failures(asked.system, largest.scene, key, p0, k, quiet)
     steps, passed = fixed_sequence(asked, _inside(sets, p0, k), failed)
     if not passed:
-        return Validation(None, steps, asked)
-    last = steps[passed - 1]
-    chosen = sets[asked.scales.index(last.scale)]
-    model = _told(query.model, chosen, steps[:passed], asked)
-    answer = _as_answer(query.of(model), chosen, settings, own, after, looks)
-    refused = len(chosen.corridors) - len(answer.corridors)
-    return Validation(None if refused else answer, steps, asked, refused)
+        return replace(answer, validation=Validation(None, steps, asked))
+    chosen = sets[asked.scales.index(steps[passed - 1].scale)]
+    under = query.of(_accepted_model(query.model, chosen, steps[:passed], asked))
+    found = _as_answer(under, chosen, settings, own, after, answer.looks)
+    refused = len(chosen.corridors) - len(found.corridors)
+    validation = Validation(None if refused else found, steps, asked, refused)
+    return replace(answer, validation=validation)
 
 
 def _failures(
     system: System, scene: Scene, key: jax.Array, p0: np.ndarray, k: np.ndarray, quiet: bool
 ) -> np.ndarray:
     """(tests,) bool: which plans miss the goal, touch something or do not return, run once each."""
-    failed: list[np.ndarray] = []
+    failed, first = [], 0
     for runs in stream_rollouts(system, key, len(k), Stage.SCENE, k=k, chunk=CHUNK, quiet=quiet):
-        first = sum(map(len, failed))
         reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n])
         failed.append(~reached | touched)
+        first += runs.n
     return np.concatenate(failed)
 
 
-def _inside(sets: Sequence[Nested], p0: np.ndarray, k: np.ndarray) -> np.ndarray:
+def _inside(sets: Sequence[SafePlans], p0: np.ndarray, k: np.ndarray) -> np.ndarray:
     """(sets, tests) bool: which plans of the last set lie in which; by halving, for sets are
     nested.
     """
@@ -250,7 +220,7 @@ def _inside(sets: Sequence[Nested], p0: np.ndarray, k: np.ndarray) -> np.ndarray
         middle = (inside + outside) // 2
         for i in np.unique(middle[inside - outside > 1]):
             rows = np.flatnonzero((middle == i) & (inside - outside > 1))
-            held = sets[i].plans.contains(p0[rows], k[rows])
+            held = sets[i].contains(p0[rows], k[rows])
             inside[rows[held]], outside[rows[~held]] = i, i
     return np.arange(len(sets))[:, None] >= inside
 
@@ -261,8 +231,8 @@ def fixed_sequence(
     """Fixed-sequence testing: the tests that are made, and how many of them pass. [T42]
 
     inside: (sets, tests) bool, in the order of the scales. failed: (tests,) bool.
-    The sequence begins with the first set in which so many plans lie that none may fail: who lies
-    where decides that, not who fails. It ends with the first test that does not pass.
+    The sequence begins with the first set in which so many plans lie that none may fail: membership
+    decides that, not failures. It ends with the first test that does not pass.
     """
     least, steps = required_runs(asked.risk, asked.delta), []
     risk = math.nextafter(float(asked.risk), 0.0)
@@ -278,50 +248,47 @@ def fixed_sequence(
 
 def _sets(
     query: Query, key: jax.Array, rng: np.random.Generator, settings: Settings, asked: Validate
-) -> list[Nested]:
+) -> list[SafePlans]:
     """The nested sets in the order of the scales, fixed before any test: the corridors are those of
     the last one, of which each set has those that hold one of SEEDS plans, its seed there.
     """
-    scenes = [_scene(query, scale) for scale in asked.scales]
-    found = Prepared(scenes[-1]).solve(key, settings.replace(proof=False))
-    cover = found.cover
-    if not len(cover.corridors):
-        return [Nested(scene, (), cover.within) for scene in scenes]
-    last = Nested(scenes[-1], tuple(cover.corridors), cover.within)
-    p0, k = np.split(last.plans.sample(rng, SEEDS), [query.model.n_p], axis=1)
-    return [Nested(scene, _seeded(scene, last.corridors, p0, k), cover.within) for scene in scenes]
-
-
-def _scene(query: Query, scale: float) -> Scene:
-    """The problem under the scaled tube, all obstacles: those that no plan of one tube comes near
-    may be near plans of another.
-    """
-    claim = query.model.claim
-    tube = scaled(claim.tube, np.full(claim.tube.n_bins, scale), np.zeros(claim.tube.n_c))
-    model = query.model.replace(claim=stand_in(claim, tube))
-    return padded(lowered(query.of(model).nominal()))
+    scenes = []
+    for scale in asked.scales:
+        tube = query.model.tube
+        tube = scaled(tube, np.full(tube.n_bins, scale), np.zeros(tube.n_c))
+        model = query.model.replace(claim=stand_in(query.model.claim, tube))
+        # all obstacles: those that no plan of one tube comes near may be near plans of another
+        scenes.append(padded(lowered(query.of(model).nominal())))
+    cover = Prepared(scenes[-1]).solve(key, settings.replace(proof=False)).cover
+    last = SafePlans(scenes[-1], Corridors(scenes[-1].model.tube, cover.corridors), cover.within)
+    if not len(last.corridors):
+        return [last]
+    p0, k = np.split(last.sample(rng, SEEDS), [query.model.n_p], axis=1)
+    return [
+        SafePlans(scene, _seeded(scene, last.corridors.all, p0, k), cover.within)
+        for scene in scenes
+    ]
 
 
 def _seeded(
-    scene: Scene, corridors: tuple[Corridor, ...], p0: np.ndarray, k: np.ndarray
-) -> tuple[Corridor, ...]:
+    scene: Scene, corridors: Sequence[Corridor], p0: np.ndarray, k: np.ndarray
+) -> Corridors:
     """The corridors in which one of the plans lies under the tube of the scene, with that plan."""
-    e = predictions(scene, p0, k)
+    tube, e = scene.model.tube, predictions(scene, p0, k)
     safe = points(p0, k, e).at(e.reaches)
-    kept = Corridors(scene.model.tube, corridors).kept(safe.path, safe.bin)
-    return tuple(
-        one._replace(p0=safe.p0[row], k=safe.k[row])
-        for one, row, held in zip(corridors, kept.argmax(axis=0), kept.any(axis=0), strict=True)
-        if held
+    kept = Corridors(tube, corridors).kept(safe.path, safe.bin)
+    seeds = zip(corridors, kept.argmax(axis=0), kept.any(axis=0), strict=True)
+    return Corridors(
+        tube, [one._replace(p0=safe.p0[i], k=safe.k[i]) for one, i, held in seeds if held]
     )
 
 
-def _told(
-    model: TrajectoryModel, chosen: Nested, steps: tuple[Step, ...], asked: Validate
+def _accepted_model(
+    model: TrajectoryModel, chosen: SafePlans, steps: tuple[Step, ...], asked: Validate
 ) -> TrajectoryModel:
-    """The model under the tube of the set that was accepted, with (V) as its claim."""
-    last, tube = steps[-1], chosen.scene.model.tube
-    part = canonical(problem_part(chosen.scene.problem, chosen.scene.model))
+    """The model under the tube of the accepted set, with (V) as its claim."""
+    last, scene = steps[-1], chosen.scene
+    part = canonical(problem_part(scene.problem, scene.model))
     evidence = {
         "of": model.claim.hash,
         "scale": str(last.scale),
@@ -330,29 +297,29 @@ def _told(
         "scene": hashlib.sha256(part.encode()).hexdigest(),
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}
-    return model.replace(
-        claim=scene_claim(model.claim, tube, law_of(asked.system), evidence, **shown)
-    )
+    law = law_of(asked.system)
+    return model.replace(claim=scene_claim(model.claim, scene.model.tube, law, evidence, **shown))
 
 
 def _as_answer(
     query: Query,
-    chosen: Nested,
+    chosen: SafePlans,
     settings: Settings,
     key: jax.Array,
     rng: np.random.Generator,
-    looks: Looks | None,
+    looks: Looks,
 ) -> Answer:
     """The answer whose corridors are those of the set, proved as any other."""
     begin = time.perf_counter()
     scene = padded(lowered(query.nominal()))
+    plans = SafePlans(scene, Corridors(scene.model.tube, chosen.corridors.all), chosen.within)
     limit = Limit(settings.budget_s)
     drawn = draw_safe_plans(scene, key, rng, COVERED_BY, settings.confidence, limit, chosen.within)
-    held = chosen._replace(scene=scene).plans.has(drawn.points)
+    held = plans.has(drawn.points)
     rule = stopping_rule(settings.target, settings.confidence)
     cover = drawn._replace(
         points=drawn.points.at(held),
         coverage=rule.after(held).coverage,
-        corridors=chosen.corridors,
+        corridors=plans.corridors.all,
     ).pick(rng, settings.samples)
     return answered(scene, cover, None, settings, looks, begin)
