@@ -18,7 +18,7 @@ from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.system import System
 from parc_jax.method import Exact
 from parc_jax.problem.problem import Problem
-from parc_jax.problem.robust.nominal import NominalProblem, Query, nominal_problems, query
+from parc_jax.problem.robust.nominal import NominalProblem, nominal_problems, query
 from parc_jax.problem.robust.realisations import require_given
 from parc_jax.proof.absence.prove_no_plan import NoPlan
 from parc_jax.proof.certificate.prove import prove
@@ -29,7 +29,6 @@ from parc_jax.safe_set.batch.search import Problems, problem_of, search_batch
 from parc_jax.safe_set.corridors.first import MOST, first_safe
 from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.placed import placed
-from parc_jax.safe_set.corridors.sampling import Points
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene
@@ -124,33 +123,20 @@ class Prepared:
 
     def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
         """The answer that `Planner.solve` gives. Raises InputError."""
-        settings = Settings.whole() if settings is None else settings
-        if not isinstance(settings, Settings):
-            raise InputError(expected("solve", "Settings", settings, "pj.Settings.fast()"))
-        return self._solve(key, settings, time.perf_counter())
+        return self._solve(key, _settings("solve", settings), time.perf_counter())
 
-    def _solve(
-        self, key: jax.Array, settings: Settings, begin: float, looks: Looks | None = None
-    ) -> Answer:
-        """begin: [s] of the clock, from which the times of the answer count. looks: an account that
-        the answer shares; None for a new one.
-        """
-        scene = self.scene
+    def _solve(self, key: jax.Array, settings: Settings, begin: float) -> Answer:
+        """begin: [s] of the clock, from which the times of the answer count."""
         method = settings.method or Exact()
-        cover, no_plan = method.search(scene, stream(key, Stage.SEARCH), settings)
-        return answered(scene, cover, no_plan, settings, looks, begin)
+        cover, no_plan = method.search(self.scene, stream(key, Stage.SEARCH), settings)
+        return answered(self.scene, cover, no_plan, settings, begin)
 
 
 def answered(
-    scene: Scene,
-    cover: Cover,
-    no_plan: NoPlan | None,
-    settings: Settings,
-    looks: Looks | None,
-    begin: float,
+    scene: Scene, cover: Cover, no_plan: NoPlan | None, settings: Settings, begin: float
 ) -> Answer:
-    """The answer of a search that began at `begin` [s], without what the exact checker refuses.
-    Arguments as of `Prepared.solve`; looks: None for a new account.
+    """The answer of a search that began at `begin` [s], without parts that the exact checker
+    refuses.
     """
     covered = time.perf_counter()
     _log.info(
@@ -163,7 +149,8 @@ def answered(
     samples = np.concatenate([chosen.p0, chosen.k], axis=1)
 
     def certificates() -> list[dict]:
-        return _certificates(scene, chosen)
+        plans = zip(chosen.p0, chosen.k, chosen.path, strict=True)
+        return [sample_part(scene, scene.model.tube, *plan_and_path) for plan_and_path in plans]
 
     written = certificates
     if settings.proof:
@@ -171,14 +158,10 @@ def answered(
         accepted, held, _ = prove(scene.problem, scene.model, parts, cover.corridors)
         refused = int((~accepted).sum() + (~held).sum())
         samples, written = samples[accepted], _those(parts, accepted)
-        # where a corridor is refused the looks judged more than is returned: nothing is stated
-        coverage = cover.coverage if held.all() else cover.coverage._replace(at_least=0.0)
-        cover = cover._replace(
-            corridors=_those(cover.corridors, held),
-            coverage=coverage,
-            proved=True,
-            refused=refused,
-        )
+        if not held.all():  # coverage was counted with the refused corridors: nothing is stated
+            cover = cover._replace(coverage=cover.coverage._replace(at_least=0.0))
+        corridors = _those(cover.corridors, held)
+        cover = cover._replace(corridors=corridors, proved=True, refused=refused)
         took = time.perf_counter() - covered
         _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
     timings = {
@@ -188,15 +171,15 @@ def answered(
         "cover_s": covered - begin,
         "proof_s": time.perf_counter() - covered,
     }
-    found = len(samples) + len(cover.corridors) > 0
-    cover = cover._replace(
-        ended=_ended(cover, no_plan, found),
-        total_volume=volume_of_plans(scene),
-        timings=timings,
-    )
+    found, ended = len(samples) + len(cover.corridors) > 0, cover.ended
     if no_plan is not None:
         no_plan = no_plan._replace(uncertainty=scene.nominal.uncertainty)
-    return Answer(scene, cover, samples, written, no_plan, Looks() if looks is None else looks)
+        # a limit in seconds is told wherever it cut work off; else the end of what was decisive
+        if no_plan.ended is not None and ended != Ended.SECONDS:
+            ended = ended if found and no_plan.ended != Ended.SECONDS else no_plan.ended
+    volume = volume_of_plans(scene)
+    cover = cover._replace(ended=ended, total_volume=volume, timings=timings)
+    return Answer(scene, cover, samples, written, no_plan)
 
 
 class Planner:
@@ -243,7 +226,7 @@ class Planner:
         Raises InputError when the problem does not fit the model, SoundnessError when this
         installation computes wrong numbers.
         """
-        settings = _checked("solve", problem, settings, Settings.whole())
+        settings = _checked("solve", problem, settings)
         as_key(key)
         require_sound_arithmetic()
         begin = time.perf_counter()
@@ -261,7 +244,7 @@ class Planner:
 
         problem, at: as of `solve`. Raises as `solve` does.
         """
-        _checked("prepare", problem, None, Settings.whole())
+        _checked("prepare", problem, None)
         require_sound_arithmetic()
         nominal = query(problem, self.model, at).nominal(self._robust_models)
         return Prepared(pruned_scene(nominal))
@@ -280,7 +263,7 @@ class Planner:
         Returns the answer of a query with next to no work, from a separate random stream: its plans
         are safe, and proved with `proof`, but cover little.
         """
-        settings = _checked("warm_up", problem, settings, Settings.whole())
+        settings = _checked("warm_up", problem, settings)
         cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
         apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
         return self.solve(problem, apart, cold, at=at)
@@ -316,7 +299,7 @@ class Planner:
         # imported late: queries alone need no trainer
         from parc_jax.drive.local.refine import Zoom, refine
 
-        settings = _checked("refine", problem, settings, Settings.whole())
+        settings = _checked("refine", problem, settings)
         if problem.uncertainty is not None:
             raise InputError(
                 "refine: expected a problem without uncertainty; set uncertainty=None."
@@ -352,12 +335,10 @@ class Planner:
         warm: an earlier BatchAnswer of the same problems, or plans.
         whole: rows that `solve` answers as well, with these settings, or with `Settings.whole()`
             where these are for samples only.
-        mesh: devices to spread over (`distributed.mesh`).
+        mesh: devices to spread over (`common.backend.mesh`).
         Raises as `solve` does.
         """
-        settings = Settings.fast() if settings is None else settings
-        if not isinstance(settings, Settings):
-            raise InputError(expected("solve_batch", "Settings", settings, "pj.Settings.fast()"))
+        settings = _settings("solve_batch", Settings.fast() if settings is None else settings)
         if isinstance(problems, Problem):
             raise InputError("solve_batch: expected several problems; got one. Use `solve`.")
         require_sound_arithmetic()
@@ -386,52 +367,19 @@ class Planner:
         return BatchAnswer(found, best.plans, best.clearance, draws, proved, seconds, answers)
 
 
-def answer_to(
-    asked: Query, key: jax.Array, settings: Settings | None = None, looks: Looks | None = None
-) -> Answer:
-    """The answer to a query.
-
-    settings: as of `Planner.solve`.
-    looks: the account of the answer behind the query; None for a new one.
-    Raises as `Planner.solve` does.
-    """
-    settings = _checked("solve", asked.problem, settings, Settings.whole())
-    require_sound_arithmetic()
-    begin = time.perf_counter()
-    check_model(asked.model)
-    return Prepared(pruned_scene(asked.nominal()))._solve(key, settings, begin, looks)
-
-
-def _checked(call: str, problem, settings, default: Settings) -> Settings:
+def _checked(call: str, problem, settings) -> Settings:
     """The settings, or the default. Raises InputError for types that users mix up."""
     if not isinstance(problem, Problem):
         hint = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
         raise InputError(expected(call, "a problem", problem, hint))
-    if settings is None:
-        return default
-    if not isinstance(settings, Settings):
+    return _settings(call, settings)
+
+
+def _settings(call: str, settings) -> Settings:
+    if settings is not None and not isinstance(settings, Settings):
         hint = "pj.Settings(samples=10) or pj.Settings.fast()"
         raise InputError(expected(call, "Settings", settings, hint))
-    return settings
-
-
-def _ended(cover: Cover, no_plan: NoPlan | None, found: bool) -> Ended | None:
-    """The end of the search: the limit in seconds wherever it cut something off, else that of the
-    proof where no plan was found.
-    """
-    proof = None if no_plan is None else no_plan.ended
-    if Ended.SECONDS in (cover.ended, proof):
-        return Ended.SECONDS
-    return cover.ended if found or proof is None else proof
-
-
-def _certificates(scene: Scene, chosen: Points) -> list[dict]:
-    """The certificates of plans, one each."""
-    each = (chosen.p0, chosen.k, chosen.path)
-    return [
-        sample_part(scene, scene.model.tube, *plan_and_path)
-        for plan_and_path in zip(*each, strict=True)
-    ]
+    return Settings.whole() if settings is None else settings
 
 
 def _those(parts, accepted) -> list:

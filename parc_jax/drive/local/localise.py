@@ -37,7 +37,7 @@ from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec
 from parc_jax.learning.system import System, check_system
 from parc_jax.method import Exact
-from parc_jax.planner import Planner, answer_to
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
@@ -199,8 +199,10 @@ def localise(
         settings = settings or Settings.whole()
         if settings.method is None:
             settings = settings.replace(method=Exact((best.p0[0], best.k[0])))
+    at = None if query.pose is None else query.pose.values
+    answer = Planner(model).solve(query.problem, fresh, settings, at=at)
     # the same account of looks: tests of plans of the new answer are counted with those before
-    return replace(near, answer=answer_to(query, fresh, settings, looks))
+    return replace(near, answer=replace(answer, looks=looks))
 
 
 def checked_local(call: str, system: System, model: TrajectoryModel, local: Local | None) -> Local:

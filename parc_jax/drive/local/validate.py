@@ -14,7 +14,6 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.answer.looks import Looks
 from parc_jax.checker.answer import canonical
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
@@ -193,7 +192,7 @@ def validated(
         return replace(answer, validation=Validation(None, steps, asked))
     chosen = sets[asked.scales.index(steps[passed - 1].scale)]
     under = query.of(_accepted_model(query.model, chosen, steps[:passed], asked))
-    found = _as_answer(under, chosen, settings, own, after, answer.looks)
+    found = replace(_as_answer(under, chosen, settings, own, after), looks=answer.looks)
     refused = len(chosen.corridors) - len(found.corridors)
     validation = Validation(None if refused else found, steps, asked, refused)
     return replace(answer, validation=validation)
@@ -307,7 +306,6 @@ def _as_answer(
     settings: Settings,
     key: jax.Array,
     rng: np.random.Generator,
-    looks: Looks,
 ) -> Answer:
     """The answer whose corridors are those of the set, proved as any other."""
     begin = time.perf_counter()
@@ -322,4 +320,4 @@ def _as_answer(
         coverage=rule.after(held).coverage,
         corridors=plans.corridors.all,
     ).pick(rng, settings.samples)
-    return answered(scene, cover, None, settings, looks, begin)
+    return answered(scene, cover, None, settings, begin)

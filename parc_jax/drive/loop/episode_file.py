@@ -118,11 +118,9 @@ def save_episode(
 
 def manoeuvre_part(one: Commitment) -> dict:
     """The entry of one manoeuvre."""
-    pose = one.asked.pose
-    values = pose.place if pose.heading is None else np.append(pose.place, pose.heading)
     return {
         "begin": str(one.begin),
-        "pose": hex_text(values),
+        "pose": hex_text(one.asked.pose.values),
         "problem": problem_part(one.asked.problem, one.asked.model),
         "sample": one.part,
     }

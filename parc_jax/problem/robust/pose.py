@@ -33,6 +33,11 @@ class Pose(NamedTuple):
     place: np.ndarray
     heading: float | None = None
 
+    @property
+    def values(self) -> np.ndarray:
+        """x, y (and z), and the heading where there is one: as `pose_of` takes them."""
+        return self.place if self.heading is None else np.append(self.place, self.heading)
+
 
 def pose_of(at, model: TrajectoryModel) -> Pose:
     """A pose from x, y (and z), in the plane optionally followed by a heading.
