@@ -20,7 +20,7 @@ ROOMS = (
     "types",
     "exchange",
     "ros",
-)  # `neuralparc`: sets.md, lp.md
+)  # `neuralparc`: sets.md
 FURTHER = {
     "Records of options": (
         "learning.bound.asked",

@@ -1,6 +1,6 @@
 """The published method (PARC, NeuralPARC), a baseline package: the method `Published` of a query,
-and the sets and checked linear programs that it is written in: docs/sets.md and docs/lp.md. Nothing
-of the engine comes in. Loaded on first use.
+and the sets and checked linear programs that it is written in: docs/sets.md. Nothing of the engine
+comes in. Loaded on first use.
 """
 
 from parc_jax.common.on_use import on_use
