@@ -3,11 +3,12 @@
 SPREAD = ("median", "p95", "max")
 HEAD = """# Benchmarks
 
-This page is written by `python -m benchmarks --update-baseline`; do not edit it.
+How fast each step is, how much of the truly safe set is certified, and the comparison with the published method. This page is
+written by `python -m benchmarks --update-baseline`; do not edit it.
 
 ```
 python -m benchmarks                        # everything, about forty minutes on two quiet cores
-python -m benchmarks --only points bras     # some workloads
+python -m benchmarks --only points bras     # some workloads, with every metric
 python -m benchmarks --quick                # tiny sizes: does everything work? Its numbers mean nothing
 python -m benchmarks --gate                 # exit code 1 if anything is worse than the committed baseline
 python -m benchmarks --update-baseline      # accept the results of this run: baseline.json and this page
@@ -16,67 +17,152 @@ python -m benchmarks --device gpu --json results.json
 
 ## Method
 
-* Every number is a metric with unit, direction and tolerance. What is reported is gated, by the same list: counts and
-  verdicts tightly, on every machine; times loosely, and only against a baseline from the same kind of machine.
-* Compile, cold and warm are apart. A time ends when the *result* is there. Warm times are repeated; median, 95th
-  percentile and maximum are given, over at least 100 seeds where a query is random.
-* Methods that are compared run side by side: same process, machine, model, scene and float64.
-* Verdicts are float64 with a margin that covers rounding; training is float32. A metric says so when it differs.
-* A workload that cannot run here is skipped and says why. A fixed piece of NumPy work (`control`) shows whether the
-  machine was busy: if its spread is far from 1, distrust the times of that run, and look only at ratios and counts.
-* Here are the tables of every workload, or its values; `baseline.json` beside the code has every metric with what the
-  gate allows it.
+* Every metric has unit, direction and tolerance, and is gated: counts and verdicts tightly, on every machine; times
+  loosely, and only against a baseline from the same kind of machine.
+* Compile, cold and warm are apart. A time ends when the *result* is there. Warm times are medians, over at least 100
+  seeds where a query is random.
+* Methods that are compared run side by side: same process, machine, model, scene and float64. Verdicts are float64
+  with a margin that covers rounding; training is float32.
 * Figures of the paper are its authors', for their networks on their machine. They are marked and never gated.
-* What was measured by hand, of single stages and on other days, is on [a page of its own](measured.md).
+* Here are the results that a reader can use without the code. All metrics and whole tables are in
+  `benchmarks/baseline.json`; how a workload measures is the docstring of its file in `benchmarks/workloads`.
+* Measured by hand, of single stages: [measured](measured.md). What other programs say of the same network:
+  [peers](suite.md#peers).
 """
+HEADLINES = {  # metric: what it is, for people; in the order of the page
+    "main_job.median": "`parc-jax run drift_parking`, from nothing to its end",
+    "main_job.first_picture.median": "its first picture of proved plans",
+    "cold_start.filled_cache.median": "from `python` to a proved plan of a saved model",
+    "cold_start.shell.filled_cache.median": "the same by `parc-jax solve drift_parking --first`",
+    "query.first_sample.median": "a safe plan, model in memory, scene laid out anew",
+    "query.prepared.median": "a safe plan of a scene that is laid out",
+    "query.prepared_proved.median": "the same with its exact proof",
+    "query.corridors_cover.median": "corridors that cover 99 % of the safe set",
+    "batch_query.4096.rate": "random scenes, each to its first safe plan",
+    "points.rate": "verdicts on single (p0, k)",
+    "lps.batched": "small linear programs, checked",
+    "checking.program.median": "`parc-jax check` of 100 samples and the safe polytopes",
+    "onboard.call": "the C header: is this plan safe?",
+}
+SHOWN = {  # workload: rows of its tables that the page shows
+    "main_job": None,
+    "table_one": lambda rows: [row for row in rows if row[1] == "4x8"],
+    "bras": None,
+    "gap": lambda rows: rows[::2] if len(rows) > 8 else rows,
+    "yield": lambda rows: _ends(rows, 2),
+    "rollouts": lambda rows: [row for row in rows if row[2] not in ("1", "2,048")],
+    "rare": lambda rows: _ends(rows, 0),
+    "clutter": lambda rows: _ends([row for row in rows if row[0] in ("plain", "moving")], 1),
+    "scaling": lambda rows: [],  # its figure says it
+    "fails_safely": None,
+}
+EXPLAINED = {  # what a reader of the tables needs beside the first sentence of the method
+    "table_one": "LPs as published: timed on a random tenth of the regions and scaled up. Of the safe set: the part of\n"
+    "the (p0, k) that are safe for the model inside the same tube that the method keeps.",
+    "bras": "LPs are timed on a random tenth of the regions and scaled up; lean: the same programs, the solver with\n"
+    "nothing around it.",
+    "gap": "Slack is the room left between body and obstacles; the circle is the one around the car.",
+    "yield": "A plan truly succeeds when the goal is reached and nothing is touched in 99 % of its runs. All settings of\n"
+    "a system have equal eps, delta and numbers of runs.",
+    "clutter": "Processor time for sixteen plans. Prepared: the scene is laid out once. New scene: laid out anew each time.\n"
+    "Programs: what the first scene of so many obstacles compiles.",
+}
+
+
+def _ends(rows: list, n: int) -> list:
+    """First and last of the rows that agree in the first n cells."""
+    groups: dict[tuple, list] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[:n]), []).append(row)
+    return [row for group in groups.values() for row in (group[:1] + group[1:][-1:])]
 
 
 def page(baselines: dict[str, dict]) -> str:
     """The whole page from the reports of all platforms."""
-    parts = [HEAD, "## Results\n"]
+    parts = [HEAD]
     if not baselines:
         parts.append("None recorded yet.\n")
     for platform, report in sorted(baselines.items()):
-        parts.append(results(report, f"### On {platform.upper()}", 4, metrics=False))
+        parts.append("\n".join(_of_platform(report, platform)))
     return "\n".join(parts)
 
 
-def results(report: dict, title: str, level: int, metrics: bool = True) -> str:
-    """One report as Markdown.
+def _of_platform(report: dict, platform: str) -> list[str]:
+    entries = {entry["name"]: entry for entry in report["workloads"]}
+    lines = [f"## On {platform.upper()}", "", *_where(report["environment"])]
+    earlier: dict[tuple[str, str], list[str]] = {}
+    for name, entry in entries.items():
+        if own := entry.get("earlier"):
+            earlier.setdefault((own["date"], own["commit"]), []).append(name)
+    for (date, commit), names in earlier.items():
+        which = f"{len(names)} of {len(entries)} workloads"
+        which = which if len(names) > 3 else ", ".join(names)
+        lines += [f"Measured in an earlier run ({date}, commit {commit}): {which}.", ""]
+    found = {m["key"]: m for entry in entries.values() for m in entry["metrics"]}
+    rows = [
+        (said, _value(found[key]["value"], found[key]["unit"]), f"`{key.split('.')[0]}`")
+        for key, said in HEADLINES.items()
+        if key in found
+    ]
+    lines += _table(("", "median", "workload"), rows) if rows else []
+    for name, choose in SHOWN.items():
+        if name not in entries:
+            continue
+        entry = entries.pop(name)
+        lines += [f"### {name}", "", *_first_paragraph(entry["method"])]
+        lines += [*EXPLAINED.get(name, "").splitlines(), ""]
+        if entry["status"] != "ok":
+            lines += [f"*{entry['status'].capitalize()}: {entry['reason']}*", ""]
+        for table in entry["tables"]:
+            rows = choose(table["rows"]) if choose else table["rows"]
+            if rows:
+                lines += [f"**{table['title']}**", "", *_table(table["header"], rows)]
+                lines += [table["note"], ""] if table["note"] else []
+        if "figure" in entry:
+            lines += [f"![{name}]({entry['figure']})", ""]
+    lines += ["### In baseline.json alone", ""] if entries else []
+    for name, entry in entries.items():
+        failed = "" if entry["status"] == "ok" else f" *{entry['status'].capitalize()}.*"
+        said = " ".join(line.strip() for line in _first_paragraph(entry["method"]))
+        lines += [f'* <a id="{name}"></a>`{name}`: {said}{failed}']
+    return [*lines, ""] if entries else lines
 
-    level: of the headings of its workloads. metrics: every metric with what the gate allows;
-        without, a workload that has tables is its tables, and another one its values.
-    """
-    e = report["environment"]
+
+def _first_paragraph(text: str) -> list[str]:
+    return text.strip().split("\n\n")[0].splitlines()
+
+
+def _where(e: dict) -> list[str]:
     versions = ", ".join(f"{name} {version}" for name, version in e["versions"].items())
     where = (
         f"{e['device']}, {e['devices']} device(s), {e['processors']} processors, load "
         f"{e['load']} at the start"
     )
-    lines = [title, "", f"{where}; {e['date']}; commit {e['commit']}; {e['dtype']}."]
-    lines += [f"Python {e['python']}, {versions}.", ""]
+    return [
+        f"{where}; {e['date']}; commit {e['commit']}; {e['dtype']}.",
+        f"Python {e['python']}, {versions}.",
+        "",
+    ]
+
+
+def results(report: dict, title: str, level: int) -> str:
+    """One report as Markdown, with every metric and what the gate allows it.
+
+    level: of the headings of its workloads.
+    """
+    lines = [title, "", *_where(report["environment"])]
     if report["quick"]:
         lines += ["**Quick sizes: these numbers mean nothing.**", ""]
     for entry in report["workloads"]:
         lines += [f"{'#' * level} {entry['name']}", "", *entry["method"].strip().splitlines(), ""]
-        if "earlier" in entry:
-            own = entry["earlier"]
-            when = f"{own['date']}, commit {own['commit']}, load {own['load']} at the start"
-            lines += [f"Measured in an earlier run: {when}.", ""]
         if entry["status"] != "ok":
             lines += [f"*{entry['status'].capitalize()}: {entry['reason']}*", ""]
         for table in entry["tables"]:
             lines += [f"**{table['title']}**", "", *_table(table["header"], table["rows"])]
             lines += [table["note"], ""] if table["note"] else []
-        if "figure" in entry:
-            lines += [f"![{entry['name']}]({entry['figure']})", ""]
         if entry["metrics"]:
-            rows = _rows(entry["metrics"])
-            if metrics:
-                header = ("metric", "value", "better", "allowed change", "batch", "dtype")
-                lines += _table(header, rows)
-            elif not entry["tables"]:
-                lines += _table(("metric", "value"), [row[:2] for row in rows])
+            header = ("metric", "value", "better", "allowed change", "batch", "dtype")
+            lines += _table(header, _rows(entry["metrics"]))
     return "\n".join(lines)
 
 
@@ -108,6 +194,8 @@ def _allowed(m: dict) -> str:
 
 
 def _value(value: float, unit: str) -> str:
+    if unit == "s" and value < 1e-4:
+        return f"{1e6 * value:.3g} µs"
     if unit == "s" and value < 1:
         return f"{1e3 * value:.3g} ms"
     if unit == "count":
@@ -120,4 +208,4 @@ def _table(header, rows) -> list[str]:
     def line(cells):
         return "| " + " | ".join(str(c).replace("|", "\\|") for c in cells) + " |"
 
-    return [line(header), line(["---"] * len(header)), *(line(row) for row in rows), ""]
+    return [line(header), "|" + "---|" * len(header), *(line(row) for row in rows), ""]
