@@ -219,18 +219,12 @@ def page(results: Sequence[Result], known: Sequence[Campaign]) -> str:
     now = {campaign.name: campaign.state() for campaign in known}
     older = [result.name for result in results if result.state != now[result.name]]
     which = "every line" if len(older) == len(results) else ", ".join(older) or "no line"
-    rows = [
-        f"| `{r.name}` | {r.tries} | {'' if r.passed else '**failed**: '}{r.line} "
-        f"| {r.seconds / 60:.1f} | {r.commit} |"
-        for r in results
-        if r.code != NO_TESTS
-    ]
     return "\n".join(
         [
-            "# What the night found",
+            "# Nightly: the campaigns of hours",
             "",
-            "Written by `.ci/nightly`, a line for each campaign; [testing](testing.md) says what "
-            "runs when, [attacks](attacks.md) what each tries.",
+            "The last result of every long campaign, written by `.ci/nightly`; [testing](testing.md) "
+            "says when they run, [attacks](attacks.md) explains them.",
             "",
             f"Commit and day: {'; '.join(states)}. {os.cpu_count()} cores, Python "
             f"{platform.python_version()}, {hours:.1f} hours in all, "
@@ -241,12 +235,25 @@ def page(results: Sequence[Result], known: Sequence[Campaign]) -> str:
             "A line is of the code of its commit and says nothing of later code. Older than what "
             f"it reads at {_git('rev-parse', '--short', 'HEAD')}, where this was written: {which}.",
             "",
-            "| campaign | what it tries | result | minutes | commit |",
-            "| --- | --- | --- | --- | --- |",
-            *rows,
-            "",
+            *_tables([result for result in results if result.code != NO_TESTS]),
         ]
     )
+
+
+def _tables(results: Sequence[Result]) -> list[str]:
+    """A table for all campaigns that try the same."""
+    lines = []
+    for tries in dict.fromkeys(result.tries for result in results):
+        lines += [f"**{tries[0].upper() + tries[1:]}**", ""]
+        lines += ["| campaign | result | minutes | commit |", "|---|---|---|---|"]
+        lines += [
+            f"| `{r.name}` | {'' if r.passed else '**failed**: '}{r.line} "
+            f"| {r.seconds / 60:.1f} | {r.commit} |"
+            for r in results
+            if r.tries == tries
+        ]
+        lines += [""]
+    return lines
 
 
 def run(options: Options, known: Sequence[Campaign] | None = None, to: Path = PAGE) -> int:

@@ -24,12 +24,12 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^(<!-- slow -->\n+)?```python\n(.*?)^```", re.M | re.S)
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
-DOORS = ("jax_function", "python_environment", "logged_data", "mujoco_model")
-ELSEWHERE = {"fmu_model"}  # by tests/rollout/test_fmu.py, which makes what it needs
+DOORS = ("02_jax_function", "03_python_environment", "04_logged_data", "05_mujoco_model")
+ELSEWHERE = {"06_fmu_model"}  # by tests/rollout/test_fmu.py, which makes what it needs
 POINT_MODEL = ROOT / "tests" / "data" / "drift_4x8.npz"
 # the small one that comes along: pages start from it instead of learning one
 MODEL = ROOT / "sims" / "drift_parking" / "model.npz"
-ARGUMENTS = {"replanning": (str(POINT_MODEL), "3")}
+ARGUMENTS = {"10_replanning": (str(POINT_MODEL), "3")}
 HEAVY = {
     "batch.md",
     "claims.md",
@@ -128,6 +128,12 @@ def test_every_door_has_an_example():
     assert {path.stem for path in EXAMPLES} >= set(DOORS)
     guide = (ROOT / "docs" / "your_own_robot.md").read_text(encoding="utf-8")
     assert all(f"examples/{name}.py" in guide for name in DOORS)
+
+
+def test_every_example_has_a_number_and_a_line_on_its_page():
+    page = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| (\d+) \| \[(\w+)\.py\]\(examples/\2\.py\) \|", page, re.M)
+    assert [(str(i), path.stem) for i, path in enumerate(EXAMPLES, 1)] == listed
 
 
 def command_lines(page: Path) -> list[list[str]]:

@@ -44,7 +44,7 @@ def test_what_is_finished_is_not_run_again_and_what_failed_is(night):
     for n in (1, 2):
         assert run(options, [good, bad], page) == 1
         assert of_good.read_text() == "x" and of_bad.read_text() == "x" * n
-    assert "| `good` | counts | said good |" in page.read_text()
+    assert "**Counts**" in page.read_text() and "| `good` | said good |" in page.read_text()
     assert "where this was written: no line." in page.read_text()
     assert "**failed**: said bad" in page.read_text() and "Failed: bad." in page.read_text()
     assert run(Options(folder=night / "kept", again=True), [good], page) == 0

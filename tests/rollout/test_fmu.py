@@ -181,7 +181,7 @@ def test_without_the_package_one_sentence_says_what_to_install(monkeypatch):
 
 @pytest.mark.night
 def test_the_example_leads_to_a_proved_plan(glider):
-    example = Path(__file__).parents[2] / "docs" / "examples" / "fmu_model.py"
+    example = Path(__file__).parents[2] / "docs" / "examples" / "06_fmu_model.py"
     done = subprocess.run([sys.executable, example, glider], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "(E) With confidence" in done.stdout and "a safe plan (p0, k): " in done.stdout

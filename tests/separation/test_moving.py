@@ -108,7 +108,7 @@ def test_standing_still_and_bad_input():
 @pytest.mark.night
 def test_the_replanning_loop_keeps_up_and_every_plan_holds_at_its_own_time():
     folder = Path(__file__).resolve().parents[1]
-    example = runpy.run_path(str(folder.parent / "docs/examples/replanning.py"))
+    example = runpy.run_path(str(folder.parent / "docs/examples/10_replanning.py"))
     model = load(folder / "data/drift_4x8.npz")
     seen = example["replan"](model, 41)
     assert seen.found.all() and seen.warm[1:].any() and not seen.warm[0]

@@ -70,7 +70,7 @@ def system(workers=None):
 if __name__ == "__main__":
     import runpy
 
-    ask = runpy.run_path(str(Path(__file__).with_name("jax_function.py")))["ask"]
+    ask = runpy.run_path(str(Path(__file__).with_name("02_jax_function.py")))["ask"]
     black_box = system(workers=2)
     answer = ask(black_box, jax.random.PRNGKey(0))
     black_box.close()

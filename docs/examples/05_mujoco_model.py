@@ -83,7 +83,7 @@ if __name__ == "__main__":
         name="puck",
     )
     assert pj.learning.translation_gap(puck, key, starts=[[0.5, -0.3]]).p.max() < 1e-9
-    ask = runpy.run_path(str(Path(__file__).with_name("jax_function.py")))["ask"]
+    ask = runpy.run_path(str(Path(__file__).with_name("02_jax_function.py")))["ask"]
     answer = ask(puck, key)
     print(answer.details())
     print("a safe plan (p0, k):", answer.samples[0])

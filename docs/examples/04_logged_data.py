@@ -16,7 +16,7 @@ HERE = Path(__file__).parent
 
 def log(folder, n=400):
     """Stands for your robot: writes k.csv, q.csv and one file per run, in absolute coordinates."""
-    skid = runpy.run_path(str(HERE / "jax_function.py"))["Skid"]()
+    skid = runpy.run_path(str(HERE / "02_jax_function.py"))["Skid"]()
     runs = pj.learning.collect(skid, jax.random.PRNGKey(7), n=n, quiet=True)
     (folder / "p").mkdir(parents=True)
     np.savetxt(folder / "k.csv", runs.k, delimiter=",", header="speed,turn", comments="")
@@ -27,7 +27,7 @@ def log(folder, n=400):
 
 
 if __name__ == "__main__":
-    solve = runpy.run_path(str(HERE / "jax_function.py"))["solve"]
+    solve = runpy.run_path(str(HERE / "02_jax_function.py"))["solve"]
     with tempfile.TemporaryDirectory() as folder:
         time, domain = log(Path(folder) / "log")
         logged = pj.load_rollouts(Path(folder) / "log", time=time, domain=domain)

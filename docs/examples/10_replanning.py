@@ -1,7 +1,7 @@
 """A planning loop: the gap and the goal drift, a pedestrian crosses, every answer warm-starts the
 next one.
 
-    python docs/examples/replanning.py MODEL.npz [CYCLES]
+    python docs/examples/10_replanning.py MODEL.npz [CYCLES]
 
 MODEL is a saved drift-parking model of the disc (`parc-jax learn drift_parking --body disc`).
 Prints what was found and how fast.

@@ -1,5 +1,5 @@
 """Door 5: a model that another tool exported (Simulink, Modelica, ...), as an FMU: python
-fmu_model.py GLIDER.fmu
+06_fmu_model.py GLIDER.fmu
 
 The glider of the tests: parameters vx, vy [m/s], outputs x, y [m] and heading [rad], and a seed
 that decides its gust. Worker processes import this file, so its start is guarded.
