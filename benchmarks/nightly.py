@@ -223,8 +223,8 @@ def page(results: Sequence[Result], known: Sequence[Campaign]) -> str:
         [
             "# Nightly: the campaigns of hours",
             "",
-            "The last result of every long campaign, written by `.ci/nightly`; [testing](testing.md) "
-            "says when they run, [attacks](attacks.md) explains them.",
+            "The last result of every long campaign, written by `.ci/nightly`; "
+            "[testing](testing.md) says when they run, [attacks](attacks.md) explains them.",
             "",
             f"Commit and day: {'; '.join(states)}. {os.cpu_count()} cores, Python "
             f"{platform.python_version()}, {hours:.1f} hours in all, "
