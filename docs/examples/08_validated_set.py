@@ -20,9 +20,11 @@ if __name__ == "__main__":
     answer = pj.Planner(model).solve(problem, key, pj.Settings(samples=20), validate=tested)
 
     print(answer.summary())  # under the whole tube: sentences (C) and (E)
-    print(answer.validation.details())  # sentence (V): of a plan drawn from the wider set
-    wider = answer.validation.answer
-    shares = (f"{one.share.share:.1%}" for one in (answer, wider))
-    print("of the plans that aim at the goal: proved for every scene, tested in this one:", *shares)
-    print("three plans of it:", wider.sample(key, 3).round(2).tolist())
-    wider.save("validated.json")  # (C) for its own tube, and (V)
+    validation = answer.validation
+    assert validation is not None
+    print(validation.details())  # sentence (V): of a plan drawn from the wider set
+    wider = validation.answer  # None where no set passed
+    if wider is not None and wider.share is not None:
+        print(f"{wider.share.share:.1%} of the plans that aim at the goal are in this set")
+        print("three plans of it:", wider.sample(key, 3).round(2).tolist())
+        wider.save("validated.json")  # (C) for its own tube, and (V)
