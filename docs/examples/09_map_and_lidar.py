@@ -17,7 +17,7 @@ def platform(robot):
     net = pj.learning.relu_network([slide], [np.tile(robot.places.ravel(), 5)[2:]])
     time = pj.learning.time_grid(dt=0.25, t_f=1.0, dt_record=0.05)
     widths = np.full((1, 4, 10), 0.02), np.full((1, 10), 0.02)
-    tube = pj.learning.tube(np.array([[-2.0, 2.0]] * 2), *widths, 5)
+    tube = pj.learning.tube([np.array([-2.0, 2.0])] * 2, *widths, 5)
     claim = pj.learning.declared_claim(tube, "this file", net, time, points=robot.points)
     return pj.learning.trajectory_model(net, claim)
 
