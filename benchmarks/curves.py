@@ -9,7 +9,7 @@ import numpy as np
 
 from parc_jax.app.plot import style
 from parc_jax.common.errors import InputError
-from parc_jax.safe_set.corridors.found import Progress
+from parc_jax.safe_set.corridors.search import Progress
 
 
 class CoverCurve(NamedTuple):

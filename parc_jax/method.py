@@ -14,11 +14,9 @@ import numpy as np
 from parc_jax.common.keys import generator
 from parc_jax.common.status import Ended
 from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
-from parc_jax.safe_set.corridors.found import Cover
-from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.rare import where_around, where_safe
-from parc_jax.safe_set.corridors.sampling import no_points, points
-from parc_jax.safe_set.corridors.search import corridors_around, cover, draw_safe_plans
+from parc_jax.safe_set.corridors.sampling import Place, no_points, points
+from parc_jax.safe_set.corridors.search import Cover, corridors_around, cover, draw_safe_plans
 from parc_jax.safe_set.corridors.stopping import Limit, nothing_covered
 from parc_jax.safe_set.settings import Settings, Work, work_of
 from parc_jax.safe_set.verdict.infeasible import why_none

@@ -27,8 +27,7 @@ from parc_jax.proof.regions import RegionTable, regions_of
 from parc_jax.safe_set.batch.box_scenes import BoxScenes
 from parc_jax.safe_set.batch.search import Problems, problem_of, search_batch
 from parc_jax.safe_set.corridors.first import MOST, first_safe
-from parc_jax.safe_set.corridors.found import Cover
-from parc_jax.safe_set.corridors.placed import placed
+from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene
@@ -117,8 +116,7 @@ class Prepared:
         """
         if not 1 <= n <= MOST:
             raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
-        safe, _ = first_safe(placed(self.scene), stream(key, Stage.SEARCH), n)
-        safe = safe.fetched()
+        safe, _ = first_safe(self.scene, stream(key, Stage.SEARCH), n)
         return FirstPlans(safe.plans, safe.clearance, safe.judged)
 
     def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:

@@ -8,8 +8,8 @@ from fractions import Fraction
 from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
-from parc_jax.safe_set.corridors.found import Share
 from parc_jax.safe_set.corridors.sampling import FEW
+from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import Why
 

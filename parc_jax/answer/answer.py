@@ -29,9 +29,9 @@ from parc_jax.proof.certificate.write import answer_part
 from parc_jax.safe_set.corridors.best import best_plan
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.found import Cover, Share
 from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_polytopes
 from parc_jax.safe_set.corridors.safe_plans import SafePlans, as_plans
+from parc_jax.safe_set.corridors.search import Cover, Share
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import Scene, volume_of_all

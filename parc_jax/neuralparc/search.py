@@ -28,8 +28,8 @@ from parc_jax.neuralparc.cells import Cell, cells_outward, stacks
 from parc_jax.neuralparc.scene import PaperScene, paper_scene
 from parc_jax.neuralparc.sets.sampling import sample_polytopes
 from parc_jax.proof.regions import regions_of
-from parc_jax.safe_set.corridors.found import Cover
 from parc_jax.safe_set.corridors.sampling import points
+from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.corridors.stopping import nothing_covered
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts

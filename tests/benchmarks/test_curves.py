@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.curves import Bar, CoverCurve, GapCurve, GapRoom, cover, gap, of_history, shares
 from parc_jax.common.errors import InputError
-from parc_jax.safe_set.corridors.found import Progress
+from parc_jax.safe_set.corridors.search import Progress
 
 
 def test_every_bar_stands_where_its_share_and_bounds_say():

@@ -19,8 +19,7 @@ from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.corridors import first as first_module
-from parc_jax.safe_set.corridors.first import MOST, first_draw, first_safe
-from parc_jax.safe_set.corridors.placed import placed
+from parc_jax.safe_set.corridors.first import MOST, first_draw, first_safe, placed
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -134,12 +133,12 @@ def test_one_obstacle_more_compiles_nothing_and_nothing_moves_but_the_key():
 def test_what_cannot_be_found_ends_and_a_goal_without_ends_is_not_drawn_from():
     model = line_model(4, 0.0)
     wall = box([-9.0, -9.0], [9.0, 9.0])
-    none = placed(scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [wall], 0.1), model))
-    first = first_safe(none, KEYS[0], 2)[0].fetched()
+    none = scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [wall], 0.1), model)
+    first = first_safe(none, KEYS[0], 2)[0]
     assert first.count == 0 < first.judged
     model = line_model(4, 2.0)
-    narrow = placed(scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [], 0.1), model))
-    assert first_safe(narrow, KEYS[0], 2)[0].fetched().judged == 0
+    narrow = scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [], 0.1), model)
+    assert first_safe(narrow, KEYS[0], 2)[0].judged == 0
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.problem import goal_of_points
 from parc_jax.safe_set.corridors.build import admit, build, nothing_built
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.polytope import cut_around
+from parc_jax.safe_set.corridors.polytopes import cut_around
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

@@ -5,8 +5,7 @@ import pytest
 from toy_models import toy_case
 
 from parc_jax.safe_set.corridors.build import admit, build, nothing_built
-from parc_jax.safe_set.corridors.polytope import cut_around
-from parc_jax.safe_set.corridors.polytopes import Polytopes
+from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_around
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.corridors.stopping import nothing_covered
 from parc_jax.safe_set.verdict.scene import scene_of

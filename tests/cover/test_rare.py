@@ -9,9 +9,8 @@ import parc_jax as pj
 from parc_jax.app.cli.scene import verdict
 from parc_jax.common.errors import InputError
 from parc_jax.problem.robust.nominal import NominalProblem
-from parc_jax.safe_set.corridors.place import Place, place_around
 from parc_jax.safe_set.corridors.rare import where_around, where_safe
-from parc_jax.safe_set.corridors.sampling import FEW, HOPELESS, Counts, draw
+from parc_jax.safe_set.corridors.sampling import FEW, HOPELESS, Counts, Place, draw, place_around
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import pruned_scene

@@ -18,8 +18,7 @@ from parc_jax.app.plot.page import page_data, write_page
 from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import labels
 from parc_jax.proof.certificate.prove import corridor_of
-from parc_jax.safe_set.corridors.polytope import SafePolytope
-from parc_jax.safe_set.corridors.polytopes import Polytopes
+from parc_jax.safe_set.corridors.polytopes import Polytopes, SafePolytope
 from parc_jax.safe_set.corridors.stopping import nothing_covered
 
 

@@ -19,7 +19,7 @@ from parc_jax.neuralparc.scene import paper_scene
 from parc_jax.neuralparc.search import SAMPLES_PER_REGION, paper_search
 from parc_jax.proof.regions import regions_of
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.polytope import cut_around
+from parc_jax.safe_set.corridors.polytopes import cut_around
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.search import corridors_around
 from parc_jax.safe_set.verdict.pointwise import verdicts

@@ -19,9 +19,8 @@ from parc_jax.problem.robust.realisations import robustness_of_json
 from parc_jax.proof.absence.prove_no_plan import PROVED, UNDECIDED, NoPlan
 from parc_jax.proof.certificate.prove import corridor_of, model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import FORMAT
-from parc_jax.safe_set.corridors.found import Cover
-from parc_jax.safe_set.corridors.place import Place
-from parc_jax.safe_set.corridors.sampling import points
+from parc_jax.safe_set.corridors.sampling import Place, points
+from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts

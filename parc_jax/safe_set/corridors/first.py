@@ -14,21 +14,25 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float, Int
 
-from parc_jax.common.arrays import x64
+from parc_jax.common import struct
+from parc_jax.common.arrays import once, x64
 from parc_jax.common.backend import Backend, backend
 from parc_jax.common.errors import InputError
 from parc_jax.common.shapes import Index, ManyParams, Params, Vector
 from parc_jax.learning.bound.bins import closed_bins, open_bin_of
-from parc_jax.safe_set.corridors.placed import Placed, placed
-from parc_jax.safe_set.corridors.sampling import Draw, ends_of, points
+from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.safe_set.corridors.sampling import BinEnds, Draw, ends_of, points
 from parc_jax.safe_set.verdict.pointwise import (
-    Prediction,
+    Verdicts,
     anchored,
+    end_network,
     prediction,
     verdict,
     verdict_in_turn,
 )
-from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.safe_set.verdict.scene import ROOM, Scene, SceneArrays, padded
 
 SLOTS = (1, 4, 16)  # capacities of a compiled program, in plans
 MOST = SLOTS[-1]
@@ -36,6 +40,47 @@ NO_LIMIT = 2**31 - 1  # of separation tests
 # without its emitters of fused loops XLA compiles this program for a CPU in half the time, and it
 # runs as fast; the option says nothing to other devices, and later lines of XLA do not have it
 COMPILER = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 10) else None
+
+
+@struct.dataclass
+class Placed:
+    """A model and a scene on the device, moved there once for all queries about them.
+
+    end: the network with the outputs of the last knot only. scene: padded for more obstacles.
+    ends: the bins and where their plans may end. at: (n_p,) [m] the one start of all plans, None
+        for any.
+    """
+
+    net: ReLUNetwork
+    end: ReLUNetwork
+    tube: Tube
+    scene: SceneArrays
+    ends: BinEnds
+    at: jax.Array | None
+
+
+def placed(scene: Scene) -> Placed:
+    """The scene on the device that JAX is set to; moved there once while the scene lives."""
+    return once(scene, _placed, jax.config.jax_default_device)
+
+
+def _placed(scene: Scene, device: jax.Device | None) -> Placed:
+    about = once(scene.model, _of_model, device)
+    corners_of_a_box = 2**scene.model.n_p
+    own = (padded(scene, ROOM, corners_of_a_box).arrays, ends_of(scene), scene.at)
+    with x64(), jax.transfer_guard_host_to_device("allow"):
+        return Placed(*about, *_moved(own))
+
+
+@jax.jit
+def _moved(tree: tuple):
+    """The same arrays on the device, in one call: `device_put` takes three times as long."""
+    return tree
+
+
+def _of_model(model: TrajectoryModel, _device: jax.Device | None):
+    with x64():
+        return jax.device_put((model.net, end_network(model), model.tube))
 
 
 class Proposals(NamedTuple):
@@ -87,24 +132,25 @@ class FirstSafe(NamedTuple):
         return FirstSafe(*(x[: counts[0]] for x in host[:3]), *counts)
 
 
-def first_safe(asked: Placed, key: jax.Array, n: int) -> tuple[FirstSafe, Prediction]:
-    """The first n safe plans of uniform draws, n at most MOST, and the network's prediction of
-    them, on the device of the question. Fewer where more rounds would be slow.
+def first_safe(scene: Scene, key: jax.Array, n: int) -> tuple[FirstSafe, Verdicts]:
+    """The first n safe plans of uniform draws, n at most MOST, on the host, and the network's
+    prediction of them, on the device, padded. Fewer where more rounds would be slow.
 
     key: of `jax.random`, consumed.
     """
+    asked = placed(scene)
     slots = next(size for size in SLOTS if size >= n)
     (device,) = asked.scene.count.devices()
     with x64():
-        return _first_safe(asked, key, _number(n, device), slots, backend(device))
+        safe, seen = _first_safe(asked, key, _number(n, device), slots, backend(device))
+    return safe.fetched(), seen
 
 
 def first_draw(scene: Scene, key: jax.Array, n: int) -> Draw:
     """The first n safe plans as a draw, n at most MOST. Its size depends on the result: the draw
     ends with the last plan needed.
     """
-    safe, seen = first_safe(placed(scene), key, n)
-    safe = safe.fetched()
+    safe, seen = first_safe(scene, key, n)
     seen = jax.tree.map(lambda x: np.asarray(x)[: safe.count], seen)
     p0, k = np.split(safe.plans, [scene.model.n_p], axis=1)
     whole = ends_of(scene).volume.sum() if scene.at is None else scene.model.domain.volume
@@ -144,7 +190,7 @@ def _number(n: int, device: jax.Device | None) -> jax.Array:
 @partial(jax.jit, static_argnames=("slots", "how"), compiler_options=COMPILER)
 def _first_safe(
     asked: Placed, key: jax.Array, n: Index, slots: int, how: Backend
-) -> tuple[FirstSafe, Prediction]:
+) -> tuple[FirstSafe, Verdicts]:
     judge = _in_turn if how.in_turn else _side_by_side
 
     def round_of(state: tuple):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.learning.network.predict import trajectories
-from parc_jax.safe_set.corridors.place import Place, place_around
+from parc_jax.safe_set.corridors.sampling import Place, place_around
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene

@@ -12,12 +12,12 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.counts import least_probability
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.place import Place
 from parc_jax.safe_set.corridors.sampling import (
     FIRST_DRAW,
     HOPELESS,
     LARGEST_DRAW,
     Counts,
+    Place,
     Points,
     draw,
     ends_from,

@@ -13,8 +13,7 @@ from parc_jax.common.shapes import ManyParams, Positions
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
-from parc_jax.safe_set.corridors.place import Place
-from parc_jax.safe_set.verdict.pointwise import Prediction, Verdicts
+from parc_jax.safe_set.verdict.pointwise import Verdicts
 from parc_jax.safe_set.verdict.scene import Scene
 from parc_jax.safe_set.verdict.screen import Screened, screen
 
@@ -83,6 +82,49 @@ class Points(NamedTuple):
     def at(self, index: np.ndarray | slice | int) -> "Points":
         """The points of an index or mask."""
         return Points(*(field[index] for field in self))
+
+
+ROOM = 0.25  # of its sides that a box around some points is longer, at either end
+LEAST_ROOM = 1e-9  # [sides of the whole] the same, at least
+
+
+class Place(NamedTuple):
+    """A proposal region, to draw from instead of everywhere: all middle + axes u with |u_i| <= 1 in
+    the space of (z, k), predicted ends of the first point and parameters, or of k alone where all
+    plans have one start. middle (n,), axes (n, n) in columns; n = n_p + n_k, or n_k.
+    """
+
+    middle: np.ndarray
+    axes: np.ndarray
+
+    @property
+    def volume(self) -> float:
+        """In units of p0 and k multiplied."""
+        return float(2.0 ** len(self.middle) * abs(np.linalg.det(self.axes)))
+
+    @property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners lo, hi (n,) of the box around it."""
+        half = np.abs(self.axes).sum(axis=1)
+        return self.middle - half, self.middle + half
+
+    def draw(self, rng: np.random.Generator, n: int) -> np.ndarray:
+        """(n, n_p + n_k) or (n, n_k) uniform."""
+        return self.middle + rng.uniform(-1, 1, (n, len(self.middle))) @ self.axes.T
+
+
+def place_around(x: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> Place:
+    """A place around points x (b, n), with room, along their principal axes when the sides of the
+    whole box lo, hi (n,) have length one.
+    """
+    sides = np.where(hi > lo, hi - lo, 1.0)
+    unit = (x - x.mean(axis=0)) / sides
+    _, _, directions = np.linalg.svd(unit, full_matrices=True)
+    along = unit @ directions.T
+    least, most = along.min(axis=0), along.max(axis=0)
+    half = 0.5 * (most - least) * (1 + 2 * ROOM) + LEAST_ROOM
+    middle = 0.5 * (least + most) @ directions
+    return Place(x.mean(axis=0) + sides * middle, sides[:, None] * directions.T * half)
 
 
 class Draw(NamedTuple):
@@ -261,7 +303,7 @@ def no_points(model: TrajectoryModel) -> Points:
     return Points(p0, k, path, bins, pattern, cell_of(pattern, bins))
 
 
-def points(p0: np.ndarray, k: np.ndarray, e: Verdicts | Prediction | Screened) -> Points:
+def points(p0: np.ndarray, k: np.ndarray, e: Verdicts | Screened) -> Points:
     """Plans with their predictions, and their cells named."""
     # of one dtype, whoever counted the bins: for another one all that follows is compiled again
     return Points(p0, k, e.path, e.bin.astype(np.int64), e.pattern, cell_of(e.pattern, e.bin))

@@ -44,7 +44,8 @@ class Verdicts(NamedTuple):
 
     path (b, T + 1, n_c), q (b, n_q): prediction. pattern (b, n_hidden) bool.
     bin (b,): bin of k, the first of several; -1 outside K, and for draws on a shared boundary.
-    goal, start, clearance (b,): margins [row units, row units, m], slack already subtracted.
+    goal, start, clearance (b,): margins [row units, row units, m], slack already subtracted. Of a
+        prediction, which tests no obstacle, clearance is None, and `safe` an error.
     """
 
     path: np.ndarray
@@ -53,7 +54,7 @@ class Verdicts(NamedTuple):
     bin: np.ndarray
     goal: np.ndarray
     start: np.ndarray
-    clearance: np.ndarray
+    clearance: np.ndarray | None = None
 
     @property
     def reaches(self) -> np.ndarray | jax.Array:
@@ -82,22 +83,6 @@ def row_margin(
     return least(b - values - slack * jnp.abs(A).sum(axis=1))
 
 
-class Prediction(NamedTuple):
-    """Prediction of one plan, and whether it ends in the goal. Fields as in Verdicts."""
-
-    path: jax.Array
-    q: jax.Array
-    pattern: jax.Array
-    bin: jax.Array
-    goal: jax.Array
-    start: jax.Array
-
-    @property
-    def reaches(self):
-        """The goal is reached from an allowed start; obstacles do not count."""
-        return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
-
-
 def prediction(
     net: ReLUNetwork,
     tube: Tube,
@@ -105,11 +90,11 @@ def prediction(
     p0: Vector,
     k: Params,
     bin: Index | None = None,
-) -> Prediction:
+) -> Verdicts:
     """Path, pattern, bin, goal and start margins of one plan. bin: as of `arrival`. Kernel."""
     offsets, q, pattern = predict(net, tube.layout, k)
     path = moved_to(p0, offsets)
-    return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k, bin))
+    return Verdicts(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k, bin))
 
 
 def arrival(
@@ -144,7 +129,7 @@ def verdict(
 ) -> Verdicts:
     """Everything about one plan. bin: as of `arrival`. Kernel; vmap for batches."""
     seen = prediction(net, tube, scene, p0, k, bin)
-    return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
+    return seen._replace(clearance=clearance(scene, seen.path, tube.during(seen.bin)))
 
 
 def verdict_in_turn(
@@ -182,7 +167,7 @@ def verdict_in_turn(
     first = jnp.where(first < 0, _first_of(away), first)
     begin = away, _far(scene, seen.path), first, jnp.zeros((), jnp.int32)
     _, nearest, touched, looks = jax.lax.while_loop(open_still, look, begin)
-    return Verdicts(*seen, nearest), touched, looks
+    return seen._replace(clearance=nearest), touched, looks
 
 
 def _away(scene: SceneArrays, path: Path, errors: ErrorSet):
@@ -286,7 +271,7 @@ def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
     return Verdicts(*(x[first] for x in seen))._replace(**least)
 
 
-def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Prediction:
+def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
     """Predictions of plans, as NumPy arrays, without the test of obstacles, which is most of a
     verdict.
     """
