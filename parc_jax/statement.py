@@ -11,13 +11,13 @@ from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.safe_set.corridors.sampling import FEW
 from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
-from parc_jax.safe_set.verdict.infeasible import Why
+from parc_jax.safe_set.verdict.infeasible import Reason
 
 MOST_NUMBERS = 8  # that are listed
 IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
 
 
-def nothing_found(reason: Why | None) -> str:
+def nothing_found(reason: Reason | None) -> str:
     """No plan was found, and no proof was searched. reason: why there is none, if it is clear."""
     if reason is not None and reason.sure:
         return f"No plan is safe: {reason.words}"

@@ -14,6 +14,7 @@ import numpy as np
 
 from parc_jax.answer.looks import Looks
 from parc_jax.answer.path import NominalPath, nominal_path
+from parc_jax.answer.why import Why, why_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
 from parc_jax.common.spelling import counted, hex_text, rounded_down, rounded_up
@@ -362,6 +363,17 @@ class Answer:
         if uncertainty is not None and uncertainty.sensing_eps:
             text = f"{text} {about_sensing(risk, uncertainty.sensing_eps)}"
         return text
+
+    def why(self) -> Why:
+        """What is in the way where no plan is safe, or few are: which obstacle, side of the goal or
+        start, by how much and when, the tube's part of it, and what would help. A search of its
+        own; its numbers are of plans that were tried, and no proof.
+        """
+        return self._why
+
+    @cached_property
+    def _why(self) -> Why:
+        return why_of(self.scene)
 
     def save(self, path, polytopes: Polytopes | None = None) -> Path:
         """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it.

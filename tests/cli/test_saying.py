@@ -7,8 +7,8 @@ import pytest
 import toy_query
 from toy_bodies import points_model
 
+from parc_jax.answer.why import odd_size
 from parc_jax.app.cli import process as saying
-from parc_jax.app.cli.scene import odd_size
 from parc_jax.common.sets.box import box
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid

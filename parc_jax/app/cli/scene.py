@@ -3,14 +3,13 @@ that fits in a sentence, and the printed answer.
 """
 
 import dataclasses
-import itertools
 import json
 from pathlib import Path
 
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.study.report import facts_of, said_of
+from parc_jax.app.study.report import facts_of, in_the_way, said_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import vertices
@@ -19,11 +18,9 @@ from parc_jax.learning.labels import degrees_hint, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import Problem, box_of_rows, finite_box, goal_box
+from parc_jax.problem.problem import Problem, finite_box, goal_box
 from parc_jax.problem.uncertainty import FREE, Uncertainty
 
-ODD = 1000  # a body smaller than all else by this factor gets a warning
-MOST_CORNERS = 729  # of K, at which the longest way of a model is measured
 MOST_PARAMETERS = 6  # of the exact enumeration of regions
 
 
@@ -115,28 +112,6 @@ def require_goal_in_reach(problem: Problem, planner: Planner) -> None:
         )
 
 
-def odd_size(problem: Problem, model: TrajectoryModel) -> str | None:
-    """A warning about a body larger than all else, or ODD times smaller, as if its size were given
-    in another unit than metres; None for other bodies.
-    """
-    sides = [row.tolist() for row in (model.domain.lo, model.domain.center, model.domain.hi)]
-    k = np.array(list(itertools.product(*np.transpose(sides)))[:MOST_CORNERS])
-    way = float(np.abs(outputs(model.net, k, slice(0, model.layout.n_offsets))).max())
-    boxes = [box_of_rows(obstacle) for obstacle in problem.obstacles]
-    lo, hi = goal_box(problem.goal, model.layout)
-    boxes.append((lo[: model.n_p], hi[: model.n_p]))
-    wide = [float(side) for lo, hi in boxes for side in hi - lo if np.isfinite(side)]
-    body = max(float(part.shape.radius) for part in problem.parts)
-    most = max([way, *wide])
-    if body > most or 0 < body < most / ODD:
-        word = "more than all that" if body > most else f"less than a {ODD:,}th of what"
-        return (
-            f"body: its size of {body:g} m is {word} the ways of this model, the goal and the "
-            f"obstacles measure, up to {most:.3g} m; is it in metres?"
-        )
-    return None
-
-
 def _ends(problem: Problem, planner: Planner) -> tuple[np.ndarray, np.ndarray]:
     """Box of predicted final (p, q): a piecewise affine map takes its extremes at vertices of its
     regions.
@@ -185,6 +160,7 @@ def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
         **facts_of(answer, cold_s),
         "first": answer.samples[0].tolist() if len(answer.samples) else None,
         "statement": answer.details(),
+        "in_the_way": in_the_way(answer),
     }
     return json.dumps(facts, indent=1)
 

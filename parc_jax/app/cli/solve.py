@@ -62,15 +62,14 @@ def solve(
             which one drawn at random fails with probability at most --risk, or 0.003, kept beside
             --out as .validated.json. Its runs grow as 1 / risk.
     """
-    import sys
 
+    from parc_jax.answer.why import odd_size
     from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.cli.process import COMPILING, SEARCHING, saying
     from parc_jax.app.cli.scene import (
         as_json,
         numbers_of_option,
-        odd_size,
         require_goal_in_reach,
         under_uncertainty,
         verdict,
@@ -79,6 +78,7 @@ def solve(
     from parc_jax.app.study.cache import keep_compiled
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of
+    from parc_jax.learning.labels import degrees_hint
     from parc_jax.method import Exact
     from parc_jax.neuralparc import Published
     from parc_jax.planner import Planner
@@ -112,8 +112,9 @@ def solve(
     place = None if at is None else numbers_of_option("at", at)
     planner.prepare(problem, at=place)  # a misfit is refused before the long part
     odd = odd_size(problem, planner.model)
-    if odd is not None:
-        print(odd, file=sys.stderr)
+    if odd is None and place is not None and len(place) > planner.model.n_p:
+        odd = degrees_hint("heading [rad]", place[-1], place[-1]).strip()
+
     with saying(shell.quiet) as say:
         if first:
             say("compiling, and looking for a safe plan")

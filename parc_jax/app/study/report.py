@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.answer.why import SMALL
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.replay import Replay
 from parc_jax.app.study.settings import Study
@@ -53,8 +54,21 @@ def report(outcome: Studied, out: Path) -> str:
 
 
 def said_of(answer: Answer) -> str:
-    """What a terminal is told of an answer: its summary, or why there is no plan."""
-    return answer.summary() if answer.status.found else answer.details()
+    """What a terminal is told of an answer: its summary, or why there is no plan; and where none or
+    few are safe, what is in the way.
+    """
+    told = answer.summary() if answer.status.found else answer.details()
+    return "\n".join([told, *in_the_way(answer, told)])
+
+
+def in_the_way(answer: Answer, told: str = "") -> list[str]:
+    """What is in the way, a line each, where no plan was found or few are safe; but what is told
+    already.
+    """
+    share = answer.share
+    if answer.status.found and (share is None or share.share >= SMALL):
+        return []
+    return [line for line in answer.why().sentences if line[1:] not in told]
 
 
 def explained(place: Path) -> str:

@@ -22,7 +22,7 @@ from parc_jax.proof.absence.faces import goal_faces
 from parc_jax.proof.absence.tree import Node
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.corridors.stopping import Limit
-from parc_jax.safe_set.verdict.infeasible import Why, why_none
+from parc_jax.safe_set.verdict.infeasible import Reason, why_none
 from parc_jax.safe_set.verdict.scene import Scene
 
 PROVED = "proved"
@@ -57,7 +57,7 @@ class NoPlan(NamedTuple):
     leaves: int = 1
     safe_plan: tuple[np.ndarray, np.ndarray] | None = None
     seconds: float = 0.0
-    reason: Why | None = None
+    reason: Reason | None = None
     uncertainty: Robustness | None = None
     ended: Ended | None = Ended.TARGET
 
@@ -148,14 +148,14 @@ def _missing(model: TrajectoryModel) -> str | None:
     return None
 
 
-def _not_searched(root: Node, needed: str, reason: Why | None) -> NoPlan:
+def _not_searched(root: Node, needed: str, reason: Reason | None) -> NoPlan:
     """Nothing is known of any plan."""
     return NoPlan(
         kind=UNDECIDED,
         unsafe=Fraction(0),
         undecided=root.volume,
         total=root.volume,
-        reason=reason or Why(f"a proof needs {needed}.", False),
+        reason=reason or Reason(f"a proof needs {needed}.", False),
         ended=None,
     )
 

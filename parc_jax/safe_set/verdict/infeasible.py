@@ -21,7 +21,7 @@ from parc_jax.safe_set.verdict.scene import Scene
 NEAR = 1e-9  # [share of the sizes] by which a body must reach deeper, so that rounding is no word
 
 
-class Why(NamedTuple):
+class Reason(NamedTuple):
     """The reason why no plan is safe.
 
     words: a sentence. of_scene: it holds for every model and tube.
@@ -34,7 +34,7 @@ class Why(NamedTuple):
     sure: bool = False
 
 
-def why_none(scene: Scene) -> Why | None:
+def why_none(scene: Scene) -> Reason | None:
     """Why no plan can be safe: the body touches one obstacle from everywhere in the goal, or in the
     start set, no plan of the model gets from there to the goal, or the tube is wider than the goal.
     None where nothing of this is so, which says nothing.
@@ -42,13 +42,13 @@ def why_none(scene: Scene) -> Why | None:
     sure = scene.nominal.uncertainty is None
     words = _touching(scene, of_model=False)
     if words is not None:
-        return Why(words, True, sure)
+        return Reason(words, True, sure)
     if all(faces.allow_none.all() for faces in scene.model.tube.templates or ()):
         words = _touching(scene, of_model=True) or _out_of_reach(scene)
         if words is not None:
-            return Why(words, False, sure)
+            return Reason(words, False, sure)
     words = no_end_fits(scene)
-    return None if words is None else Why(words, False)
+    return None if words is None else Reason(words, False)
 
 
 def no_end_fits(scene: Scene) -> str | None:
