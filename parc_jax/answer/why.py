@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.climb import Ranked, climb, ranked
+from parc_jax.common.climb import Points, Ranked, climb, ranked
 from parc_jax.common.spelling import listed
 from parc_jax.learning.labels import degrees_hint, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
@@ -82,7 +82,7 @@ class _Side(NamedTuple):
     columns: list[int]
     unit: str = "m"
     obstacle: int | None = None
-    push: np.ndarray | None = None
+    push: np.ndarray = np.zeros(0)
     time: float | None = None
     room: float = 0.0
     bare: float = 0.0
@@ -105,21 +105,23 @@ def why_of(scene: Scene, seed: int = 0) -> Why:
     drawn = rooms(scene, *_plans(scene, x))
 
     def children(best: Ranked, spread: float) -> np.ndarray:
-        steps = spread / 2 * (hi - lo) * rng.uniform(-1, 1, (len(best.x), EACH, len(lo)))
-        return np.clip(best.x[:, None] + steps, lo, hi).reshape(-1, len(lo))
+        x = np.asarray(best.x)[:, None]
+        steps = spread / 2 * (hi - lo) * rng.uniform(-1, 1, (len(x), EACH, len(lo)))
+        return np.clip(x + steps, lo, hi).reshape(-1, len(lo))
 
-    def worth(x: np.ndarray) -> np.ndarray:
-        seen = rooms(scene, *_plans(scene, x))
+    def worth(x: Points) -> np.ndarray:
+        seen = rooms(scene, *_plans(scene, np.asarray(x)))
         lack = sum(np.minimum(side.of(seen), 0.0) for side in sides)
         return np.where(seen.known, seen.least + BESIDES * lack, -np.inf)
 
     best = climb(ranked(x, worth(x)).at(slice(KEPT)), children, worth, SPREADS, KEPT)
+    nearest = np.asarray(best.x)[:1]
     aims = aims & drawn.known if (aims & drawn.known).any() else drawn.known
     safe = float((drawn.least[aims] > 0).mean()) if aims.any() else 0.0
     blocked = np.array([side.of(drawn) <= 0 for side in sides])
     only = aims & (blocked.sum(axis=0) == 1)
     alone = (blocked & only).sum(axis=1)
-    held = _held(scene, sides, best.x[:1]) if best.value[0] > -np.inf else []
+    held = _held(scene, sides, nearest) if best.value[0] > -np.inf else []
     passes = not held and bool(only.any())
     if passes:
         most = int(np.argmax(alone))
@@ -147,7 +149,7 @@ def why_of(scene: Scene, seed: int = 0) -> Why:
         unit=held[0].unit if held else "m",
         blocked=float(share),
         safe=safe,
-        plan=np.concatenate(_plans(scene, best.x[:1]), axis=1)[0],
+        plan=np.concatenate(_plans(scene, nearest), axis=1)[0],
         sentences=tuple(said),
     )
 
@@ -195,12 +197,12 @@ def _sides(scene: Scene) -> list[_Side]:
         push = -np.r_[row[:n_c].reshape(-1, n_p).sum(axis=0), row[n_c:]]
         name, unit = _spelled("the goal's side", row, scene.goal_b[i], ends)
         push = push / max(float(np.linalg.norm(push)), 1e-300)
-        sides.append(_Side(name, "goal", [i], unit, push=push))
+        sides.append(_Side(name, "goal", [int(i)], unit, push=push))
     for i in np.flatnonzero(scene.start_A.any(axis=1)):
         row = scene.start_A[i]
         push = np.r_[-row / np.linalg.norm(row), np.zeros(len(q))]
         name, unit = _spelled("the start's side", row, scene.start_b[i], p)
-        sides.append(_Side(name, "start", [i], unit, push=push, time=0.0))
+        sides.append(_Side(name, "start", [int(i)], unit, push=push, time=0.0))
     pairs: dict[int, list[int]] = {}
     for o, (j, _) in enumerate(numbered_pairs(scene.problem, scene.apart and scene.apart.kept)):
         pairs.setdefault(j, []).append(o)

@@ -62,6 +62,7 @@ def solve(
             which one drawn at random fails with probability at most --risk, or 0.003, kept beside
             --out as .validated.json. Its runs grow as 1 / risk.
     """
+    import sys
 
     from parc_jax.answer.why import odd_size
     from parc_jax.app.cli.options import fitted
@@ -114,7 +115,8 @@ def solve(
     odd = odd_size(problem, planner.model)
     if odd is None and place is not None and len(place) > planner.model.n_p:
         odd = degrees_hint("heading [rad]", place[-1], place[-1]).strip()
-
+    if odd:
+        print(odd, file=sys.stderr)
     with saying(shell.quiet) as say:
         if first:
             say("compiling, and looking for a safe plan")
