@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from parc_jax.app.study.settings import Study
-from parc_jax.learning.bound.asked import GAP
+from parc_jax.learning.bound.settings import GAP
 from parc_jax.problem.problem import Problem
 
 

@@ -23,7 +23,7 @@ ROOMS = (
 )  # `neuralparc`: sets.md
 FURTHER = {
     "Records of options": (
-        "learning.bound.asked",
+        "learning.bound.settings",
         "learning.network.fit",
         "app.study.settings",
     ),

@@ -67,14 +67,14 @@ COUNTS = (
     Fault(
         "looks_do_not_split_delta",
         "calibrate.calibrate",
-        ", delta / asked.looks, ",
+        ", delta / settings.looks, ",
         ", delta, ",
         "tests/claim/test_calibrate.py::test_discards_and_looks_cost_runs",
     ),
     Fault(
         "networks_do_not_split_delta",
         "bound_errors",
-        "looks * len(nets) * len(asked.claims)",
+        "looks * len(nets) * len(settings.claims)",
         "looks",
         "tests/claim/test_pipeline.py::test_networks_and_claims_about_the_same_runs_split_delta",
     ),
@@ -416,7 +416,7 @@ CARRIED = (
     ),
     Fault(
         "names_of_recordings_slip_by_a_row",
-        "loaders._groups",
+        "tables._groups",
         "len(names) != n or not all(names)",
         "False",
         "tests/claim/test_carried.py::test_names_of_recordings_do_not_slip_by_a_row",

@@ -119,7 +119,7 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
         model = _without_errors(net, learned)
         if truth is None:
             truth = truly_safe(task, system, model, bench)
-        runs = HeldRuns(learned.select(slice(study.rollouts, None)), holdout)
+        runs = HeldRuns(holdout, learned.select(slice(study.rollouts, None)))
         kinds = ("one",) if study.blocks is None else ("bins", "one")
         claims = bound_errors([net], runs, train, study.bound.replace(claims=kinds), start)[0]
         for kind, claim in zip(kinds, claims, strict=True):

@@ -7,11 +7,11 @@ from parc_jax.common.sets.hpolytope import HPolytope as HPolytope
 from parc_jax.common.status import Ended as Ended
 from parc_jax.common.status import Status as Status
 from parc_jax.drive.local.choice import Choice as Choice
-from parc_jax.learning.bound.asked import AccelerationBound as AccelerationBound
-from parc_jax.learning.bound.asked import SpeedBound as SpeedBound
 from parc_jax.learning.bound.claim import ErrorClaim as ErrorClaim
 from parc_jax.learning.bound.counts import NoStatement as NoStatement
 from parc_jax.learning.bound.monitor import Monitor as Monitor
+from parc_jax.learning.bound.settings import AccelerationBound as AccelerationBound
+from parc_jax.learning.bound.settings import SpeedBound as SpeedBound
 from parc_jax.learning.bound.tube import Tube as Tube
 from parc_jax.learning.model import TrajectoryModel as TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork as ReLUNetwork

@@ -7,6 +7,7 @@ from parc_jax.learning.bound.declared import declared_claim as declared_claim
 from parc_jax.learning.bound.monitor import refit as refit
 from parc_jax.learning.bound.monitor import update as update
 from parc_jax.learning.bound.pipeline import bound_error as bound_error
+from parc_jax.learning.bound.start_gap import translation_gap as translation_gap
 from parc_jax.learning.bound.tube import tube as tube
 from parc_jax.learning.model import trajectory_model as trajectory_model
 from parc_jax.learning.network.relu import relu_network as relu_network
@@ -16,4 +17,3 @@ from parc_jax.learning.system import time_grid as time_grid
 from parc_jax.learning.systems.chained import chained as chained
 from parc_jax.learning.systems.environment import EnvironmentRun as EnvironmentRun
 from parc_jax.learning.systems.fmu import fmu_system as fmu_system
-from parc_jax.learning.systems.invariance import translation_gap as translation_gap

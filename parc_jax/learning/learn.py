@@ -1,10 +1,8 @@
-"""From a black box, or from recorded runs, to a model: training runs, a network, a bound of its
-error.
-"""
+"""From a black box, or from recorded runs, to a model: runs, a network, a bound of its error."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
@@ -16,7 +14,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data, stream
 from parc_jax.common.options import part_of
 from parc_jax.common.spelling import counted
-from parc_jax.learning.bound.asked import BoundSettings, ModelBound
 from parc_jax.learning.bound.counts import (
     MOST,
     advised_discards,
@@ -25,7 +22,7 @@ from parc_jax.learning.bound.counts import (
     width_needed,
 )
 from parc_jax.learning.bound.pipeline import (
-    RecordedRuns,
+    HeldRuns,
     Runs,
     SystemRuns,
     advice,
@@ -33,12 +30,13 @@ from parc_jax.learning.bound.pipeline import (
     learn_profiles,
     runs_ahead,
 )
+from parc_jax.learning.bound.settings import BoundSettings, ModelBound
 from parc_jax.learning.bound.start_gap import StartTrial, try_starts
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import Training, fit
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.prior.teach import Taught, taught
+from parc_jax.learning.prior.teach import taught
 from parc_jax.learning.runs.batch import RolloutBatch, concatenate, worst_by_group
 from parc_jax.learning.runs.chunks import Forecast
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -58,8 +56,8 @@ class Learning(ModelBound, Training):
     """Plant of the simulator for training and bound, e.g. mjx or ode; the replay of a study is of
     the system's own, unless the shell names one. Default: the system's own."""
     body: str | None = None
-    """Body of the robot, which says what points of it are learned, e.g. rectangle or disc. Default:
-    the system's own."""
+    """Body of the robot, which decides the reference points, e.g. rectangle or disc. Default: the
+    system's own."""
 
     @property
     def bound(self) -> BoundSettings:
@@ -68,15 +66,15 @@ class Learning(ModelBound, Training):
         return BoundSettings(**part_of(self, ModelBound), claims=claims)
 
 
-# runs of a prior are without noise, and as many as one likes
+# a prior runs without noise, at no cost
 WITH_PRIOR = Learning(rollouts=8000, hidden=(24, 24), seeds=2)
 
 
 class Learned(NamedTuple):
     """A model and its making.
 
-    train: the training runs. start: the tried influence of the start. prior: a sentence about the
-    prior and the discards it advised; None without a prior.
+    train: the training runs. start: trials from other starts. prior: a sentence about the prior and
+    the discards it advised; None without a prior.
     """
 
     model: TrajectoryModel
@@ -144,15 +142,27 @@ def learn_report(
                 "learn: expected prior and holdout with recorded runs only; got a system, which "
                 "can be run as often as needed. Leave them out."
             )
-        return _of_system(source, key, settings, path, quiet, watch, first)
+        return _from_system(source, key, settings, path and Path(path), quiet, watch, first)
     default = HOLDOUT if prior is None else HOLDOUT_WITH_PRIOR
     # the last word of a key is the shell's seed: one split for both doors
     seed = int(key_data(key).ravel()[-1])
     train, held = source.split(default if holdout is None else holdout, seed)
+    # recorded runs cannot be started elsewhere
+    start = StartTrial(settings.gap, None)
+    said, profiles = None, None
     if prior is None:
-        net = _trained(train, settings, key, watch)
-        return _bounded(net, RecordedRuns(held), train, settings, watch=watch)
-    return _with_prior(prior, train, held, settings, key, watch)
+        lesson = train
+    else:
+        lesson, said, usual, discard = _lesson(prior, train, held, settings, key)
+    with watch("training"):
+        net = fit_network(lesson, settings, key)
+    if prior is not None:
+        # one bin: few runs cannot choose where to cut K
+        bins = (1,) * train.n_k if settings.bins is None else settings.bins
+        profiles = learn_profiles([net], usual, (), bins, shape=settings.shape)
+        settings = settings.replace(discard=discard)
+    model = _bounded(net, HeldRuns(held), train, settings.bound, start, profiles, watch)
+    return Learned(model, train, start, said)
 
 
 def fit_network(train: RolloutBatch, settings: Learning, key: jax.Array) -> ReLUNetwork:
@@ -162,80 +172,40 @@ def fit_network(train: RolloutBatch, settings: Learning, key: jax.Array) -> ReLU
 
 def forecast_of(settings: Learning, quiet: bool = False, early: bool = False) -> Forecast:
     """The cost of all runs that `learn` makes. early: including those of a first bound."""
-    bound = settings.bound
-    ahead = settings.rollouts + runs_ahead(bound, 1)
-    if early:
-        ahead += runs_ahead(_first_bound(settings), 1)
-    return Forecast(ahead, advice(bound, 1, "--eps "), quiet)
+    bounds = [settings.bound, _first_bound(settings)] if early else [settings.bound]
+    n = settings.rollouts + sum(runs_ahead(bound, 1) for bound in bounds)
+    return Forecast(n, advice(settings.bound, "--eps "), quiet)
 
 
-def _of_system(
+def _from_system(
     system: System,
     key: jax.Array,
     settings: Learning,
-    path: str | Path | None,
+    path: Path | None,
     quiet: bool,
     watch: Watch,
     first: Callable[[TrajectoryModel], None] | None,
 ) -> Learned:
     forecast = forecast_of(settings, quiet, early=first is not None)
-    path = None if path is None else Path(path)
     with watch("other starts"):
         start = try_starts(system, key, settings.gap)
     with watch("training rollouts"):
-        chunks = stream_rollouts(
-            system,
-            key,
-            settings.rollouts,
-            Stage.TRAIN,
-            path=path and path / "training",
-            quiet=quiet,
-            forecast=forecast,
-        )
+        options = {"path": path and path / "training", "quiet": quiet, "forecast": forecast}
+        chunks = stream_rollouts(system, key, settings.rollouts, Stage.TRAIN, **options)
         train = concatenate(chunks, settings.rollouts)
-    runs = SystemRuns(system, key, train.n, path, quiet, forecast)
-    net = _trained(train, settings, key, watch)
+    with watch("training"):
+        net = fit_network(train, settings, key)
     if first is not None:
+        # a separate stream and folder: the next bound loses none of its fresh runs
+        few = stream(key, Stage.FIRST), train.n, path and path / "first"
         with watch("first claim"):
-            model = _first_model(net, runs, train, settings, start)
+            runs = SystemRuns(system, *few, quiet, forecast)
+            model = _bounded(net, runs, train, _first_bound(settings), start)
         first(model)
         # the same bins: the query of this model has then compiled that of the next one
         settings = settings.replace(bins=model.tube.edges)
-    return _bounded(net, runs, train, settings, start, watch=watch)
-
-
-def _trained(train: RolloutBatch, settings: Learning, key: jax.Array, watch: Watch) -> ReLUNetwork:
-    with watch("training"):
-        return fit_network(train, settings, key)
-
-
-def _bounded(
-    net: ReLUNetwork,
-    runs: Runs,
-    train: RolloutBatch,
-    settings: Learning,
-    start: StartTrial | None = None,
-    profile: Tube | None = None,
-    watch: Watch = nullcontext,
-) -> Learned:
-    """The network under its bound. start: None for recorded runs, whose start cannot be tried."""
-    start = StartTrial(settings.gap, None) if start is None else start
-    profiles = None if profile is None else [profile]
-    claim = bound_errors([net], runs, train, settings.bound, start, profiles=profiles, watch=watch)[
-        0
-    ][0]
-    return Learned(trajectory_model(net, claim), train, start)
-
-
-def _first_model(
-    net: ReLUNetwork, runs: SystemRuns, train: RolloutBatch, settings: Learning, start: StartTrial
-) -> TrajectoryModel:
-    """The network under a bound of few runs."""
-    # a separate stream and folder: the next bound loses none of its fresh runs
-    path = None if runs.path is None else runs.path / "first"
-    few = replace(runs, key=stream(runs.key, Stage.FIRST), path=path)
-    claim = bound_errors([net], few, train, _first_bound(settings), start)[0][0]
-    return trajectory_model(net, claim)
+    runs = SystemRuns(system, key, train.n, path, quiet, forecast)
+    return Learned(_bounded(net, runs, train, settings.bound, start, watch=watch), train, start)
 
 
 def _first_bound(settings: Learning) -> BoundSettings:
@@ -244,45 +214,37 @@ def _first_bound(settings: Learning) -> BoundSettings:
     return bound.replace(claims=("one",), blocks=None, even=False)
 
 
-def _with_prior(
-    prior: str | System,
+def _bounded(
+    net: ReLUNetwork,
+    runs: Runs,
     train: RolloutBatch,
-    held: RolloutBatch,
-    settings: Learning,
-    key: jax.Array,
-    watch: Watch,
-) -> Learned:
-    """A network trained on a corrected prior, bounded by held-out runs of the robot. [T2]"""
-    lesson = taught(prior, train, settings.rollouts, key)
-    net = _trained(lesson.runs, settings, key, watch)
-    usual, discard = _usual(lesson, train, held, settings)
-    # one bin: few runs cannot choose where to cut K
-    bins = (1,) * train.n_k if settings.bins is None else settings.bins
-    profile = learn_profiles([net], usual, (), bins, shape=settings.shape)[0]
-    sentence = lesson.said
-    if discard != settings.discard:
-        unit = "run" if held.groups is None else "recording"
-        left = counted(discard, f"held-out {unit}")
-        sentence = f"{sentence}; {left} left outside, a number chosen before one was seen"
-    settings = settings.replace(discard=discard)
-    made = _bounded(net, RecordedRuns(held), train, settings, profile=profile, watch=watch)
-    return made._replace(prior=sentence)
+    settings: BoundSettings,
+    start: StartTrial,
+    profiles: list[Tube] | None = None,
+    watch: Watch = nullcontext,
+) -> TrajectoryModel:
+    claims = bound_errors([net], runs, train, settings, start, profiles=profiles, watch=watch)
+    return trajectory_model(net, claims[0][0])
 
 
-def _usual(
-    lesson: Taught, train: RolloutBatch, held: RolloutBatch, settings: Learning
-) -> tuple[RolloutBatch, int | str]:
-    """The training runs that give the profile, and the number of held-out ones to discard.
+def _lesson(
+    prior: str | System, train: RolloutBatch, held: RolloutBatch, settings: Learning, key: jax.Array
+) -> tuple[RolloutBatch, str, RolloutBatch, int | str]:
+    """Runs of a corrected prior, a sentence about it, the training runs that give the error shape,
+    and the number of held-out ones to discard. [T2]
 
-    A discarded run should not widen the profile, so the training runs of that size leave it.
+    A discarded run should not widen the shape, so the training runs of that size leave it.
     """
+    lesson = taught(prior, train, settings.rollouts, key)
     n = held.n if held.groups is None else len(np.unique(held.groups))
     delta = float(settings.delta)
     enough = n >= required_runs(float(settings.eps), delta)
     if settings.discard != MOST or settings.blocks is not None or enough:
-        return lesson.unseen, settings.discard
+        return lesson.runs, lesson.said, lesson.unseen, settings.discard
     # from the training runs alone: the number is fixed before a held-out run is scored [T2]
     sizes = worst_by_group(lesson.size, train.groups)
     discard = advised_discards(sizes, n, delta)
     near = lesson.size[np.isfinite(lesson.size)] <= width_needed(sizes, n, discard)
-    return lesson.unseen.select(near), discard
+    left = counted(discard, f"held-out {'run' if held.groups is None else 'recording'}")
+    said = f"{lesson.said}; {left} left outside, a number chosen before one was seen"
+    return lesson.runs, said, lesson.unseen.select(near), discard

@@ -72,7 +72,7 @@ def helps(only: list[int] | None = None) -> None:
         if known not in trained:
             trained[known] = fit_network(train, study, key)
         net = trained[known]
-        runs = HeldRuns(learned.select(slice(study.rollouts, None)), fresh)
+        runs = HeldRuns(fresh, learned.select(slice(study.rollouts, None)))
         kinds = ("one",) if study.blocks is None else ("bins", "one")
         claims = bound_errors([net], runs, train, study.bound.replace(claims=kinds), start)[0]
         safe = {"bins": "-"}

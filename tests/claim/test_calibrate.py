@@ -16,13 +16,13 @@ from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.drive.local.localise import Local
-from parc_jax.learning.bound.asked import AccelerationBound, SpeedBound
-from parc_jax.learning.bound.calibrate import bin_shares, block_of_bins, calibrate, calibrate_bins
+from parc_jax.learning.bound.calibrate import block_of_bins, block_shares, calibrate, calibrate_bins
 from parc_jax.learning.bound.counts import NoStatement, most_discards, supported_eps
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.measure import measure, score_batch
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.settings import AccelerationBound, SpeedBound
 from parc_jax.learning.runs import collect as rolling
 from parc_jax.learning.runs.batch import concatenate
 from parc_jax.learning.runs.collect import collect
@@ -229,7 +229,10 @@ def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
     assert "in each claimed bin" in claim.details()
     supported = [supported_eps(n, 1e-3 / 3) for n in claim.evidence["bin_runs"]]
     assert list(claim.bin_eps) == supported and claim.eps == max(supported) < Fraction(1, 100)
-    assert claim.risk(share=0.1, bin=1).bound == supported[1] * bin_shares(profile)[1] * 10
+    assert (
+        claim.risk(share=0.1, bin=1).bound
+        == supported[1] * block_shares(profile, np.arange(profile.n_bins))[1] * 10
+    )
     spent = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, discard="most")
     assert spent.bin_eps == (Fraction(1, 100),) * 3
     assert isinstance(claim.risk(), NoStatement)
@@ -259,7 +262,7 @@ def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
     assert np.ptp(claim.tube.interval[:6, 2, 0]) > 0  # the widths still differ from bin to bin
     assert claim.bin_eps == (Fraction(1, 100),) * 10
     assert claim.risk(share=0.05, bin=1).bound == Fraction(1, 100) * sum(
-        bin_shares(profile)[:6]
+        block_shares(profile, np.arange(profile.n_bins))[:6]
     ) / Fraction("0.05")
     each, none = (
         calibrate_bins(NET, scores, profile, eps=0.05, delta=1e-3, blocks=blocks, **options)
@@ -284,7 +287,8 @@ def _mostly_left(key):
 
 
 def test_bin_shares_are_exact(profile):
-    assert sum(bin_shares(profile)) == 1 and len(bin_shares(profile)) == 3
+    shares = block_shares(profile, np.arange(3))
+    assert sum(shares) == 1 and len(shares) == 3
 
 
 def test_the_one_call(system, train):

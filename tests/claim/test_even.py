@@ -9,10 +9,10 @@ from profiles import training_profile
 from synthetic_plants import noisy, plant, straight_network
 
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.pipeline import bound_error, bound_errors
 from parc_jax.learning.bound.profile import SHARE, evened, learnt_from
+from parc_jax.learning.bound.settings import BoundSettings
 from parc_jax.learning.bound.start_gap import StartTrial
 from parc_jax.learning.runs.collect import collect
 

@@ -13,7 +13,6 @@ from turning_bar import Bar
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.asked import SpeedBound
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins, scaled
 from parc_jax.learning.bound.claim import derived, load_claim, on_bins, weaker
 from parc_jax.learning.bound.error_set import faces
@@ -21,6 +20,7 @@ from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.monitor import inside_tube, update
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import fitted_profile, with_principal_axes
+from parc_jax.learning.bound.settings import SpeedBound
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
 from parc_jax.learning.bound.tube import fitted_tube, refined, tube_from_json, tube_to_json
 from parc_jax.learning.model import load, trajectory_model

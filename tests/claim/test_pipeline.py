@@ -136,8 +136,8 @@ def test_the_eps_asked_for_is_that_of_runs_that_are_given():
 
 def test_networks_and_claims_about_the_same_runs_split_delta():
     """Two networks and two claims each: four looks at one holdout, at a quarter of delta each."""
-    from parc_jax.learning.bound.asked import BoundSettings
     from parc_jax.learning.bound.pipeline import SystemRuns, bound_errors
+    from parc_jax.learning.bound.settings import BoundSettings
     from parc_jax.learning.bound.start_gap import StartTrial
 
     system = plant(noisy)

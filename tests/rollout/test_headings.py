@@ -6,9 +6,8 @@ import pytest
 from turning_arc import Arc
 
 from parc_jax.common.errors import InputError
-from parc_jax.learning.bound.start_gap import try_headings
+from parc_jax.learning.bound.start_gap import rotation_gap, try_headings
 from parc_jax.learning.system import STAYS
-from parc_jax.learning.systems.invariance import rotation_gap
 
 KEY = jax.random.PRNGKey(0)
 

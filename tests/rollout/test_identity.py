@@ -17,7 +17,8 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.start_gap import try_starts
 from parc_jax.learning.runs.collect import stream_rollouts
-from parc_jax.learning.systems.identity import content_of, identity_of
+from parc_jax.learning.runs.law import identity_of
+from parc_jax.learning.systems.content import content_of
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 SCALE = 1.0
@@ -196,7 +197,7 @@ def test_the_identity_outlives_the_process(tmp_path):
         (tmp_path / "robot.py").write_text(text)
         code = (
             "import sys, json; sys.dont_write_bytecode = True; sys.path.insert(0, sys.argv[1])\n"
-            "import robot; from parc_jax.learning.systems.identity import identity_of\n"
+            "import robot; from parc_jax.learning.runs.law import identity_of\n"
             "print(json.dumps(identity_of(robot.Robot())))"
         )
         import os

@@ -7,8 +7,8 @@ import pytest
 from synthetic_plants import noisy, plant
 
 from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.start_gap import translation_gap
 from parc_jax.learning.system import Trajectory
-from parc_jax.learning.systems.invariance import translation_gap
 
 STARTS = np.array([[1.0, 2.0], [-30.0, 4.0], [0.0, 0.0]])
 

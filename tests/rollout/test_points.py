@@ -19,9 +19,9 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.runs.batch import concatenate, rollout_batch
 from parc_jax.learning.runs.collect import collect, simulate_rows
 from parc_jax.learning.runs.files import read_npz, save_rollouts, write_npz
+from parc_jax.learning.runs.law import identity_of
 from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.runs.simulate import simulator
-from parc_jax.learning.systems.identity import identity_of
 
 KEY = jax.random.PRNGKey(0)
 

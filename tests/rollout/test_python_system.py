@@ -12,8 +12,8 @@ from needs import need
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.start_gap import translation_gap
 from parc_jax.learning.systems.environment import EnvironmentRun
-from parc_jax.learning.systems.invariance import translation_gap
 from parc_jax.learning.systems.python_system import python_system
 
 DOMAIN, TIME = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)

@@ -13,7 +13,7 @@ import pytest
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
-from parc_jax.learning.systems.invariance import translation_gap
+from parc_jax.learning.bound.start_gap import translation_gap
 from parc_jax.learning.systems.python_system import python_system
 from parc_jax.learning.systems.user_code import blamed, is_own, own_place, said
 

@@ -14,9 +14,10 @@ from synthetic_plants import noisy, plant, straight_network
 from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, toy_case
 
+from parc_jax.common.arrays import x64
 from parc_jax.common.probes import probe_nan
 from parc_jax.learning.bound.error_set import ErrorBox
-from parc_jax.learning.bound.measure import Errors, allowance, measure, measure_arrays_along
+from parc_jax.learning.bound.measure import Errors, allowance, extremes_many, measure
 from parc_jax.learning.network.predict import layout_of
 from parc_jax.learning.runs.collect import collect
 from parc_jax.safe_set.separation import distance, segment
@@ -62,7 +63,8 @@ def test_a_run_with_one_number_that_is_none_has_an_infinite_error(bad):
     )
 
     def sizes(runs):
-        each = measure_arrays_along(net, slack, layout, along, runs.k, runs.p, runs.q)
+        with x64():
+            each = extremes_many(net, slack, along, runs.k, runs.p, runs.q, layout=layout)
         return measure(net, runs), each.least, each.most
 
     record, end = np.s_[::2, 7, 0], np.s_[::2, 0]

@@ -15,8 +15,8 @@ from parc_jax.app.cli.process import COMPILING, SEARCHING
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound import measure, pipeline
-from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.learning.bound.counts import required_runs
+from parc_jax.learning.bound.settings import BoundSettings
 from parc_jax.learning.model import load
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))

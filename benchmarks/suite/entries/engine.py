@@ -11,7 +11,7 @@ import parc_jax as pj
 from benchmarks.suite.answer import Piece, Sets
 from benchmarks.suite.entries import kit
 from parc_jax.common.sets.hull import halfspace_intersection, scaled_around
-from parc_jax.learning.bound.asked import DISCRETE_TIME, SpeedBound
+from parc_jax.learning.bound.settings import DISCRETE_TIME, SpeedBound
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.law import law_spec
 from parc_jax.neuralparc.cells import cells_outward

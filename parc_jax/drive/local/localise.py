@@ -22,11 +22,11 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.safe_box import SafeBox, safe_box, share_of
 from parc_jax.drive.local.search import rank_plans
-from parc_jax.learning.bound.asked import SHAPES, BoundSettings, Sizing
 from parc_jax.learning.bound.claim import stand_in
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.pipeline import Runs, bound_errors, learn_profiles
+from parc_jax.learning.bound.settings import SHAPES, BoundSettings, Sizing
 from parc_jax.learning.bound.start_gap import StartTrial, try_starts
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model

@@ -20,7 +20,7 @@ from parc_jax.learning.bound.counts import as_probability, clopper_pearson
 from parc_jax.learning.runs.chunks import cores, refuse_other_work
 from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.systems.identity import lasting_digest
+from parc_jax.learning.systems.content import lasting_digest
 from parc_jax.statement import about_episodes
 
 FORMAT = "parc_jax.episodes/1"

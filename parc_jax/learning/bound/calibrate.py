@@ -10,7 +10,6 @@ import numpy as np
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import hex_text, listed, rounded_up
-from parc_jax.learning.bound.asked import BoundSettings
 from parc_jax.learning.bound.claim import ErrorClaim, error_claim
 from parc_jax.learning.bound.counts import (
     MOST,
@@ -25,12 +24,12 @@ from parc_jax.learning.bound.counts import (
 from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, short_ids
 from parc_jax.learning.bound.measure import Scores, score_batch
 from parc_jax.learning.bound.profile import runs_per_bin
+from parc_jax.learning.bound.settings import BoundSettings
 from parc_jax.learning.bound.start_gap import invariances
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.law import Subject
 
 # the division that made the score and the product that undoes it, rounded up
 _OUTWARD = 1 + 2.0**-48
@@ -41,87 +40,90 @@ def calibrate(
     net: ReLUNetwork,
     holdout: RolloutBatch | Scores,
     profile: Tube,
-    asked: BoundSettings | None = None,
+    settings: BoundSettings | None = None,
     *,
     train: RolloutBatch | None = None,
     **options,
 ) -> ErrorClaim:
-    """The claim that a holdout supports about tube = (largest score) x profile. [T1, T2]
+    """The claim that a calibration set supports about tube = (largest score) x profile. [T1, T2]
 
-    holdout: runs that neither the network nor the profile has seen, i.i.d. from one law, or their
+    holdout: the calibration set, unseen by network and profile, i.i.d. from one law; or its
         `Scores`.
-    asked, or options by name: `eps`, `delta`, `discard`, `looks` and `intersample` of
-        `BoundSettings`. With too few runs the claim carries the larger eps that they support, and
-        says so; of more than needed as many are discarded as eps and delta allow, or with a number
-        of discards the eps is smaller. Each of the looks (nets compared, retries) gets delta /
-        looks.
-    train: the training runs, to refuse any of them in the holdout. A failed run has an infinite
-        score.
-    Runs that come in groups (parts of one recording) count as one: n is the number of groups, and
-    the score of a group is its worst. Raises InputError, also for repeated runs and near copies.
+    settings, or options by name: `eps`, `delta`, `discard`, `looks` and `intersample` of
+        `BoundSettings`. With too few runs the claim carries the larger eps that they support; of
+        more than needed as many are discarded as eps and delta allow, or with a number of discards
+        the eps is smaller. Each of the looks (nets compared, retries) gets delta / looks.
+    train: the training runs, to refuse any of them in the calibration set.
+    A failed run has an infinite score. Runs that come in groups (parts of one recording) count as
+    one: n is the number of groups, and the score of a group is its worst. Raises InputError, also
+    for repeated runs and near copies.
     """
-    asked = (asked or BoundSettings()).replace(**options)
-    recorded = isinstance(holdout, RolloutBatch)
-    scores = score_batch(net, holdout, profile) if recorded else holdout
+    settings = (settings or BoundSettings()).replace(**options)
+    batch = isinstance(holdout, RolloutBatch)
+    scores = score_batch(net, holdout, profile) if batch else holdout
     check_fresh(scores, train)
-    eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
-    evidence = {}
+    eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
     unit = scores.unit
-    where = " whose k lies in K," if scores.law.fitted else ""
     independent = scores.by_group()
     n = len(independent)
-    claimed, discard = pac_label(n, eps, delta / asked.looks, asked.discard, unit)
-    if claimed > eps:
-        needed = required_runs(float(eps), float(delta / asked.looks), discard)
-        evidence["eps_asked"] = f"eps = {rounded_up(eps, 10)} (needs {needed:,} {unit.many})"
+    supported, discard = pac_label(n, eps, delta / settings.looks, settings.discard, unit)
     scale = float(kept_maximum(independent, discard))
+    evidence = {}
+    if supported > eps:
+        needed = required_runs(float(eps), float(delta / settings.looks), discard)
+        evidence["eps_asked"] = f"eps = {rounded_up(eps, 10)} (needs {needed:,} {unit.many})"
     evidence["scale"] = scale.hex()
-    return shown_claim(
+    where = " whose k lies in K," if scores.law.fitted else ""
+    return _pac_claim(
         net,
         scores,
         profile,
-        asked,
+        settings,
         np.full(profile.n_bins, scale),
-        train=train,
+        train,
+        evidence,
         quantifier=f"{unit.each}{where} drawn from {scores.law.describe()}",
-        eps=claimed,
+        eps=supported,
         n=n,
         discard=discard,
-        evidence=evidence,
     )
 
 
-def shown_claim(
+def _pac_claim(
     net: ReLUNetwork,
     scores: Scores,
     profile: Tube,
-    asked: BoundSettings,
+    settings: BoundSettings,
     scale: np.ndarray,
-    *,
     train: RolloutBatch | None,
     evidence: dict,
     **fields,
 ) -> ErrorClaim:
-    """The claim that a holdout shows about the profile times scale (n_bins,). train: as of
-    `calibrate`. evidence: beside that of the holdout. fields: further ones of `ErrorClaim`.
-    """
-    if train is not None:
-        evidence = {"train": content_hash(train.k, train.q)} | evidence
-    step = scores.subject.time.dt_record
-    term = asked.intersample.term(step, profile.n_p, profile.n_points)
+    """The claim about the profile times scale (n_bins,). evidence: beside that of the runs."""
+    trained = {} if train is None else {"train": content_hash(train.k, train.q)}
+    about, step = scores.subject, scores.subject.time.dt_record
+    term = settings.intersample.term(step, profile.n_p, profile.n_points)
+    names = [name_of(about.labels.k[axis]) for axis in about.given]
     return error_claim(
         kind="pac",
         tube=scaled(profile, scale, term),
-        subject=scores.subject,
+        subject=about,
         network=net.hash,
-        delta=as_probability("delta", asked.delta),
-        looks=asked.looks,
+        delta=as_probability("delta", settings.delta),
+        looks=settings.looks,
         law=scores.law,
         assumptions=(
-            *ledger(asked.intersample.assumption(step), scores.subject, scores.lost),
+            "IID",
+            *(f"WORKERS_LOST({n}, independent of the run)" for n in _lost(scores.lost).values()),
+            *invariances(about.rotation),
+            # the unmeasured part of the start has in use the law of the runs, given k [T37]
+            *([f"HIDDEN_START(given {listed(names)})"] if names else ()),
+            settings.intersample.assumption(step),
+            "DEPLOYMENT_LAW = CALIBRATION_LAW",
+            "UNCHANGED_SYSTEM",
             *freshness(scores, train),
         ),
-        evidence={"profile": profile.hash, **evidence_of(scores, train), **evidence},
+        evidence={"profile": profile.hash} | evidence_of(scores, train) | trained | evidence,
         intersample=tuple(term),
         **fields,
     )
@@ -135,9 +137,9 @@ def kept_maximum(score: np.ndarray, discard: int) -> np.ndarray:
 def pac_label(
     n: int, eps: Fraction, delta: Fraction, discard: int | str, unit: Unit = RUNS
 ) -> tuple[Fraction, int]:
-    """(eps that n runs, or recordings, support, discards): the eps asked for where "most" of those
-    beyond its need are discarded; else whatever they support, less when there are more of them. All
-    of it is fixed before a run is seen. Raises InputError if they support none.
+    """(eps that n runs, or recordings, support, discards): the given eps where "most" of the runs
+    beyond its need are discarded; else the supported eps, which falls with n. All of it is fixed
+    before a run is scored. Raises InputError if they support none.
     """
     spent = discard == MOST
     if spent:
@@ -158,7 +160,6 @@ def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
     """Tube scale_b x shape_b + term (n_c,), rounded up; an infinite scale (n_bins,) leaves its bin
     without claim.
     """
-    scale = np.asarray(scale, np.float64)
     grown = [
         np.nextafter((scale.reshape(-1, *[1] * (half.ndim - 1)) * half + more) * _OUTWARD, np.inf)
         for half, more in zip(profile.halves, profile.halves_around(term, 0.0), strict=True)
@@ -167,8 +168,7 @@ def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
 
 
 def evidence_of(scores: Scores, train: RolloutBatch | None) -> dict:
-    """The identity of calibration runs, how many were left out before, and the worst ones."""
-    order = np.argsort(-scores.score, kind="stable")[:_SHOWN]
+    """Identity of the calibration runs, number of those left out before, and the worst ones."""
     worst = [
         {
             "row": int(scores.rows[i]),
@@ -176,19 +176,17 @@ def evidence_of(scores: Scores, train: RolloutBatch | None) -> dict:
             "k": hex_text(scores.k[i]),
             "coordinate": int(scores.worst[i]),
         }
-        for i in order
+        for i in np.argsort(-scores.score, kind="stable")[:_SHOWN]
     ]
-    grouped = {}
+    source: dict = {}
     if scores.groups is not None:
-        names = np.unique(scores.groups)
-        grouped = {RECORDED_ROWS: scores.n, "recordings": content_hash(names)}
-    recorded = {}
+        recordings = content_hash(np.unique(scores.groups))
+        source = {RECORDED_ROWS: scores.n, "recordings": recordings}
     if scores.seed is None:
         gaps = left_out(scores, train)
-        recorded = {"runs": sorted(short_ids(scores.ids))} | ({"left_out": gaps} if gaps else {})
+        source |= {"runs": sorted(short_ids(scores.ids))} | ({"left_out": gaps} if gaps else {})
     return {
-        **grouped,
-        **recorded,
+        **source,
         **_lost(scores.lost),
         "holdout": content_hash(scores.k, scores.score),
         "holdout_rows": [int(scores.rows.min()), int(scores.rows.max())],
@@ -200,39 +198,17 @@ def evidence_of(scores: Scores, train: RolloutBatch | None) -> dict:
 
 
 def _lost(lost: np.ndarray | None) -> dict:
-    """Evidence of runs that were made again: how many, or that nobody counted."""
+    """Evidence of runs that were made again: how many, or that nobody counted. [T33]"""
     if lost is None or not lost.any():
         return {}
     return {"lost": "uncounted" if (lost < 0).any() else int((lost > 0).sum())}
-
-
-def hidden_start(about: Subject) -> tuple[str, ...]:
-    """What is assumed of the start where some of it is measured and goes into k: what is not
-    measured is distributed in use as in the runs, given what is. [T37]
-    """
-    names = [name_of(about.labels.k[axis]) for axis in about.given]
-    return (f"HIDDEN_START(given {listed(names)})",) if names else ()
-
-
-def ledger(between: str, about: Subject, lost: np.ndarray | None = None) -> tuple[str, ...]:
-    """Assumptions every statistical claim rests on. lost: (n,) as of `Scores`. [T33, T37]"""
-    again = [f"WORKERS_LOST({n}, independent of the run)" for n in _lost(lost).values()]
-    return (
-        "IID",
-        *again,
-        *invariances(about.rotation),
-        *hidden_start(about),
-        between,
-        "DEPLOYMENT_LAW = CALIBRATION_LAW",
-        "UNCHANGED_SYSTEM",
-    )
 
 
 def calibrate_bins(
     net: ReLUNetwork,
     scores: Scores,
     profile: Tube,
-    asked: BoundSettings | None = None,
+    settings: BoundSettings | None = None,
     *,
     train: RolloutBatch | None = None,
     **options,
@@ -245,77 +221,74 @@ def calibrate_bins(
     looks). A bin with too few runs gets no claim, never a small tube. Arguments as in `calibrate`,
     and `blocks`; discard counts per claim. Raises InputError.
     """
-    asked = (asked or BoundSettings()).replace(**options)
+    settings = (settings or BoundSettings()).replace(**options)
     check_fresh(scores, train)
     if scores.groups is not None:
         raise InputError(
             "calibrate_bins: expected independent runs; these come in groups, whose runs may lie "
             'in several bins. Make one claim over K: calibrate, or claims = ("one",).'
         )
-    eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
-    block = block_of_bins(profile.grid, asked.blocks)
+    eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
+    block = block_of_bins(profile.grid, settings.blocks)
     n_blocks = int(block.max()) + 1
-    share_of_delta = float(delta / (n_blocks * asked.looks))
+    share_of_delta = float(delta / (n_blocks * settings.looks))
     numbers = block[profile.bins_of(scores.k)]
     counts = runs_per_bin(numbers, n_blocks)
+    # a run on a border between blocks counts in each of them
     inside = [scores.score[(numbers == number).any(axis=1)] for number in range(n_blocks)]
-    shown = [_shown(score, eps, share_of_delta, asked.discard) for score in inside]
-    known = [one for one in shown if one.eps is not None]
-    if not known:
-        discard = 0 if asked.discard == MOST else asked.discard
+    parts = [_supported(score, eps, share_of_delta, settings.discard) for score in inside]
+    claimed = [part for part in parts if part.eps is not None]
+    if not claimed:
+        discard = 0 if settings.discard == MOST else settings.discard
         needed = required_runs(float(eps), share_of_delta, discard)
         raise InputError(
             f"calibrate_bins: expected at least {needed:,} runs in a bin; the fullest of "
-            f"{n_blocks} holds "
-            f"{counts.max()}. Use fewer bins, a larger eps, or one claim over K (calibrate)."
+            f"{n_blocks} holds {counts.max()}. Use fewer bins, a larger eps, or one claim over K "
+            "(calibrate)."
         )
-    scale = np.array([shown[b].scale for b in block])
+    scale = np.array([parts[b].scale for b in block])
     place = "bin" if n_blocks == profile.n_bins else "block of bins"
     uniform = scores.law.k_law == "uniform"
-    return shown_claim(
+    return _pac_claim(
         net,
         scores,
         profile,
-        asked,
+        settings,
         scale,
-        train=train,
-        quantifier=f"in each claimed {place} of K, a new rollout drawn from "
-        f"{scores.law.describe()} with k in that {place.split()[0]}",
-        eps=max(one.eps for one in known),
-        n=scores.n,
-        discard=max(one.discard for one in known),
-        evidence={
+        train,
+        {
             "bin_runs": [int(c) for c in counts[block]],
             "bin_scale": hex_text(scale),
             "bin_share": [str(s) for s in block_shares(profile, block)] if uniform else None,
-            "blocks": [one.spelled() for one in known],  # the checker does the sum again
-            "blocks_asked": None if asked.blocks is None else list(asked.blocks),
+            # the checker does the sum again
+            "blocks": [{"n": p.n, "discard": p.discard, "eps": str(p.eps)} for p in claimed],
+            "blocks_asked": None if settings.blocks is None else list(settings.blocks),
         },
-        bin_eps=tuple(shown[b].eps if shown[b].scale < np.inf else None for b in block),
+        quantifier=f"in each claimed {place} of K, a new rollout drawn from "
+        f"{scores.law.describe()} with k in that {place.split()[0]}",
+        eps=max(part.eps for part in claimed),
+        n=scores.n,
+        discard=max(part.discard for part in claimed),
+        bin_eps=tuple(parts[b].eps if parts[b].scale < np.inf else None for b in block),
     )
 
 
-class _Shown(NamedTuple):
-    """What the runs of a block of bins support: eps None, and no finite scale, where too few."""
+class _Supported(NamedTuple):
+    """Claim of a block of bins from its n runs; too few: eps None and an infinite scale."""
 
     n: int
     scale: float
     eps: Fraction | None
     discard: int
 
-    def spelled(self) -> dict:
-        """What a file has of it, of all blocks with runs enough for a claim: numbers as text."""
-        return {"n": self.n, "discard": self.discard, "eps": str(self.eps)}
 
-
-def _shown(score: np.ndarray, eps: Fraction, delta: float, discard: int | str) -> _Shown:
-    """Of runs with these scores (n,). discard: as of `BoundSettings`."""
+def _supported(score: np.ndarray, eps: Fraction, delta: float, discard: int | str) -> _Supported:
     allowed = most_discards(len(score), float(eps), delta)
-    wanted = max(allowed, 0) if discard == MOST else discard
-    if wanted > allowed:
-        return _Shown(len(score), np.inf, None, 0)
+    discards = max(allowed, 0) if discard == MOST else discard
+    if discards > allowed:
+        return _Supported(len(score), np.inf, None, 0)
     supported, _ = pac_label(len(score), eps, delta, discard)
-    return _Shown(len(score), float(kept_maximum(score, wanted)), supported, wanted)
+    return _Supported(len(score), float(kept_maximum(score, discards)), supported, discards)
 
 
 def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.ndarray:
@@ -335,19 +308,14 @@ def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.nda
 
 
 def block_shares(profile: Tube, block: np.ndarray) -> list[Fraction]:
-    """(n_bins,) exact share of K of each bin's block: what its claim is worth for a set. [T5]"""
-    whole = [Fraction(0)] * (int(block.max()) + 1)
-    for number, share in zip(block, bin_shares(profile), strict=True):
-        whole[number] += share
-    return [whole[number] for number in block]
-
-
-def bin_shares(profile: Tube) -> list[Fraction]:
-    """Exact share of K in every bin, row-major: its probability when k is uniform on K."""
+    """(n_bins,) exact share of K of each bin's block: its probability when k is uniform. [T5]"""
     shares = [Fraction(1)]
     for edge in profile.edges:
         exact = [Fraction(float(x)) for x in edge]
         width = exact[-1] - exact[0]
         parts = [(high - low) / width for low, high in itertools.pairwise(exact)]
         shares = [share * part for share in shares for part in parts]
-    return shares
+    whole = [Fraction(0)] * (int(block.max()) + 1)
+    for number, share in zip(block, shares, strict=True):
+        whole[number] += share
+    return [whole[number] for number in block]

@@ -6,11 +6,11 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.learning.bound.asked import DISCRETE_TIME
 from parc_jax.learning.bound.bins import Bins
 from parc_jax.learning.bound.claim import ErrorClaim, error_claim
 from parc_jax.learning.bound.edges import edges_of
 from parc_jax.learning.bound.profile import bin_maxima, training_errors
+from parc_jax.learning.bound.settings import DISCRETE_TIME
 from parc_jax.learning.bound.start_gap import invariances
 from parc_jax.learning.bound.tube import Tube, tube
 from parc_jax.learning.labels import Labels

@@ -1,18 +1,18 @@
-"""Errors of a network at recorded runs, and one number per run: by what factor the error shape must
-grow to hold the whole run. [T1]
+"""Errors of a network at recorded runs, and the score of a run: the factor by which the error shape
+must grow to hold it. [T1]
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from parc_jax.common.arrays import dot, most, x64
+from parc_jax.common.arrays import dot, in_chunks, map_rows, most, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.shapes import ManyParams, Params, Path, Paths, State, States
@@ -27,6 +27,7 @@ from parc_jax.learning.runs.independent import Marks, marks_of
 from parc_jax.learning.runs.law import LawSpec, Subject
 
 _FLOAT32_UNIT = 2.0**-24  # rounding unit of positions stored in float32
+CHUNK = 1024  # runs per compiled call
 
 
 class Errors(NamedTuple):
@@ -42,73 +43,32 @@ class Errors(NamedTuple):
 
 
 class Extremes(NamedTuple):
-    """How far the errors of runs reach both ways along directions, rounded outward; infinite where
-    a run failed. [T26]
-
-    least, most: as `Errors`, of u . error, for R directions u of every interval and point and
-        others of the end: interval (..., T, n_points, R), final (..., R).
+    """Least and largest u . error of runs over R directions u of every interval and point, and of
+    the end, rounded outward: interval (..., T, n_points, R), final (..., R); infinite where a run
+    failed. [T26]
     """
 
     least: Errors
     most: Errors
 
 
-class Allowance(NamedTuple):
-    """What float64 may hide of each error: interval (T, n_c), final (n_c + n_q,). [T10, T11]"""
-
-    interval: np.ndarray
-    final: np.ndarray
-
-
-def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = 1024) -> Errors:
+def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = CHUNK) -> Errors:
     """Errors of all runs of the batch against the float64 network, as NumPy. Raises InputError."""
     layout = layout_of(batch)
     slack = allowance(net, batch.domain, layout)
-
-    def errors(rows: np.ndarray):
-        return measure_arrays(net, slack, layout, batch.k[rows], batch.p[rows], batch.q[rows])
-
-    return by_chunk(batch.n, errors, chunk)
+    kernel = partial(_errors_many, net, slack, layout=layout)
+    return map_rows(chunk_size(batch.n, chunk), kernel, batch.k, batch.p, batch.q)
 
 
-def by_chunk(n: int, work: Callable[[np.ndarray], Any], chunk: int = 1024):
-    """What work(rows) gives for rows 0 .. n - 1, joined on the host; few shapes are compiled."""
-    parts = [jax.tree.map(np.asarray, work(rows)) for rows in padded_chunks(n, chunk)]
-    return jax.tree.map(lambda *x: np.concatenate(x)[:n], *parts)
+def chunk_size(n: int, chunk: int = CHUNK) -> int:
+    """Rows per compiled call: one of a few sizes, so that few shapes are compiled."""
+    return min(chunk, 1 << max(n - 1, 1).bit_length())
 
 
-def padded_chunks(n: int, chunk: int = 1024) -> list[np.ndarray]:
-    """The rows 0 .. n - 1 in chunks of one size, the last one filled up with the last row."""
-    chunk = min(chunk, 1 << max(n - 1, 1).bit_length())
-    return [np.minimum(np.arange(start, start + chunk), n - 1) for start in range(0, n, chunk)]
-
-
-def measure_arrays(
-    net: ReLUNetwork, slack: Allowance, layout: Layout, k: ManyParams, p: Paths, q: States
-) -> Errors:
-    """Errors (B, ...) of runs, p at their records, left on their device."""
-    with x64():
-        return _errors_many(net, slack, k, p, q, layout=layout)
-
-
-def measure_arrays_along(
-    net: ReLUNetwork,
-    slack: Allowance,
-    layout: Layout,
-    directions: Errors,
-    k: ManyParams,
-    p: Paths,
-    q: States,
-) -> Extremes:
-    """Extremes (B, ...) of runs as in `measure_arrays` along directions of their own: interval (B,
-    T, n_points, R, n_p), final (B, R, n_c + n_q).
+def allowance(net: ReLUNetwork, domain: Box, layout: Layout) -> Errors:
+    """Rounding of network, interpolation, subtraction, over K: interval (T, n_c), final (n_c +
+    n_q,). [T10, T11] Raises InputError.
     """
-    with x64():
-        return _extremes_many(net, slack, directions, k, p, q, layout=layout)
-
-
-def allowance(net: ReLUNetwork, domain: Box, layout: Layout) -> Allowance:
-    """Rounding of network, interpolation, subtraction, over K. [T10, T11] Raises InputError."""
     if net.n_in != domain.n or net.n_out < layout.n_offsets:
         raise InputError(
             f"network: expected {domain.n} inputs and at least {layout.n_offsets} outputs (offsets "
@@ -122,41 +82,31 @@ def allowance(net: ReLUNetwork, domain: Box, layout: Layout) -> Allowance:
     # |c_t| + |c_{t+1}|
     offsets = (error + 8 * UNIT * size)[: layout.n_offsets]
     knots = np.concatenate([np.zeros(layout.n_p), offsets]).reshape(-1, layout.n_c)
-    return Allowance(knots[:-1] + knots[1:], at_end)
+    return Errors(knots[:-1] + knots[1:], at_end)
 
 
-class _Signed(NamedTuple):
-    """Errors of one run as computed, with their signs, and what storage may hide of each: interval
-    (T, stride + 1, n_c), both end records of an interval included; final (n_c + n_q,).
+def _signed(
+    net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: Layout
+) -> tuple[Errors, Errors]:
+    """Signed errors of one run as computed, and the rounding of its storage; p^ is affine between
+    knots. interval (T, stride + 1, n_c): a knot counts in both of its intervals.
     """
-
-    error: Errors
-    stored: Errors
-
-
-def _signed(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: Layout) -> _Signed:
-    """Of one run, p at its records. p^ is affine between knots."""
     c, q_hat, _ = predict(net, layout, k)
     stride = (p.shape[0] - 1) // layout.n_steps
     share = (jnp.arange(stride + 1, dtype=c.dtype) / stride)[None, :, None]
     p_hat = c[:-1, None] * (1 - share) + c[1:, None] * share
     records = jnp.arange(layout.n_steps)[:, None] * stride + jnp.arange(stride + 1)[None]
     unit = _FLOAT32_UNIT if p.dtype == jnp.float32 else 0.0
-    seen = p[records].astype(c.dtype)
+    run = p[records].astype(c.dtype)
     last = p[-1].astype(c.dtype)
-    return _Signed(
-        Errors(seen - p_hat, jnp.concatenate([last - c[-1], q - q_hat])),
-        Errors(
-            unit * jnp.abs(seen), jnp.concatenate([unit * jnp.abs(last), jnp.zeros_like(q_hat)])
-        ),
+    return (
+        Errors(run - p_hat, jnp.concatenate([last - c[-1], q - q_hat])),
+        Errors(unit * jnp.abs(run), jnp.append(unit * jnp.abs(last), jnp.zeros_like(q_hat))),
     )
 
 
 def rollout_errors(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: Layout) -> Errors:
-    """Errors of one run, as computed; p at its records, p^ affine between knots; NaN is infinity.
-
-    Both end records of an interval belong to it, so a knot counts in two intervals.
-    """
+    """Errors of one run as computed, p at its records; NaN is infinity. Kernel."""
     error, stored = _signed(net, k, p, q, layout=layout)
     size = Errors(*(jnp.abs(e) + s for e, s in zip(error, stored, strict=True)))
     return Errors(
@@ -164,31 +114,49 @@ def rollout_errors(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: La
     )
 
 
-def rollout_extremes(
+@partial(jax.jit, static_argnames="layout")
+def _errors_many(
+    net: ReLUNetwork, slack: Errors, k: ManyParams, p: Paths, q: States, *, layout: Layout
+) -> Errors:
+    errors = jax.vmap(partial(rollout_errors, layout=layout), in_axes=(None, 0, 0, 0))(net, k, p, q)
+    up = 1 + 4 * UNIT  # the subtraction itself rounds
+    return Errors(
+        errors.interval * up + slack.interval[None], errors.final * up + slack.final[None]
+    )
+
+
+@partial(jax.jit, static_argnames="layout")
+def extremes_many(
     net: ReLUNetwork,
-    slack: Allowance,
+    slack: Errors,
     directions: Errors,
-    k: Params,
-    p: Path,
-    q: State,
+    k: ManyParams,
+    p: Paths,
+    q: States,
     *,
     layout: Layout,
 ) -> Extremes:
-    """Of one run, along directions: interval (T, n_points, R, n_p), final (R, n_c + n_q)."""
-    error, stored = _signed(net, k, p, q, layout=layout)
-    points = (*error.interval.shape[:2], layout.n_points, layout.n_p)
-    hidden = stored.interval + slack.interval[:, None]
-    low, high = _along(
-        directions.interval[:, None], error.interval.reshape(points), hidden.reshape(points)
-    )
-    low_end, high_end = _along(directions.final, error.final, stored.final + slack.final)
-    return Extremes(Errors(low.min(axis=1), low_end), Errors(high.max(axis=1), high_end))
+    """Extremes (B, ...) of runs, each along its own directions: interval (B, T, n_points, R, n_p),
+    final (B, R, n_c + n_q). Called in float64.
+    """
+
+    def one(directions: Errors, k: Params, p: Path, q: State):
+        error, stored = _signed(net, k, p, q, layout=layout)
+        points = (*error.interval.shape[:2], layout.n_points, layout.n_p)
+        hidden = stored.interval + slack.interval[:, None]
+        low, high = _along(
+            directions.interval[:, None], error.interval.reshape(points), hidden.reshape(points)
+        )
+        low_end, high_end = _along(directions.final, error.final, stored.final + slack.final)
+        return Extremes(Errors(low.min(axis=1), low_end), Errors(high.max(axis=1), high_end))
+
+    return jax.vmap(one)(directions, k, p, q)
 
 
 def _along(
     u: Float[jax.Array, "*b r n"], error: Float[jax.Array, "*c n"], hidden: Float[jax.Array, "*c n"]
 ):
-    """Least and most of u . e, (..., R), e within `hidden` of the error; infinite both ways where
+    """Least and largest u . e (..., R) over all e within `hidden` of the error; both infinite where
     that is not finite.
     """
     n = error.shape[-1]  # the subtraction rounds, and so do n products and their sum
@@ -198,42 +166,15 @@ def _along(
     return jnp.where(failed, -jnp.inf, middle - pad), jnp.where(failed, jnp.inf, middle + pad)
 
 
-@partial(jax.jit, static_argnames="layout")
-def _errors_many(
-    net: ReLUNetwork, slack: Allowance, k: ManyParams, p: Paths, q: States, *, layout: Layout
-):
-    errors = jax.vmap(partial(rollout_errors, layout=layout), in_axes=(None, 0, 0, 0))(net, k, p, q)
-    up = 1 + 4 * UNIT  # the subtraction itself rounds
-    return Errors(
-        errors.interval * up + slack.interval[None], errors.final * up + slack.final[None]
-    )
-
-
-@partial(jax.jit, static_argnames="layout")
-def _extremes_many(
-    net: ReLUNetwork,
-    slack: Allowance,
-    directions: Errors,
-    k: ManyParams,
-    p: Paths,
-    q: States,
-    *,
-    layout: Layout,
-):
-    one = partial(rollout_extremes, layout=layout)
-    return jax.vmap(one, in_axes=(None, None, 0, 0, 0, 0))(net, slack, directions, k, p, q)
-
-
 @dataclass(frozen=True, eq=False)
 class Scores:
     """Scores of n runs against a profile: S = max over coordinates of |error| / profile, or over
     pairs of faces of |u . error - centre| / half; infinite for a failed run. [T1, T26]
 
-    rows (n,), k (n, n_k), score (n,) float64; worst (n,) int32: coordinate of the maximum,
-    intervals (t, p), or (t, point, pair of faces), first, then final; ids (n,) content hashes.
-    law, seed, stage: where the runs come from. subject: what they are about. groups: (n,) which
-    recording a row is part of, None = every row its own run. marks: of recorded runs, to recognise
-    copies. lost: (n,) as of `RolloutBatch`, 0 for a run that was made once.
+    rows (n,), k (n, n_k), score (n,) float64. worst: (n,) int32, coordinate of the maximum:
+        intervals (t, p), or (t, point, pair of faces), first, then final. ids: (n,) content hashes.
+    law, subject, seed, stage: of the runs. groups: (n,) recording of each row, None without.
+    marks: of recorded runs, to recognise copies. lost: (n,) as of `RolloutBatch`, 0 for none.
     """
 
     rows: np.ndarray
@@ -256,7 +197,7 @@ class Scores:
 
     @property
     def unit(self) -> Unit:
-        """What is independent."""
+        """Independent unit that the claim counts."""
         return RUNS if self.groups is None else RECORDINGS
 
     def by_group(self) -> np.ndarray:
@@ -272,15 +213,17 @@ def score_batch(net: ReLUNetwork, batch: RolloutBatch, profile: Tube) -> Scores:
 def scores_of(
     nets: list[ReLUNetwork], profiles: list[Tube], batches: Iterable[RolloutBatch]
 ) -> list[Scores]:
-    """Scores of the same runs, seen once and never held, for each network. Raises InputError."""
-    seen = []
+    """Scores of the same runs for each network; a batch is dropped when it is scored. Raises
+    InputError.
+    """
+    parts = []
     for batch in batches:
         judged = [_judged(net, own, batch) for net, own in zip(nets, profiles, strict=True)]
         marks = marks_of(batch) if batch.seed is None else None
         lost = np.zeros(batch.n, np.int64) if batch.lost is None else batch.lost
-        seen.append((batch.rows, batch.k, batch.hashes(), batch.groups, marks, lost, judged))
-    found = jax.tree.map(lambda *parts: np.concatenate(parts), *seen)
-    rows, k, ids, groups, marks, lost, judged = found
+        parts.append((batch.rows, batch.k, batch.hashes(), batch.groups, marks, lost, judged))
+    joined = jax.tree.map(lambda *x: np.concatenate(x), *parts)
+    rows, k, ids, groups, marks, lost, judged = joined
     about = (ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost)
     return [Scores(rows, k, score, worst, *about) for score, worst in judged]
 
@@ -288,50 +231,51 @@ def scores_of(
 def _judged(net: ReLUNetwork, profile: Tube, batch: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
     check_profile(net, profile, layout_of(batch), batch.domain)
     slack = allowance(net, batch.domain, profile.layout)
-
-    def judge(rows: np.ndarray):
-        return score_arrays(net, slack, profile, batch.k[rows], batch.p[rows], batch.q[rows])
-
-    return by_chunk(batch.n, judge)
+    return in_chunks(
+        batch.n,
+        chunk_size(batch.n),
+        lambda rows: score_arrays(net, slack, profile, batch.k[rows], batch.p[rows], batch.q[rows]),
+    )
 
 
 def score_arrays(
-    net: ReLUNetwork, slack: Allowance, profile: Tube, k: ManyParams, p: Paths, q: States
+    net: ReLUNetwork, slack: Errors, profile: Tube, k: ManyParams, p: Paths, q: States
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scores (n,) and worst coordinates (n,) of runs."""
+    """Scores (n,) and worst coordinates (n,) of runs. slack: their `allowance`."""
     # on a shared edge a run must fit every bin that it touches
-    ratio = np.maximum.reduce(
-        [
-            ratios(sizes(net, slack, profile, bins, k, p, q), profile, bins)
-            for bins in profile.bins_of(k).T
-        ]
-    )
+    each = [
+        ratios(sizes(net, slack, profile, bins, k, p, q), profile, bins)
+        for bins in profile.bins_of(k).T
+    ]
+    ratio = np.maximum.reduce(each)
     return ratio.max(axis=1), ratio.argmax(axis=1).astype(np.int32)
 
 
 def sizes(
     net: ReLUNetwork,
-    slack: Allowance,
-    held_by: Tube,
+    slack: Errors,
+    tube: Tube,
     bins: np.ndarray,
     k: ManyParams,
     p: Paths,
     q: States,
 ) -> Errors:
-    """What `Tube.halves` of the bins (n,) must be at least to hold the runs: |error|, or its
-    distance from the middle of the faces. Host arrays.
+    """Least `Tube.halves` of the bins (n,) that hold the runs: |error|, or its distance from the
+    middle of the faces. Host arrays.
     """
-    if held_by.templates is None:
-        return jax.device_get(measure_arrays(net, slack, held_by.layout, k, p, q))
-    along = Errors(*(given.directions[bins] for given in held_by.templates))
-    seen = jax.device_get(measure_arrays_along(net, slack, held_by.layout, along, k, p, q))
-    centres = (given.centre[bins] for given in held_by.templates)
-    parts = zip(*seen, centres, strict=True)
-    return Errors(*(np.maximum(most - centre, centre - least) for least, most, centre in parts))
+    with x64():
+        if tube.templates is None:
+            return jax.device_get(_errors_many(net, slack, k, p, q, layout=tube.layout))
+        along = Errors(*(faces.directions[bins] for faces in tube.templates))
+        extremes = extremes_many(net, slack, along, k, p, q, layout=tube.layout)
+        least, most = jax.device_get(extremes)
+    centres = (faces.centre[bins] for faces in tube.templates)
+    parts = zip(least, most, centres, strict=True)
+    return Errors(*(np.maximum(high - centre, centre - low) for low, high, centre in parts))
 
 
 def ratios(needed: Errors, profile: Tube, bins: np.ndarray) -> np.ndarray:
-    """(n, coordinates) by what factor every half width of the bins (n,) must grow to the needed."""
+    """(n, coordinates) factor by which every half width of the bins (n,) must grow to `needed`."""
     parts = zip(needed, profile.halves, strict=True)
     return np.concatenate([(e / half[bins]).reshape(len(bins), -1) for e, half in parts], axis=1)
 

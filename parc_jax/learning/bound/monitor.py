@@ -7,15 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from parc_jax.common.arrays import in_chunks
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import agree
 from parc_jax.common.spelling import rounded_up
-from parc_jax.learning.bound.asked import GAP, intersample_of
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement
 from parc_jax.learning.bound.fresh import calibration_runs
-from parc_jax.learning.bound.measure import allowance, by_chunk, sizes
+from parc_jax.learning.bound.measure import allowance, chunk_size, sizes
 from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.settings import GAP, intersample_of
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.labels import plain_k
 from parc_jax.learning.network.relu import ReLUNetwork, features, relu_network
@@ -127,7 +128,7 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
                 fits &= (size <= half[bins]).reshape(len(rows), -1).all(axis=1)
         return fits
 
-    return by_chunk(batch.n, inside)
+    return in_chunks(batch.n, chunk_size(batch.n), inside)
 
 
 def _require_same_law(watch: Monitor, batch: RolloutBatch) -> None:

@@ -1,5 +1,4 @@
-"""From trained networks and runs to claims: the one pipeline behind `bound_error`, `parc-jax learn`
-and `parc-jax run`.
+"""From trained networks and runs to claims: the pipeline behind `bound_error` and `learn`.
 
 error shape (training runs and further ones) -> scores of fresh runs -> claims -> allowance for the
 start. Every step after the scores only widens a tube, so every label stays true.
@@ -10,21 +9,21 @@ from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import jax
 import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key
-from parc_jax.common.sets.box import Box
-from parc_jax.learning.bound.asked import BoundSettings
-from parc_jax.learning.bound.bins import Bins, Edges
+from parc_jax.learning.bound.bins import Bins
 from parc_jax.learning.bound.calibrate import block_of_bins, block_shares, calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import MOST, as_probability, cheaper, required_runs
 from parc_jax.learning.bound.edges import choose_edges
 from parc_jax.learning.bound.measure import Errors, check_profile, measure, scores_of
 from parc_jax.learning.bound.profile import evened, fitted_profile, learnt_from, profile_of
+from parc_jax.learning.bound.settings import BoundSettings
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import layout_of
@@ -35,25 +34,25 @@ from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.system import System, check_system
 
 
-class Runs:
-    """Where the runs behind claims come from: by themselves none."""
+class Runs(Protocol):
+    """Source of the runs behind claims."""
 
     def further(self, n: int) -> Iterable[RolloutBatch]:
-        """n runs for the profile."""
-        return ()
+        """n runs for the error shape, beside the training runs."""
 
     def fresh(self, n: int) -> Iterable[RolloutBatch]:
-        """n runs that nothing has seen."""
-        return ()
+        """n runs for calibration, unseen by network and error shape."""
 
 
 @dataclass(frozen=True, eq=False)
 class SystemRuns(Runs):
-    """Runs of a black box from the streams of `key`. first_row: of the further runs, behind the
-    training ones. path: keeps finished chunks. quiet: no bars. forecast: of the cost of all.
+    """Runs of a black box from the streams of `key`.
+
+    first_row: of the further runs, behind the training runs in the TRAIN stream. path: folder for
+    finished chunks. quiet: no progress bars. forecast: of the cost of all runs.
     """
 
-    system: object
+    system: System
     key: jax.Array
     first_row: int
     path: Path | None
@@ -75,39 +74,32 @@ class SystemRuns(Runs):
 
 
 @dataclass(frozen=True, eq=False)
-class RecordedRuns(Runs):
-    """Runs of the past, unseen by training: nothing can be run again."""
-
-    held: RolloutBatch
-
-    def fresh(self, n: int) -> Iterable[RolloutBatch]:
-        """All of them, whatever was asked for."""
-        return (self.held,)
-
-
-@dataclass(frozen=True, eq=False)
 class HeldRuns(Runs):
-    """Runs of a system that were simulated before: several claims that are to be compared, each on
-    its own, use the same.
+    """Recorded runs, or runs simulated before and shared by claims that are compared.
+
+    unseen: calibration set; a log is used up whole, whatever its size supports.
+    held: further runs of the same system; None for a log, which cannot be continued.
     """
 
-    held: RolloutBatch
     unseen: RolloutBatch
+    held: RolloutBatch | None = None
 
     def further(self, n: int) -> Iterable[RolloutBatch]:
-        """The first n that are held."""
-        return (self.held.select(slice(0, n)),)
+        """The first n of `held`."""
+        return () if self.held is None else (self.held.select(slice(0, n)),)
 
     def fresh(self, n: int) -> Iterable[RolloutBatch]:
-        """The first n that nothing has seen. Raises InputError for fewer."""
+        """The calibration set, beside `held` its first n. Raises InputError for fewer."""
+        if self.held is None:
+            return (self.unseen,)
         if self.unseen.n < n:
             raise InputError(f"runs: expected at least {n:,} fresh ones; got {self.unseen.n:,}.")
         return (self.unseen.select(slice(0, n)),)
 
 
-# [standard deviations] by which the expected runs of the smallest bin exceed what its claim needs
+# [standard deviations] by which the expected runs of the smallest bin exceed the need of its claim
 SPARE = 4.0
-_PROFILE_RUNS = 2000  # when there is nothing else to learn a profile from
+_PROFILE_RUNS = 2000  # for an error shape without training runs
 
 
 def bound_error(
@@ -124,14 +116,14 @@ def bound_error(
 ) -> ErrorClaim:
     """Bound the network's error by fresh runs of the system: stage BOUND of `key`, not consumed.
 
-    system: a black box; or a RolloutBatch of recorded runs that neither network nor profile has
-        seen: then key is unused, train is needed, and the claim carries the eps they support.
-    asked: the claim, `claims` aside; or its `options` by name, such as eps=1e-2, bins=(2, 2):
+    system: a black box; or a RolloutBatch of recorded runs, unseen by network and profile: then key
+        is unused, train is needed, and the claim carries the eps that they support.
+    asked: settings, all but `claims`; or its `options` by name, such as eps=1e-2, bins=(2, 2):
         fields of `BoundSettings`.
-    train: the runs the network was trained on, for the profile. profile: one of your own instead of
-        all that, whose outer edges are K.
-    path: a folder that keeps finished chunks, so a killed run continues with the same numbers.
-    quiet: no progress bars, and no word about the cost when it is more than half a minute.
+    train: training runs of the network, for the error shape.
+    profile: an error shape instead, whose outer edges are K.
+    path: folder for finished chunks, from which a killed run continues with the same numbers.
+    quiet: no progress bars and no forecast of a cost above half a minute.
     Raises InputError.
     """
     places = (net, ReLUNetwork), (asked, BoundSettings | None), (train, RolloutBatch | None)
@@ -141,64 +133,67 @@ def bound_error(
             "bound_error: expected bound_error(net, system, key, eps=..., train=runs), where runs "
             f"are a RolloutBatch; as net, asked and train got {kinds}."
         )
-    asked = (asked or BoundSettings()).replace(**options)
-    if not isinstance(system, RolloutBatch):
+    settings = (asked or BoundSettings()).replace(**options)
+    recorded = isinstance(system, RolloutBatch)
+    if not recorded:
         check_system(system)
         as_key(key)
     if profile is not None:
         check_profile(net, profile, layout_of(system), system.domain)
-    if isinstance(system, RolloutBatch):
+    if recorded:
         if train is None:
             raise InputError(
                 "bound_error: expected train (the training runs) beside a holdout of recorded runs."
             )
         train, held = refitted(train, system)
-        runs = RecordedRuns(held)
-        start = StartTrial(asked.gap, None)
+        runs, start = HeldRuns(held), StartTrial(settings.gap, None)
     else:
         first_row = 0 if train is None else int(train.rows.max()) + 1
-        ahead = runs_ahead(asked, 1, has_train=train is not None, has_profile=profile is not None)
-        forecast = Forecast(ahead, advice(asked), quiet)
+        n = runs_ahead(settings, 1, has_train=train is not None, has_profile=profile is not None)
+        forecast = Forecast(n, advice(settings), quiet)
         runs = SystemRuns(system, key, first_row, path, quiet, forecast)
-        start = try_starts(system, key, asked.gap)
-    own = None if profile is None else [profile]
-    return bound_errors([net], runs, train, asked, start, profiles=own)[0][0]
+        start = try_starts(system, key, settings.gap)
+    profiles = None if profile is None else [profile]
+    return bound_errors([net], runs, train, settings, start, profiles=profiles)[0][0]
 
 
 def bound_errors(
     nets: list[ReLUNetwork],
     runs: Runs,
     train: RolloutBatch | None,
-    asked: BoundSettings,
+    settings: BoundSettings,
     start: StartTrial,
     *,
     profiles: list[Tube] | None = None,
     watch: Callable[[str], AbstractContextManager] = nullcontext,
 ) -> list[list[ErrorClaim]]:
-    """The claims of every network, in the order of asked.claims, all of them about the same fresh
-    runs: delta is split over them, so all hold together. [T1]
+    """The claims of every network, in the order of settings.claims, from the same fresh runs: delta
+    is split over them, so all hold together. [T1]
 
-    train: the training runs. start: what is known of the influence of the start.
-    profiles: own ones, one per network on the same bins. watch: names the stage that runs.
+    train: the training runs. start: result of trials from other starts.
+    profiles: error shapes, one per network on the same bins; None to learn them.
+    watch: entered for each stage, by its name.
     """
-    looks = asked.looks * len(nets) * len(asked.claims)
+    looks = settings.looks * len(nets) * len(settings.claims)
     if profiles is None:
         with watch("profile"):
-            n = _profile_runs(asked, train is not None, looks)
+            n = _profile_runs(settings, train is not None, looks)
             further = iter(runs.further(n) if n else ())
-            early = learnt_from(further, n) if asked.even else further
-            profiles = learn_profiles(nets, train, early, asked.bins, shape=asked.shape)
-            if asked.even:
+            early = learnt_from(further, n) if settings.even else further
+            profiles = learn_profiles(nets, train, early, settings.bins, shape=settings.shape)
+            if settings.even:
                 profiles = evened(nets, profiles, further)
     with watch("fresh rollouts"):
-        fresh = runs.fresh(fresh_runs(asked, profiles[0], looks))
-        seen = scores_of(nets, profiles, fresh)
-    each = asked.replace(looks=looks)
+        fresh = runs.fresh(fresh_runs(settings, profiles[0], looks))
+        all_scores = scores_of(nets, profiles, fresh)
+    settings = settings.replace(looks=looks)
     make = {"one": calibrate, "bins": calibrate_bins}
     out = []
-    for net, profile, scores in zip(nets, profiles, seen, strict=True):
+    for net, profile, scores in zip(nets, profiles, all_scores, strict=True):
         with watch("claims"):
-            claims = [make[kind](net, scores, profile, each, train=train) for kind in asked.claims]
+            claims = [
+                make[kind](net, scores, profile, settings, train=train) for kind in settings.claims
+            ]
         out.append([allow_for_start(claim, start) for claim in claims])
     return out
 
@@ -211,93 +206,84 @@ def learn_profiles(
     *,
     shape: str = "box",
 ) -> list[Tube]:
-    """A profile per network from the training runs and further ones, on the bins cut for the first
-    network: by training runs alone, so that they are known before the others are made. bins, shape
-    as in `BoundSettings`. A fitted shape holds all of these runs in memory.
+    """An error shape per network from the training runs and further ones.
+
+    bins, shape: as in `BoundSettings`. Bins are cut for the first network, by training runs alone:
+    all networks share them, and so compiled code. A fitted shape holds all runs in memory.
     Raises InputError, also when no run is finite.
     """
     batches = itertools.chain([] if train is None else [train], further)
-    usable = (batch.finite for batch in batches)
+    batches = (batch for batch in (batch.finite for batch in batches) if batch.n)
+    first = next(batches, None)
+    if first is None:
+        raise InputError("profile: expected at least one finite training run; got none.")
+    by_train = train is not None and train.finite.n > 0
+    batches = itertools.chain([first], batches)
     if shape == "fitted":
-        held = [batch for batch in usable if batch.n]
+        runs = list(batches)
         if bins is None:
-            bins = _cut(_measured(nets[:1], held if train is None else held[:1])[0])
-        return [fitted_profile(net, held, bins) for net in nets]
-    first = 0 if train is None else train.finite.n
-    found = _measured(nets, usable, n_exact=0 if train is None else 1)
-    if bins is None:  # all networks share the first one's, and so its compiled code
-        bins = _cut(found[0], first or None)
-    return [profile_of(k, errors, domain, bins, n) for k, errors, domain, n in found]
-
-
-def _cut(measured: tuple[np.ndarray, Errors, Box, int], first: int | None = None) -> Edges:
-    """Edges of bins by the first so many runs, None for all."""
-    k, errors, domain, _ = measured
-    return choose_edges(k[:first], Errors(*(part[:first] for part in errors)), domain)
+            k, (errors,) = _measured(nets[:1], runs[:1] if train is not None else runs)
+            bins = choose_edges(k, errors, first.domain)
+        return [fitted_profile(net, runs, bins) for net in nets]
+    k, measured = _measured(nets, batches, n_exact=int(by_train))
+    if bins is None:
+        rows = slice(first.n if by_train else None)
+        bins = choose_edges(k[rows], Errors(*(part[rows] for part in measured[0])), first.domain)
+    return [profile_of(k, errors, first.domain, bins, len(first.points)) for errors in measured]
 
 
 def _measured(
     nets: list[ReLUNetwork], batches: Iterable[RolloutBatch], n_exact: int = 0
-) -> list[tuple[np.ndarray, Errors, Box, int]]:
-    """Parameters, errors, domain and number of points of finite runs for every network. Beyond the
-    first batches in single precision: a profile needs no rigour, and there may be many runs.
-    """
-    drawn: list[np.ndarray] = []
-    measured: list[list[Errors]] = [[] for _ in nets]
+) -> tuple[np.ndarray, list[Errors]]:
+    """Parameters of finite runs, and their errors for every network."""
+    k: list[np.ndarray] = []
+    parts: list[list[Errors]] = [[] for _ in nets]
     for number, batch in enumerate(batches):
-        if not batch.n:
-            continue
-        domain, n_points = batch.domain, len(batch.points)
+        # further runs in single precision: an error shape needs no rigour, and there may be many
         dtype = np.float64 if number < n_exact else np.float32
-        drawn.append(batch.k)
-        for net, errors in zip(nets, measured, strict=True):
+        k.append(batch.k)
+        for net, errors in zip(nets, parts, strict=True):
             errors.append(Errors(*(np.asarray(e, dtype) for e in measure(net, batch))))
-    if not drawn:
-        raise InputError("profile: expected at least one finite training run; got none.")
-    k = np.concatenate(drawn)
-    joined = (zip(*errors, strict=True) for errors in measured)
-    return [(k, Errors(*map(np.concatenate, parts)), domain, n_points) for parts in joined]
+    joined = [Errors(*map(np.concatenate, zip(*errors, strict=True))) for errors in parts]
+    return np.concatenate(k), joined
 
 
 def runs_ahead(
-    asked: BoundSettings, n_nets: int, *, has_train: bool = True, has_profile: bool = False
+    settings: BoundSettings, n_nets: int, *, has_train: bool = True, has_profile: bool = False
 ) -> int:
-    """All runs that the claims will take: exact, but for claims by bin on bins that are still to be
-    cut, where it is the least.
-    """
-    looks = asked.looks * n_nets * len(asked.claims)
-    further = 0 if has_profile else _profile_runs(asked, has_train, looks)
-    return further + _holdout(asked, looks)
+    """Number of runs behind the claims; for claims by bin a lower bound, as bins are cut later."""
+    looks = settings.looks * n_nets * len(settings.claims)
+    further = 0 if has_profile else _profile_runs(settings, has_train, looks)
+    return further + (settings.fresh or _required(settings, looks))
 
 
-def advice(asked: BoundSettings, n_nets: int = 1, spelled: str = "eps = ") -> str:
-    """What would be cheaper, in words, or "" where no eps decides."""
-    if asked.fresh is not None or "bins" in asked.claims or asked.discard not in (0, MOST):
+def advice(settings: BoundSettings, prefix: str = "eps = ") -> str:
+    """The number of runs of a larger eps, in words, or "" where eps does not decide."""
+    if settings.fresh or "bins" in settings.claims or settings.discard not in (0, MOST):
         return ""
-    return cheaper(asked.eps, asked.delta / (asked.looks * n_nets * len(asked.claims)), spelled)
+    return cheaper(settings.eps, settings.delta / (settings.looks * len(settings.claims)), prefix)
 
 
-def _profile_runs(asked: BoundSettings, has_train: bool, looks: int) -> int:
-    n = _holdout(asked, looks) if asked.profile_runs is None else asked.profile_runs
+def fresh_runs(settings: BoundSettings, profile: Tube, looks: int) -> int:
+    """Size of the calibration set; by bin, large enough for the smallest bin or block."""
+    n = settings.fresh or _required(settings, looks)
+    if settings.fresh or "bins" not in settings.claims:
+        return n
+    block = block_of_bins(profile.grid, settings.blocks)
+    each = _required(settings, looks * (int(block.max()) + 1))
+    smallest = float(min(block_shares(profile, block)))
+    return max(n, int(np.ceil((each + SPARE * np.sqrt(each)) / smallest)))
+
+
+def _profile_runs(settings: BoundSettings, has_train: bool, looks: int) -> int:
+    n = settings.profile_runs
+    if n is None:
+        n = settings.fresh or _required(settings, looks)
     return n if n or has_train else _PROFILE_RUNS
 
 
-def fresh_runs(asked: BoundSettings, profile: Tube, looks: int) -> int:
-    """How many fresh runs the claims need; by bin, so that the smallest bin or block has enough."""
-    needed = _holdout(asked, looks)
-    if asked.fresh is not None or "bins" not in asked.claims:
-        return needed
-    block = block_of_bins(profile.grid, asked.blocks)
-    each = _needed(asked, looks * (int(block.max()) + 1))
-    smallest = float(min(block_shares(profile, block)))
-    return max(needed, int(np.ceil((each + SPARE * np.sqrt(each)) / smallest)))
-
-
-def _holdout(asked: BoundSettings, looks: int) -> int:
-    return _needed(asked, looks) if asked.fresh is None else asked.fresh
-
-
-def _needed(asked: BoundSettings, looks: int) -> int:
-    eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
-    discard = 0 if asked.discard == MOST else asked.discard
+def _required(settings: BoundSettings, looks: int) -> int:
+    """Runs for one claim at delta / looks. [T1, T2]"""
+    eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
+    discard = 0 if settings.discard == MOST else settings.discard
     return required_runs(float(eps), float(delta / looks), discard)

@@ -3,13 +3,13 @@ principal axes, learnt from training runs. [T26]
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from threading import Lock
+from functools import partial
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from parc_jax.common.arrays import on_all_cores
+from parc_jax.common.arrays import in_chunks, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.tolerances import TOLERANCES
@@ -18,10 +18,11 @@ from parc_jax.learning.bound.edges import choose_edges, edges_of, smoothed
 from parc_jax.learning.bound.error_set import CENTRE_BITS, DIRECTION_BITS, Faces, faces, short
 from parc_jax.learning.bound.measure import (
     Errors,
+    Extremes,
     allowance,
+    chunk_size,
+    extremes_many,
     measure,
-    measure_arrays_along,
-    padded_chunks,
     scores_of,
 )
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube, zero_tube
@@ -226,21 +227,20 @@ def _extremes(
     least = Errors(*(np.full(u.shape[:-1], np.inf) for u in directions))
     most = Errors(*(np.full(u.shape[:-1], -np.inf) for u in directions))
     slack = allowance(net, runs[0].domain, layout)
-    one_at_a_time = Lock()
 
-    def widen(chunk: tuple[RolloutBatch, np.ndarray, np.ndarray]) -> None:
-        batch, bins, rows = chunk
+    def extremes(batch: RolloutBatch, bins: np.ndarray, rows: np.ndarray) -> Extremes:
+        along = Errors(*(u[bins[rows]] for u in directions))
         held = batch.k[rows], batch.p[rows], batch.q[rows]
-        for own in bins[rows].T:
-            along = Errors(*(u[own] for u in directions))
-            found = jax.device_get(measure_arrays_along(net, slack, layout, along, *held))
-            with one_at_a_time:
-                for part in range(len(directions)):
-                    np.minimum.at(least[part], own, found.least[part])
-                    np.maximum.at(most[part], own, found.most[part])
+        with x64():
+            return jax.device_get(extremes_many(net, slack, along, *held, layout=layout))
 
-    pairs = zip(runs, numbers, strict=True)
-    on_all_cores(widen, ((b, bins, rows) for b, bins in pairs for rows in padded_chunks(b.n)))
+    for batch, bins in zip(runs, numbers, strict=True):
+        for column in bins.T:
+            of_rows = partial(extremes, batch, column)
+            low, high = in_chunks(batch.n, chunk_size(batch.n), of_rows)
+            for part in range(len(directions)):
+                np.minimum.at(least[part], column, low[part])
+                np.maximum.at(most[part], column, high[part])
     return least, most
 
 

@@ -1,41 +1,128 @@
-"""What the start may do to a run: declared, tried to be refuted, and added to the tube.
+"""Influence of the start on a run: declared, tried to be refuted, and added to the tube.
 
 A claim is about runs from the origin with heading 0, and the proof moves them to p0 and, where a
 system declares `rotation`, turns them. If moving the start changes no offset and no final state by
 more than `gap`, and turning it changes none by more than that, a run from anywhere stays in the
 tube widened by what the two may do together, whenever the run from the origin stays in the tube:
 every label stays true. How large the gap is cannot be shown by trying; a larger one seen in a trial
-refutes the declaration. [T33]
+refutes the declaration. [T22, T33]
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+import numpy.typing as npt
 
+from parc_jax.common.arrays import difference, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator
 from parc_jax.common.spelling import rounded_up
-from parc_jax.learning.bound.asked import check_gap
 from parc_jax.learning.bound.claim import ErrorClaim, derived, weaker
+from parc_jax.learning.bound.settings import check_gap
 from parc_jax.learning.runs.collect import collect
-from parc_jax.learning.system import System, rotation_of
-from parc_jax.learning.systems.invariance import (
-    can_be_headed,
-    can_start_elsewhere,
-    rotation_gap,
-    translation_gap,
-)
+from parc_jax.learning.runs.simulate import simulator
+from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
+from parc_jax.learning.systems.user_code import blamed
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
 STARTS = 8  # and as many headings: tried, up to FAR times the travelled distance away
 FAR = 10.0
 
 
+class StartGap(NamedTuple):
+    """Largest differences of runs, over runs and times, when their start moves or turns.
+
+    p: (n_p,) [m]. q: (n_q,). starts: (n, n_p) [m] tried, or headings (n,) [rad]. k: (n, n_k).
+    NaN against NaN is no difference, NaN against a number an infinite one.
+    """
+
+    p: np.ndarray
+    q: np.ndarray
+    starts: np.ndarray
+    k: np.ndarray
+
+    @property
+    def largest(self) -> float:
+        """Of any coordinate."""
+        return float(max(self.p.max(), self.q.max(initial=0.0)))
+
+
+def translation_gap(system: Any, key: jax.Array, starts: npt.ArrayLike) -> StartGap:
+    """Run the same k and disturbance from the origin and from each of `starts` (n, n_p) [m], and
+    compare offsets. Uses the SEARCH stream of `key`.
+
+    The system must offer `rollout_from(key, k, p0) -> Trajectory`, with p relative to p0, or, if it
+    is not JAX, `rollout_from_batch(keys, ks, p0s)`. Rounding alone leaves a gap
+    of about 1e-12 m in a smooth system; a chaotic one may turn that into more. Raises InputError
+    without the method.
+    """
+    many = getattr(system, "rollout_from_batch", None)
+    if not callable(many):
+        if not callable(getattr(system, "rollout_from", None)):
+            raise InputError(
+                f"translation_gap: expected {system.name} to offer rollout_from(key, k, p0) -> "
+                "Trajectory; it does not. Without it, invariance is an assumption of every claim."
+            )
+        many = jax.jit(jax.vmap(system.rollout_from))
+    starts = np.asarray(starts, np.float64)
+    if starts.ndim != 2 or starts.shape[1] != system.n_p:
+        raise InputError(f"translation_gap: expected starts (n, {system.n_p}); got {starts.shape}.")
+    k, here, there = _both(system, key, many, starts, "rollout_from(key, k, p0)")
+    p = difference(here.p, there.p).reshape(-1, system.n_p).max(axis=0)
+    return StartGap(p, difference(here.q, there.q).max(axis=0), starts, k)
+
+
+def rotation_gap(system: Any, key: jax.Array, headings: npt.ArrayLike) -> StartGap:
+    """Run the same k and disturbance with heading 0 and with each of `headings` (n,) [rad] at the
+    start, turned back, and compare. Uses the SEARCH stream of `key`. Raises InputError.
+
+    The system must declare `rotation` and offer `rollout_headed(key, k, heading) -> Trajectory`, p
+    relative to the start and not turned back.
+    """
+    rotation, headed_rollout = rotation_of(system), getattr(system, "rollout_headed", None)
+    if rotation is None or not callable(headed_rollout):
+        raise InputError(
+            f"rotation_gap: expected {system.name} to declare rotation and to offer "
+            "rollout_headed(key, k, heading) -> Trajectory; it does not. Without it, invariance is "
+            "an assumption of every answer for a heading."
+        )
+    headings = np.asarray(headings, np.float64)
+    if headings.ndim != 1:
+        raise InputError(f"rotation_gap: expected headings (n,); got {headings.shape}.")
+    many = jax.jit(jax.vmap(headed_rollout))
+    k, straight, headed = _both(system, key, many, headings, "rollout_headed(key, k, heading)")
+    cosine, sine = np.cos(headings), np.sin(headings)
+    back = np.array([[cosine, sine], [-sine, cosine]])
+    places = np.asarray(headed.p).reshape(len(headings), -1, 2)
+    turned = np.einsum("abn,nsb->nsa", back, places)
+    word = np.array([word == TURNS for word in rotation], float)
+    angles = np.asarray(headed.q) - headings[:, None] * word
+    p = difference(turned, np.asarray(straight.p).reshape(turned.shape)).max(axis=(0, 1))
+    return StartGap(p, difference(angles, straight.q).max(axis=0), headings, k)
+
+
+def _both(
+    system: Any, key: jax.Array, many: Callable, starts: np.ndarray, call: str
+) -> tuple[np.ndarray, Trajectory, Trajectory]:
+    """k (n, n_k), and their runs from zero and from starts (n, ...), by one call of many (keys, k,
+    starts). Raises InputError for a fault in the user's `call`.
+    """
+    rows = simulator(system).rows(key, Stage.SEARCH, np.arange(len(starts)))
+    with x64():
+        k, there = jnp.asarray(rows.k), jnp.asarray(starts)
+        with blamed(f"{system.name}: expected {call} to run"):
+            return rows.k, many(rows.keys, k, jnp.zeros_like(there)), many(rows.keys, k, there)
+
+
 class StartTrial(NamedTuple):
-    """declared: [m or rad] the most that the place of the start may matter, and once more its
-    heading where the system declares `rotation`. seen, turned: largest effect of a place and of a
-    heading in a trial, None = not tried.
+    """Declared influence of the start, and the largest one of trials.
+
+    declared: [m or rad] bound on the influence of the place of the start, and once more of its
+        heading where the system declares `rotation`. seen, turned: largest effect of a place and of
+        a heading in a trial, None = not tried.
     """
 
     declared: float
@@ -45,65 +132,63 @@ class StartTrial(NamedTuple):
     def details(self) -> str:
         """One sentence."""
         tried = {"from other starts": self.seen, "with other headings": self.turned}
-        found = [
-            f"in {STARTS} runs {how} it mattered by at most {rounded_up(seen)}"
-            for how, seen in tried.items()
-            if seen is not None
+        effects = [
+            f"in {STARTS} runs {how} it mattered by at most {rounded_up(effect)}"
+            for how, effect in tried.items()
+            if effect is not None
         ]
         none = ["not measured, since these runs cannot be started elsewhere"]
         most = rounded_up(str(self.declared))
-        return "; ".join([f"declared: the start matters by at most {most}", *(found or none)])
+        return "; ".join([f"declared: the start matters by at most {most}", *(effects or none)])
 
 
 def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
-    """What a proof assumes that moves runs, and turns them where `rotation` is declared."""
+    """Assumptions of a proof that moves runs, and turns them where `rotation` is declared."""
     return (MOVED,) if rotation is None else (MOVED, TURNED)
 
 
 def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
-    """Run the system from other starts, and with other headings, as far as it can be, and compare.
+    """Compare runs from other starts, and with other headings, as far as the system offers them.
     Uses the SEARCH stream of `key`, not consumed.
 
-    declared: [m or rad], what `allow_for_start` will add to the tube. Raises InputError when the
+    declared: [m or rad], by which `allow_for_start` will widen the tube. Raises InputError when the
         start, or its heading, matters more.
     """
     check_gap(declared)
     turned = try_headings(system, key, declared)
-    if not can_start_elsewhere(system):
+    offered = ("rollout_from", "rollout_from_batch")
+    if not any(callable(getattr(system, name, None)) for name in offered):
         return StartTrial(declared, None, turned)
     few = collect(system, key, STARTS, Stage.SEARCH, quiet=True)
     travelled = np.abs(np.where(np.isfinite(few.p), few.p, 0.0)).max(initial=1.0)
     rng = generator(key)
     starts = FAR * float(travelled) * rng.uniform(-1, 1, (STARTS, system.n_p))
-    found = translation_gap(system, key, starts)
-    seen = float(max(found.p.max(), found.q.max(initial=0.0)))
-    if seen > declared:
+    gap = translation_gap(system, key, starts)
+    if gap.largest > declared:
         raise InputError(
             f"{system.name}: expected runs that do not depend on where they start by more than "
             f"{declared:.3g}; moving the start by up to {np.abs(starts).max():.3g} m moved the "
-            f"offsets by {found.p.max():.3g} m and the final states by "
-            f"{found.q.max(initial=0.0):.3g}. Make the start part of k, or declare a --gap that "
+            f"offsets by {gap.p.max():.3g} m and the final states by "
+            f"{gap.q.max(initial=0.0):.3g}. Make the start part of k, or declare a --gap that "
             "holds everywhere: the tube is widened by it."
         )
-    return StartTrial(declared, seen, turned)
+    return StartTrial(declared, gap.largest, turned)
 
 
 def try_headings(system: System, key: jax.Array, declared: float) -> float | None:
-    """Run a system that declares `rotation` with other headings, if it can be: the largest effect;
-    None where nothing is declared or tried. Raises InputError when above declared [m or rad].
+    """Largest effect of other headings on a system that declares `rotation`; None where nothing is
+    declared or can be tried. Raises InputError when above declared [m or rad].
     """
-    if rotation_of(system) is None or not can_be_headed(system):
+    if rotation_of(system) is None or not callable(getattr(system, "rollout_headed", None)):
         return None
-    rng = generator(key)
-    found = rotation_gap(system, key, rng.uniform(-np.pi, np.pi, STARTS))
-    seen = float(max(found.p.max(), found.q.max(initial=0.0)))
-    if not seen <= declared:
+    gap = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS))
+    if not gap.largest <= declared:
         raise InputError(
             f"{system.name}: expected runs that turn with their heading to within {declared:.3g}, "
-            f"as it declares; they differ by up to {seen:.3g}. Leave `rotation` out, or make the "
-            "heading part of k."
+            f"as it declares; they differ by up to {gap.largest:.3g}. Leave `rotation` out, or "
+            "make the heading part of k."
         )
-    return seen
+    return gap.largest
 
 
 def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
@@ -111,24 +196,24 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
     more where `rotation` is declared, for a run from elsewhere with another heading is off by both;
     the ledger names each. [T33]
 
-    Last of all steps that change a tube: `update` knows nothing of it.
+    Last of all steps that change a tube: `update` starts from the gap in its evidence.
     """
     entries = invariances(claim.subject.rotation)
     off = len(entries) * trial.declared
     gaps = claim.tube.halves_around(off, off)
     both = zip(claim.tube.halves, gaps, strict=True)
     wider = claim.tube.with_halves(*(np.nextafter(half + more, np.inf) for half, more in both))
+    named = {}
     tries = zip(entries, (trial.seen, trial.turned), ("starts", "headings"), strict=False)
-    named = {entry: _named(entry, trial.declared, seen, of) for entry, seen, of in tries}
-    ledger = tuple(named.get(entry, entry) for entry in claim.assumptions)
+    for entry, effect, of in tries:
+        tried = (
+            "not measured" if effect is None else f"{rounded_up(effect)} seen from {STARTS} {of}"
+        )
+        named[entry] = f"{entry}(within {rounded_up(str(trial.declared), 6)}; {tried})"
     start = {
         "gap": trial.declared.hex(),
         "seen": trial.seen and trial.seen.hex(),
         "turned": trial.turned and trial.turned.hex(),
     }
+    ledger = tuple(named.get(entry, entry) for entry in claim.assumptions)
     return derived(weaker(claim, wider, start=start), assumptions=ledger)
-
-
-def _named(entry: str, declared: float, seen: float | None, of: str) -> str:
-    tried = "not measured" if seen is None else f"{rounded_up(seen)} seen from {STARTS} {of}"
-    return f"{entry}(within {rounded_up(str(declared), 6)}; {tried})"

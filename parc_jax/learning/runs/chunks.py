@@ -18,10 +18,8 @@ import numpy as np
 
 from parc_jax.common.backend import backend
 from parc_jax.common.errors import InputError
-from parc_jax.common.spelling import hex_text
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.files import read_npz, rollouts_from_npz, write_atomic, write_npz
+from parc_jax.learning.runs.files import read_npz, write_atomic, write_npz
 from parc_jax.learning.system import points_of
 
 
@@ -50,79 +48,33 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
             )
 
 
-def finished(path, identity: dict, work: dict) -> tuple[RolloutBatch, int | None]:
-    """The batch of a finished file and its chunk size. Raises InputError when it holds other runs
-    than asked for.
-
-    identity: of the system. work: further facts that must agree: n, first_row, seed, stage, dtype,
-    k (as given, else None), law.
-    """
-    arrays = read_npz(path)
-    batch = rollouts_from_npz(path, arrays)
-    made_by = json.loads(str(arrays["meta"])).get("made_by") or {}
-    time = batch.time
-    have = {
-        "law": batch.law.hash,
-        "grid": hex_text((time.dt, time.t_f, time.dt_record)),
-        "n_p": batch.n_p,
-        "n_q": batch.n_q,
-        "points": list(batch.points),
-    } | made_by.get("system", {})
-    differs = {name for name, value in have.items() if identity.get(name) != value}
-    facts = {
-        "n": batch.n,
-        "first_row": int(batch.rows[0]),
-        "seed": batch.seed,
-        "stage": batch.stage,
-        "dtype": batch.p.dtype.name,
-    }
-    differs |= {name for name, value in facts.items() if work[name] != value}
-    if work["k"] is not None and not (batch.k == np.asarray(work["k"], np.float64)).all():
-        differs.add("k")
-    if differs:
-        raise InputError(
-            f"{path}: holds other rollouts than the ones asked for; expected the same "
-            f"{', '.join(sorted(differs))}. Delete it or choose another path."
-        )
-    return batch, made_by.get("chunk")
-
-
-def refuse_other_work(folder: Path, stored: dict, wanted: dict) -> None:
-    """Refuse a folder whose description differs. Raises InputError."""
-    differs = sorted(
-        name for name in wanted.keys() | stored.keys() if wanted.get(name) != stored.get(name)
-    )
-    if differs:
-        raise InputError(
-            f"{folder}: holds chunks of other work; expected the same {', '.join(differs)}. "
-            "Delete the folder or choose another path."
-        )
-
-
 Arrays = dict[str, np.ndarray]
 
 
 class ChunkStore:
-    """A folder with one .npz per finished chunk and a meta.json that says what work it belongs
-    to.
-    """
+    """A folder with one .npz per finished chunk and a meta.json that describes the work."""
 
     def __init__(self, folder, meta: dict):
         """Open or create. Raises InputError when the folder holds chunks of other work."""
         self.folder = Path(folder)
-        known = self.folder / "meta.json"
-        if known.exists():
-            refuse_other_work(self.folder, json.loads(known.read_text()), meta)
-        else:
-            write_atomic(known, json.dumps(meta, sort_keys=True, indent=1).encode())
+        path = self.folder / "meta.json"
+        if not path.exists():
+            write_atomic(path, json.dumps(meta, sort_keys=True, indent=1).encode())
+            return
+        stored = json.loads(path.read_text())
+        names = meta.keys() | stored.keys()
+        differs = sorted(name for name in names if meta.get(name) != stored.get(name))
+        if differs:
+            raise InputError(
+                f"{folder}: holds chunks of other work; expected the same {', '.join(differs)}. "
+                "Delete the folder or choose another path."
+            )
 
     @staticmethod
     def stored_chunk(folder) -> int | None:
-        """Chunk size of the work already in the folder: resuming must cut the rows in the same
-        places.
-        """
-        known = Path(folder) / "meta.json"
-        return json.loads(known.read_text())["chunk"] if known.exists() else None
+        """Chunk size of the work already in the folder."""
+        path = Path(folder) / "meta.json"
+        return json.loads(path.read_text())["chunk"] if path.exists() else None
 
     def get(self, index: int) -> Arrays | None:
         """A finished chunk, or None. A damaged file counts as unfinished and is computed again."""

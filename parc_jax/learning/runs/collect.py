@@ -1,11 +1,12 @@
 """Black box -> batches of recorded runs, resumable and independent of chunking."""
 
+import json
 import logging
 import shutil
 from collections.abc import Iterator
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -14,6 +15,7 @@ from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data
 from parc_jax.common.options import check_count
+from parc_jax.common.spelling import hex_text
 from parc_jax.learning.labels import labels_of
 from parc_jax.learning.runs.batch import RolloutBatch, concatenate, rollout_batch
 from parc_jax.learning.runs.chunks import (
@@ -22,125 +24,16 @@ from parc_jax.learning.runs.chunks import (
     Forecast,
     Pace,
     default_chunk,
-    finished,
     require_same_runs,
     run_chunks,
     worker_devices,
 )
-from parc_jax.learning.runs.files import save_rollouts
-from parc_jax.learning.runs.law import GIVEN, SAMPLER, LawSpec, given_of, law_of
+from parc_jax.learning.runs.files import read_npz, rollouts_from_npz, save_rollouts
+from parc_jax.learning.runs.law import GIVEN, SAMPLER, LawSpec, given_of, identity_of, law_of
 from parc_jax.learning.runs.simulate import is_traceable, remembered, simulator
 from parc_jax.learning.system import Retried, check_system, points_of, rotation_of
 from parc_jax.learning.systems.chained import Chained
-from parc_jax.learning.systems.identity import identity_of
 from parc_jax.learning.systems.user_code import blamed
-
-
-def simulate_rows(system, key, stage: Stage, rows: np.ndarray, k=None, first_row=0, device=None):
-    """Run the given global rows (B,). Returns k (B, n_k) on the host and the Trajectory (B, ...) on
-    the device, its p as columns (B, n_record + 1, n_c).
-    """
-    sim = simulator(system)
-    if is_given(k) and np.ndim(k) == 2:
-        # padding rows beyond the list repeat its last entry; they are cut off again
-        k = np.asarray(k, np.float64)[np.minimum(rows - first_row, len(k) - 1)]
-    drawn = sim.rows(key, stage, rows, k, device)
-    return drawn.k, sim.run(drawn, device)
-
-
-def chunks_of_rows(n: int, first_row: int, chunk: int, traceable: bool) -> list[np.ndarray]:
-    """The n global rows from first_row on, in chunks of one size, so that one program is compiled;
-    what needs no fixed shape does not run what will be cut off.
-    """
-    parts = [np.arange(first_row + i, first_row + i + chunk) for i in range(0, n, chunk)]
-    if not traceable:
-        parts[-1] = parts[-1][parts[-1] < first_row + n]
-    return parts
-
-
-def chunk_of(system, n: int, chunk: int | None, path) -> int:
-    """Runs per call: as asked for, as stored, or as suits system and machine."""
-    if path is not None:
-        chunk = chunk or ChunkStore.stored_chunk(path)
-    chunk = chunk or getattr(system, "chunk", None)
-    return int(chunk or default_chunk(system, n, len(worker_devices(system))))
-
-
-def rows_again(system, chunk: int) -> int:
-    """How many runs to repeat before stored ones are believed: a compiled chunk as a whole, for
-    the same bits; one run of anything else.
-    """
-    return chunk if is_traceable(system) else 1
-
-
-def require_same_chunk(store: ChunkStore, system, work, chunk_rows, device) -> None:
-    """Run stored rows again and compare. Raises InputError."""
-    known = store.first()
-    if known is None or known[0] >= len(chunk_rows):
-        return
-    index, stored = known
-    rows = chunk_rows[index][: rows_again(system, len(chunk_rows[index]))]
-    require_same_runs(store.folder, stored, work(rows, device), system)
-
-
-def title_of(stage: Stage, first_row: int) -> str:
-    """What the runs are for, in words; no two stages share them."""
-    if stage == Stage.TRAIN and first_row:
-        return "further runs for the profile"
-    return {
-        Stage.TRAIN: "training runs",
-        Stage.BOUND: "fresh runs for the bound",
-        Stage.REPLAY: "replay",
-        Stage.VALIDATE: "validation",
-        Stage.SCENE: "tests in the scene",
-    }.get(stage, Stage(stage).name.lower())
-
-
-def k_law(system, k) -> str:
-    """Name of the law of k for a LawSpec."""
-    if k is None:
-        return system.k_law if isinstance(system, Chained) else "uniform"
-    if not callable(k):
-        values = np.asarray(k, np.float64)
-        if values.ndim == 1:
-            return f"{GIVEN}({', '.join(f'{value:.10g}' for value in values)})"
-        return f"{GIVEN}({len(values):,} values, sha256 {content_hash(values)[:12]})"
-    name = getattr(k, "__name__", type(k).__name__)
-    return SAMPLER + ("without a name" if name == "<lambda>" else name)
-
-
-def seed_of(key) -> tuple[int, ...]:
-    """The data of a random key, as plain numbers: part of the identity of every row."""
-    return tuple(int(v) for v in key_data(key).ravel())
-
-
-def is_given(k) -> bool:
-    """Are these values of k, and not a law of them?"""
-    return k is not None and not callable(k)
-
-
-def check_asked(system, key: jax.Array, n: int, k) -> None:
-    """Refuse what is no system, no key, no whole number of runs, and given k that are not n of its
-    domain. Raises InputError.
-    """
-    check_system(system)
-    as_key(key)
-    check_count("n", n, 1, "collect(system, key, n=1000)")
-    given_of(system)
-    if not is_given(k):
-        return
-    shape = np.shape(k)
-    if shape not in ((system.domain.n,), (n, system.domain.n)):
-        raise InputError(
-            f"rollouts k: expected ({system.domain.n},), ({n}, {system.domain.n}) or a function; "
-            f"got {shape}."
-        )
-    if not system.domain.contains(np.asarray(k)).all():
-        raise InputError(
-            f"rollouts k: expected every k inside the domain {system.domain.lo} .. "
-            f"{system.domain.hi}."
-        )
-
 
 _log = logging.getLogger(__name__)
 
@@ -168,57 +61,24 @@ def collect(
         float32.
     chunk: runs per compiled call. Same chunk, same bits; another chunk may round differently in the
         last digit.
-    path: an .npz file. Finished chunks are kept beside it, so a killed run continues where it was;
-        an existing file of the same work is loaded. Either way the first of the stored runs are
-        simulated again: a system that does not repeat them is refused. Runs of a system that is not
-        compiled here and that were begun before the stop count as lost (`RolloutBatch.lost`).
-    quiet: no progress bar, and no word about the cost. forecast: of a longer work that these runs
-        are part of. Raises InputError.
+    path: an .npz file. Finished chunks are stored beside it, so a killed run continues where it
+        was; an existing file of the same work is loaded. Either way the first of the stored runs
+        are simulated again: a system that does not repeat them is refused. Runs of a system that is
+        not compiled here and that were begun before the stop count as lost (`RolloutBatch.lost`).
+    quiet: no progress bar, and no forecast. forecast: of a longer work that these runs are part of.
+    Raises InputError.
     """
-    check_asked(system, key, n, k)
-    identity = identity_of(system) | {"law": law_of(system, k_law(system, k)).hash}
+    work = _Work(system, key, n, stage, k, first_row, dtype)
     if path is not None and Path(path).exists():
-        return _finished(system, key, n, stage, k, first_row, dtype, path, identity)
+        return _finished(work, path)
+    identity = work.identity()
     parts = None if path is None else Path(f"{path}.parts")
-    chunk = chunk_of(system, n, chunk, parts)
-    stream = stream_rollouts(
-        system,
-        key,
-        n,
-        stage,
-        k=k,
-        first_row=first_row,
-        dtype=dtype,
-        chunk=chunk,
-        path=parts,
-        quiet=quiet,
-        forecast=forecast,
-    )
-    batch = concatenate(stream, n)
+    chunk = work.chunk(chunk, parts)
+    batch = concatenate(_streamed(work, chunk, parts, quiet, forecast), n)
     if parts is not None:
         save_rollouts(path, batch, {"system": identity, "chunk": chunk})
         shutil.rmtree(parts, ignore_errors=True)
     return batch
-
-
-def _finished(system, key, n, stage, k, first_row, dtype, path, identity) -> RolloutBatch:
-    """The rollouts of a finished file, after some of them have been simulated again."""
-    asked = {
-        "n": n,
-        "first_row": first_row,
-        "seed": seed_of(key),
-        "stage": int(stage),
-        "dtype": np.dtype(dtype).name,
-        "k": k if is_given(k) else None,
-    }
-    batch, chunk = finished(path, identity, asked)
-    rows = first_row + np.arange(rows_again(system, chunk or chunk_of(system, n, None, None)))
-    stored = {"k": batch.k, "p": batch.p, "q": batch.q}
-    again = _simulated(system, key, stage, k, first_row, dtype, rows)
-    require_same_runs(path, stored, again, system)
-    return replace(
-        batch, rotation=rotation_of(system), labels=labels_of(system), given=given_of(system)
-    )
 
 
 def stream_rollouts(
@@ -236,29 +96,115 @@ def stream_rollouts(
     forecast: Forecast | None = None,
 ) -> Iterator[RolloutBatch]:
     """The batches of `collect` chunk by chunk, in order, in bounded memory, on several workers.
-    path: a folder that keeps the chunks. Raises InputError, also when the system changes while it
-    runs.
+    path: a folder for the chunks. Raises InputError, also when the system changes while it runs.
     """
+    work = _Work(system, key, n, stage, k, first_row, dtype)
+    return _streamed(work, work.chunk(chunk, path), path, quiet, forecast)
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """Rows of a random stream to be run; fields as of `collect`. Raises InputError."""
+
+    system: Any
+    key: jax.Array
+    n: int
+    stage: Stage
+    k: Any
+    first_row: int
+    dtype: Any
+
+    def __post_init__(self) -> None:
+        system, k = self.system, self.k
+        check_system(system)
+        as_key(self.key)
+        check_count("n", self.n, 1, "collect(system, key, n=1000)")
+        given_of(system)
+        if not self.is_given:
+            return
+        shape, domain = np.shape(k), system.domain
+        if shape not in ((domain.n,), (self.n, domain.n)):
+            raise InputError(
+                f"rollouts k: expected ({domain.n},), ({self.n}, {domain.n}) or a function; got "
+                f"{shape}."
+            )
+        if not domain.contains(np.asarray(k)).all():
+            raise InputError(
+                f"rollouts k: expected every k inside the domain {domain.lo} .. {domain.hi}."
+            )
+
+    @property
+    def is_given(self) -> bool:
+        """Values of k, and not a law of them."""
+        return self.k is not None and not callable(self.k)
+
+    @property
+    def law(self) -> LawSpec:
+        """Of the runs, as the system declares it now."""
+        return law_of(self.system, k_law(self.system, self.k))
+
+    def identity(self) -> dict:
+        """Of the system and its law: part of every file."""
+        return identity_of(self.system) | {"law": self.law.hash}
+
+    def facts(self) -> dict:
+        """Numbers of the rows and their storage."""
+        return {
+            "first_row": self.first_row,
+            "seed": list(seed_of(self.key)),
+            "stage": int(self.stage),
+            "dtype": np.dtype(self.dtype).name,
+        }
+
+    def chunk(self, chunk: int | None = None, path=None) -> int:
+        """Runs per call: as given, as stored, or as suits system and machine."""
+        if path is not None:
+            # resuming must cut the rows in the same places
+            chunk = chunk or ChunkStore.stored_chunk(path)
+        chunk = chunk or getattr(self.system, "chunk", None)
+        return int(chunk or default_chunk(self.system, self.n, len(worker_devices(self.system))))
+
+    def simulate(self, rows: np.ndarray, device=None) -> Arrays:
+        """Arrays to be stored of global rows (B,)."""
+        about = (self.system, self.key, self.stage, rows, self.k, self.first_row, device)
+        with blamed(f"{self.system.name}: expected the system to run"):
+            drawn, trajectory = simulate_rows(*about)
+        p, q = np.asarray(trajectory.p, self.dtype), np.asarray(trajectory.q, np.float64)
+        lost = {"lost": trajectory.lost} if isinstance(trajectory, Retried) else {}
+        return {"k": drawn, "p": p, "q": q} | lost
+
+
+def _streamed(
+    work: _Work, chunk: int, path, quiet: bool, forecast: Forecast | None
+) -> Iterator[RolloutBatch]:
     from tqdm import tqdm
 
-    check_asked(system, key, n, k)
+    system, n, first_row = work.system, work.n, work.first_row
     devices = worker_devices(system)
-    chunk = chunk_of(system, n, chunk, path)
-    law, grid = law_of(system, k_law(system, k)), system.time
-    meta = _identity(system, key, stage, k, first_row, dtype) | {"chunk": chunk}
+    law, grid = work.law, system.time
     sim = simulator(system)
-    chunks = chunks_of_rows(n, first_row, chunk, sim.traceable)
-    work = partial(_simulated, system, key, stage, k, first_row, dtype)
+    # all chunks of one size, so that one program is compiled
+    chunks = [np.arange(first_row + i, first_row + i + chunk) for i in range(0, n, chunk)]
+    if not sim.traceable:
+        chunks[-1] = chunks[-1][chunks[-1] < first_row + n]
     store = None
     if path is not None:
+        k = content_hash(work.k) if work.is_given else ""
+        meta = work.identity() | work.facts() | {"what": "rollouts", "k": k, "chunk": chunk}
         store = ChunkStore(path, meta)
-        require_same_chunk(store, system, work, chunks, devices[0])
-    told = None if quiet else forecast or Forecast(n)
-    pace = Pace(len(devices), sim.traceable, told, system.name)
+        first = store.first()
+        if first is not None and first[0] < len(chunks):
+            index, stored = first
+            # a compiled chunk as a whole, for the same bits; one run of anything else
+            again = chunks[index] if sim.traceable else chunks[index][:1]
+            require_same_runs(store.folder, stored, work.simulate(again, devices[0]), system)
+    pace = Pace(
+        len(devices), sim.traceable, None if quiet else forecast or Forecast(n), system.name
+    )
 
     def one(index, device):
-        arrays = pace.timed(len(chunks[index]), lambda: work(chunks[index], device))
-        same = (law_of(system, k_law(system, k)), system.time) == (law, grid)
+        arrays = pace.timed(len(chunks[index]), lambda: work.simulate(chunks[index], device))
+        same = (work.law, system.time) == (law, grid)
         if not same or remembered(system).content != sim.content:
             raise InputError(
                 f"{system.name}: expected a system that stays as it is while it runs; it was "
@@ -266,51 +212,105 @@ def stream_rollouts(
             )
         return arrays
 
-    title = f"{system.name}: {title_of(stage, first_row)}"
+    title = f"{system.name}: {title_of(work.stage, first_row)}"
     _log.info("%s: %d rows in %d chunks", title, n, len(chunks))
     with tqdm(total=n, unit="rollout", desc=title, disable=quiet) as bar:
         done = run_chunks(one, len(chunks), devices, store, count_losses=not sim.traceable)
         for rows, arrays in zip(chunks, done, strict=True):
-            kept = min(chunk, first_row + n - int(rows[0]))
-            _log.debug("%s: rows %d to %d", title, rows[0], rows[0] + kept - 1)
-            bar.update(kept)
-            some = {name: array[:kept] for name, array in arrays.items()}
-            yield _batch(system, key, stage, law, rows=rows[:kept], **some)
+            size = min(chunk, first_row + n - int(rows[0]))
+            _log.debug("%s: rows %d to %d", title, rows[0], rows[0] + size - 1)
+            bar.update(size)
+            yield rollout_batch(
+                **{name: array[:size] for name, array in arrays.items()},
+                rows=rows[:size],
+                time=system.time,
+                domain=system.domain,
+                law=law,
+                seed=seed_of(work.key),
+                stage=int(work.stage),
+                points=points_of(system),
+                rotation=rotation_of(system),
+                labels=labels_of(system),
+                given=given_of(system),
+            )
 
 
-def _identity(system, key, stage: Stage, k, first_row: int, dtype) -> dict:
-    """What runs are those of, but for how many they are: a folder or file of others is refused."""
-    return identity_of(system) | {
-        "what": "rollouts",
-        "dtype": np.dtype(dtype).name,
-        "law": law_of(system, k_law(system, k)).hash,
-        "seed": list(seed_of(key)),
-        "stage": int(stage),
-        "first_row": first_row,
-        "k": content_hash(k) if is_given(k) else "",
-    }
-
-
-def _batch(system, key, stage: Stage, law: LawSpec, **arrays) -> RolloutBatch:
-    """Runs of the system as a batch."""
-    return rollout_batch(
-        **arrays,
-        time=system.time,
-        domain=system.domain,
-        law=law,
-        seed=seed_of(key),
-        stage=int(stage),
-        points=points_of(system),
-        rotation=rotation_of(system),
-        labels=labels_of(system),
-        given=given_of(system),
+def _finished(work: _Work, path) -> RolloutBatch:
+    """The runs of a finished file, after some of them have been simulated again. Raises InputError
+    when it holds other runs than these.
+    """
+    arrays = read_npz(path)
+    batch = rollouts_from_npz(path, arrays)
+    made_by = json.loads(str(arrays["meta"])).get("made_by") or {}
+    time, system = batch.time, work.system
+    stored = {
+        "law": batch.law.hash,
+        "grid": hex_text((time.dt, time.t_f, time.dt_record)),
+        "n_p": batch.n_p,
+        "n_q": batch.n_q,
+        "points": list(batch.points),
+        "n": batch.n,
+        "first_row": int(batch.rows[0]),
+        "seed": batch.seed and list(batch.seed),
+        "stage": batch.stage,
+        "dtype": batch.p.dtype.name,
+    } | made_by.get("system", {})
+    wanted = work.identity() | work.facts() | {"n": work.n}
+    differs = {name for name, value in stored.items() if wanted.get(name) != value}
+    if work.is_given and not (batch.k == np.asarray(work.k, np.float64)).all():
+        differs.add("k")
+    if differs:
+        raise InputError(
+            f"{path}: holds other rollouts than the ones asked for; expected the same "
+            f"{', '.join(sorted(differs))}. Delete it or choose another path."
+        )
+    n_again = made_by.get("chunk") or work.chunk()
+    rows = work.first_row + np.arange(n_again if is_traceable(system) else 1)
+    runs = {"k": batch.k, "p": batch.p, "q": batch.q}
+    require_same_runs(path, runs, work.simulate(rows), system)
+    return replace(
+        batch, rotation=rotation_of(system), labels=labels_of(system), given=given_of(system)
     )
 
 
-def _simulated(system, key, stage, k, first_row, dtype, rows, device=None) -> Arrays:
-    """What is kept of the runs of global rows (B,)."""
-    with blamed(f"{system.name}: expected the system to run"):
-        drawn, trajectory = simulate_rows(system, key, stage, rows, k, first_row, device)
-    p, q = np.asarray(trajectory.p, dtype), np.asarray(trajectory.q, np.float64)
-    lost = {"lost": trajectory.lost} if isinstance(trajectory, Retried) else {}
-    return {"k": drawn, "p": p, "q": q} | lost
+def simulate_rows(system, key, stage: Stage, rows: np.ndarray, k=None, first_row=0, device=None):
+    """Run the given global rows (B,). Returns k (B, n_k) on the host and the Trajectory (B, ...) on
+    the device, its p as columns (B, n_record + 1, n_c).
+    """
+    sim = simulator(system)
+    if k is not None and not callable(k) and np.ndim(k) == 2:
+        # padding rows beyond the list repeat its last entry; they are cut off again
+        k = np.asarray(k, np.float64)[np.minimum(rows - first_row, len(k) - 1)]
+    drawn = sim.rows(key, stage, rows, k, device)
+    return drawn.k, sim.run(drawn, device)
+
+
+def title_of(stage: Stage, first_row: int) -> str:
+    """Purpose of the runs, in words; no two stages share them."""
+    if stage == Stage.TRAIN and first_row:
+        return "further runs for the profile"
+    return {
+        Stage.TRAIN: "training runs",
+        Stage.BOUND: "fresh runs for the bound",
+        Stage.REPLAY: "replay",
+        Stage.VALIDATE: "validation",
+        Stage.SCENE: "tests in the scene",
+    }.get(stage, Stage(stage).name.lower())
+
+
+def k_law(system, k) -> str:
+    """Name of the law of k for a LawSpec."""
+    if k is None:
+        return system.k_law if isinstance(system, Chained) else "uniform"
+    if not callable(k):
+        values = np.asarray(k, np.float64)
+        if values.ndim == 1:
+            return f"{GIVEN}({', '.join(f'{value:.10g}' for value in values)})"
+        return f"{GIVEN}({len(values):,} values, sha256 {content_hash(values)[:12]})"
+    name = getattr(k, "__name__", type(k).__name__)
+    return SAMPLER + ("without a name" if name == "<lambda>" else name)
+
+
+def seed_of(key) -> tuple[int, ...]:
+    """The data of a random key, as plain numbers: part of the identity of every row."""
+    return tuple(int(v) for v in key_data(key).ravel())

@@ -7,13 +7,24 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass, replace
 
+import numpy as np
+
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import counted, hex_text, nearest_floats
 from parc_jax.learning.labels import PARTS, Labels, labels_of, name_of
 from parc_jax.learning.labels import labels as valid_labels
-from parc_jax.learning.system import ONE_POINT, TimeGrid, check_points, check_rotation, time_grid
+from parc_jax.learning.system import (
+    ONE_POINT,
+    TimeGrid,
+    check_points,
+    check_rotation,
+    check_system,
+    points_of,
+    time_grid,
+)
+from parc_jax.learning.systems.content import Reader
 from parc_jax.learning.systems.user_code import blamed
 
 OURS = (
@@ -104,6 +115,31 @@ def law_of(system, k_law: str = "uniform") -> LawSpec:
             f"{', '.join(map(str, ours))}. Rename them."
         )
     return law_spec(system.name, system.domain, k_law, parameters)
+
+
+def identity_of(system) -> dict:
+    """JSON-able identity that outlives the process: law, grid, sizes, and a hash of the code and of
+    every public attribute.
+
+    Left out: attributes that begin with an underscore, those in `content.OPERATIONAL`, and
+    opaque objects. Raises InputError for what is no system.
+    """
+    check_system(system)
+    reader = Reader(lasting=True)
+    time = system.time
+    identity = {
+        "law": law_of(system).hash,
+        "grid": hex_text([time.dt, time.t_f, time.dt_record]),
+        "n_p": int(system.n_p),
+        "n_q": int(system.n_q),
+        "points": list(points_of(system)),
+        "dtype of the system": np.dtype(getattr(system, "dtype", np.float64)).name,
+        "code": reader.digest(type(system)),
+    }
+    for name, value in reader.attributes(system):
+        if name not in ("domain", "time", "law", "points"):  # said above
+            identity[f"attribute {name}"] = reader.digest(value)
+    return identity
 
 
 @dataclass(frozen=True, eq=False)

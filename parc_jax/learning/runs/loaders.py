@@ -2,9 +2,6 @@
 *_rawdata.mat layout.
 """
 
-import csv
-import itertools
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -18,11 +15,10 @@ from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
 from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec, words_of
-from parc_jax.learning.runs.sweep import sweep_arrays
+from parc_jax.learning.runs.tables import folder_arrays, mat_arrays, sweep_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
-_HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
 
 
 def load_rollouts(
@@ -69,51 +65,51 @@ def load_rollouts(
     that are measured at the start of a run and not chosen, by name or number. Runs with NaN stay.
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
+    name = Path(path if isinstance(path, str | Path) else "table")
+    check_k_law(name, k_law, domain)
     if columns is not None:
-        name = Path(path if isinstance(path, str | Path) else "table")
-        check_k_law(name, k_law, domain)
         arrays = sweep_arrays(path, time, columns)
-        return _assemble(name, arrays, time, domain, k_law, groups, points, about)
-    path = Path(path)
-    check_k_law(path, k_law, domain)
-    if path.is_dir():
-        return _assemble(path, _csv_folder(path), time, domain, k_law, groups, points, about)
-    if path.suffix == ".mat":
-        return _assemble(path, _mat_arrays(path), time, domain, k_law, groups, points, about)
-    if path.suffix != ".npz":
-        table = ' One table of all runs needs columns={"k": ...}.' if path.suffix == ".csv" else ""
+    elif name.is_dir():
+        arrays = folder_arrays(name)
+    elif name.suffix == ".mat":
+        arrays = mat_arrays(name)
+    elif name.suffix == ".npz":
+        arrays = read_npz(name)
+    else:
+        table = ' One table of all runs needs columns={"k": ...}.' if name.suffix == ".csv" else ""
         raise InputError(
             f"{path}: expected a .npz file, a .mat file or a folder of CSV files.{table}"
         )
-    arrays = read_npz(path)
-    if "meta" not in arrays:
-        return _assemble(path, arrays, time, domain, k_law, groups, points, about)
-    own = rollouts_from_npz(path, arrays)
-    for given, wanted in (("time", time), ("domain", domain)):
-        if wanted is not None and not _equal(wanted, getattr(own, given)):
+    if columns is None and name.suffix == ".npz" and "meta" in arrays:
+        batch = rollouts_from_npz(name, arrays)
+        _check_own(name, batch, time, domain, k_law, groups, points, about)
+        return batch
+    return _assemble(name, arrays, time, domain, k_law, groups, points, about)
+
+
+def _check_own(
+    path: Path, batch: RolloutBatch, time, domain, k_law: str, groups, points, about: dict
+) -> None:
+    """Refuse arguments that contradict a file of `save_rollouts`. Raises InputError."""
+    same_time = time is None or (isinstance(time, TimeGrid) and time == batch.time)
+    same_domain = domain is None or (
+        isinstance(domain, Box)
+        and np.array_equal(domain.lo, batch.domain.lo)
+        and np.array_equal(domain.hi, batch.domain.hi)
+    )
+    for name, value, same in (("time", time, same_time), ("domain", domain, same_domain)):
+        if not same:
             raise InputError(
-                f"{path}: expected no {given}, or that of the file, {getattr(own, given)}; got "
-                f"{wanted}. A file of save_rollouts has its own: leave {given} out."
+                f"{path}: expected no {name}, or that of the file, {getattr(batch, name)}; got "
+                f"{value}. A file of save_rollouts has its own: leave {name} out."
             )
-    return _own(path, own, k_law, groups, points, about)
-
-
-def _equal(one: TimeGrid | Box, other: TimeGrid | Box) -> bool:
-    if isinstance(one, Box) and isinstance(other, Box):
-        return np.array_equal(one.lo, other.lo) and np.array_equal(one.hi, other.hi)
-    return type(one) is type(other) and one == other
-
-
-def _own(path: Path, own: RolloutBatch, k_law: str, groups, points, about: dict) -> RolloutBatch:
-    """Runs of `save_rollouts`. Raises InputError for arguments that contradict the file."""
-    others = points is not None and tuple(points) != own.points
-    told = groups is not None or any(x is not None and len(x) > 0 for x in about.values())
-    if k_law != "logged" or others or told:
+    others = points is not None and tuple(points) != batch.points
+    stated = groups is not None or any(x is not None and len(x) > 0 for x in about.values())
+    if k_law != "logged" or others or stated:
         raise InputError(
             f"{path}: expected neither k_law nor groups, other points, rotation, labels or given; "
             "a file of save_rollouts knows its own."
         )
-    return own
 
 
 def _assemble(
@@ -221,119 +217,3 @@ def _numbers(path: Path, name: str, values) -> np.ndarray:
             "Tell them in a larger unit, or write NaN where a run failed."
         )
     return array
-
-
-def _mat_arrays(path: Path) -> dict:
-    from scipy.io import loadmat
-
-    try:
-        raw = loadmat(path)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except NotImplementedError:
-        raise InputError(
-            f"{path}: a version 7.3 file; expected version 7 or older. Save it again with -v7."
-        ) from None
-    except (ValueError, TypeError, OSError, EOFError) as error:
-        raise InputError(
-            f"{path}: expected a complete .mat file; it is truncated or damaged ({error})."
-        ) from None
-    if "ks_data" not in raw or "ps_data" not in raw:
-        names = ", ".join(sorted(name for name in raw if not name.startswith("__")))
-        raise InputError(
-            f"{path}: expected ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n); got "
-            f"{names}."
-        )
-    positions = raw["ps_data"]
-    if positions.ndim == 2:  # a single run loses its last axis
-        positions = positions[..., None]
-    arrays = {"k": raw["ks_data"].T, "p": positions.transpose(2, 0, 1)}
-    return arrays | ({"q": raw["qs_data"].T} if raw.get("qs_data", np.zeros(0)).size else {})
-
-
-def _csv_folder(path: Path) -> dict:
-    runs = sorted((path / "p").glob("*.csv"))
-    _require_one_order(path, [run.stem for run in runs])
-    if not (path / "k.csv").exists() or not runs:
-        raise InputError(f"{path}: expected k.csv and one file per run in {path / 'p'}; not there.")
-    k, k_names = _csv(path / "k.csv")
-    tracks, p_names = zip(*map(_csv, runs), strict=True)
-    if len(k) != len(tracks):
-        raise InputError(
-            f"{path}: expected as many rows in k.csv as files in p/; got {len(k)} and "
-            f"{len(tracks)}."
-        )
-    for row, (run, track) in enumerate(zip(runs, tracks, strict=True)):
-        if track.shape != tracks[0].shape:
-            raise InputError(
-                f"{run}: expected {tracks[0].shape} (rows, columns) like the run of row 0; row "
-                f"{row} has {track.shape}. {RAGGED}"
-            )
-    names = {"k": k_names, "p": p_names[0]}
-    arrays = {"k": k, "p": np.stack(tracks), "labels": names}
-    if (path / "q.csv").exists():
-        arrays["q"], names["q"] = _csv(path / "q.csv")
-    if (path / "groups.csv").exists():
-        arrays["groups"] = _groups(path / "groups.csv", len(k))
-    return arrays
-
-
-def _groups(path: Path, n: int) -> np.ndarray:
-    """(n,) names of recordings, a line each, after a header where there is one. Raises InputError
-    for any other number of lines: a name that slips by one row is that of another recording.
-    """
-    names = [line.strip() for line in path.read_text().rstrip().splitlines()]
-    if names and names[0].lstrip("# ").lower() in _HEADERS:
-        names = names[1:]
-    if len(names) != n or not all(names):
-        empty = f", line {names.index('') + 1} of them empty" if "" in names else ""
-        raise InputError(
-            f"{path}: expected a name for each of {n} rows of k.csv, a line each, and before them "
-            f"at most a header, one of {', '.join(_HEADERS)}; got {len(names)}{empty}."
-        )
-    return np.array(names, dtype=str)
-
-
-def _require_one_order(path: Path, names: list[str]) -> None:
-    """Refuse names that sort as text otherwise than by their numbers: nobody knows which of both
-    the rows of k.csv are in. Raises InputError.
-    """
-
-    def by_number(name: str) -> list:
-        parts = re.split(r"([0-9]+)", name)  # text and digits in turn
-        return [int(part) if i % 2 else part for i, part in enumerate(parts)]
-
-    for before, after in itertools.pairwise(names):
-        if by_number(before) > by_number(after):
-            raise InputError(
-                f"{path}: expected files in p/ that sort as text in the order of their numbers, "
-                f"which is that of the rows of k.csv; as text {before}.csv comes before "
-                f"{after}.csv. Write all numbers with equally many digits, such as run01.csv."
-            )
-
-
-def _csv(path: Path) -> tuple[np.ndarray, tuple[str, ...] | None]:
-    """Numbers (rows, columns) of a CSV file, and the names in its first line where that is no
-    numbers.
-    """
-    lines = [line for line in path.read_text().splitlines() if line.strip()]
-    names = None
-    try:
-        [float(cell) for cell in lines[0].split(",")]
-    except ValueError:
-        first = csv.reader([lines.pop(0).lstrip("# ")], skipinitialspace=True)
-        names = tuple(cell.strip() for cell in next(first))
-    except IndexError:
-        raise InputError(f"{path}: expected rows of numbers; the file is empty.") from None
-    try:
-        rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
-    except ValueError as error:
-        raise InputError(
-            f"{path}: expected rows of as many numbers each, separated by commas; {error}."
-        ) from None
-    if names is not None and rows.ndim == 2 and len(names) != rows.shape[1]:
-        raise InputError(
-            f"{path}: expected a first line of numbers, or of a name for each of {rows.shape[1]} "
-            f"columns; got {len(names)} names."
-        )
-    return rows, names

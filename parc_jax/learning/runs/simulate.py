@@ -16,7 +16,7 @@ from parc_jax.common.keys import Stage, row_keys, stream
 from parc_jax.learning.runs.chunks import worker_devices
 from parc_jax.learning.system import Retried, Trajectory, check_system, points_of
 from parc_jax.learning.systems.chained import Chained, begun, links_of
-from parc_jax.learning.systems.identity import Content, content_of
+from parc_jax.learning.systems.content import Content, content_of
 from parc_jax.learning.systems.user_code import blamed
 
 _KEPT = 8  # compiled systems held at a time: enough for a few plants side by side, bounded memory

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cached_property, lru_cache, partial
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,28 @@ _MOST = 20_000  # objects looked at; what lies beyond counts as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 _MAIN = ("__main__", "__mp_main__")  # what spawned processes call the first
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
+
+
+class Content(NamedTuple):
+    """Digest of a system at one moment of one process. held: its parts, alive so that no id is used
+    twice.
+    """
+
+    digest: str
+    held: list
+
+
+def content_of(system) -> Content:
+    """Code and data that the system reaches: attributes (nested), closures, defaults, and the
+    globals that its own functions name. Opaque objects are told apart by identity alone.
+    """
+    reader = Reader(lasting=False)
+    return Content(reader.digest(system), reader.held)
+
+
+def lasting_digest(x) -> str:
+    """Of code and data that a function or an object reaches, the same in another process."""
+    return Reader(lasting=True).digest(x)
 
 
 class Reader:

@@ -9,11 +9,12 @@ from fractions import Fraction
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, check_count
 from parc_jax.learning.bound.counts import MOST, as_probability
+
+_UP = 1 + 2.0**-50  # a few roundings, upward
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class SpeedBound:
 
     def term(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:
         """(n_points n_p,) [m] to add to interval errors; h: record step [s]."""
+        # a place between two records is at most h / 2 from the nearer one
         return _per_column("speed bound", self.v, n_p, n_points) * (0.5 * h) * _UP
 
     def assumption(self, h: float) -> str:
@@ -56,6 +58,7 @@ class AccelerationBound:
 
     def term(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:
         """(n_points n_p,) [m] to add to interval errors; h: record step [s]."""
+        # error of linear interpolation: max of s (h - s) / 2 over the step
         return _per_column("acceleration bound", self.a, n_p, n_points) * (h * h / 8) * _UP
 
     def assumption(self, h: float) -> str:
@@ -63,8 +66,19 @@ class AccelerationBound:
         return f"INTERSAMPLE(acceleration <= {self.a} m/s^2, h = {h:g} s)"
 
 
-def intersample_of(assumptions: Iterable[str]) -> DiscreteTime | SpeedBound | AccelerationBound:
-    """The declaration that a ledger names, as the records below spell it."""
+def _per_column(name: str, value: float | tuple[float, ...], n_p: int, n_points: int) -> np.ndarray:
+    bound = np.asarray(value, np.float64)
+    if bound.shape not in ((), (n_p,)) or not (np.isfinite(bound) & (bound >= 0)).all():
+        raise InputError(f"{name}: expected one number >= 0, or {n_p} of them; got {value}.")
+    return np.tile(np.broadcast_to(bound, (n_p,)), n_points)
+
+
+Intersample = DiscreteTime | SpeedBound | AccelerationBound
+DISCRETE_TIME = DiscreteTime()
+
+
+def intersample_of(assumptions: Iterable[str]) -> Intersample:
+    """The declaration in a ledger, inverse of `assumption`."""
     for entry in assumptions:
         bound = re.match(r"INTERSAMPLE\((speed|acceleration) <= (.*) m/s(\^2)?, h = ", entry)
         if bound:
@@ -73,20 +87,6 @@ def intersample_of(assumptions: Iterable[str]) -> DiscreteTime | SpeedBound | Ac
     return DISCRETE_TIME
 
 
-_UP = 1 + 2.0**-50  # a few roundings, upward
-
-
-def _per_column(name: str, value: npt.ArrayLike, n_p: int, n_points: int) -> np.ndarray:
-    bound = np.asarray(value, np.float64)
-    if bound.shape not in ((), (n_p,)) or not (np.isfinite(bound) & (bound >= 0)).all():
-        raise InputError(f"{name}: expected one number >= 0, or {n_p} of them; got {value}.")
-    return np.tile(np.broadcast_to(bound, (n_p,)), n_points)
-
-
-DISCRETE_TIME = DiscreteTime()
-
-
-Intersample = DiscreteTime | SpeedBound | AccelerationBound
 CLAIMS = ("one", "bins")
 SHAPES = ("box", "fitted")
 GAP = 1e-5  # [m or rad] that the start of a run may matter, unless declared otherwise
@@ -94,7 +94,7 @@ GAP = 1e-5  # [m or rad] that the start of a run may matter, unless declared oth
 
 @dataclass(frozen=True)
 class Sizing(Options):
-    """How a tube is sized: what claims of the whole of K and of a part of it have in common."""
+    """Size of a tube, for claims about the whole of K or a part of it."""
 
     shape: str = "box"
     """Shape of the tube: "box", half widths along the axes, or "fitted", faces along the principal
@@ -157,14 +157,14 @@ class BoundSettings(ModelBound):
     """"one" over all of K [T1, T2], "bins" in every bin or block at once [T4]; the first one is
     returned by `bound_error`."""
     looks: int = 1
-    """Times that the fresh runs are used beyond the networks and claims asked for here."""
+    """Uses of the fresh runs beyond the networks and claims of one call."""
     intersample: Intersample = DISCRETE_TIME
-    """What happens between records. [T9]"""
+    """Motion between records. [T9]"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = set(self.claims)
-        if not given or len(given) < len(self.claims) or given - set(CLAIMS):
+        kinds = set(self.claims)
+        if not kinds or len(kinds) < len(self.claims) or kinds - set(CLAIMS):
             raise InputError(
                 f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got "
                 f"{self.claims}."
@@ -172,10 +172,9 @@ class BoundSettings(ModelBound):
         check_count("looks", self.looks, 1, "1 for a holdout that is used once")
 
 
-def check_gap(declared: float) -> None:
-    """Refuse what is no gap. Raises InputError."""
-    if not 0 <= declared < math.inf:
+def check_gap(gap: float) -> None:
+    """Refuse a negative or infinite gap. Raises InputError."""
+    if not 0 <= gap < math.inf:
         raise InputError(
-            "gap: expected how much the start may matter, a number >= 0 [m or rad]; got "
-            f"{declared}."
+            f"gap: expected how much the start may matter, a number >= 0 [m or rad]; got {gap}."
         )
