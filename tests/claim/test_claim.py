@@ -15,7 +15,6 @@ from parc_jax.learning.bound.claim import (
     derived,
     error_claim,
     load_claim,
-    on_bins,
     weaker,
 )
 from parc_jax.learning.bound.counts import NoStatement
@@ -229,7 +228,6 @@ def test_a_claim_told_of_something_else_is_bound_to_that():
     wider = tube(TUBE.edges, TUBE.interval * 2, TUBE.final)
     for told in (
         weaker(claim(), wider),
-        on_bins(claim(), [[0, 0.1 + 0.2, 0.5, 1], [0, 1]]),
         derived(claim(), network="of a copy"),
     ):
         check_claim(told)

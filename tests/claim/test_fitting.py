@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from profiles import training_profile
+from profiles import on_finer, training_profile
 from scored import score_system
 from synthetic_plants import failing, noisy, plant, straight, straight_network
 from turning_bar import Bar
@@ -14,7 +14,7 @@ from turning_bar import Bar
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins, scaled
-from parc_jax.learning.bound.claim import derived, load_claim, on_bins, weaker
+from parc_jax.learning.bound.claim import derived, load_claim, weaker
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.monitor import inside_tube, update
@@ -22,7 +22,7 @@ from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import fitted_profile, with_principal_axes
 from parc_jax.learning.bound.settings import SpeedBound
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
-from parc_jax.learning.bound.tube import fitted_tube, refined, tube_from_json, tube_to_json
+from parc_jax.learning.bound.tube import fitted_tube, tube_from_json, tube_to_json
 from parc_jax.learning.model import load, trajectory_model
 from parc_jax.learning.network.predict import layout_of
 from parc_jax.learning.network.relu import relu_network
@@ -213,13 +213,11 @@ def test_a_tube_of_faces_travels(profile, holdout, tmp_path):
 
 
 def test_bins_and_scales_leave_the_faces_alone(profile, holdout):
-    finer = refined(profile, ([0.0, *profile.edges[0][1:3], 0.9, 1.0], profile.edges[1]))
+    finer = on_finer(profile, ([0.0, *profile.edges[0][1:3], 0.9, 1.0], profile.edges[1]))
     assert finer.templates.interval.half.shape[0] == 4
     np.testing.assert_array_equal(
         finer.errors.support(np.ones(2)), profile.errors.support(np.ones(2))[[0, 1, 2, 2]]
     )
-    claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
-    assert on_bins(claim, finer.edges).tube.templates is not None
     lost = scaled(profile, np.array([1.0, np.inf, 1.0]), np.zeros(2))
     assert lost.claimed.tolist() == [True, False, True]
     assert np.isinf(lost.errors.support(np.ones(2))[1]).all()

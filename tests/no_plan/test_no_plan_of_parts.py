@@ -7,6 +7,7 @@ import itertools
 import jax
 import numpy as np
 import pytest
+from profiles import on_finer
 from scipy.optimize import linprog, nnls
 from scipy.spatial import HalfspaceIntersection
 from toy_bodies import points_model, points_problem
@@ -16,7 +17,7 @@ from parc_jax import checker
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.bound.error_set import faces
-from parc_jax.learning.bound.tube import fitted_tube, refined, zero_tube
+from parc_jax.learning.bound.tube import fitted_tube, zero_tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.predict import by_point, moved_to, trajectories
 from parc_jax.learning.network.relu import relu_network
@@ -109,7 +110,7 @@ def test_slanted_faces_make_room_that_a_box_has_not(bins):
     model = bar_model(e=0.3, length=0.0, fitted=True, across=0.02 * np.sqrt(2))
     goal = goal_of_points(model.points, {"tail": box([-0.4, -0.4], [0.4, 0.4])}, box([-1], [1]))
     edges = [np.linspace(-1, 1, bins + 1), [-1.0, 1.0]]
-    model = told(model, tube=refined(model.tube, edges))
+    model = told(model, tube=on_finer(model.tube, edges))
     kinds = []
     for gap in (0.4, 0.52, 0.55, 0.7):
         walls = []

@@ -1,13 +1,10 @@
-"""What is claimed of the model's error, in words and numbers that say no more than was shown."""
+"""Error bounds of a model: numbers, and words that say no more than was shown."""
 
 import hashlib
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
-
-import numpy as np
 
 from parc_jax.checker import Rejected
 from parc_jax.checker.claim import checked_claim
@@ -26,7 +23,7 @@ from parc_jax.learning.bound.counts import (
     risk_of,
 )
 from parc_jax.learning.bound.statement import DIGITS, DRAWN, VALIDATED, premises_of, statement
-from parc_jax.learning.bound.tube import Tube, refined, tube_from_json, tube_to_json
+from parc_jax.learning.bound.tube import Tube, tube_from_json, tube_to_json
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.runs.law import LawSpec, Subject, subject_from_json
@@ -37,7 +34,7 @@ FORMAT = "parc_jax.claim/3"
 
 @dataclass(frozen=True, eq=False)
 class ErrorClaim:
-    """A tube and exactly what is known about it. Made by `bound_error`, `calibrate`,
+    """A tube and its error bound (PAC, or none). Made by `bound_error`, `calibrate`,
     `assumed_claim`, `declared_claim`, all through `error_claim`.
 
     kind: one of
@@ -47,20 +44,19 @@ class ErrorClaim:
         "declared"  nothing is shown here; the bound comes from elsewhere.
         "validated" with confidence 1 - delta, a plan drawn from one set in one scene fails with
                     probability <= eps; of the tube, which is narrower, nothing is shown. [T42]
-    tube: what holds the errors; a bin with infinite widths has no claim (`tube.claimed`).
-    subject: whose runs leave it or not: system, K, time grid, points in order, rotation.
-    network: hash of the one whose errors the tube holds.
-    quantifier: the law of runs that the claim speaks of, in words; of a declared one, the reason.
+    tube: set of errors; a bin with infinite widths has no claim (`tube.claimed`).
+    subject: of the runs: system, K, time grid, points in order, rotation.
+    network: its hash.
+    quantifier: the law of runs in words; of a declared claim, the reason.
     eps, delta: exact; None where the kind has none.
-    n, discard, looks: runs that support it, runs discarded (fixed beforehand), times this holdout
-        has been looked at.
-    law: where those runs came from.
-    assumptions: ledger of identifiers. evidence: JSON-able record (hashes of profile and holdout,
-        seeds, largest scores).
+    n, discard, looks: runs that support it, runs discarded (fixed beforehand), uses of this
+        calibration set.
+    law: of those runs.
+    assumptions: ledger of identifiers. evidence: JSON-able record (hashes of profile and
+        calibration set, seeds, largest scores).
     bin_eps: per-bin claims: one eps per bin, None for a bin without claim [T4]; else None.
     intersample: (n_p,) [m] part of the interval widths that covers the time between records. [T9]
-    hash: of all of this together, as it was when the claim was made. A claim with a number or a
-        part from elsewhere has another one, and `check_claim` refuses it.
+    hash: of all of this together. `check_claim` refuses a claim with a part from elsewhere.
     """
 
     kind: str
@@ -86,8 +82,8 @@ class ErrorClaim:
         return self.subject.domain
 
     def __repr__(self) -> str:
-        known = {"eps": self.eps, "delta": self.delta}
-        numbers = [f"{name} {rounded_up(v, DIGITS)}" for name, v in known.items() if v is not None]
+        pairs = (("eps", self.eps), ("delta", self.delta))
+        numbers = [f"{name} {rounded_up(v, DIGITS)}" for name, v in pairs if v is not None]
         shown = (
             f"{self.n:,} {self.unit.many} of {self.law.generator}" if self.n else self.quantifier
         )
@@ -95,12 +91,12 @@ class ErrorClaim:
 
     @property
     def unit(self) -> Unit:
-        """What n counts."""
+        """Independent unit that n counts."""
         return RECORDINGS if RECORDED_ROWS in self.evidence else RUNS
 
     @property
     def premises(self) -> Premises:
-        """All that its sentences rest on, with its numbers."""
+        """Premises of its sentences, with its numbers."""
         return premises_of(self)
 
     def details(self) -> str:
@@ -115,13 +111,13 @@ class ErrorClaim:
         bin: int | None = None,
         shift: float = 0.0,
     ) -> Risk | NoStatement:
-        """What the claim promises when k is drawn in a certain way. [T5]
+        """Probability that a run leaves the tube when k is drawn in a certain way. [T5]
 
         share: k is drawn by the law of the claim's runs restricted to a set, which that law enters
             with this probability; vol(set) / vol(K) where it is uniform on K.
         density: k is drawn by any law that is at most so many times as dense as the claim's.
         Neither: one k, picked by hand or by a planner. Nothing is promised of it.
-        bin: the set lies in this bin, of a claim per bin; share stays that of the whole of K.
+        bin: the set lies in this bin, of a claim per bin; share stays that of all of K.
         shift: total variation between the declared and the deployed law of (k, disturbance).
         Raises InputError.
         """
@@ -159,22 +155,25 @@ class ErrorClaim:
         return self.facts() | {"statement": self.details(), "hash": self.hash}
 
     def facts(self) -> dict:
-        """All that its hash covers, but for the tube; both checkers read premises from these."""
+        """All parts of its hash but the tube; both checkers read premises from these."""
+        by_bin = None
+        if self.bin_eps is not None:
+            by_bin = [None if eps is None else str(eps) for eps in self.bin_eps]
         return {
             "format": FORMAT,
             "kind": self.kind,
             "subject": self.subject.to_json(),
             "network": self.network,
             "quantifier": self.quantifier,
-            "eps": _spell(self.eps),
-            "delta": _spell(self.delta),
+            "eps": None if self.eps is None else str(self.eps),
+            "delta": None if self.delta is None else str(self.delta),
             "n": self.n,
             "discard": self.discard,
             "looks": self.looks,
             "law": plain(asdict(self.law)) | {"hash": self.law.hash},
             "assumptions": list(self.assumptions),
             "evidence": self.evidence,
-            "bin_eps": None if self.bin_eps is None else [_spell(e) for e in self.bin_eps],
+            "bin_eps": by_bin,
             "intersample": hex_text(self.intersample),
         }
 
@@ -201,8 +200,8 @@ class ErrorClaim:
 
 
 def error_claim(**fields) -> ErrorClaim:
-    """A claim about what its fields say, bound to it by `hash`. Fields as in `ErrorClaim`. Raises
-    InputError where they do not fit, also for a K that is not the one of the law of runs.
+    """A claim bound to its parts by `hash`. Fields as in `ErrorClaim`. Raises InputError where they
+    do not fit, also for a K that is not the one of the law of runs.
     """
     law, domain = fields["law"], fields["subject"].domain
     if (law.lo, law.hi) != (tuple(hex_text(domain.lo)), tuple(hex_text(domain.hi))):
@@ -214,15 +213,15 @@ def error_claim(**fields) -> ErrorClaim:
 
 
 def derived(claim: ErrorClaim, **changes) -> ErrorClaim:
-    """The claim told of something else, such as a wider tube or a part of K: whoever calls this has
-    shown that it stays true. Fields as in `ErrorClaim`; evidence is added. Raises InputError.
+    """The claim with other fields, such as a wider tube or a part of K, true by the caller's proof.
+    Fields as in `ErrorClaim`; evidence is added. Raises InputError.
     """
     evidence = claim.evidence | changes.pop("evidence", {})
     return _bound(replace(claim, evidence=evidence, **changes))
 
 
 def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
-    """What a search looks by in place of a claim, with any tube: nothing is claimed of it."""
+    """A guide for a search in place of a claim, with any tube; nothing is claimed."""
     why = "assumed for a search alone"
     return derived(
         claim, kind="assumed", tube=tube, quantifier=why, eps=None, delta=None, bin_eps=None
@@ -230,7 +229,7 @@ def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
 
 
 def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **shown) -> ErrorClaim:
-    """What tests of one set in one scene show, of a claim whose tube was scaled to `tube`. [T42]
+    """The claim of tests of one set in one scene, for a tube scaled to `tube`. [T42]
 
     law: of the system that was run. shown: eps, delta, n tests in the set, `discard` failed ones.
     """
@@ -241,7 +240,7 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
 
 
 def check_claim(claim: ErrorClaim) -> None:
-    """Refuse a claim beside anything else than what it was made about. Raises InputError."""
+    """Refuse a claim with a part from elsewhere. Raises InputError."""
     _check_parts(claim)
     if claim.hash != _hash(claim):
         raise InputError(
@@ -269,11 +268,6 @@ def weaker(claim: ErrorClaim, wider: Tube, **evidence) -> ErrorClaim:
     return derived(claim, tube=wider, evidence=evidence)
 
 
-def on_bins(claim: ErrorClaim, edges: Sequence[np.ndarray]) -> ErrorClaim:
-    """The claim told by finer bins: models on equal bins share compiled code. Raises InputError."""
-    return derived(claim, tube=refined(claim.tube, edges))
-
-
 def check_edges(tube: Tube, domain: Box) -> None:
     """Refuse a tube, or a profile, whose bins do not span K. Raises InputError."""
     for axis, edge in enumerate(tube.edges):
@@ -285,7 +279,7 @@ def check_edges(tube: Tube, domain: Box) -> None:
 
 
 def _check_parts(claim: ErrorClaim) -> None:
-    """Refuse a tube that is not one of these runs. Raises InputError."""
+    """Refuse a tube whose shape is not that of the runs. Raises InputError."""
     layout, about = claim.tube.layout, claim.subject
     if layout.n_steps != about.time.n_steps:
         raise InputError(
@@ -323,10 +317,6 @@ def _box(domain: Box) -> str:
     return " x ".join(f"[{lo:.10g}, {hi:.10g}]" for lo, hi in sides)
 
 
-def _spell(value: Fraction | None) -> str | None:
-    return None if value is None else str(value)
-
-
 _AS_THEY_ARE = "kind", "network", "quantifier", "n", "discard", "looks", "evidence", "hash"
 
 
@@ -356,11 +346,11 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
         check_claim(claim)
         _check_counts(claim)
         _check_sum(data, error_tube.n_bins)
-        return claim
     except (KeyError, TypeError, AttributeError) as error:
         raise InputError(
             f"claim: expected the fields of ErrorClaim.to_json; {type(error).__name__}: {error}."
         ) from None
+    return claim
 
 
 def load_claim(path: str | Path) -> ErrorClaim:

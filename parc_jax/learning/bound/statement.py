@@ -1,6 +1,4 @@
-"""What a claim says, in sentences that never say more than was shown: all of it is printed from the
-claim's premises.
-"""
+"""Sentences of a claim, printed from its premises: never more than was shown."""
 
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -8,7 +6,7 @@ from typing import TYPE_CHECKING
 from parc_jax.checker import Rejected
 from parc_jax.checker.claim import stated_premises
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premise, Premises, premises
+from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premises, premises
 from parc_jax.common.spelling import rounded_down, rounded_up
 
 if TYPE_CHECKING:
@@ -21,7 +19,7 @@ DIGITS = 10  # of the numbers of a claim, at most
 
 
 def premises_of(c: "ErrorClaim") -> Premises:
-    """All that the sentences of a claim rest on. Both checkers compute the checked ones anew."""
+    """Premises of the sentences of a claim. Both checkers compute the checked ones anew."""
     shown = _SHOWN[c.kind](c)
     more = [
         ("box", MEASURED, c.law.box),
@@ -46,17 +44,19 @@ def statement(p: Premises) -> str:
     sentences = [_pac(p) if "eps" in p else _in_scene(p) if "risk" in p else str(p["tube"])]
     if without != "0":
         sentences.append(f"{without} of {of} bins of {p['box']} have no claim.")
-    ledger = (e for e in p if e.standing == ASSUMED and e.name not in ("tube", "law"))
-    sentences.append(f"Assumes: {', '.join(map(_ledger, ledger))}.")
+    assumed = [e for e in p if e.standing == ASSUMED and e.name not in ("tube", "law")]
+    ledger = [f"{entry.name}({entry.value})" if entry.value else entry.name for entry in assumed]
+    sentences.append(f"Assumes: {', '.join(ledger)}.")
     return " ".join(sentences)
 
 
 def in_short(c: "ErrorClaim") -> str:
-    """What an `ErrorClaim` says of its tube, in the few words that a picture has room for."""
+    """The claim about a tube in a few words, for pictures."""
     p = c.premises
     if "eps" not in p:
         return f"{c.kind}, not shown"
-    return f"left with probability ≤ {_eps(p)}, confidence {_confidence(p)}"
+    eps = _probability(p["eps"])
+    return f"left with probability ≤ {eps}, confidence {_confidence(p)}"
 
 
 def _shown(c: "ErrorClaim") -> list[tuple]:
@@ -75,22 +75,16 @@ def _shown(c: "ErrorClaim") -> list[tuple]:
     return [(name, CHECKED, value) for name, value in checked.items()]
 
 
-def _assumed(c: "ErrorClaim") -> list[tuple]:
-    said = (
-        "ASSUMED, not shown: that no run leaves the tube. It is the largest error over the "
-        f"{c.n:,} training rollouts, the statistic of the published method; new rollouts are known "
-        "to leave such a tube."
-    )
-    return [("tube", ASSUMED, said), *_unshown(c)]
-
-
-def _declared(c: "ErrorClaim") -> list[tuple]:
-    said = f"DECLARED, not shown here: that no run leaves the tube, because {c.quantifier}."
-    return [("tube", ASSUMED, said), *_unshown(c)]
-
-
 def _unshown(c: "ErrorClaim") -> list[tuple]:
-    return [("n", MEASURED, f"{c.n} {c.unit.many}"), ("discards", MEASURED, c.discard)]
+    tube = f"DECLARED, not shown here: that no run leaves the tube, because {c.quantifier}."
+    if c.kind == "assumed":
+        tube = (
+            "ASSUMED, not shown: that no run leaves the tube. It is the largest error over the "
+            f"{c.n:,} training rollouts, the statistic of the published method; new rollouts are "
+            "known to leave such a tube."
+        )
+    n = f"{c.n} {c.unit.many}"
+    return [("tube", ASSUMED, tube), ("n", MEASURED, n), ("discards", MEASURED, c.discard)]
 
 
 def _validated(c: "ErrorClaim") -> list[tuple]:
@@ -102,10 +96,11 @@ def _validated(c: "ErrorClaim") -> list[tuple]:
     return [("tube", ASSUMED, tube), *((name, CHECKED, x) for name, x in numbers.items())]
 
 
-_SHOWN = {"pac": _shown, "assumed": _assumed, "declared": _declared, VALIDATED: _validated}
+_SHOWN = {"pac": _shown, "assumed": _unshown, "declared": _unshown, VALIDATED: _validated}
 
 
 def _pac(p: Premises) -> str:
+    eps = _probability(p["eps"])
     by_bin = " (the largest of them, each with its own)" if "bins" in p else ""
     n, many = _number(p)
     behind = f"{n:,} calibration {'rollouts' if many == 'runs' else many}"
@@ -116,7 +111,7 @@ def _pac(p: Premises) -> str:
         asked = f" ({p['eps asked']} was asked; {n:,} {many} do not support it.)"
     return (
         f"With confidence {_confidence(p)} over the {behind}, {p['law']} leaves the tube at any "
-        f"time with probability at most {_eps(p)}{by_bin}, in every environment.{asked} "
+        f"time with probability at most {eps}{by_bin}, in every environment.{asked} "
         f"{_counts(p)} {_chosen(p)} For a single hand-picked k: no probabilistic statement."
     )
 
@@ -136,7 +131,7 @@ def _in_scene(p: Premises) -> str:
 
 
 def _counts(p: Premises) -> str:
-    """What was counted and left out: numbers that were fixed, or seen, before the claim."""
+    """Failed runs, discards and looks, with the rows left out before."""
     _, many = _number(p)
     looks = f"; delta is shared by {p['looks']} looks" if p["looks"] > 1 else ""
     gaps = ""
@@ -149,17 +144,18 @@ def _counts(p: Premises) -> str:
 
 
 def _chosen(p: Premises) -> str:
-    """What it promises of k from a certified set; shares are probabilities for uniform k. [T5]"""
+    """The promise for k from a certified set; shares are probabilities for uniform k. [T5]"""
     if "not drawn" in p:
         return f"Of runs with chosen values of {p['not drawn']}: nothing more."
+    eps = _probability(p["eps"])
     if p["k"] == "uniform on K":
         return (
             f"For k drawn uniformly at random from a certified set of share s of {p['box']}: at "
-            f"most {_eps(p)}/s."
+            f"most {eps}/s."
         )
     return (
         f"For k drawn {p['k']}, whenever it falls into a certified set that it falls into with "
-        f"probability s: at most {_eps(p)}/s. The share of K that the set fills says nothing: "
+        f"probability s: at most {eps}/s. The share of K that the set fills says nothing: "
         "these runs may hardly visit some of K."
     )
 
@@ -169,19 +165,10 @@ def _failed(p: Premises) -> str:
     return f"{p['failed']:,}" if stated else "an unstated number"
 
 
-def _ledger(entry: Premise) -> str:
-    """The same as the ledger has it."""
-    return f"{entry.name}({entry.value})" if entry.value else entry.name
-
-
 def _number(p: Premises) -> tuple[int, str]:
-    """How many of what is independent."""
+    """Number and name of the independent units."""
     n, many = p["n"].removesuffix(EACH).split(" ", 1)
     return p["all"] if "all" in p else int(n), many
-
-
-def _eps(p: Premises) -> str:
-    return _probability(p["eps"])
 
 
 def _probability(text: str) -> str:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import jax
 import numpy as np
 import numpy.typing as npt
 from jaxtyping import ArrayLike, Float
@@ -250,22 +249,6 @@ def _widths(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...]) -> n
     out[infinite.reshape(len(value), -1).any(axis=1)] = np.inf
     out.setflags(write=False)
     return out
-
-
-def refined(coarse: Tube, edges: Sequence[np.ndarray]) -> Tube:
-    """The tube told on finer edges, which must contain the coarse ones. Raises InputError."""
-    edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
-    for axis, (old, new) in enumerate(zip(coarse.edges, edges, strict=True)):
-        if not np.isin(old, new).all():
-            raise InputError(
-                f"tube: expected finer edges that keep the old ones; axis {axis} loses some of "
-                f"{old}."
-            )
-    middles = np.meshgrid(*(0.5 * (e[1:] + e[:-1]) for e in edges), indexing="ij")
-    source = coarse.bin_of(np.stack(middles, axis=-1).reshape(-1, len(edges)))
-    whole = (coarse.interval, coarse.final, coarse.templates)
-    interval, final, templates = jax.tree.map(lambda x: x[source], whole)
-    return replace(coarse, edges=edges, interval=interval, final=final, templates=templates)
 
 
 def zero_tube(

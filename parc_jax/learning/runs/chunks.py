@@ -48,6 +48,17 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
             )
 
 
+def refuse_other_work(folder: Path, stored: dict, wanted: dict) -> None:
+    """Refuse a folder whose description differs. Raises InputError."""
+    names = wanted.keys() | stored.keys()
+    differs = sorted(name for name in names if wanted.get(name) != stored.get(name))
+    if differs:
+        raise InputError(
+            f"{folder}: holds chunks of other work; expected the same {', '.join(differs)}. "
+            "Delete the folder or choose another path."
+        )
+
+
 Arrays = dict[str, np.ndarray]
 
 
@@ -58,17 +69,10 @@ class ChunkStore:
         """Open or create. Raises InputError when the folder holds chunks of other work."""
         self.folder = Path(folder)
         path = self.folder / "meta.json"
-        if not path.exists():
+        if path.exists():
+            refuse_other_work(self.folder, json.loads(path.read_text()), meta)
+        else:
             write_atomic(path, json.dumps(meta, sort_keys=True, indent=1).encode())
-            return
-        stored = json.loads(path.read_text())
-        names = meta.keys() | stored.keys()
-        differs = sorted(name for name in names if meta.get(name) != stored.get(name))
-        if differs:
-            raise InputError(
-                f"{folder}: holds chunks of other work; expected the same {', '.join(differs)}. "
-                "Delete the folder or choose another path."
-            )
 
     @staticmethod
     def stored_chunk(folder) -> int | None:
