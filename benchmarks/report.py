@@ -26,8 +26,7 @@ python -m benchmarks --device gpu --json results.json
 * Figures of the paper are its authors', for their networks on their machine. They are marked and never gated.
 * Here are the results that a reader can use without the code. All metrics and whole tables are in
   `benchmarks/baseline.json`; how a workload measures is the docstring of its file in `benchmarks/workloads`.
-* Measured by hand, of single stages: [measured](measured.md). What other programs say of the same network:
-  [peers](suite.md#peers).
+* What other programs say of the same network: [peers](suite.md#peers).
 """
 HEADLINES = {  # metric: what it is, for people; in the order of the page
     "main_job.median": "`parc-jax run drift_parking`, from nothing to its end",

@@ -1,5 +1,5 @@
 """Work of whole enumerations, proof included: signs and rationals it takes, function calls. Prints
-a table of them, with CPU times, which no assertion depends on (docs/measured.md):
+a table of them, with CPU times, which no assertion depends on:
 
 OPENBLAS_NUM_THREADS=1 pytest -m night -s tests/pwa/test_speed.py
 
