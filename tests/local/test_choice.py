@@ -10,13 +10,17 @@ import pytest
 import toy_driven as toy
 from synthetic_plants import plant, straight
 
+from parc_jax.answer.looks import Look
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
+from parc_jax.drive.local.choice import run_plan
 from parc_jax.drive.local.localise import Local, LocalRuns
 from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, required_runs
+from parc_jax.learning.bound.settings import SpeedBound
+from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 pytestmark = pytest.mark.soundness
 
@@ -268,3 +272,34 @@ def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
         half = claim.tube.final[claim.tube.bin_of(k), :2]
         wrong += (np.abs(push) > half).any(axis=1).mean() > claim.eps
     assert wrong / repeats <= 0.1 + 4 * np.sqrt(0.1 * 0.9 / repeats)
+
+
+def test_a_plan_has_as_much_room_as_the_claim_says_that_the_start_matters(chosen, monkeypatch):
+    claim, scene = toy.on_the_hill().claim, chosen.scene.under(toy.on_the_hill())
+    look, k = Look(1, 1, Fraction(1, 10)), np.array([0.01, 0.5])  # hardly any gust
+    for end, fails in (((0.4, 0.4), 0), ((0.31, 0.4), 8), ((0.4, 0.69), 8)):  # goal: 0.3 to 0.7
+        at = np.array(end) - k
+        found = run_plan(toy.Hill(), unpruned_scene(scene), at, k, KEY, look, Fraction(1), 8, True)
+        assert found.failures == fails, end
+    assert f"Assumes: IID, {claim.assumptions[1]}, DISCRETE_TIME(h" in found.details()
+    seen = {}
+
+    def noted(_, start, *others):
+        seen.update(declared=start.declared, between=others[-1])
+        raise NotImplementedError
+
+    monkeypatch.setattr("parc_jax.drive.local.localise.local_model", noted)
+    looks, nominal = toy.answer().choose(delta=0.05).looks, scene.nominal
+    nominal = replace(nominal, query=nominal.query.of(toy.on_the_hill()))
+    with pytest.raises(NotImplementedError):
+        replace(chosen, scene=replace(scene, nominal=nominal), looks=looks).localise(
+            toy.Hill(), KEY, SMALL
+        )
+    assert seen == {"declared": 1.01 * toy.GAP, "between": SpeedBound(0.1)}
+
+
+def test_a_sentence_says_what_runs_of_a_plan_rest_on(chosen, near):
+    assert near.details().endswith(f"Assumes: {', '.join(near.model.claim.assumptions)}.")
+    looks = toy.answer().choose(delta=0.05).looks
+    said = replace(chosen, looks=looks).test(toy.again(), KEY, n=30).details()
+    assert "Assumes: IID, WORKERS_LOST(20, independent of the run), TRANS" in said

@@ -236,3 +236,26 @@ def test_what_has_no_law_is_refused():
     other = plant(toy.gusty, toy.T + 1)
     with pytest.raises(InputError):
         toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=replace(ASKED, system=other))
+
+
+def test_a_set_keeps_its_promise_where_the_start_matters():
+    """Runs are made from the origin: each is to succeed wherever the start may have put it."""
+    scene = toy.problem()
+    asked = replace(ASKED, system=toy.Hill())
+    planner = pj.Planner(toy.on_the_hill())
+    found = planner.solve(scene, KEY, toy.SETTINGS, validate=asked).validation
+    plans = found.answer.sample(jax.random.PRNGKey(4), 2000)
+    keys = jax.random.split(jax.random.PRNGKey(9), len(plans))
+    run = jax.vmap(toy.Hill().rollout_from)(keys, plans[:, 2:], plans[:, :2])
+    path = plans[:, None, :2] + np.asarray(run.p)
+    missed = (np.abs(path[:, -1] - 0.5) > 0.2).any(axis=1)
+    assert (missed | (path[:, :, 1] + 0.05 >= 0.95).any(axis=1)).mean() <= 0.05
+    assumed = found.answer.model.claim.assumptions
+    assert "TRANSLATION_INVARIANCE(within 0.0303; 0.03" in found.details()
+    assert "DISCRETE_TIME(h = 0.05 s)" in assumed and "INTERSAMPLE" not in str(assumed)
+
+
+def test_tests_that_were_made_again_are_counted():
+    asked = replace(ASKED, system=toy.again(), tests=90, scales=(1.0,))
+    found = toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=asked).validation
+    assert "WORKERS_LOST(60, independent of the run)" in found.details()

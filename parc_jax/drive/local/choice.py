@@ -13,6 +13,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.localise import Local, Near, checked_local, localise, start_trial
 from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box
+from parc_jax.learning.bound.calibrate import ledger_of_tests
 from parc_jax.learning.bound.counts import (
     NoStatement,
     Risk,
@@ -20,12 +21,13 @@ from parc_jax.learning.bound.counts import (
     clopper_pearson,
     required_runs,
 )
+from parc_jax.learning.bound.start_gap import off_from_start
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.system import System, check_system
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.outcomes import outcomes
+from parc_jax.safe_set.verdict.outcomes import distance_of, outcomes
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 from parc_jax.statement import about_pose
@@ -42,7 +44,7 @@ class FreshRuns:
     alike: all runs were equal, which proves nothing: a rare gust leaves a thousand runs equal, and
     a program that was traced twice to the same result may give another one the third time.
     eps: bound on the probability of failure with confidence 1 - delta, delta this look's share.
-    clearance: [m] smallest distance from an obstacle in any run.
+    clearance: [m] smallest distance from an obstacle in any run. assumed: what this rests on.
     """
 
     n: int
@@ -51,6 +53,7 @@ class FreshRuns:
     eps: Fraction
     look: Look
     clearance: float
+    assumed: tuple[str, ...]
 
     def details(self) -> str:
         """The sentence (D i)."""
@@ -63,7 +66,8 @@ class FreshRuns:
         return (
             f"This very plan: {self.failures} of {self.n:,} fresh runs made after it was chosen "
             f"failed. With confidence {self.look.sure} a new run of it fails with probability at "
-            f"most {rounded_up(self.eps)}{self.look.numbered(', look')}.{equal}"
+            f"most {rounded_up(self.eps)}{self.look.numbered(', look')}.{equal} "
+            f"Assumes: {', '.join(self.assumed)}."
         )
 
 
@@ -169,7 +173,7 @@ class Choice:
             )
         whole = self.model.domain
         box = box_around(self.k, float(local.share) ** (1 / whole.n), whole)
-        start = start_trial(system, key, local)
+        start = start_trial(system, key, local, self.model.claim)
         looks = self.looks
         near = localise(query, system, start, box, key, looks, local, settings, self.plan, quiet)
         return replace(self, near=near.around(self.p0, self.k))
@@ -228,13 +232,15 @@ def run_plan(
     quiet: bool,
 ) -> FreshRuns:
     """Run the plan p0 (n_p,), k (n_k,) n times; None for as many as bound failures by eps when
-    there are none. Runs begin at the origin and are moved to p0, as those behind the claim.
+    there are none. Runs begin at the origin and are moved to p0, as those behind the claim, and
+    succeed with as much room as the claim declares that the start may matter.
     """
     if n is None:
         n = required_runs(float(eps), float(look.delta))
     failures = 0
     alike = True
     first = None
+    lost = []
     fresh = fresh_key(key, look, p0, k)
     for batch in stream_rollouts(system, fresh, n, Stage.VALIDATE, k=k, chunk=CHUNK, quiet=quiet):
         if first is None:
@@ -249,16 +255,19 @@ def run_plan(
             failures += int(failed.sum())
             nearest = min(nearest, near)
         alike &= bool((np.abs(batch.p - first.p) <= ALIKE).all())
+        lost.append(np.zeros(batch.n) if batch.lost is None else batch.lost)
     bound = clopper_pearson(failures, n, float(look.delta))
-    return FreshRuns(n, failures, alike, bound, look, nearest)
+    assumed = ledger_of_tests(scene.model.claim, np.concatenate(lost))
+    return FreshRuns(n, failures, alike, bound, look, nearest, assumed)
 
 
 def _judged(scene: Scene, runs: RolloutBatch, p0: np.ndarray) -> tuple[np.ndarray, float]:
     """(n,) bool, the runs that failed, and their smallest distance [m] from an obstacle."""
-    _, reached, distance = outcomes(scene, runs, np.broadcast_to(p0, (runs.n, len(p0))))
+    off = off_from_start(scene.model.claim)
+    _, reached, distance = outcomes(scene, runs, np.broadcast_to(p0, (runs.n, len(p0))), off)
     # NaN is a contact: not above 0, and nearer than any distance
     nearest = np.where(np.isnan(distance), -np.inf, distance).min()
-    return runs.failed | ~reached | ~(distance > 0), float(nearest)
+    return runs.failed | ~reached | ~(distance > distance_of(scene, off)), float(nearest)
 
 
 def _equal(runs: RolloutBatch, first: RolloutBatch) -> np.ndarray:

@@ -22,12 +22,19 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.safe_box import SafeBox, safe_box, share_of
 from parc_jax.drive.local.search import rank_plans
-from parc_jax.learning.bound.claim import stand_in
+from parc_jax.learning.bound.claim import ErrorClaim, stand_in
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.pipeline import Runs, bound_errors, learn_profiles
-from parc_jax.learning.bound.settings import SHAPES, BoundSettings, Sizing
-from parc_jax.learning.bound.start_gap import StartTrial, try_starts
+from parc_jax.learning.bound.settings import (
+    DISCRETE_TIME,
+    SHAPES,
+    BoundSettings,
+    Intersample,
+    Sizing,
+    intersample_of,
+)
+from parc_jax.learning.bound.start_gap import StartTrial, declared_gap, try_starts
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import Training, fit, fit_tail
@@ -141,7 +148,7 @@ class Near:
                 "the local tube. Driven with k uniform on S, the run fails with probability at "
                 f"most {rounded_up(risk.bound)}."
             )
-        return " ".join(lines)
+        return " ".join([*lines, f"Assumes: {', '.join(claim.assumptions)}."])
 
     def _about_width(self) -> str:
         at_end, on_the_way = (
@@ -183,8 +190,10 @@ def localise(
     about = (box.lo, box.hi) if plan is None else (plan, box.lo, box.hi)
     fresh = fresh_key(key, look, *about)
     selected_for = question.problem if plan is None else None
-    model = local_model(system, start, box, fresh, look.delta, local, selected_for, quiet)
     whole = question.model
+    between = intersample_of(whole.claim.assumptions)
+    sizes = (look.delta, local, selected_for, quiet, between)
+    model = local_model(system, start, box, fresh, *sizes)
     share = share_of(model.domain, whole.domain)
     near = Near(model, look, share, *_narrowing(whole.tube, model.tube, model.domain))
     query = question.of(model)
@@ -215,12 +224,13 @@ def checked_local(call: str, system: System, model: TrajectoryModel, local: Loca
     return local
 
 
-def start_trial(system: System, key: jax.Array, local: Local) -> StartTrial:
+def start_trial(system: System, key: jax.Array, local: Local, whole: ErrorClaim) -> StartTrial:
     """Compare runs from a few starts, before a look is spent or a run made for it. Uses a part of
     the DRIVEN stream of `key` that no look uses. Raises InputError where the start matters more
-    than local.gap.
+    than local.gap, or than the claim over the whole of K declares, if that is more.
     """
-    return try_starts(system, jax.random.fold_in(stream(key, Stage.DRIVEN), _TRIAL), local.gap)
+    gap = max(local.gap, declared_gap(whole))
+    return try_starts(system, jax.random.fold_in(stream(key, Stage.DRIVEN), _TRIAL), gap)
 
 
 def local_model(
@@ -232,19 +242,21 @@ def local_model(
     local: Local,
     problem: Problem | None = None,
     quiet: bool = True,
+    between: Intersample = DISCRETE_TIME,
 ) -> TrajectoryModel:
     """Learn the system on a box and bound its error there with confidence 1 - delta. [T1, T23]
 
     start: result of `start_trial`. key: of this look alone, see `fresh_key`.
     problem: network and shape of the tube are those that leave it the largest margin; None for an
-    affine map or `local.hidden`, and `local.shape`. Raises InputError.
+    affine map or `local.hidden`, and `local.shape`. between: what the claim over the whole of K
+    declares of the time between records. Raises InputError.
     """
     runs = LocalRuns(system, key, box, local.rollouts, quiet)
     train = runs.train()
     net, profile = fit(train, local, key), None
     if problem is not None:
         net, profile = _select(runs, train, net, local, problem)
-    return claimed_model(runs, train, net, delta, local, start, profile)
+    return claimed_model(runs, train, net, delta, local, start, profile, between)
 
 
 def _select(
@@ -275,12 +287,14 @@ def claimed_model(
     local: Local,
     start: StartTrial,
     profile: Tube | None = None,
+    between: Intersample = DISCRETE_TIME,
 ) -> TrajectoryModel:
     """The model on the box of its runs, with the claim that fresh ones support.
 
-    profile: error shape; None to learn it from shape runs.
+    profile: error shape; None to learn it from shape runs. between: as of `local_model`.
     """
-    bound = BoundSettings(**part_of(local, Sizing), delta=delta, bins=runs.bins)
+    about = {"delta": delta, "bins": runs.bins, "intersample": between}
+    bound = BoundSettings(**part_of(local, Sizing), **about)
     profiles = None if profile is None else [profile]
     claim = bound_errors([net], runs, train, bound, start, profiles=profiles)[0][0]
     return trajectory_model(net, claim)

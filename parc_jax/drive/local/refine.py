@@ -180,7 +180,7 @@ def refine(
         stages.append(stage)
         (say or _log.info)(str(stage))
 
-    start = start_trial(system, key, local)
+    start = start_trial(system, key, local, question.model.claim)
     for box in zoom.boxes(note)[: looks.planned]:
         near = localise(question, system, start, box, key, looks, local, settings)
         name = f"claim, look {near.look.number} of {near.look.planned}"

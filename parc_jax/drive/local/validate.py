@@ -19,7 +19,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
 from parc_jax.common.options import check_count
 from parc_jax.common.spelling import rounded_down, rounded_up
-from parc_jax.learning.bound.calibrate import scaled
+from parc_jax.learning.bound.calibrate import ledger_of_tests, scaled
 from parc_jax.learning.bound.claim import scene_claim, stand_in
 from parc_jax.learning.bound.counts import (
     as_probability,
@@ -27,6 +27,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     wrong_claim_probability,
 )
+from parc_jax.learning.bound.start_gap import off_from_start
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import law_of
@@ -186,12 +187,12 @@ def validated(
     if not len(largest.corridors):
         return replace(answer, validation=Validation(None, (), asked))
     p0, k = np.split(largest.sample(draws, asked.tests), [query.model.n_p], axis=1)
-    failed = _failures(asked.system, largest.scene, key, p0, k, quiet)
+    failed, lost = _failures(asked.system, largest.scene, key, p0, k, quiet)
     steps, passed = fixed_sequence(asked, _inside(sets, p0, k), failed)
     if not passed:
         return replace(answer, validation=Validation(None, steps, asked))
     chosen = sets[asked.scales.index(steps[passed - 1].scale)]
-    under = query.of(_accepted_model(query.model, chosen, steps[:passed], asked))
+    under = query.of(_accepted_model(query.model, chosen, steps[:passed], asked, lost))
     found = replace(_as_answer(under, chosen, settings, own, after), looks=answer.looks)
     refused = len(chosen.corridors) - len(found.corridors)
     validation = Validation(None if refused else found, steps, asked, refused)
@@ -200,14 +201,19 @@ def validated(
 
 def _failures(
     system: System, scene: Scene, key: jax.Array, p0: np.ndarray, k: np.ndarray, quiet: bool
-) -> np.ndarray:
-    """(tests,) bool: which plans miss the goal, touch something or do not return, run once each."""
-    failed, first = [], 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """(tests,) bool: which plans miss the goal, touch something or do not return, run once each, by
+    any that begins where they do as far as the claim declares; and (tests,) how often each was
+    lost, as of `RolloutBatch`.
+    """
+    failed, lost, first = [], [], 0
+    off = off_from_start(scene.model.claim)
     for runs in stream_rollouts(system, key, len(k), Stage.SCENE, k=k, chunk=CHUNK, quiet=quiet):
-        reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n])
+        reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n], off)
         failed.append(~reached | touched)
+        lost.append(np.zeros(runs.n) if runs.lost is None else runs.lost)
         first += runs.n
-    return np.concatenate(failed)
+    return np.concatenate(failed), np.concatenate(lost)
 
 
 def _inside(sets: Sequence[SafePlans], p0: np.ndarray, k: np.ndarray) -> np.ndarray:
@@ -283,7 +289,11 @@ def _seeded(
 
 
 def _accepted_model(
-    model: TrajectoryModel, chosen: SafePlans, steps: tuple[Step, ...], asked: Validate
+    model: TrajectoryModel,
+    chosen: SafePlans,
+    steps: tuple[Step, ...],
+    asked: Validate,
+    lost: np.ndarray,
 ) -> TrajectoryModel:
     """The model under the tube of the accepted set, with (V) as its claim."""
     last, scene = steps[-1], chosen.scene
@@ -296,6 +306,7 @@ def _accepted_model(
         "scene": hashlib.sha256(part.encode()).hexdigest(),
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}
+    shown["assumptions"] = ledger_of_tests(model.claim, lost)
     law = law_of(asked.system)
     return model.replace(claim=scene_claim(model.claim, scene.model.tube, law, evidence, **shown))
 

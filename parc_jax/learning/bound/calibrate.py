@@ -24,12 +24,13 @@ from parc_jax.learning.bound.counts import (
 from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, short_ids
 from parc_jax.learning.bound.measure import Scores, score_batch
 from parc_jax.learning.bound.profile import runs_per_bin
-from parc_jax.learning.bound.settings import BoundSettings
+from parc_jax.learning.bound.settings import DISCRETE_TIME, BoundSettings
 from parc_jax.learning.bound.start_gap import invariances
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.law import Subject
 
 # the division that made the score and the product that undoes it, rounded up
 _OUTWARD = 1 + 2.0**-48
@@ -103,7 +104,7 @@ def _pac_claim(
     trained = {} if train is None else {"train": content_hash(train.k, train.q)}
     about, step = scores.subject, scores.subject.time.dt_record
     term = settings.intersample.term(step, profile.n_p, profile.n_points)
-    names = [name_of(about.labels.k[axis]) for axis in about.given]
+    between = settings.intersample.assumption(step)
     return error_claim(
         kind="pac",
         tube=scaled(profile, scale, term),
@@ -112,17 +113,7 @@ def _pac_claim(
         delta=as_probability("delta", settings.delta),
         looks=settings.looks,
         law=scores.law,
-        assumptions=(
-            "IID",
-            *(f"WORKERS_LOST({n}, independent of the run)" for n in _lost(scores.lost).values()),
-            *invariances(about.rotation),
-            # the unmeasured part of the start has in use the law of the runs, given k [T37]
-            *([f"HIDDEN_START(given {listed(names)})"] if names else ()),
-            settings.intersample.assumption(step),
-            "DEPLOYMENT_LAW = CALIBRATION_LAW",
-            "UNCHANGED_SYSTEM",
-            *freshness(scores, train),
-        ),
+        assumptions=(*ledger(between, about, scores.lost), *freshness(scores, train)),
         evidence={"profile": profile.hash} | evidence_of(scores, train) | trained | evidence,
         intersample=tuple(term),
         **fields,
@@ -202,6 +193,32 @@ def _lost(lost: np.ndarray | None) -> dict:
     if lost is None or not lost.any():
         return {}
     return {"lost": "uncounted" if (lost < 0).any() else int((lost > 0).sum())}
+
+
+def ledger(between: str, about: Subject, lost: np.ndarray | None) -> tuple[str, ...]:
+    """Assumptions that every sentence about runs rests on. lost: (n,) as of `Scores`."""
+    names = [name_of(about.labels.k[axis]) for axis in about.given]
+    return (
+        "IID",
+        *(f"WORKERS_LOST({n}, independent of the run)" for n in _lost(lost).values()),
+        *invariances(about.rotation),
+        # the unmeasured part of the start has in use the law of the runs, given k [T37]
+        *([f"HIDDEN_START(given {listed(names)})"] if names else ()),
+        between,
+        "DEPLOYMENT_LAW = CALIBRATION_LAW",
+        "UNCHANGED_SYSTEM",
+    )
+
+
+def ledger_of_tests(claim: ErrorClaim, lost: np.ndarray) -> tuple[str, ...]:
+    """The ledger of further runs of the system of a claim, which are judged at their records and
+    moved to where they are said to begin: with what the claim declares of that. lost: of these.
+    """
+    about = claim.subject
+    between = DISCRETE_TIME.assumption(about.time.dt_record)
+    declared = {entry.partition("(")[0]: entry for entry in claim.assumptions}
+    moved = {entry: declared.get(entry, entry) for entry in invariances(about.rotation)}
+    return tuple(moved.get(entry, entry) for entry in ledger(between, about, lost))
 
 
 def calibrate_bins(

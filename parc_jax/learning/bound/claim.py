@@ -231,7 +231,8 @@ def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
 def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **shown) -> ErrorClaim:
     """The claim of tests of one set in one scene, for a tube scaled to `tube`. [T42]
 
-    law: of the system that was run. shown: eps, delta, n tests in the set, `discard` failed ones.
+    law: of the system that was run. shown: eps, delta, n tests in the set, `discard` failed ones,
+    the assumptions of these runs.
     """
     law = replace(law, k_law="a uniform draw from the set")
     quantifier = f"{DRAWN}, run afresh in this scene by {law.describe()}"

@@ -17,6 +17,7 @@ from parc_jax.learning.bound.fresh import calibration_runs
 from parc_jax.learning.bound.measure import allowance, chunk_size, sizes
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.settings import GAP, intersample_of
+from parc_jax.learning.bound.start_gap import declared_gap
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.labels import plain_k
 from parc_jax.learning.network.relu import ReLUNetwork, features, relu_network
@@ -235,12 +236,11 @@ def update(
             "recorded since."
         )
     net = net if tune is None else tune(net, seen)
-    start = claim.evidence.get("start")
     kept = {
         "eps": claim.eps,
         "delta": claim.delta,
         "shape": "box" if claim.tube.templates is None else "fitted",
-        "gap": GAP if start is None else float.fromhex(start["gap"]),
+        "gap": declared_gap(claim) if "start" in claim.evidence else GAP,
         "intersample": intersample_of(claim.assumptions),
         "claims": ("one",) if claim.bin_eps is None else ("bins",),
         "blocks": claim.evidence.get("blocks_asked"),

@@ -191,6 +191,21 @@ def try_headings(system: System, key: jax.Array, declared: float) -> float | Non
     return gap.largest
 
 
+def declared_gap(claim: ErrorClaim) -> float:
+    """[m or rad] the most that the place of the start may matter, as a claim declares; 0 where it
+    says that it does not matter.
+    """
+    start = claim.evidence.get("start")
+    return 0.0 if start is None else float.fromhex(start["gap"])
+
+
+def off_from_start(claim: ErrorClaim) -> float:
+    """[m or rad] by which a run from anywhere may differ from the one at the origin, once more for
+    its heading where `rotation` is declared.
+    """
+    return len(invariances(claim.subject.rotation)) * declared_gap(claim)
+
+
 def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
     """The claim about runs from any start: the tube wider by the declared gap, and by the same once
     more where `rotation` is declared, for a run from elsewhere with another heading is off by both;

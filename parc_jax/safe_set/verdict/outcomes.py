@@ -23,26 +23,37 @@ ITEMS = 256  # intervals per compiled search for a direction
 
 
 def outcomes(
-    scene: Scene, runs: RolloutBatch, p0: np.ndarray
+    scene: Scene, runs: RolloutBatch, p0: np.ndarray, off: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Outcomes of runs from p0 (n, n_p).
 
     Returns the path (n, n_record + 1, n_c) [m], whether the goal was reached (n,), and the smallest
-    distance (n,) [m] from an obstacle. A failed run reached nothing.
+    distance (n,) [m] from an obstacle. A failed run reached nothing. off: of the goal alone, as of
+    `reached_and_touched`.
     """
     path = _path(runs, p0)
     distance = _by_round(_nearest, scene.tabled, runs.time.stride, path)
-    return path, _reached(scene, runs, path), distance
+    return path, _reached(scene, runs, path, off), distance
 
 
 def reached_and_touched(
-    scene: Scene, runs: RolloutBatch, p0: np.ndarray
+    scene: Scene, runs: RolloutBatch, p0: np.ndarray, off: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Whether the goal was reached, and whether an obstacle was touched, (n,) each: as `outcomes`
     says, without measuring how near the others came.
+
+    off: [m or rad] by which each coordinate of a run that truly begins there may differ: reached
+    and not touched whatever it is.
     """
     path = _path(runs, p0)
-    return _reached(scene, runs, path), _by_round(_not_apart, scene.tabled, runs.time.stride, path)
+    judge = partial(_not_apart, beyond=distance_of(scene, off))
+    touched = _by_round(judge, scene.tabled, runs.time.stride, path)
+    return _reached(scene, runs, path, off), touched
+
+
+def distance_of(scene: Scene, off: float) -> float:
+    """[m] by which a point may be away that is off by so much in each coordinate."""
+    return off * float(np.sqrt(scene.model.n_p))
 
 
 def _path(runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
@@ -50,9 +61,10 @@ def _path(runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
     return moved_to(p0, np.asarray(runs.p, np.float64))
 
 
-def _reached(scene: Scene, runs: RolloutBatch, path: np.ndarray) -> np.ndarray:
+def _reached(scene: Scene, runs: RolloutBatch, path: np.ndarray, off: float) -> np.ndarray:
     state = np.concatenate([path[:, -1], runs.q], axis=1)
-    return (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
+    lost = off * np.abs(scene.goal_A).sum(axis=1)
+    return (state @ scene.goal_A.T <= scene.goal_b - lost).all(axis=1)
 
 
 def _by_round(judge: Callable, scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
@@ -84,13 +96,15 @@ def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
     return found if scene.beyond is None else np.minimum(found, scene.beyond)
 
 
-def _not_apart(scene: Tabled, path: np.ndarray) -> np.ndarray:
-    """(n,) bool: is the distance not positive? Pairs that no facet separates are measured."""
+def _not_apart(scene: Tabled, path: np.ndarray, beyond: float) -> np.ndarray:
+    """(n,) bool: is the distance not above `beyond` [m]? Pairs that no facet separates are
+    measured.
+    """
     if scene.obstacles.closed:
-        return ~(_nearest(scene, path) > 0)
-    run, o, t = np.nonzero(~(map_rows(CHUNK, partial(_promised, scene), path) > 0))
+        return ~(_nearest(scene, path) > beyond)
+    run, o, t = np.nonzero(~(map_rows(CHUNK, partial(_promised, scene), path) > beyond))
     touched = np.zeros(len(path), bool)
-    touched[run[~(_measured(scene, path, run, o, t) > 0)]] = True
+    touched[run[~(_measured(scene, path, run, o, t) > beyond)]] = True
     return touched
 
 
