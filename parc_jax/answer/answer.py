@@ -262,8 +262,8 @@ class Answer:
         promised = claim.risk(density=1.0)
         if isinstance(promised, NoStatement):
             return promised
-        law = claim.law.k_law
-        if law != "uniform":
+        if not claim.law.is_even:
+            law = claim.law.k_law
             return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
         density = density_of_k(self)
         if not np.isfinite(density):
@@ -407,7 +407,7 @@ def density_of_k(answer: Answer) -> float:
             sides = (scene.z_hi - most) - (scene.z_lo - least)
             ends = np.nanmax(np.prod(np.maximum(sides, 0), axis=1))
     k_volume = answer.model.domain.volume if uncertainty is None else uncertainty.k_volume
-    return float(k_volume * ends / held)
+    return max(1.0, float(k_volume * ends / held))  # below 1 by bad luck with the volume alone
 
 
 def volume_of_plans(scene: Scene) -> float:

@@ -80,6 +80,9 @@ def test_risk_of_a_set_a_density_and_a_point():
     for share in (0, -0.1, 1.1):
         with pytest.raises(InputError, match="share"):
             c.risk(share=share)
+    for density in (0.99, 0, -1, np.nan):
+        with pytest.raises(InputError, match="density of 1 or more"):
+            c.risk(density=density)
     for both in ({"share": 0.5, "density": 2}, {"density": 2, "bin": 0}, {"bin": 0}):
         with pytest.raises(InputError, match="expected share, with or without bin, or density"):
             c.risk(**both)

@@ -2,6 +2,7 @@
 exact arithmetic at corners and inside of the uncertainty.
 """
 
+import json
 from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
@@ -9,6 +10,7 @@ from types import SimpleNamespace
 import jax
 import numpy as np
 import pytest
+import toy_driven
 import toy_query
 from exact_oracle import exact_safe
 from toy_models import anchored_plans, fold_model, random_network, toy_case
@@ -16,7 +18,10 @@ from uncertain import NEARLY, corners_and_inside
 
 import parc_jax as pj
 from parc_jax import checker
+from parc_jax.checker.claim import stated_premises
 from parc_jax.common.errors import InputError
+from parc_jax.learning.bound import claim as claim_module
+from parc_jax.learning.bound.claim import load_claim
 from parc_jax.learning.labels import labels
 from parc_jax.learning.network.relu import outputs
 from parc_jax.planner import Planner
@@ -354,3 +359,27 @@ def test_what_does_not_fit_the_model_is_refused(sentence):
     model, problem = toy_case(0)
     with pytest.raises(InputError, match=sentence):
         query(problem.replace(uncertainty=REFUSED[sentence]), model).nominal()
+
+
+@pytest.mark.soundness
+def test_a_claim_of_a_part_of_K_says_of_what_its_runs_were_drawn(tmp_path):
+    """Plans choose from less than K; its runs did not, so a share of the part is no probability."""
+    model = toy_driven.model()
+    scene = replace(toy_driven.problem(), uncertainty=pj.Uncertainty(k=(0.3, 0.2)))
+    claim = query(scene, model).nominal().model.claim
+    said = claim.details()
+    assert "(k by a uniform draw on [0, 1] x [0, 1], of which K is a part; " in said
+    assert "K = [0.3, 0.7] x [0.2, 0.8]" in said and "set of share s of K" not in said
+    assert claim.law.is_even and model.claim.law.is_even
+    seen = dict((name, value) for name, _, value in stated_premises(claim.facts()))
+    assert seen["k"].startswith("by a uniform draw on [0, 1]") and seen["law"] in said
+    data = json.loads(claim.save(tmp_path / "claim.json").read_text())
+    assert load_claim(tmp_path / "claim.json").details() == said
+    silent = replace(claim, law=model.claim.law)
+    (tmp_path / "claim.json").write_text(
+        json.dumps(data | {"claim": replace(silent, hash=claim_module._hash(silent)).to_json()})
+    )
+    with pytest.raises(
+        pj.InputError, match=r"K = \[0.3, 0.7\].* to be that of the law of its runs"
+    ):
+        load_claim(tmp_path / "claim.json")

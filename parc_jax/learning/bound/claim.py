@@ -19,6 +19,7 @@ from parc_jax.learning.bound.counts import (
     NoStatement,
     Risk,
     Unit,
+    density_of,
     density_of_share,
     risk_of,
 )
@@ -26,7 +27,7 @@ from parc_jax.learning.bound.statement import DIGITS, DRAWN, VALIDATED, premises
 from parc_jax.learning.bound.tube import Tube, tube_from_json, tube_to_json
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.runs.law import LawSpec, Subject, subject_from_json
+from parc_jax.learning.runs.law import PART, LawSpec, Subject, subject_from_json, told_of_part
 
 KINDS = ("pac", "assumed", "declared", VALIDATED)
 FORMAT = "parc_jax.claim/3"
@@ -148,7 +149,7 @@ class ErrorClaim:
         if None in by_bin:
             return NoStatement("some bins of K have no claim, and k of this law may fall into them")
         # the bins' parts of P(leave) add up to at most density * (sum over bins of Pi(b) eps_b)
-        return risk_of(max(by_bin), self.delta, Fraction(str(density)), shift)
+        return risk_of(max(by_bin), self.delta, density_of(density), shift)
 
     def to_json(self) -> dict:
         """A JSON-able dictionary; the tube has a place of its own in files; numbers are strings."""
@@ -203,20 +204,20 @@ def error_claim(**fields) -> ErrorClaim:
     """A claim bound to its parts by `hash`. Fields as in `ErrorClaim`. Raises InputError where they
     do not fit, also for a K that is not the one of the law of runs.
     """
-    law, domain = fields["law"], fields["subject"].domain
-    if (law.lo, law.hi) != (tuple(hex_text(domain.lo)), tuple(hex_text(domain.hi))):
-        raise InputError(
-            f"claim: expected K = {_box(domain)} to be that of the law of its runs, "
-            f"{law.describe()}; take domain and law of the same runs."
-        )
     return _bound(ErrorClaim(**fields))
 
 
 def derived(claim: ErrorClaim, **changes) -> ErrorClaim:
     """The claim with other fields, such as a wider tube or a part of K, true by the caller's proof.
-    Fields as in `ErrorClaim`; evidence is added. Raises InputError.
+    Fields as in `ErrorClaim`; evidence is added. Of another K the law of runs stays, and says that
+    K is a part of its box. Raises InputError.
     """
     evidence = claim.evidence | changes.pop("evidence", {})
+    law, K = claim.law, changes.get("subject", claim.subject).domain
+    if "law" not in changes and _corners(K) != _corners(claim.domain):
+        changes["law"] = told_of_part(law)
+        said = changes.get("quantifier", claim.quantifier)
+        changes["quantifier"] = said.replace(law.describe(), changes["law"].describe())
     return _bound(replace(claim, evidence=evidence, **changes))
 
 
@@ -249,6 +250,7 @@ def check_claim(claim: ErrorClaim) -> None:
             f"that it was made about ({claim.hash[:12]}); got others ({_hash(claim)[:12]}). Bound "
             "the error anew."
         )
+    _check_law(claim)
 
 
 def check_network(claim: ErrorClaim, net: ReLUNetwork) -> None:
@@ -302,8 +304,19 @@ def _check_parts(claim: ErrorClaim) -> None:
     check_edges(claim.tube, about.domain)
 
 
+def _check_law(claim: ErrorClaim) -> None:
+    """Refuse a law of another K, unless it says so. Raises InputError."""
+    law, K = claim.law, claim.domain
+    if _corners(K) != (law.lo, law.hi) and not law.k_law.endswith(PART):
+        raise InputError(
+            f"claim: expected K = {_box(K)} to be that of the law of its runs, {law.describe()}; "
+            "take domain and law of the same runs."
+        )
+
+
 def _bound(claim: ErrorClaim) -> ErrorClaim:
     _check_parts(claim)
+    _check_law(claim)
     return replace(claim, hash=_hash(claim))
 
 
@@ -311,6 +324,10 @@ def _hash(claim: ErrorClaim) -> str:
     facts = claim.facts() | {"subject": claim.subject.identity}  # labels are for people
     about = [plain(facts), claim.tube.hash]  # as answers spell them
     return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
+
+
+def _corners(domain: Box) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    return tuple(hex_text(domain.lo)), tuple(hex_text(domain.hi))
 
 
 def _box(domain: Box) -> str:

@@ -202,6 +202,16 @@ def risk_of(eps: Fraction, delta: Fraction, density: Fraction, shift: float) -> 
     return Risk(bound, min(Fraction(1), bound + delta))
 
 
+def density_of(given: float | Fraction) -> Fraction:
+    """A density as it was written. Raises InputError for one that no law of k has."""
+    if not 1 <= given < math.inf:
+        raise InputError(
+            f"risk: expected a density of 1 or more; got {given}. No law of k is everywhere less "
+            "dense than the claim's."
+        )
+    return Fraction(str(given))
+
+
 def density_of_share(share: float, whole: Fraction = Fraction(1)) -> Fraction:
     """whole / share for a share in (0, whole]. Raises InputError."""
     share = Fraction(str(share))

@@ -12,7 +12,7 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, premises
 from parc_jax.common.sets.box import Box, box
-from parc_jax.common.spelling import counted, hex_text, nearest_floats
+from parc_jax.common.spelling import counted, hex_floats, hex_text, nearest_floats
 from parc_jax.learning.labels import PARTS, Labels, labels_of, name_of
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
@@ -41,6 +41,7 @@ FITTED, TO_ALL, TO_TRAINING = (
 )
 SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
 GIVEN = "given "  # begins that of values
+EVEN, PART = "a uniform draw", ", of which K is a part"  # as of `told_of_part`
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,8 @@ class LawSpec:
     generator:  what produced the rollouts: a system's name, or file:<name>.
     parameters: (name, value) pairs as text, sorted: the disturbance law of the system.
     k_law:      how k is drawn: "uniform" on [lo, hi], "given" with the values, "logged", "the
-        sampler" with its name, or as a chained system has it.
-    lo, hi:     (n_k,) corners of K, as hex floats.
+        sampler" with its name, as a chained system has it, or as of `told_of_part`.
+    lo, hi:     (n_k,) corners of K, or of what K is a part of, as hex floats.
     """
 
     generator: str
@@ -69,6 +70,11 @@ class LawSpec:
     def box(self) -> str:
         """What sentences call the box [lo, hi]: K, or N for a small box inside it."""
         return dict(self.parameters).get(BOX, "K")
+
+    @property
+    def is_even(self) -> bool:
+        """Is k uniform on [lo, hi]?"""
+        return self.k_law in ("uniform", told_of_part(replace(self, k_law="uniform")).k_law)
 
     @property
     def fitted(self) -> str | None:
@@ -97,6 +103,18 @@ def law_spec(
     pairs = tuple(sorted((str(name), str(value)) for name, value in (parameters or {}).items()))
     lo, hi = (tuple(hex_text(corner)) for corner in (domain.lo, domain.hi))
     return LawSpec(generator, pairs, k_law, lo, hi)
+
+
+def told_of_part(law: LawSpec) -> LawSpec:
+    """The law where plans choose k from a part of its box, which is called K from there on: how k
+    is drawn is said with the whole box.
+    """
+    if law.k_law.endswith(PART):
+        return law
+    how = {"uniform": EVEN, "logged": "the log's law"}.get(law.k_law, law.k_law)
+    corners = zip(hex_floats(law.lo), hex_floats(law.hi), strict=True)
+    whole = " x ".join(f"[{lo:.10g}, {hi:.10g}]" for lo, hi in corners)
+    return replace(law, k_law=f"{how} on {whole}{PART}")
 
 
 def law_of(system, k_law: str = "uniform") -> LawSpec:
