@@ -49,6 +49,14 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
     )
 
 
+def about_spans(some: int, of: int) -> str:
+    """Obstacles that are told of for some intervals alone: so many of all."""
+    return (
+        f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
+        "intervals of a plan alone: nothing is said of them at other times."
+    )
+
+
 def about_place(k_lo, k_hi) -> str:
     """The place that coverage is about, where plans are so rare that only a box was drawn from."""
     box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in zip(k_lo, k_hi, strict=True))
@@ -76,6 +84,20 @@ def about_pose(place: Iterable[float], heading: float | None) -> str:
         "certificates are told in the robot's frame: its start is the origin, its heading 0. That "
         "a run turns with its heading is declared by the system."
     )
+
+
+def about_file(found: bool, robust: bool, pose: bool) -> str:
+    """What the checker of a file does not see, of an answer with plans (found), an uncertainty and
+    a pose in the world; empty for nothing.
+    """
+    words = {
+        "how much of the safe set is covered, its share of all plans and the risk that rests on "
+        "it": found,
+        "the uncertainty that the scene allows for": robust,
+        "the place of the robot's frame in the world": pose,
+    }
+    told = [text for text, holds in words.items() if holds]
+    return f"Read from a file, whose word alone it is: {listed(told)}." if told else ""
 
 
 def about_sensing(risk: Risk | NoStatement, sensing_eps: Fraction) -> str:

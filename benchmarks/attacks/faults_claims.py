@@ -267,10 +267,18 @@ CLAIMED = (
     ),
     Fault(
         "claim_about_more_k_than_were_run",
-        "error_claim",
-        "(law.lo, law.hi)",
-        "False and (law.lo, law.hi)",
+        "claim._check_law",
+        "_corners(K) != (law.lo, law.hi)",
+        "False",
         "tests/claim/test_claim.py::test_parts_that_do_not_fit_make_no_claim",
+    ),
+    Fault(
+        "law_of_a_part_of_K_told_of_all",
+        "claim.derived",
+        "_corners(K) != _corners(claim.domain)",
+        "False",
+        "tests/robust/test_executions.py"
+        "::test_a_claim_of_a_part_of_K_says_of_what_its_runs_were_drawn",
     ),
     Fault(
         "planner_takes_any_model",

@@ -40,9 +40,16 @@ CHOSEN = (
     Fault(
         "chosen_plan_may_touch",
         "choice._judged",
-        "reached | ~(distance > 0)",
+        "reached | ~(distance > distance_of(scene, off))",
         "reached",
         "tests/local/test_choice.py::test_nan_and_contact_are_failures",
+    ),
+    Fault(
+        "start_matters_only_to_the_tube",
+        "start_gap.off_from_start",
+        "len(invariances(claim.subject.rotation))",
+        "0",
+        "tests/local/test_validate.py::test_a_set_keeps_its_promise_where_the_start_matters",
     ),
     Fault(
         "runs_alike_taken_for_certainty",

@@ -45,6 +45,7 @@ from parc_jax.statement import (
     about_risk,
     about_sensing,
     about_share,
+    about_spans,
     about_uncertainty,
     nothing_found,
 )
@@ -68,7 +69,9 @@ class Answer:
     all start there, and with a heading the scene is in the robot's frame.
     cover: counts, times and end of the search. looks: the one account of tests of plans of this
     answer and of all that is derived from it. written: certificates of the samples, or a function
-    that writes them. validation: of nested sets in this scene, where it was asked for.
+    that writes them. validation: of nested sets in this scene, where it was asked for. unchecked: a
+    sentence about what is the word of the file that it was read from, empty for an answer that was
+    found here.
     """
 
     scene: Scene
@@ -78,6 +81,7 @@ class Answer:
     absence: NoPlan | None = None
     looks: Looks = field(default_factory=Looks)
     validation: "Validation | None" = None
+    unchecked: str = ""
 
     def __repr__(self) -> str:
         return f"<{self._headline()}>"
@@ -312,7 +316,8 @@ class Answer:
             lines.append(f"Robust to: {asked.uncertainty.words}.")
         if self.validation is not None:
             lines.append(self.validation.summary())
-        return "\n".join([*lines, about_assumptions(self.model.claim.premises)])
+        lines.append(about_assumptions(self.model.claim.premises))
+        return "\n".join([*lines, self.unchecked] if self.unchecked else lines)
 
     def details(self, polytopes: Polytopes | None = None) -> str:
         """All sentences: (C) the proof about the model and its tube, (E) the bound of the tube's
@@ -328,18 +333,23 @@ class Answer:
         elif absence is not None:
             lines = [absence.details(), *self._about_tube(())]
             if absence.ended is ended:  # which the sentence of the proof has already
-                return "\n".join(lines)
+                ended = None
         else:
             none = nothing_found(why_none(self.scene))
             lines = [none if uncertainty is None else uncertainty.of_none(none)]
         if ended is not None:
             lines.append(ended.sentence)
-        return "\n".join(lines if self.validation is None else [*lines, self.validation.details()])
+        lines += [] if self.validation is None else [self.validation.details()]
+        return "\n".join([*lines, self.unchecked] if self.unchecked else lines)
 
     def _about_plans(self, polytopes: Polytopes | None) -> str:
         cut = 0 if polytopes is None else len(polytopes)
         counts = len(self.samples), cut, len(self.corridors)
         text = about_plans(*counts, self.cover.proved)
+        spans, whole = self.problem.all_spans, (0, self.model.time.n_steps - 1)
+        some = sum(span is not None and tuple(span) != whole for span in spans)
+        if some:
+            text = f"{text} {about_spans(some, len(spans))}"
         if self.cover.within is None:
             return text
         k_lo, k_hi = (side[-self.model.n_k :] for side in self.cover.within.box)

@@ -4,6 +4,7 @@ Those that the file itself shows are made here, anew, and the file's must be the
 is measured or assumed. Numbers are told to twelve decimals; the file has them exactly.
 """
 
+import collections
 import itertools
 from collections.abc import Iterator
 from fractions import Fraction
@@ -34,6 +35,7 @@ def known_premises(episode: dict) -> list:
     spans = f", {seconds(min(apart))} to {seconds(max(apart))} apart" if apart else ""
     obstacles = [problem["obstacles"] for problem in problems]
     moving = sum(any("steps" in part for part in some) for some in obstacles)
+    cut = sum(map(comes_or_goes, problems))
     frame = ON_THE_ROBOT if turned else IN_THE_WORLD
     off = [f"within {', '.join(f'±{decimal(x)}' for x in start)} m of the truth"]
     off += [f"within ±{decimal(heading)} rad"] if turned or heading else []
@@ -48,7 +50,7 @@ def known_premises(episode: dict) -> list:
             "obstacles",
             CHECKED,
             f"{min(map(len, obstacles))} to {max(map(len, obstacles))} a manoeuvre, told of by "
-            f"intervals in {moving}",
+            f"intervals in {moving}{f', of which in {cut} some come or go' if cut else ''}",
         ],
     ]
     if turned:
@@ -61,8 +63,22 @@ def known_premises(episode: dict) -> list:
         ["room", ASSUMED, "each manoeuvre was asked with room for what its pose may be off"],
         ["places", ASSUMED, f"obstacles are where each problem has them, {frame}"],
         ["hand-over", ASSUMED, "each is followed from its begin until that of the next"],
+        ["k", ASSUMED, "each was driven with its k, of which what is measured was so at its begin"],
         ["rest", ASSUMED, "the robot stays where a manoeuvre came to its end"],
     ]
+
+
+def comes_or_goes(problem: dict) -> bool:
+    """Does an obstacle of a manoeuvre come after its first knot, or go before its last, with none
+    that goes or comes there in its place?
+    """
+    change: collections.Counter = collections.Counter()
+    for part in problem["obstacles"]:
+        if "steps" in part:
+            first, last = part["steps"]
+            change[first] += 1
+            change[last + 1] -= 1
+    return any(change[s] for s in change if 0 < s < problem["steps"])
 
 
 def checked_premises(episode: dict) -> list:

@@ -32,7 +32,7 @@ def sealed(file: dict, told: bool = True) -> dict:
     if file["claim"] is not None:
         file["claim"] |= {f"{part}_hash": value for part, value in hashes.items()}
     hashes["episode"] = sha({part: file[part] for part in parts})
-    return file | {"format": "parc_jax.episode/2", "hash": hashes}
+    return file | {"format": "parc_jax.episode/3", "hash": hashes}
 
 
 class Robot:

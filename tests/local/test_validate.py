@@ -147,7 +147,9 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     assert "% of the plans whose first point ends in the goal" in validation.summary()
     assert validation.summary() in answer.summary()
     again = load_answer(validated.save(tmp_path / "validated.json"))
-    assert again.details() == validated.details() and again.model.claim.hash == accepted.hash
+    assert (
+        again.details().startswith(validated.details()) and again.model.claim.hash == accepted.hash
+    )
     plans = validated.sample(KEY, 50)
     assert again.contains(plans[:, :2], plans[:, 2:]).all() and again.risk() == validated.risk()
 

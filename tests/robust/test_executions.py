@@ -257,7 +257,9 @@ def test_unknown_parameters_may_have_any_value_of_their_box(unknown, rng):
 @pytest.mark.night
 def test_answers_about_executions_can_be_kept(unknown, tmp_path):
     again = pj.load_answer(unknown.save(tmp_path / "answer.json"))
-    assert again.details() == unknown.details() and (again.samples == unknown.samples).all()
+    assert (
+        again.details().startswith(unknown.details()) and (again.samples == unknown.samples).all()
+    )
 
 
 @pytest.mark.slow

@@ -25,6 +25,7 @@ from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, lowered, padded, pruned_scene
+from parc_jax.statement import about_file
 
 
 def load_answer(path) -> Answer:
@@ -87,7 +88,21 @@ def _answer(data: dict, report) -> Answer:
     if no_plan is not None:
         no_plan = no_plan._replace(reason=why_none(scene), uncertainty=asked.uncertainty)
     looks = looks_of_json(meta.get("looks"))
-    return Answer(scene, cover, samples, data["samples"], no_plan, looks)
+    _require_start(asked, [*p0, *(corridor.p0 for corridor in corridors)])
+    turned = asked.pose is not None and asked.pose.heading is not None
+    unchecked = about_file(bool(samples.size or corridors), asked.uncertainty is not None, turned)
+    return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
+
+
+def _require_start(asked: NominalProblem, starts: list[np.ndarray]) -> None:
+    """Refuse a pose that is not where all plans start. Raises InputError."""
+    pose, at = asked.pose, asked.at
+    here = at is None if pose is None else at is not None
+    if here and pose is not None:
+        own = pose.place if pose.heading is None else np.zeros_like(pose.place)
+        here = np.array_equal(own, at)
+    if not here or any(at is not None and not np.array_equal(p0, at) for p0 in starts):
+        raise InputError("answer: expected plans that start at its pose; got another pose.")
 
 
 def _scene(asked: NominalProblem, problem_hash: str) -> Scene:
