@@ -97,10 +97,10 @@ def _answer(data: dict, report) -> Answer:
 def _require_start(asked: NominalProblem, starts: list[np.ndarray]) -> None:
     """Refuse a pose that is not where all plans start. Raises InputError."""
     pose, at = asked.pose, asked.at
-    here = at is None if pose is None else at is not None
-    if here and pose is not None:
-        own = pose.place if pose.heading is None else np.zeros_like(pose.place)
-        here = np.array_equal(own, at)
+    if at is None or pose is None:
+        here = at is pose  # both are None
+    else:
+        here = np.array_equal(at, pose.place if pose.heading is None else 0 * pose.place)
     if not here or any(at is not None and not np.array_equal(p0, at) for p0 in starts):
         raise InputError("answer: expected plans that start at its pose; got another pose.")
 
