@@ -61,7 +61,6 @@ WRONG = {
         "each of its 2 points",
     ),
     "a goal over no state": ("[goal.q]\nlo = [-1.0]\nhi = [1.0]", "", "further goal coordinates"),
-    "a goal out of reach": ("lo = [-1.0]\nhi = [1.0]", "lo = [2.0]\nhi = [3.0]", "q0 in [2, 3]"),
 }
 
 

@@ -1,7 +1,6 @@
 """Options of the commands, from the fields of records, and their help on a narrow terminal."""
 
 import contextlib
-import dataclasses
 import importlib
 import inspect
 import io
@@ -12,7 +11,7 @@ import textwrap
 import types
 import typing
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -52,7 +51,7 @@ class Option(NamedTuple):
     text: str
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclass(frozen=True)
 class Offer:
     """Annotates a parameter of a command: its options are the fields of a record with a type that
     the shell can read, named as there but for the _s of seconds.
@@ -68,8 +67,8 @@ class Offer:
     left_out: str | None = None
     only: tuple[str, ...] = ()
     but: tuple[str, ...] = ()
-    named: dict[str, str] = dataclasses.field(default_factory=dict)
-    kinds: dict[str, Any] = dataclasses.field(default_factory=dict)
+    named: dict[str, str] = field(default_factory=dict)
+    kinds: dict[str, Any] = field(default_factory=dict)
 
     def kind(self) -> type:
         """The record."""
@@ -78,36 +77,37 @@ class Offer:
 
     def options(self) -> dict[str, Option]:
         """The options by their names in the shell."""
-        kind = self.kind()
-        hints = typing.get_type_hints(kind) | self.kinds
-        options = {}
-        for field in dataclasses.fields(kind):
-            hint = shell_type(hints[field.name])
-            on_offer = field.name not in self.but and field.name in (self.only or hints)
-            if hint is None or not on_offer:
+        kind, options = self.kind(), {}
+        hints, texts = typing.get_type_hints(kind) | self.kinds, told(kind)
+        for name, default in ((one.name, one.default) for one in fields(kind)):
+            hint = shell_type(hints[name])
+            if hint is None or name in self.but or name not in (self.only or hints):
                 continue
-            name = field.name.removesuffix("_s")
             # citations of theorems are for readers of the source
-            text = re.sub(r" \[T\d[^]]*\]", "", told(kind)[field.name])
-            default = field.default
+            text = re.sub(r" \[T\d[^]]*\]", "", texts[name])
             if self.left_out is not None:
                 text, default, hint = _with_default(text, default, self.left_out), None, hint | None
-            options[self.named.get(field.name, name)] = Option(field.name, hint, default, text)
+            shown = self.named.get(name, name.removesuffix("_s"))
+            options[shown] = Option(name, hint, default, text)
         return options
 
     def made(self, given: dict[str, Any]) -> Any:
         """The command's parameter from values by names of the shell, which are taken out of
         `given`. Raises InputError.
         """
-        values = {option.field: given.pop(name) for name, option in self.options().items()}
+        values = {one.field: given.pop(name) for name, one in self.options().items()}
         if self.left_out is None:
             return self.kind()(**values)
         return {field: value for field, value in values.items() if value is not None}
 
 
+def _is_union(hint) -> bool:
+    return isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union
+
+
 def shell_type(hint) -> Any:
     """The part of a type that a shell can read; None without one."""
-    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
+    if _is_union(hint):
         plain = [part for part in typing.get_args(hint) if shell_type(part) is not None]
         return typing.Union[*plain] if set(plain) - {types.NoneType} else None
     origin, parts = typing.get_origin(hint), typing.get_args(hint)
@@ -120,8 +120,7 @@ def _with_default(help_text: str, default, whose: str) -> str:
     """The help of an option that may be left out, with its default, or the words there for None."""
     text, _, words = help_text.partition(" Default: ")
     if default not in (None, ()):
-        each = default if isinstance(default, tuple) else (default,)
-        words = " ".join(_word(value) for value in each)
+        words = " ".join(map(_word, default if isinstance(default, tuple) else (default,)))
     words = words.removesuffix(".")
     return f"{text} Default: {whose}{words}." if words else text
 
@@ -138,20 +137,16 @@ def readable(command: Callable, with_offers: bool = True) -> Callable:
     `--bins N N ...` in place of {None}|{[INT [INT ...]]}, no "(default: None)"; every `Offer` is
     replaced by its options, or, unless `with_offers`, left out.
     """
-    hints = typing.get_type_hints(command, include_extras=True)
     parameters, offers = [], {}
-    for parameter in inspect.signature(command).parameters.values():
-        hint = hints[parameter.name]
-        offer = next((x for x in typing.get_args(hint)[1:] if isinstance(x, Offer)), None)
+    for one in inspect.signature(command).parameters.values():
+        offer = next((x for x in typing.get_args(one.annotation)[1:] if isinstance(x, Offer)), None)
         if offer is None:
-            name = parameter.name.upper() if parameter.kind is parameter.POSITIONAL_ONLY else None
-            parameters.append(_shown(parameter.replace(annotation=hint), name=name))
+            name = one.name.upper() if one.kind is one.POSITIONAL_ONLY else None
+            parameters.append(_shown(one, name=name))
         elif with_offers:
-            offers[parameter.name] = offer
+            offers[one.name] = offer
             for name, (_, kind, default, text) in offer.options().items():
-                option = inspect.Parameter(
-                    name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind
-                )
+                option = inspect.Parameter(name, one.kind, default=default, annotation=kind)
                 parameters.append(_shown(option, text))
 
     def shown(*arguments, **options):
@@ -184,20 +179,14 @@ def metavar_of(hint) -> str | None:
     """A short word for the values of an option; None to leave that of the parser."""
     if hint in METAVARS:
         return METAVARS[hint]
+    origin = typing.get_origin(hint)
     parts = [part for part in typing.get_args(hint) if part not in (types.NoneType, ...)]
-    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        if parts == [bool]:
-            return "True|False"
-        words = [metavar_of(part) for part in parts if part is not bool]
-        return None if not words or None in words else "|".join(map(str, words))
-    if typing.get_origin(hint) is tuple:
-        one = metavar_of(parts[0])
-        if one is None:
-            return None
+    if _is_union(hint):
+        words = [metavar_of(part) for part in parts if part is not bool] or ["True|False"]
+        return None if None in words else "|".join(map(str, words))
+    if origin is tuple and (one := metavar_of(parts[0])) is not None:
         return f"{one} {one} ..." if one.isalpha() else f"{{{one}}} ..."
-    if typing.get_origin(hint) is typing.Literal:
-        return "|".join(map(str, parts))
-    return None
+    return "|".join(map(str, parts)) if origin is typing.Literal else None
 
 
 @contextlib.contextmanager
@@ -208,11 +197,9 @@ def wrapped() -> Iterator[None]:
         with contextlib.redirect_stdout(held):
             yield
     finally:
-        width = max(NARROWEST, shutil.get_terminal_size().columns)
         held.seek(0)
         for line in held.read().splitlines():
-            fits = line[:1] in FRAME or len(line) <= width
-            print(line if fits else textwrap.fill(line, width, break_on_hyphens=False))
+            print(line if line[:1] in FRAME else _filled(line))
 
 
 def fitted(text: str) -> str:
@@ -221,8 +208,11 @@ def fitted(text: str) -> str:
     """
     if not sys.stdout.isatty():
         return text
+    lines = text.split("\n")
+    return "\n".join(line if "  " in line.strip() else _filled(line) for line in lines)
+
+
+def _filled(line: str) -> str:
+    """A line that is longer than the terminal is wide, as several."""
     width = max(NARROWEST, shutil.get_terminal_size().columns)
-    return "\n".join(
-        line if "  " in line.strip() else textwrap.fill(line, width, break_on_hyphens=False)
-        for line in text.split("\n")
-    )
+    return line if len(line) <= width else textwrap.fill(line, width, break_on_hyphens=False)

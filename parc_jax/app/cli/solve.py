@@ -70,8 +70,7 @@ def solve(
     from parc_jax.app.cli.process import COMPILING, SEARCHING, saying
     from parc_jax.app.cli.scene import (
         as_json,
-        numbers_of_option,
-        require_goal_in_reach,
+        place_of_option,
         under_uncertainty,
         verdict,
     )
@@ -105,12 +104,10 @@ def solve(
         given, learned = load_problem(scene, learned.points), labelled(learned, scene)
     problem = under_uncertainty(given, uncertainty)
     planner = Planner(learned)
-    if not first:
-        require_goal_in_reach(problem, planner)
     key = key_of(shell.seed)
     methods = {"exact": Exact(), "paper": Published(), "paper-lp": Published(lps=True)}
     settings = settings.replace(method=methods[method])
-    place = None if at is None else numbers_of_option("at", at)
+    place = place_of_option(at)
     planner.prepare(problem, at=place)  # a misfit is refused before the long part
     odd = odd_size(problem, planner.model)
     if odd is None and place is not None and len(place) > planner.model.n_p:
@@ -118,12 +115,12 @@ def solve(
     if odd:
         print(odd, file=sys.stderr)
     with saying(shell.quiet) as say:
+        cold_s = None
         if first:
             say("compiling, and looking for a safe plan")
             rest = {"budget_s": settings.budget_s, "method": settings.method}
             one = Settings.fast().replace(samples=1, proof=True, **rest)
             answer = planner.solve(problem, key, one, at=place)
-            cold_s = None
         else:
             # so that the times are those of the search and not of the compiler
             say(COMPILING)

@@ -53,30 +53,13 @@ def film(
     out = Path(out)
     require_kind(out)
     if isinstance(source, Episode | str | Path):
-        canvas = _EpisodeCanvas(Stage(source, run))
-        times = canvas.stage.times(RATE_OF_EPISODE)
-        frames = [canvas.frame(t) for t in counted(times, len(times), quiet)]
-        return write_film(out, _rest(frames, RATE_OF_EPISODE), RATE_OF_EPISODE, COLOURS_OF_EPISODE)
-    require_sample(source, sample)
-    model = source.model
-    path, _, error = (part[0] for part in predicted(model, source.samples[[sample]]))
-    true = path if run is None else np.asarray(run, float)
-    if true.shape[1:] != path.shape[1:]:
-        raise InputError(
-            f"film: expected a run with {path.shape[1]} columns, the coordinates of all reference "
-            f"points; got {true.shape[1]}."
-        )
-    canvas = _PlanCanvas(source, sample, path, error, true, run is not None)
-    seconds = np.linspace(0.0, model.time.t_f, len(true))
-    shown = np.linspace(0.0, model.time.t_f, min(MOST, round(model.time.t_f * RATE) + 1))
-    poses = np.stack([np.interp(shown, seconds, column) for column in true.T], axis=1)
-    moments = counted(zip(shown, poses, strict=True), len(poses), quiet)
-    frames = [canvas.frame(t, pose) for t, pose in moments]
-    return write_film(out, _rest(frames, RATE), RATE)
-
-
-def _rest(frames: list[np.ndarray], rate: float) -> list[np.ndarray]:
-    return [*frames, *[frames[-1]] * round(REST * rate)]
+        canvas: _EpisodeCanvas | _PlanCanvas = _EpisodeCanvas(Stage(source, run))
+    else:
+        require_sample(source, sample)
+        canvas = _PlanCanvas(source, sample, run)
+    frames = [canvas.frame(t) for t in counted(canvas.times, len(canvas.times), quiet)]
+    rest = [frames[-1]] * round(REST * canvas.rate)
+    return write_film(out, [*frames, *rest], canvas.rate, canvas.colours)
 
 
 def require_kind(out: Path) -> None:
@@ -155,74 +138,81 @@ def _gif(images: Sequence[np.ndarray], rate: float, colours: int) -> bytes:
         for image in images
     )
     buffer = io.BytesIO()
-    first.save(
-        buffer,
-        format="gif",
-        save_all=True,
-        append_images=others,
-        duration=1000 / rate,
-        loop=0,
-        optimize=False,
-    )
+    looks = {"format": "gif", "save_all": True, "loop": 0, "optimize": False}
+    first.save(buffer, append_images=others, duration=1000 / rate, **looks)
     return buffer.getvalue()
 
 
 def _caption(answer, sample: int, true: bool) -> str:
-    """System, sample, parameters by name, and whether one sees a run or a prediction."""
+    """System, sample, parameters by name, and whether it is a run or a prediction."""
     model = answer.model
     k = answer.samples[sample][model.n_p :]
-    words = [
-        f"{name_of(label)} {value:.4g} {unit_of(label)}".rstrip()
-        for label, value in zip(model.labels.k, k, strict=True)
-    ]
+    pairs = zip(model.labels.k, k, strict=True)
+    words = [f"{name_of(label)} {v:.4g} {unit_of(label)}".rstrip() for label, v in pairs]
     shown = "true run" if true else "prediction of the model"
     return f"{model.system or 'plan'}: {shown}, sample {sample}\n{', '.join(words)}"
 
 
-class _PlanCanvas:
-    """One plan in its scene, drawn once; every frame adds the moving parts.
+class _Canvas:
+    """A figure whose image is taken. rate: [frames/s]. colours: of a .gif."""
 
-    path (T + 1, n_c), error (T, n_c), run (t, n_c) [m].
-    """
-
-    def __init__(self, answer, sample: int, path, error, run, is_true: bool):
-        from matplotlib import rc_context
+    def __init__(self, inches: tuple[float, float], rate: float, colours: int):
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
+        self.rate, self.colours = rate, colours
+        self.figure = Figure(inches, dpi=DPI, layout="constrained")
+        self.canvas = FigureCanvasAgg(self.figure)
+
+    def image(self) -> np.ndarray:
+        """(height, width, 3) uint8."""
+        return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
+
+
+class _PlanCanvas(_Canvas):
+    """One plan in its scene, drawn once; every frame adds the moving parts."""
+
+    def __init__(self, answer, sample: int, run: np.ndarray | None):
+        from matplotlib import rc_context
+
         model, views = answer.model, views_of(answer.model.n_p)
+        path, _, error = (part[0] for part in predicted(model, answer.samples[[sample]]))
+        self.run = path if run is None else np.asarray(run, float)
+        if self.run.shape[1:] != path.shape[1:]:
+            raise InputError(
+                f"film: expected a run with {path.shape[1]} columns, the coordinates of all "
+                f"reference points; got {self.run.shape[1]}."
+            )
+        super().__init__(INCHES[model.n_p], RATE, COLOURS)
         self.time = model.time
-        self.seconds = np.linspace(0.0, self.time.t_f, len(run))
+        self.seconds = np.linspace(0.0, self.time.t_f, len(self.run))
+        self.times = np.linspace(0.0, self.time.t_f, min(MOST, round(self.time.t_f * RATE) + 1))
         with rc_context(style.RC):
-            figure = Figure(INCHES[model.n_p], dpi=DPI, layout="constrained")
-            self.canvas = FigureCanvasAgg(figure)
-            sides = [_Side(answer, view, path, error, run) for view in views]
-            ratios = [(side.hi - side.lo)[0] / (side.hi - side.lo)[1] for side in sides]
-            axes = figure.subplots(1, len(views), width_ratios=ratios, squeeze=False)[0]
-            figure.suptitle(_caption(answer, sample, is_true), x=0.01, ha="left", fontsize=9.5)
-            self.clock = figure.text(0.99, 0.99, "", ha="right", va="top", fontsize=11)
+            self.sides = [_Side(answer, view, path, error, self.run) for view in views]
+            ratios = [(side.hi - side.lo)[0] / (side.hi - side.lo)[1] for side in self.sides]
+            axes = self.figure.subplots(1, len(views), width_ratios=ratios, squeeze=False)[0]
+            caption = _caption(answer, sample, run is not None)
+            self.figure.suptitle(caption, x=0.01, ha="left", fontsize=9.5)
+            self.clock = self.figure.text(0.99, 0.99, "", ha="right", va="top", fontsize=11)
             self.clock.set_animated(True)
-            way = "true run" if is_true else "way so far"
-            style.legend(figure, _plan_handles(model.points, way), 4)
-            for side, ax in zip(sides, axes, strict=True):
+            way = "way so far" if run is None else "true run"
+            style.legend(self.figure, _plan_handles(model.points, way), 4)
+            for side, ax in zip(self.sides, axes, strict=True):
                 side.draw(ax)
-            self.sides = sides
             self.canvas.draw()
             # animated artists are missing from this image: each frame draws them on top of it
-            self.still = self.canvas.copy_from_bbox(figure.bbox)
+            self.still = self.canvas.copy_from_bbox(self.figure.bbox)
 
-    def frame(self, t: float, pose: np.ndarray) -> np.ndarray:
-        """Image (height, width, 3) uint8 of time t [s], with the points of the robot at a pose
-        (n_c,) [m].
-        """
+    def frame(self, t: float) -> np.ndarray:
+        """Image of a time t [s]."""
+        pose = np.array([np.interp(t, self.seconds, column) for column in self.run.T])
         interval = min(int(t / self.time.dt), self.time.n_steps - 1)
-        past = int((self.seconds <= t).sum())
         self.clock.set_text(f"{t:.2f} s")
         self.canvas.restore_region(self.still)
         for side in self.sides:
-            side.move(interval, past, pose)
-        self.canvas.figure.draw_artist(self.clock)
-        return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
+            side.move(interval, int((self.seconds <= t).sum()), pose)
+        self.figure.draw_artist(self.clock)
+        return self.image()
 
 
 class _Side(SceneView):
@@ -290,27 +280,23 @@ def _plan_handles(points: tuple[str, ...], way: str) -> list:
     ]
 
 
-class _EpisodeCanvas:
+class _EpisodeCanvas(_Canvas):
     """An episode, every frame of which is drawn anew: the picture moves with the robot."""
 
     def __init__(self, stage: Stage):
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
-        self.stage = stage
+        super().__init__(INCHES_OF_EPISODE, RATE_OF_EPISODE, COLOURS_OF_EPISODE)
+        self.stage, self.times = stage, stage.times(RATE_OF_EPISODE)
         self.way: list[np.ndarray] = []
-        self.figure = Figure(INCHES_OF_EPISODE, dpi=DPI, layout="constrained")
-        self.canvas = FigureCanvasAgg(self.figure)
 
     def frame(self, t: float) -> np.ndarray:
-        """Image (height, width, 3) uint8 of a time t [s]."""
+        """Image of a time t [s]."""
         from matplotlib import rc_context
 
         with rc_context(style.RC):
             self.figure.clear()
             self._draw(self.figure.subplots(), t)
             self.canvas.draw()
-        return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
+        return self.image()
 
     def _draw(self, ax, t: float) -> None:
         stage, now = self.stage, self.stage.at(t)
