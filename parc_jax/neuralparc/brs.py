@@ -1,15 +1,12 @@
-"""Backward reachable sets: all (p0, k) of a cell whose predicted final state lies in the shrunken
-goal.
-
-Is a backward reachable set empty? Decided for most cells by their vertices alone, without a
-linear program.
+"""Backward reachable sets Omega: all (p0, k) of a cell whose predicted final state lies in the
+shrunken goal. Whether one is empty is decided for most cells by their vertices alone.
 
 An end coordinate is affine in k, so its range over a cell is the range over the vertices, exactly.
-If a range misses what the goal (and the start set, if there is one) asks for, the reach set is
-empty. If not, a few parameters are tried: the middle of the cell, and points between it and the
-vertices where an end coordinate is least and greatest, with the start that ends in the middle of
-what is allowed. One that satisfies every row by more than rounding proves that the set has points.
-The rest is for LPs.
+If a range misses the goal (less the start set, if there is one), the reach set is empty. If not, a
+few parameters are tried: the middle of the cell, and points between it and the vertices where an
+end coordinate is least and greatest, with the start that ends in the middle of the allowed range.
+One that satisfies every row by more than rounding proves that the set has points. The rest is for
+LPs.
 """
 
 from typing import NamedTuple
@@ -30,6 +27,13 @@ from parc_jax.neuralparc.lp_batch import solve_batch
 _SHARES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
 
 
+class Bounds(NamedTuple):
+    """lo, hi (r, n): a box per cell."""
+
+    lo: np.ndarray
+    hi: np.ndarray
+
+
 class EndRanges(NamedTuple):
     """End coordinates (p relative to the start, q) over r cells.
 
@@ -41,13 +45,6 @@ class EndRanges(NamedTuple):
     most: np.ndarray
     slack: np.ndarray
     at_vertices: np.ndarray
-
-
-class Bounds(NamedTuple):
-    """lo, hi (r, n): a box per cell."""
-
-    lo: np.ndarray
-    hi: np.ndarray
 
 
 def decide(
@@ -64,22 +61,15 @@ def decide(
     goal. Returns status (r,), UNKNOWN where an LP has to decide, and inner (r, n_p + n_k), a point
     inside or NaN.
     """
-    goal = _goal_bounds(cells, goals, goal_box)
+    # a box around the shrunken goal of every cell
+    lo, hi = row_bounds(goals.A[None], goals.b)
+    goal = Bounds(np.maximum(lo, goal_box.lo)[cells.bin], np.minimum(hi, goal_box.hi)[cells.bin])
     starts = Bounds(-np.inf, np.inf) if start is None else Bounds(*row_bounds(start.A, start.b))
     ends = _end_ranges(cells, goals.n)
     empty = _misses(ends, goal, starts, n_p)
     inner, fine = _inner_points(rows, cells, ends, goal, starts, n_p)
     status = np.where(empty, int(LPStatus.INFEASIBLE), int(LPStatus.UNKNOWN))
-    status = np.where(fine, int(LPStatus.FEASIBLE), status)
-    return status, inner
-
-
-def _goal_bounds(cells: Cell, goals: HPolytope, goal_box: Box) -> Bounds:
-    """Box (r, n_goal) around the shrunken goal of every cell."""
-    lo, hi = row_bounds(goals.A[None], goals.b)
-    lo = np.maximum(lo, goal_box.lo)
-    hi = np.minimum(hi, goal_box.hi)
-    return Bounds(lo[cells.bin], hi[cells.bin])
+    return np.where(fine, int(LPStatus.FEASIBLE), status), inner
 
 
 def _end_ranges(cells: Cell, n_goal: int) -> EndRanges:
@@ -93,16 +83,15 @@ def _end_ranges(cells: Cell, n_goal: int) -> EndRanges:
 
 
 def _misses(ends: EndRanges, goal: Bounds, starts: Bounds, n_p: int) -> np.ndarray:
-    """Which cells (r,) have an end coordinate whose whole range is outside of what is asked for."""
+    """(r,) bool: the cells with an end coordinate whose range misses the goal."""
     # The end is p0 + c_f, so c_f has to come between goal minus start; q has to come into the goal
     # itself.
     low = np.concatenate([goal.lo[:, :n_p] - starts.hi, goal.lo[:, n_p:]], axis=1)
     high = np.concatenate([goal.hi[:, :n_p] - starts.lo, goal.hi[:, n_p:]], axis=1)
     low = low - gamma(4) * np.abs(low)
     high = high + gamma(4) * np.abs(high)
-    above = ends.least - ends.slack - high
-    below = low - ends.most - ends.slack
-    outside = (np.maximum(above, below) > TOLERANCES.lp_margin).any(axis=1)
+    gap = np.maximum(ends.least - ends.slack - high, low - ends.most - ends.slack)
+    outside = (gap > TOLERANCES.lp_margin).any(axis=1)
     no_goal = (goal.lo - goal.hi > TOLERANCES.lp_margin).any(axis=1)
     return outside | no_goal
 
@@ -161,7 +150,7 @@ def _depth(rows: HPolytope, x: np.ndarray) -> np.ndarray:
 class ReachSet:
     """Omega of one cell, or of r stacked ones with a leading axis.
 
-    A: (h, n_p + n_k), b: (h,) rows over (p0, k). lo, hi: (n_p + n_k,) a box known to contain it.
+    A: (h, n_p + n_k), b: (h,) rows over (p0, k). lo, hi: (n_p + n_k,) a box that contains it.
     status: () LPStatus: FEASIBLE with `inner` (n_p + n_k,) a point well inside, INFEASIBLE if
         proved empty, or UNKNOWN.
     """
@@ -181,8 +170,7 @@ def brs_rows(cell: Cell, goal: HPolytope, start: HPolytope | None, n_p: int) -> 
     are rounded down: every point that satisfies the rows exactly reaches the goal by the exact map.
     """
     C, d = cell.final(goal.n)
-    lead = C.shape[:-2]
-    n_k = C.shape[-1]
+    lead, n_k = C.shape[:-2], C.shape[-1]
     size = (np.abs(C) @ cell.largest_k[..., None])[..., 0] + np.abs(d)
     size = size @ np.abs(goal.A).T + np.abs(goal.b)
     goal_b = goal.b - d @ goal.A.T - gamma(2 * goal.n + n_k + 4) * size
@@ -228,10 +216,8 @@ def reach_set(
     bin.
     """
     rows = brs_rows(cell, goal, start, n_p)
-    ball = chebyshev_center(rows)
-    return ReachSet(
-        rows.A, rows.b, *brs_bounds(cell, goal_box, n_p), np.int64(ball.status), ball.center
-    )
+    ball, bounds = chebyshev_center(rows), brs_bounds(cell, goal_box, n_p)
+    return ReachSet(rows.A, rows.b, *bounds, np.int64(ball.status), ball.center)
 
 
 def reach_sets(
@@ -251,12 +237,9 @@ def reach_sets(
 
 
 def _by_lp(A, b, lo, hi) -> tuple[np.ndarray, np.ndarray]:
-    """Status (r,) and deepest point (r, n) of r polytopes A (r, h, n), b (r, h) inside boxes (r,
-    n).
-    """
+    """Status (r,) and deepest point (r, n) of r polytopes A (r, h, n), b (r, h) inside boxes."""
     r, n = lo.shape
-    # max radius over A x + |a| radius <= b: the deepest point, or a proof that even radius 0 has
-    # none.
+    # max radius over A x + |a| radius <= b: the deepest point, or a proof that radius 0 has none
     with_radius = np.concatenate([A, np.linalg.norm(A, axis=2, keepdims=True)], axis=2)
     cost = np.zeros((r, n + 1))
     cost[:, n] = -1.0

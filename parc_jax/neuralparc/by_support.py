@@ -4,8 +4,6 @@ B_s = O~ + (-c_s(R)), so conv(B_t u B_{t+1}) = O~ + Q_t with Q_t the hull of -c_
 over the vertices v of R [T13]. In the plane the sum is described exactly by its supports along
 the normals of O~ and of Q_t, and a support of a sum is the sum of supports: no set is ever built,
 and no LP solved.
-
-Edge normals of the convex hull of a few points in the plane, for many point sets at once.
 """
 
 from typing import NamedTuple
@@ -17,7 +15,7 @@ import numpy as np
 from parc_jax.common import struct
 from parc_jax.common.arrays import x64
 from parc_jax.neuralparc.cells import Cell
-from parc_jax.neuralparc.lp_batch import GrownPolytopes
+from parc_jax.neuralparc.scene import GrownPolytopes
 
 # [extent of the set] points closer than this count as one; merging only makes the set look larger
 _SAME = 1e-13
@@ -70,15 +68,12 @@ def hull_normals(x, y):
 
     end = jax.lax.while_loop(going, step, start)
     used = _numbers(x) < end.count
-    normal_x = jnp.where(used, end.normal_x, end.normal_x[:1])
-    normal_y = jnp.where(used, end.normal_y, end.normal_y[:1])
-    return normal_x, normal_y
+    return tuple(jnp.where(used, n, n[:1]) for n in (end.normal_x, end.normal_y))
 
 
 def _next_edge(x, y, left, low, tiny, walk: _Walk) -> _Walk:
     """Turn left as little as possible; of points in the same direction take the farthest."""
-    to_x = x - walk.x[None]
-    to_y = y - walk.y[None]
+    to_x, to_y = x - walk.x[None], y - walk.y[None]
     dot = to_x * walk.u[None] + to_y * walk.v[None]
     cross = walk.u[None] * to_y - walk.v[None] * to_x
     length = jnp.maximum(jnp.abs(to_x), jnp.abs(to_y))
@@ -94,8 +89,7 @@ def _next_edge(x, y, left, low, tiny, walk: _Walk) -> _Walk:
     chosen = number == jnp.where(far >= far.max(0)[None], number, x.shape[0]).min(0)[None]
     here_x = jnp.where(chosen, x, 0).sum(0)
     here_y = jnp.where(chosen, y, 0).sum(0)
-    u = here_x - walk.x
-    v = here_y - walk.y
+    u, v = here_x - walk.x, here_y - walk.y
     back = jnp.maximum(jnp.abs(here_x - left), jnp.abs(here_y - low)) <= tiny
     moved = (u != 0) | (v != 0)  # a single point stays where it is and keeps looking down
     return _Walk(
@@ -167,20 +161,19 @@ def supports(edge, offsets, error, facet_b, facet, corners):
 def shadows(cells: Cell, grown: GrownPolytopes) -> Shadows:
     """Lambda_P of r stacked cells for all intervals and obstacles. Exact up to `slack`."""
     offsets, slack = _offsets(cells, grown)
+    edge, used = _in_x64(_edge_normals, offsets)
+    count = 1 + int(np.flatnonzero(used).max(initial=0))
+    # the next multiple of four: few shapes compile
+    edge = edge[:, :, : min(-(-count // 4) * 4, edge.shape[2])]
+    error, b = grown.error[cells.bin], grown.b[cells.bin]
+    along_edge, along_facet = _in_x64(_supports, edge, offsets, error, b, grown.A, grown.corners)
+    return Shadows(edge, along_edge, grown.A, along_facet, slack)
+
+
+def _in_x64(kernel, *arrays):
+    """A kernel on the device in float64, its results on the host."""
     with x64():
-        on_device = jnp.asarray(offsets)
-        edge, used = (np.asarray(part) for part in _edge_normals(on_device))
-        count = 1 + int(np.flatnonzero(used).max(initial=0))
-        edge = edge[:, :, : _padded(count, edge.shape[2])]
-        edge_support, facet_support = _supports(
-            jnp.asarray(edge),
-            on_device,
-            jnp.asarray(grown.error[cells.bin]),
-            jnp.asarray(grown.b[cells.bin]),
-            jnp.asarray(grown.A),
-            jnp.asarray(grown.corners),
-        )
-        return Shadows(edge, np.asarray(edge_support), grown.A, np.asarray(facet_support), slack)
+        return jax.tree.map(np.asarray, kernel(*(jnp.asarray(one) for one in arrays)))
 
 
 def margins(sh: Shadows, p0: np.ndarray) -> np.ndarray:
@@ -189,9 +182,7 @@ def margins(sh: Shadows, p0: np.ndarray) -> np.ndarray:
 
     Positive outside, negative inside, up to `slack` and the rounding of p0.
     """
-    with x64():
-        arrays = (p0, sh.edge, sh.edge_support, sh.facet_support, sh.facet)
-        return np.asarray(_margins(*(jnp.asarray(x) for x in arrays)))
+    return _in_x64(_margins, p0, sh.edge, sh.edge_support, sh.facet_support, sh.facet)
 
 
 def outside(sh: Shadows, p0: np.ndarray) -> np.ndarray:
@@ -207,9 +198,8 @@ def clear_of_reach(sh: Shadows, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     empty avoid sets.
     """
     slack = sh.slack + 8 * _UNIT * np.maximum(np.abs(lo), np.abs(hi)).sum(axis=1)
-    with x64():
-        arrays = (lo, hi, sh.edge, sh.edge_support, sh.facet_support, sh.facet)
-        margin = np.asarray(_box_margins(*(jnp.asarray(x) for x in arrays)))
+    supports = (sh.edge, sh.edge_support, sh.facet_support, sh.facet)
+    margin = _in_x64(_box_margins, lo, hi, *supports)
     return margin > slack[:, None, None]
 
 
@@ -233,9 +223,7 @@ def _offsets(cells: Cell, grown: GrownPolytopes) -> tuple[np.ndarray, np.ndarray
 
 def _margin(p0, edge, edge_support, facet_support, facet):
     """One cell, one start (2,): (T, o)."""
-    beyond_edge = (edge[..., 0] * p0[0] + edge[..., 1] * p0[1])[:, None] - edge_support
-    beyond_facet = (facet[..., 0] * p0[0] + facet[..., 1] * p0[1])[None] - facet_support
-    return jnp.maximum(beyond_edge.max(axis=2), beyond_facet.max(axis=2))
+    return _box_margin(p0, p0, edge, edge_support, facet_support, facet)
 
 
 def _box_margin(lo, hi, edge, edge_support, facet_support, facet):
@@ -261,11 +249,6 @@ def _support(w, points):
     broadcast.
     """
     return (w[..., :, None, 0] * points[..., 0] + w[..., :, None, 1] * points[..., 1]).max(axis=-1)
-
-
-def _padded(count: int, most: int) -> int:
-    """Next multiple of four: few shapes compile."""
-    return min(-(-count // 4) * 4, most)
 
 
 @jax.jit

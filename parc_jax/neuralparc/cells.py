@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Iterator
 from itertools import product
 
+import jax
 import numpy as np
 
 from parc_jax.common import struct
@@ -30,7 +31,7 @@ class Cell:
 
     A: (h, n_k), b: (h,) rows; vertices: (v, n_k).
     C: (n_out, n_k), d: (n_out,), outputs time-major (t, p), then q.
-    lo, hi: (n_k,) a box known to contain the cell (the bin).
+    lo, hi: (n_k,) a box that contains the cell (the bin).
     slip: (n_k,) how far it may reach beyond the hull of its vertices, which are floats.
     region, bin: () numbers.
     """
@@ -91,18 +92,19 @@ def stack(cells: list[Cell]) -> Cell:
     """
     height = -(-max(len(cell.b) for cell in cells) // 8) * 8
     width = _padded_width(max(len(cell.vertices) for cell in cells))
-    n_k = cells[0].A.shape[1]
-    A = np.zeros((len(cells), height, n_k))
-    b = np.ones((len(cells), height))
-    vertices = np.empty((len(cells), width, n_k))
-    for i, cell in enumerate(cells):
-        A[i, : len(cell.b)] = cell.A
-        b[i, : len(cell.b)] = cell.b
-        vertices[i, : len(cell.vertices)] = cell.vertices
-        vertices[i, len(cell.vertices) :] = cell.vertices[-1]
-    alike = ("C", "d", "lo", "hi", "slip", "region", "bin")
-    stacked = {name: np.array([getattr(cell, name) for cell in cells]) for name in alike}
-    return Cell(A=A, b=b, vertices=vertices, **stacked)
+
+    def padded(rows: np.ndarray, n: int, **how) -> np.ndarray:
+        return np.pad(rows, ((0, n - len(rows)), *[(0, 0)] * (rows.ndim - 1)), **how)
+
+    filled = [
+        cell.replace(
+            A=padded(cell.A, height),
+            b=padded(cell.b, height, constant_values=1.0),
+            vertices=padded(cell.vertices, width, mode="edge"),
+        )
+        for cell in cells
+    ]
+    return jax.tree.map(lambda *parts: np.array(parts), *filled)
 
 
 def _padded_length(cells: int) -> int:
@@ -141,40 +143,24 @@ def cut_by_bins(
             vertices = clip_to_box(corners, lo - slip, hi + slip)
             if volume(vertices) <= smallest:
                 continue
-        cells.append(
-            Cell(
-                A=rows.A,
-                b=rows.b,
-                vertices=vertices,
-                C=C,
-                d=d,
-                lo=lo,
-                hi=hi,
-                slip=slip,
-                region=np.int64(number),
-                bin=np.int64(bin_number),
-            )
-        )
+        numbers = np.int64(number), np.int64(bin_number)
+        cells.append(Cell(rows.A, rows.b, vertices, C, d, lo, hi, slip, *numbers))
     return cells
 
 
 def _bins_met(tube: Tube, corners: np.ndarray) -> list[int]:
     """Numbers of the bins that overlap the box around corners (v, n_k)."""
-    lo = corners.min(axis=0)
-    hi = corners.max(axis=0)
-    along_axes = []
-    for axis, edges in enumerate(tube.edges):
-        met = (edges[:-1] < hi[axis]) & (edges[1:] > lo[axis])
-        along_axes.append(np.flatnonzero(met).tolist())
+    box = zip(tube.edges, corners.min(axis=0), corners.max(axis=0), strict=True)
+    met = [np.flatnonzero((edges[:-1] < hi) & (edges[1:] > lo)).tolist() for edges, lo, hi in box]
     counts = [len(edges) - 1 for edges in tube.edges]
-    return [int(np.ravel_multi_index(index, counts)) for index in product(*along_axes)]
+    return [int(np.ravel_multi_index(index, counts)) for index in product(*met)]
 
 
 def cells_outward(table: RegionTable, tube: Tube, seed: np.ndarray) -> Iterator[list[Cell]]:
     """Cells of every region of a table, region by region, breadth first from the one that contains
     k = seed (n_k,).
 
-    Lazy: regions that are not asked for cost nothing. Raises InputError if the seed is outside the
+    Lazy: each region is cut when it is taken. Raises InputError if the seed is outside the
     domain.
     """
     start = int(table.locate(np.asarray(seed, dtype=np.float64)))
@@ -187,22 +173,20 @@ def cells_outward(table: RegionTable, tube: Tube, seed: np.ndarray) -> Iterator[
 def cells_of(table: RegionTable, tube: Tube, region: int) -> list[Cell]:
     """The cells of region number `region` of a table."""
     C, d = table.maps(slice(region, region + 1))
+    rows, corners = table.region(region), table.region_vertices(region)
     slip = table.point_error.max(axis=0)
-    return cut_by_bins(
-        table.region(region), table.region_vertices(region), slip, C[0], d[0], tube, region
-    )
+    return cut_by_bins(rows, corners, slip, C[0], d[0], tube, region)
 
 
 def breadth_first(neighbours: np.ndarray, offsets: np.ndarray, start: int) -> Iterator[int]:
     """Items of a graph outward from `start`. Neighbours of i: neighbours[offsets[i]:offsets[i +
     1]], -1 for none.
     """
-    waiting = deque([start])
-    seen = {start}
+    waiting, met = deque([start]), {start}
     while waiting:
         item = waiting.popleft()
         yield item
         for other in neighbours[offsets[item] : offsets[item + 1]].tolist():
-            if other >= 0 and other not in seen:
-                seen.add(other)
+            if other >= 0 and other not in met:
+                met.add(other)
                 waiting.append(other)

@@ -1,142 +1,25 @@
 """Many tiny linear programs at once: the JAX kernel proposes, NumPy checks, the host solver decides
-what is left.
-
-Grown obstacles O + (-B) + box(e) as explicit polytopes with fixed normals, as the published
-method needs them.
-
-A disc body becomes the circumscribed polygon, so the sets are slightly larger than those of
-`grown`, never smaller.
+the rest.
 """
 
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64, slices, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import (
     dual_bound,
-    gamma,
     proves_empty,
-    round_up,
     row_bounds,
     violation,
 )
 from parc_jax.common.lp.interior import interior_point
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.lp.solve import solve
-from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.rational import Point, convex_polygon, exact_support, rational_vertices
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.learning.bound.tube import Tube
-from parc_jax.problem.body import Disc
-from parc_jax.problem.problem import Problem
-
-BODY_SIDES = 10  # of the polygon around a disc body, as published
-
-
-@struct.dataclass
-class GrownPolytopes:
-    """All grown obstacles of a planar scene: o obstacles, T intervals, h rows, m corners. Padded
-    rows read 0 <= 1.
-
-    A: (o, h, 2) unit normals, shared by all intervals and bins. b: (n_bins, T, o, h) offsets,
-        rounded up.
-    corners: (o, m, 2) of obstacle + (-body), repeated to fill. error: (n_bins, T, 2) half widths of
-        the error box.
-    active: (o, T) bool.
-    """
-
-    A: np.ndarray
-    b: np.ndarray
-    corners: np.ndarray
-    error: np.ndarray
-    active: np.ndarray
-
-    def at(self, bin_number: int, t: int, obstacle: int) -> HPolytope:
-        """One grown obstacle, without padding."""
-        rows = self.A[obstacle].any(axis=1)
-        return HPolytope(self.A[obstacle][rows], self.b[bin_number, t, obstacle][rows])
-
-
-def grown_polytopes(problem: Problem, tube: Tube) -> GrownPolytopes:
-    """Grow every obstacle by the body and by the error of every interval and bin. Raises InputError
-    off the plane.
-    """
-    n_steps = tube.n_steps
-    n_p = tube.n_p
-    if n_p != 2:
-        raise InputError(f"grown obstacles: expected a planar workspace; got {n_p} dimensions.")
-    body_normals, body_corners = _body(problem)
-    grown = [_grow(obstacle, body_normals, body_corners) for obstacle in problem.obstacles]
-    o = len(grown)
-    height = max((len(one.normals) for one in grown), default=1)
-    width = max((len(one.corners) for one in grown), default=1)
-    A = np.zeros((o, height, 2))
-    base = np.ones((o, height))
-    corners = np.zeros((o, width, 2))
-    active = np.zeros((o, n_steps), bool)
-    for j, one in enumerate(grown):
-        A[j, : len(one.normals)] = one.normals
-        base[j, : len(one.normals)] = one.offsets
-        corners[j] = one.corners + [one.corners[-1]] * (width - len(one.corners))
-        span = problem.all_spans[j]
-        first, last = (0, n_steps - 1) if span is None else span
-        active[j, first : last + 1] = True
-    gain = np.einsum("btp,ohp->btoh", tube.interval, np.abs(A))
-    b = np.nextafter(base + gain + gamma(6) * (np.abs(base) + gain), np.inf)
-    return GrownPolytopes(A, b, corners, tube.interval, active)
-
-
-class _Grown(NamedTuple):
-    """One obstacle + (-body): unit normals (h, 2), offsets (h,) rounded up, corners (m, 2)."""
-
-    normals: np.ndarray
-    offsets: list[float]
-    corners: list[list[float]]
-
-
-def _grow(obstacle: HPolytope, body_normals: np.ndarray, body_corners: list[Point]) -> _Grown:
-    points = rational_vertices(obstacle)
-    if not points:
-        raise InputError(
-            "grown obstacles: expected obstacles with points in them; one is empty. Remove it."
-        )
-    normals = _unit(np.concatenate([obstacle.A, body_normals, np.eye(2), -np.eye(2)]))
-    offsets = [round_up(exact_support(points, w) + exact_support(body_corners, w)) for w in normals]
-    sums = convex_polygon([(x + u, y + v) for x, y in points for u, v in body_corners])
-    return _Grown(normals, offsets, [[float(x), float(y)] for x, y in sums])
-
-
-def _body(problem: Problem) -> tuple[np.ndarray, list[Point]]:
-    """Normals and exact corners of -body, or of a polygon around it."""
-    if isinstance(problem.body, Disc):
-        angle = 2 * np.pi * np.arange(BODY_SIDES) / BODY_SIDES
-        normals = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        radius = np.nextafter(problem.body.radius * (1 + gamma(8)), np.inf)
-        around = HPolytope(normals, np.full(BODY_SIDES, radius))
-        return normals, rational_vertices(around)
-    corners = convex_polygon(
-        [(-Fraction(float(x)), -Fraction(float(y))) for x, y in problem.body.vertices]
-    )
-    points = np.array([[float(x), float(y)] for x, y in corners])
-    edges = np.roll(points, -1, axis=0) - points
-    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
-    return normals[edges.any(axis=1)], corners
-
-
-def _unit(w: np.ndarray) -> np.ndarray:
-    """Rows of length one (to rounding), in order, without repeats."""
-    w = w[w.any(axis=1)]
-    w = w / np.linalg.norm(w, axis=1, keepdims=True)
-    distinct = [i for i in range(len(w)) if not (np.abs(w[:i] - w[i]) < 1e-14).all(axis=1).any()]
-    return w[distinct]
-
 
 MAX_N = 10
 _CHUNK = 1024  # most programs per compiled call: the working set stays in cache
@@ -196,14 +79,11 @@ def _broadcast(c, A, b, lo, hi):
 def _with_bound_rows(A, b, lo, hi):
     """Finite bounds as rows, so that the kernel sees them."""
     eye = np.broadcast_to(np.eye(A.shape[2]), (A.shape[0], A.shape[2], A.shape[2]))
-    rows = [A]
-    offsets = [b]
-    if np.isfinite(hi).all():
-        rows.append(eye)
-        offsets.append(hi)
-    if np.isfinite(lo).all():
-        rows.append(-eye)
-        offsets.append(-lo)
+    rows, offsets = [A], [b]
+    for sign, bound in ((1, hi), (-1, lo)):
+        if np.isfinite(bound).all():
+            rows.append(sign * eye)
+            offsets.append(sign * bound)
     return np.concatenate(rows, axis=1), np.concatenate(offsets, axis=1)
 
 

@@ -103,8 +103,7 @@ def paper_search(
     if method not in ("supports", "lp"):
         raise InputError(f'paper_search: expected method "supports" or "lp"; got {method!r}.')
     tally = Tally()
-    points = [np.zeros((0, scene.n_p + scene.n_k))]
-    numbers = [np.zeros(0, int)]
+    points, numbers = [np.zeros((0, scene.n_p + scene.n_k))], [np.zeros(0, int)]
     together = 1 if anytime or method == "lp" else _TOGETHER
     regions = iter(regions)
     while batch := list(islice(regions, together)):
@@ -128,8 +127,7 @@ def _search_by_supports(
     n_p = scene.n_p
     active = scene.grown.active.T
     live: list[int] = []
-    drawn: dict[int, np.ndarray] = {}
-    safe: dict[int, np.ndarray] = {}
+    safe: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # points, and which of them are safe
     for index, stacked in stacks(cells):
         reach = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, n_p)
         inner = np.flatnonzero(_live(reach, len(index), tally))
@@ -141,13 +139,13 @@ def _search_by_supports(
         fine = (outside(polygons, points[:, :, :n_p]) | ~active).all(axis=(2, 3))
         fine &= _strictly_inside(reach, points)
         live += index[inner].tolist()
-        for row, number in enumerate(index.tolist()):  # rows beyond are padding
-            drawn[number] = points[row]
-            safe[number] = fine[row]
+        # rows beyond are padding
+        safe |= {number: (points[row], fine[row]) for row, number in enumerate(index.tolist())}
     live.sort()
     quota = _quota(cells, live, samples)
     tally.reachable += len({int(cells[i].region) for i in live})
-    return [(int(cells[i].region), drawn[i][: quota[i]][safe[i][: quota[i]]]) for i in live]
+    first = {i: [part[: quota[i]] for part in safe[i]] for i in live}
+    return [(int(cells[i].region), drawn[fine]) for i, (drawn, fine) in first.items()]
 
 
 def _search_by_lp(
@@ -170,9 +168,7 @@ def _search_by_lp(
 
 
 def _live(reach: ReachSet, count: int, tally: Tally) -> np.ndarray:
-    """Which of the first `count` Omegas have an inner point to sample from; undecided ones are
-    counted only.
-    """
+    """(count,) bool: Omegas with an inner point to sample from; undecided ones are counted."""
     status = np.atleast_1d(reach.status)[:count]
     tally.unknown += int((status == int(LPStatus.UNKNOWN)).sum())
     return status == int(LPStatus.FEASIBLE)
@@ -204,9 +200,7 @@ def _strictly_inside(reach: ReachSet, points: np.ndarray) -> np.ndarray:
     return (points @ rows + slack < b).all(axis=-1)
 
 
-def _cell_key(key, numbers):
-    """A key of one cell from its numbers (2,) of region and bin."""
-    return jax.random.fold_in(jax.random.fold_in(key, numbers[0]), numbers[1])
-
-
-_cell_keys = jax.jit(jax.vmap(_cell_key, in_axes=(None, 0)))
+# keys (r,) of cells, from their numbers (r, 2) of region and bin
+_cell_keys = jax.jit(
+    jax.vmap(lambda key, n: jax.random.fold_in(jax.random.fold_in(key, n[0]), n[1]), (None, 0))
+)

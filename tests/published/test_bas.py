@@ -11,7 +11,7 @@ from parc_jax.common.lp.program import LPStatus
 from parc_jax.neuralparc.by_lp import avoid_set, joint_avoid_set
 from parc_jax.neuralparc.by_support import margins, shadows
 from parc_jax.neuralparc.cells import cells_outward, stack
-from parc_jax.neuralparc.lp_batch import grown_polytopes
+from parc_jax.neuralparc.scene import grown_polytopes
 from parc_jax.neuralparc.sets.affine import membership
 
 T, BAND = 4, 1e-7

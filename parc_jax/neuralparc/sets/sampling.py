@@ -1,9 +1,6 @@
-"""Uniform samples in simplices and in polytopes with few vertices. Keys first; each function
-consumes its key.
-
-Hit-and-run: nearly uniform samples of any bounded polytope from one inner point.
-
-Volumes and triangulations of polytopes given by their vertices.
+"""Volumes and triangulations of polytopes given by their vertices, uniform samples in them, and
+hit-and-run: nearly uniform samples of any bounded polytope from one inner point. Keys first; each
+function consumes its key.
 """
 
 import math
@@ -81,18 +78,16 @@ def triangulate(points: np.ndarray) -> np.ndarray:
     for a flat hull.
     """
     n = points.shape[1]
-    if n == 1:
-        ends = np.array([[points.min()], [points.max()]]) if len(points) else np.zeros((2, 1))
-        return ends[None] if ends[1, 0] > ends[0, 0] else np.zeros((0, 2, 1))
-    if len(points) <= n:
-        return np.zeros((0, n + 1, n))
-    centre = points.mean(axis=0)
-    scale = np.ptp(points, axis=0)
+    none = np.zeros((0, n + 1, n))
+    scale = np.ptp(points, axis=0) if len(points) > n else np.zeros(n)
     if not (scale > 0).all():
-        return np.zeros((0, n + 1, n))
-    corners = delaunay((points - centre) / scale)  # thin sets triangulate like round ones
+        return none
+    if n == 1:
+        return np.array([[points.min(axis=0), points.max(axis=0)]])
+    # thin sets triangulate like round ones
+    corners = delaunay((points - points.mean(axis=0)) / scale)
     if corners is None:
-        return np.zeros((0, n + 1, n))
+        return none
     simplices = points[corners]
     return simplices[simplex_volumes(simplices) > 0]
 
