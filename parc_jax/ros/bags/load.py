@@ -90,16 +90,16 @@ def load_bags(
     _check(path, k, k_law, domain, short, after)
     k, given = tuple(k), tuple(given)
     bridge = 2 * time.dt_record if bridge is None else bridge
-    found, names, seen = [], [], {}
+    parts, names, recordings = [], [], {}
     for one in recordings_in(path):
-        cut, own = _cut(one, time, pose, command, k, given, frames, after, bridge, clock)
-        seen.setdefault(own, one.name)
-        found.append(cut)
+        cut, edge = _cut(one, time, pose, command, k, given, frames, after, bridge, clock)
+        recordings.setdefault(edge, one.name)
+        parts.append(cut)
         names += [one.name] * len(cut.k)
-    if len(seen) > 1:
-        got = [f"{a or '(none)'} -> {b or '(none)'} in {name}" for (a, b), name in seen.items()]
-        raise InputError(f"{path}: expected poses in one frame; got {', '.join(got)}.")
-    runs = Windows(*map(np.concatenate, zip(*found, strict=True)))
+    if len(recordings) > 1:
+        got = ", ".join(f"{_edges([edge])} in {name}" for edge, name in recordings.items())
+        raise InputError(f"{path}: expected poses in one frame; got {got}.")
+    runs = Windows(*map(np.concatenate, zip(*parts, strict=True)))
     valid = _valid(path, runs, domain, len(given), short)
     groups = np.array(names)[valid]
     runs = Windows(*(part[valid] for part in runs))
@@ -121,15 +121,21 @@ def load_bags(
 
 def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock):
     """Windows of one recording, and its frames. Raises InputError."""
-    said = heard(one, dict.fromkeys([pose, command]))
-    orders = said[command]
+    messages = heard(one, dict.fromkeys([pose, command]))
+    poses, orders = messages[pose], messages[command]
     try:
-        where = track(pose, said[pose], clock, None if frames is None else tuple(frames), given)
+        where = track(pose, poses, clock, None if frames is None else tuple(frames), given)
         times = times_of(command, orders, clock)
         values = np.array([[value_at(h.message, field, command) for field in k] for h in orders])
         if not np.isfinite(values).all():
             raise InputError(f"{command}: expected finite commands; got one that is not.")
-        _require_one_clock(pose, said[pose], command, orders, clock)
+        # one topic may be on the recorder's clock, for want of headers, the other far from it
+        apart = abs(_off(poses) - _off(orders))
+        if clock == "header" and apart > CLOCKS_APART:
+            raise InputError(
+                f"expected stamps of one clock; those of {pose} and {command} are {apart:.3g} s "
+                'apart, against the recorder. Take clock="recorder", or record with one clock.'
+            )
     except InputError as error:
         raise InputError(f"{one}: {error}") from None
     order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
@@ -138,50 +144,35 @@ def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock)
 
 def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str) -> np.ndarray:
     """(m,) bool, the windows that are runs. Raises InputError where no run is complete."""
-    ours = np.isfinite(runs.k[:, :n_given]).all(axis=1)
-    inside = ours.copy()
+    measured = np.isfinite(runs.k[:, :n_given]).all(axis=1)
+    inside = measured.copy()
     if domain is not None:
         if domain.n != runs.k.shape[1]:
             raise InputError(
                 f"{path}: expected a domain of {runs.k.shape[1]} parameters, given ones first; got "
                 f"{domain.n}."
             )
-        inside[ours] = domain.contains(runs.k[ours])
-    kept = inside & ~runs.short if short == "dropped" else inside
-    failed = np.isnan(runs.pose[kept]).any(axis=(1, 2)).sum()
-    said = (
-        f"{counted(len(runs.k), 'command')}: {(~ours).sum()} without what is given, "
-        f"{(ours & ~inside).sum()} outside of K, {(inside & runs.short).sum()} cut short, "
+        inside[measured] = domain.contains(runs.k[measured])
+    valid = inside & ~runs.short if short == "dropped" else inside
+    failed = np.isnan(runs.pose[valid]).any(axis=(1, 2)).sum()
+    counts = (
+        f"{counted(len(runs.k), 'command')}: {(~measured).sum()} without what is given, "
+        f"{(measured & ~inside).sum()} outside of K, {(inside & runs.short).sum()} cut short, "
         f"{(inside & runs.gaps).sum()} with gaps between poses"
     )
-    LOG.info("%s: %s; %d runs, %d of them failed", path, said, kept.sum(), failed)
-    if not kept.any() or failed == kept.sum():
+    LOG.info("%s: %s; %d runs, %d of them failed", path, counts, valid.sum(), failed)
+    if failed == valid.sum():  # or there is none
         raise InputError(
-            f"{path}: expected a run that comes to its end; got {said}. Try a shorter t_f, or a "
+            f"{path}: expected a run that comes to its end; got {counts}. Try a shorter t_f, or a "
             "wider bridge or domain."
         )
-    return kept
-
-
-def _require_one_clock(
-    pose: str, poses: Sequence[Heard], command: str, orders: Sequence[Heard], clock: str
-) -> None:
-    """Raises InputError where one topic is on the recorder's clock, for want of headers, and the
-    other on a clock that is far from it.
-    """
-    off = {pose: _off(poses), command: _off(orders)}
-    apart = abs(off[pose] - off[command])
-    if clock == "header" and apart > CLOCKS_APART:
-        raise InputError(
-            f"expected stamps of one clock; those of {pose} and {command} are {apart:.3g} s apart, "
-            'against the recorder. Take clock="recorder", or record with one clock.'
-        )
+    return valid
 
 
 def _off(messages: Sequence[Heard]) -> float:
     """[s] median of stamps less recorder."""
-    own = [0 if h.stamp is None else h.stamp - h.recorded for h in messages]
-    return float(np.median(own)) / 1e9
+    off = [0 if h.stamp is None else h.stamp - h.recorded for h in messages]
+    return float(np.median(off)) / 1e9
 
 
 def _check(path: Path, k, k_law: str, domain, short: str, after: float) -> None:
@@ -202,32 +193,37 @@ def track(
     without a pose.
     """
     with_pose = _poses(topic, messages, frames)
-    seen = {frames_of(one.message) for one in with_pose}
-    if len(seen) > 1:
-        raise InputError(f"{topic}: expected poses in one frame; got {_said(seen)}.")
-    own = seen.pop()
-    if frames is not None and own != frames:
-        raise InputError(f"{topic}: expected {_said([frames])}; it has {_said([own])}.")
+    edges = {frames_of(one.message) for one in with_pose}
+    if len(edges) > 1:
+        raise InputError(f"{topic}: expected poses in one frame; got {_edges(edges)}.")
+    (edge,) = edges
+    if frames is not None and edge != frames:
+        raise InputError(f"{topic}: expected {_edges([frames])}; it has {_edges([edge])}.")
     times = times_of(topic, with_pose, clock)
     pose = np.array([pose_in(one.message, topic) for one in with_pose])
     rest = np.array([[value_at(one.message, path, topic) for path in more] for one in with_pose])
     rest = rest.reshape(len(with_pose), len(more))
     again = np.append(False, (np.diff(times) == 0) & (pose[1:] == pose[:-1]).all(axis=1))
     times, pose, rest = times[~again], pose[~again], rest[~again]  # a repeated message is no error
-    _require_forward(topic, times)
+    back = np.flatnonzero(np.diff(times) <= 0)
+    if len(back):
+        i = int(back[0])
+        raise InputError(
+            f"{topic}: expected stamps that increase; message {i + 1} has "
+            f"{times[i + 1] / 1e9:.9f} s after {times[i] / 1e9:.9f} s. Do two nodes publish it? "
+            'Where nobody fills the headers in, take clock="recorder".'
+        )
     finite = np.isfinite(pose[:, 2])
     pose[finite, 2] = np.unwrap(pose[finite, 2])
-    return Track(times, pose, rest, own)
+    return Track(times, pose, rest, edge)
 
 
 def times_of(topic: str, messages: Sequence[Heard], clock: str) -> np.ndarray:
     """(m,) [ns] on a clock; without a header the recorder's. Raises InputError."""
     if clock not in CLOCKS:
         raise InputError(f"clock: expected one of {', '.join(CLOCKS)}; got {clock!r:.40}.")
-    by_header = clock == "header"
-    return np.array(
-        [h.stamp if by_header and h.stamp is not None else h.recorded for h in messages], np.int64
-    )
+    stamps = [h.recorded if clock == "recorder" or h.stamp is None else h.stamp for h in messages]
+    return np.array(stamps, np.int64)
 
 
 def _poses(topic: str, messages: Sequence[Heard], frames) -> list[Heard]:
@@ -243,23 +239,12 @@ def _poses(topic: str, messages: Sequence[Heard], frames) -> list[Heard]:
     if frames is None or frames not in edges:
         raise InputError(
             f"{topic}: expected one of its transforms as frames (parent, child), which are not "
-            f"composed: {_said(edges)}; got {'none' if frames is None else _said([frames])}."
+            f"composed: {_edges(edges)}; got {'none' if frames is None else _edges([frames])}."
         )
     return [part for part in parts if frames_of(part.message) == frames]
 
 
-def _require_forward(topic: str, times: np.ndarray) -> None:
-    back = np.flatnonzero(np.diff(times) <= 0)
-    if len(back):
-        i = int(back[0])
-        raise InputError(
-            f"{topic}: expected stamps that increase; message {i + 1} has "
-            f"{times[i + 1] / 1e9:.9f} s after {times[i] / 1e9:.9f} s. Do two nodes publish it? "
-            'Where nobody fills the headers in, take clock="recorder".'
-        )
-
-
-def _said(edges) -> str:
+def _edges(edges) -> str:
     return ", ".join(sorted(f"{a or '(none)'} -> {b or '(none)'}" for a, b in edges))
 
 

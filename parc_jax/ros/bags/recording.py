@@ -56,16 +56,14 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
     """
     reader = package("rosbags.highlevel", "bags").AnyReader
     system = package("rosbags.typesys", "bags")
-    plain = system.get_typestore(
-        system.Stores.ROS2_HUMBLE
-    )  # for bags without definitions of their types
+    # for bags without definitions of their types
+    plain = system.get_typestore(system.Stores.ROS2_HUMBLE)
     out: dict[str, list[Heard]] = {topic: [] for topic in topics}
     try:
         with reader([path], default_typestore=plain) as bag:
-            known = {c.topic: c.msgtype for c in bag.connections}
-            _require_topics(path, topics, known)
-            asked = [c for c in bag.connections if c.topic in out]
-            for connection, recorded, data in bag.messages(connections=asked):
+            _require_topics(path, topics, {c.topic: c.msgtype for c in bag.connections})
+            wanted = [c for c in bag.connections if c.topic in out]
+            for connection, recorded, data in bag.messages(connections=wanted):
                 message = bag.deserialize(data, connection.msgtype)
                 out[connection.topic].append(Heard(recorded, stamp_of(message), message))
     except InputError:
@@ -76,7 +74,7 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
             f"{error!s:.80}). Try `mcap recover`, `ros2 bag reindex` or `rosbag reindex`."
         ) from None
     for topic, messages in out.items():
-        count = sum(c.msgcount for c in asked if c.topic == topic)
+        count = sum(c.msgcount for c in wanted if c.topic == topic)
         if not messages or len(messages) != count:
             raise InputError(
                 f"{path}: expected {count or 'some'} messages of {topic}, as its index says; read "
@@ -85,10 +83,10 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
     return out
 
 
-def _require_topics(path: Path, topics: Sequence[str], known: dict[str, str]) -> None:
+def _require_topics(path: Path, topics: Sequence[str], there: dict[str, str]) -> None:
     for topic in topics:
-        if topic not in known:
-            listed = [f"{name} ({kind})" for name, kind in sorted(known.items())]
+        if topic not in there:
+            listed = [f"{name} ({kind})" for name, kind in sorted(there.items())]
             more = f", and {len(listed) - SHOWN} more" if len(listed) > SHOWN else ""
             raise InputError(
                 f"{path}: expected a topic {topic}; it has {', '.join(listed[:SHOWN]) or 'none'}"

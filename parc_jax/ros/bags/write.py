@@ -49,11 +49,11 @@ ROBOT = "base_link"
 THIN = 0.01  # [m] width of lines
 DARK, GREEN = (0.25, 0.25, 0.25, 1.0), (0.0, 0.62, 0.45, 0.35)
 BLUE, LIGHT = (0.0, 0.45, 0.7, 1.0), (0.34, 0.71, 0.91, 0.35)
-Line = tuple[int, str, str, object]
+Line = tuple[int, str, str, Any]  # time [ns], topic, kind, message
 
 
 class Messages:
-    """Makes messages of ROS 2 Humble, in one frame."""
+    """Makes messages of ROS 2 Humble, in one frame, and lines (time [ns], topic, kind, message)."""
 
     def __init__(self, frame: str):
         system = package("rosbags.typesys", "write_mcap")
@@ -77,11 +77,8 @@ class Messages:
 
     def pose(self, place: np.ndarray, heading: float):
         """place (3,) [m]."""
-        return self.make(
-            "geometry_msgs/msg/Pose",
-            position=self.vector("Point", place),
-            orientation=self.turn(heading),
-        )
+        position, turn = self.vector("Point", place), self.turn(heading)
+        return self.make("geometry_msgs/msg/Pose", position=position, orientation=turn)
 
     def vector(self, kind: str, values):
         x, y, z = map(float, values)
@@ -100,54 +97,41 @@ class Messages:
         ]
         return self.make(PATH, header=self.headed(int(times[0])), poses=poses)
 
-    def transform(self, at: int, child: str, place: np.ndarray, heading: float):
-        moved = self.make(
-            "geometry_msgs/msg/Transform",
-            translation=self.vector("Vector3", place),
-            rotation=self.turn(heading),
-        )
-        one = self.make(
-            "geometry_msgs/msg/TransformStamped",
-            header=self.headed(at),
-            child_frame_id=child,
-            transform=moved,
-        )
-        return self.make(TRANSFORMS, transforms=[one])
+    def transform(self, at: int, place: np.ndarray, heading: float) -> Line:
+        """The robot at a place (3,) [m]."""
+        kind, header = "geometry_msgs/msg/Transform", self.headed(at)
+        to = {"translation": self.vector("Vector3", place), "rotation": self.turn(heading)}
+        about = {"child_frame_id": ROBOT, "transform": self.make(kind, **to)}
+        one = self.make(f"{kind}Stamped", header=header, **about)
+        return at, "/tf", TRANSFORMS, self.make(TRANSFORMS, transforms=[one])
 
-    def markers(self, at: int, name: str, kind: int, points: np.ndarray, colour, width=1.0):
-        """One marker of points (n, 3) that replaces those of its topic /name, as a line of
-        `mcap`. colour: red, green, blue, alpha. width: [m] of lines.
+    def markers(self, at: int, name: str, kind: int, points, colour, width=1.0) -> Line:
+        """One marker of points (..., 3) that replaces those of its topic /name. colour: red, green,
+        blue, alpha. width: [m] of lines.
         """
-        shade = dict(zip("rgba", colour, strict=True))
-        marker = self.make(
-            MARKER,
-            header=self.headed(at),
-            ns=name,
-            type=kind,
-            pose=self.pose(np.zeros(3), 0.0),
-            scale=self.vector("Vector3", [width] * 3),
-            color=self.make("std_msgs/msg/ColorRGBA", **shade),
-            points=[self.vector("Point", point) for point in points],
-        )
-        away = self.make(MARKER, header=self.headed(at), ns=name, id=1, action=DELETE_ALL)
+        points, header = np.reshape(points, (-1, 3)), self.headed(at)
+        looks = {
+            "scale": self.vector("Vector3", [width] * 3),
+            "color": self.make("std_msgs/msg/ColorRGBA", **dict(zip("rgba", colour, strict=True))),
+            "points": [self.vector("Point", point) for point in points],
+        }
+        pose = self.pose(np.zeros(3), 0.0)
+        marker = self.make(MARKER, header=header, ns=name, type=kind, pose=pose, **looks)
+        away = self.make(MARKER, header=header, ns=name, id=1, action=DELETE_ALL)
         shown = self.make(MARKERS, markers=[away, marker] if len(points) else [away])
         return at, f"/{name}", MARKERS, shown
 
-    def grid(self, at: int, free: np.ndarray, resolution: float, origin):
-        """Cells (rows, columns) that are free or not; origin (x, y, yaw)."""
-        rows, columns = free.shape
-        info = self.make(
-            "nav_msgs/msg/MapMetaData",
-            resolution=resolution,
-            width=columns,
-            height=rows,
-            origin=self.pose(np.array([*origin[:2], 0.0]), origin[2]),
-        )
-        data = np.where(free, FREE, NOT_FREE).astype(np.int8).ravel()
-        return self.make(GRID, header=self.headed(at), info=info, data=data)
+    def grid(self, at: int, grid: GridMap) -> Line:
+        """The cells of a map, free or not."""
+        x, y, yaw = grid.origin
+        height, width = grid.free.shape
+        about = {"width": width, "height": height, "origin": self.pose(np.array([x, y, 0.0]), yaw)}
+        info = self.make("nav_msgs/msg/MapMetaData", resolution=grid.resolution, **about)
+        data = np.where(grid.free, FREE, NOT_FREE).astype(np.int8).ravel()
+        return at, "/map", GRID, self.make(GRID, header=self.headed(at), info=info, data=data)
 
-    def text(self, words: str):
-        return self.make(TEXT, data=words)
+    def statement(self, at: int, words: str) -> Line:
+        return at, "/statement", TEXT, self.make(TEXT, data=words)
 
 
 def _blank(says: Messages, field) -> Any:
@@ -163,8 +147,8 @@ def _blank(says: Messages, field) -> Any:
     return "" if word == "string" else False if word == "bool" else 0.0 if "float" in word else 0
 
 
-def mcap(says: Messages, lines: list[tuple[int, str, str, Any]]) -> bytes:
-    """An MCAP file of messages (time [ns], topic, kind, message), in the order of their times."""
+def mcap(says: Messages, lines: list[Line]) -> bytes:
+    """An MCAP file of messages, in the order of their times."""
     writer_of = package("mcap.writer", "write_mcap")
     stream = io.BytesIO()
     writer = writer_of.Writer(stream)
@@ -211,16 +195,13 @@ def write_mcap(
         raise InputError(f"write_mcap: expected a file that ends in .mcap; got {path.name}.")
     if not (np.isfinite(begin) and begin >= 0):
         raise InputError(f"write_mcap: expected begin >= 0 s; got {begin!r:.40}.")
-    what = _read(what)
-    says = Messages(frame)
-    start = round(begin * 1e9)
+    what, says, start = _read(what), Messages(frame), round(begin * 1e9)
     if isinstance(what, Answer):
         lines = _answered(says, what, plan, start)
     else:
         lines = _episode(says, what, start)
     if grid is not None:
-        shown = says.grid(start, grid.free, grid.resolution, grid.origin)
-        lines.append((start, "/map", GRID, shown))
+        lines.append(says.grid(start, grid))
     return write_atomic(path, mcap(says, lines))
 
 
@@ -229,28 +210,23 @@ def _read(what) -> Answer | Episode:
     if isinstance(what, Answer):
         return what
     if not isinstance(what, str | Path):
-        spelled = json.dumps(episode_part(what))
-        return episode_of(json.loads(spelled), "write_mcap")
+        return episode_of(json.loads(json.dumps(episode_part(what))), "write_mcap")
     return load_episode(what) if is_episode(what) else load_answer(what)
 
 
 def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
-    model, n_p = answer.model, answer.model.n_p
-    lines: list[Line] = [(start, "/statement", TEXT, says.text(answer.details()))]
+    model, n_p, pose = answer.model, answer.model.n_p, answer.scene.nominal.pose
+    lines = [says.statement(start, answer.details())]
     places = [nominal_path(model, s[:n_p], s[n_p:]).places[:, 0] for s in answer.samples]
     if places:
-        way = in_world(np.stack(places), answer.scene.nominal.pose)
-        pieces = np.stack([way[:, :-1], way[:, 1:]], axis=2).reshape(-1, 3)
+        way = in_world(np.stack(places), pose)
+        pieces = np.stack([way[:, :-1], way[:, 1:]], axis=2)
         lines.append(says.markers(start, "plans", LINES, pieces, BLUE, THIN))
     chosen = _plan(answer, plan)
     if chosen is None:
         near = np.concatenate([np.zeros((1, n_p)), *places])
-        return lines + _scene(
-            says, answer.problem, model, answer.scene.nominal.pose, near, start, None
-        )
-    begun = Manoeuvre(
-        Fraction(0), answer.scene.nominal.pose, answer.problem, chosen[:n_p], chosen[n_p:]
-    )
+        return lines + _scene(says, answer.problem, model, pose, near, start, None)
+    begun = Manoeuvre(Fraction(0), pose, answer.problem, chosen[:n_p], chosen[n_p:])
     return lines + _manoeuvre(says, model, begun, start, None)
 
 
@@ -278,7 +254,7 @@ def _plan(answer: Answer, plan) -> np.ndarray | None:
 
 def _episode(says: Messages, driven: Episode, start: int) -> list[Line]:
     # each manoeuvre is shown until it was left for the next one, the last one to its end
-    lines: list[Line] = [(start, "/statement", TEXT, says.text(driven.statement))]
+    lines = [says.statement(start, driven.statement)]
     first = driven.manoeuvres[0].begin
     ends = [one.begin for one in driven.manoeuvres[1:]]
     for one, left in zip(driven.manoeuvres, [*ends, None], strict=True):
@@ -300,21 +276,18 @@ def _manoeuvre(
     path: NominalPath = nominal_path(model, one.p0, one.k)
     parts = numbered(one.problem.body, model.points)
     times = start + np.round(path.times * 1e9).astype(np.int64)
-    places = in_world(path.places[:, 0], one.pose)
-    turned = headings(path.places, one.pose)
-    swept = in_world(tube_triangles(parts, path.places, path.tube), one.pose).reshape(-1, 3)
+    places, turned = in_world(path.places[:, 0], one.pose), headings(path.places, one.pose)
+    swept = in_world(tube_triangles(parts, path.places, path.tube), one.pose)
     lines = _scene(says, one.problem, model, one.pose, path.places, start, until, whole)
     lines += [
         (start, "/plan", PATH, says.path(times, places, turned)),
         says.markers(start, "tube", TRIANGLES, swept, LIGHT),
     ]
-    for t, at in enumerate(times):
+    for t, at in enumerate(times.tolist()):
         if until is None or at < until:
-            at = int(at)
-            body = in_world(body_triangles(parts, path.places[t]), one.pose).reshape(-1, 3)
-            moved = says.transform(at, ROBOT, places[t], turned[t])
-            shown = says.markers(at, "body", TRIANGLES, body, BLUE)
-            lines += [shown, (at, "/tf", TRANSFORMS, moved)]
+            body = in_world(body_triangles(parts, path.places[t]), one.pose)
+            lines.append(says.markers(at, "body", TRIANGLES, body, BLUE))
+            lines.append(says.transform(at, places[t], turned[t]))
     return lines
 
 
@@ -331,15 +304,15 @@ def _scene(
     """Goal, and obstacles while they are there."""
     lines: list[Line] = []
     if whole:
-        goal = in_world(goal_triangles(problem, model.n_p), pose).reshape(-1, 3)
+        goal = in_world(goal_triangles(problem, model.n_p), pose)
         lines.append(says.markers(start, "goal", TRIANGLES, goal, GREEN))
     before = None
     for t in range(model.time.n_steps):
         at = start + round(t * model.time.dt * 1e9)
         there = [span is None or span[0] <= t <= span[1] for span in problem.all_spans]
         if there != before and (until is None or at < until):
-            some = [o for o, here in zip(problem.obstacles, there, strict=True) if here]
-            points = in_world(obstacle_triangles(some, near), pose).reshape(-1, 3)
+            standing = [o for o, here in zip(problem.obstacles, there, strict=True) if here]
+            points = in_world(obstacle_triangles(standing, near), pose)
             lines.append(says.markers(at, "obstacles", TRIANGLES, points, DARK))
         before = there
     return lines
