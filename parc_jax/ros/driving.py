@@ -1,6 +1,6 @@
 """Settings of a pilot: robot, sensor and place."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -60,18 +60,8 @@ class Driving(Options):
     def __post_init__(self) -> None:
         super().__post_init__()
         least = {"reach": 0.1, "deadline": 1e-3, "width": 1e-3}
-        sizes = (
-            "reach",
-            "arrived",
-            "noise",
-            "width",
-            "margin",
-            "uncertainty_start",
-            "uncertainty_heading",
-            "drift",
-        )
-        movers = ("mover_radius", "mover_speed")
-        for name in (*sizes, *movers, "deadline", "room"):
+        sizes = [f.name for f in fields(self) if f.type is float and f.name != "leave"]
+        for name in sizes:  # the loop checks `leave`
             value, lowest = getattr(self, name), least.get(name, 0.0)
             if not (np.isfinite(value) and value >= lowest):
                 raise InputError(f"{name}: expected {lowest:g} or more; got {value!r:.40}.")

@@ -26,9 +26,8 @@ def map_in(message: Any) -> GridMap:
     """The map of a nav_msgs/OccupancyGrid. Raises InputError, for costmaps too."""
     info = message.info
     if len(message.data) != info.height * info.width:
-        raise InputError(
-            f"map: expected {info.height} x {info.width} cells; got {len(message.data)}."
-        )
+        size = f"{info.height} x {info.width}"
+        raise InputError(f"map: expected {size} cells; got {len(message.data)}.")
     cells = np.asarray(message.data, np.int64).reshape(info.height, info.width)
     place = info.origin.position
     origin = (place.x, place.y, yaw_of(info.origin.orientation, "map"))
@@ -69,9 +68,8 @@ def seen_in(
         keep = abs(angles - angles[0]) <= full
         angles, ranges = angles[keep], ranges[keep]
     limits = {"max_range": message.range_max, "noise": noise + between[0], "width": width}
-    return seen_from(
-        pose, angles, ranges, uncertainty=uncertainty, angle_error=between[1], **limits
-    )
+    off = {"uncertainty": uncertainty, "angle_error": between[1]}
+    return seen_from(pose, angles, ranges, **off, **limits)
 
 
 def require_frame(message: Any, frame: str, what: str) -> None:
@@ -79,7 +77,7 @@ def require_frame(message: Any, frame: str, what: str) -> None:
     got = frames_of(message)[0]
     if got != frame:
         raise InputError(
-            f"{what}: expected to be told in the frame {frame!r}; got {got!r}. Transforms are not "
+            f"{what}: expected one in the frame {frame!r}; got {got!r}. Transforms are not "
             "looked up: publish it in that frame, or name another frame for all."
         )
 

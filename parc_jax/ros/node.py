@@ -78,10 +78,10 @@ class PilotNode(Node):
 
     def finish(self) -> None:
         """Write the episode, if there was one."""
-        if self.episode and self.pilot.driven:
-            pilot = self.pilot
-            drift, assumed = pilot.driving.drift, pilot.premises
-            save_episode(self.episode, pilot.driven, drift=drift, assumed=assumed)
+        pilot = self.pilot
+        if self.episode and pilot.driven:
+            about = {"drift": pilot.driving.drift, "assumed": pilot.premises}
+            save_episode(self.episode, pilot.driven, **about)
 
     def _heard(self, listen):
         """A callback that reports a refused message and goes on."""

@@ -10,6 +10,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.app.plot.shapes import placed
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
@@ -19,24 +20,16 @@ from parc_jax.drive.loop.candidates import Outlook, moved_last
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.planner import Planner
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.free_space import FreeSpace, free_place
 from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.problem.world.outlines import Footprint
+from parc_jax.ros import measured
 from parc_jax.ros.bags.fields import frames_of, pose_in, stamp_of, value_at
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide
-from parc_jax.ros.measured import (
-    Movers,
-    among,
-    map_in,
-    movers_in,
-    require_frame,
-    seen_in,
-    swept_in,
-)
+from parc_jax.ros.measured import Movers, among, require_frame, swept_in
 from parc_jax.safe_set.settings import Settings
 
 ANYTHING = 1e3  # [units of q] bound of goal states that are free
@@ -66,13 +59,10 @@ class Pilot:
         self.driving = d = Driving() if driving is None else driving
         self.model, self.prefer = model, self._nearest if prefer is None else prefer
         self.outline, self.body = _outline(model, robot)
-        turns = model.rotation is not None
-        uncertainty = Uncertainty(
-            start=d.uncertainty_start, heading=d.uncertainty_heading if turns else 0.0
-        )
-        effort = Effort(
-            judged=Effort.candidates, looks=d.effort_looks, deadline=d.deadline, room=d.room
-        )
+        heading = 0.0 if model.rotation is None else d.uncertainty_heading
+        uncertainty = Uncertainty(start=d.uncertainty_start, heading=heading)
+        limits = {"looks": d.effort_looks, "deadline": d.deadline, "room": d.room}
+        effort = Effort(judged=Effort.candidates, **limits)
         self.loop = Loop(model, self.body, leave=d.leave, uncertainty=uncertainty, effort=effort)
         if len(d.given) != len(self.loop.given):
             hint = " Learn one of a system that names in `given` what it measures at the start."
@@ -81,16 +71,16 @@ class Pilot:
                 f"each given parameter of the model; got {len(d.given)}."
                 f"{hint if not self.loop.given else ''}"
             )
-        self.planner = Planner(model)
         self.driven: list[Commitment] = []
         self.map: GridMap | None = None
         self.seen: FreeSpace | None = None
         self.movers: Movers | None = None
         self.goal: np.ndarray | None = None
-        self._guide: Guide | None = None
         self.said = ""  # the free space that the last scan refutes
+        self.pose = self.given = None
+        self._guide: Guide | None = None
         self._scanner: Premises | None = None
-        self.pose = self.given = self._scan = self._scanned = None
+        self._scan = self._scanned = None
         self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
         # [ns] of the last pose, of the first one, and of where the manoeuvre under way began
         self._stamp = self._first = self._begun = None
@@ -98,7 +88,7 @@ class Pilot:
     def hear_map(self, message: Any) -> None:
         """A nav_msgs/OccupancyGrid: the static map, not a costmap."""
         require_frame(message, self.driving.frame, "map")
-        self.map, self._guide = map_in(message), None
+        self.map, self._guide = measured.map_in(message), None
 
     def hear_goal(self, message: Any) -> None:
         """A geometry_msgs/PoseStamped."""
@@ -130,7 +120,7 @@ class Pilot:
         require_frame(message, self.driving.frame, "movers")
         if not self.driving.mover_radius:
             raise InputError("movers: expected a pilot that knows their size; set mover_radius.")
-        self.movers = movers_in(message)
+        self.movers = measured.movers_in(message)
 
     def hear_pose(self, message: Any) -> Step | None:
         """An Odometry, or any pose with a header, in the frame of all. Returns the step that it
@@ -177,15 +167,10 @@ class Pilot:
         at_rest = {axis: 0.0 for axis in self.loop.given}
         uncertainty = replace(self.loop.uncertainty, given=at_rest)
         where = box(there[:2] - tolerance, there[:2] + tolerance)
-        problem = reach_avoid(
-            _goal(self.model, where),
-            ways,
-            self.body,
-            uncertainty=None if uncertainty.is_nothing else uncertainty,
-        )
-        return self.planner.solve(
-            problem, jax.random.key(0), Settings(samples=8, target=0.2), at=self._at(here)
-        )
+        uncertain = None if uncertainty.is_nothing else uncertainty
+        problem = reach_avoid(_goal(self.model, where), ways, self.body, uncertainty=uncertain)
+        settings = Settings(samples=8, target=0.2)
+        return self.planner.solve(problem, jax.random.key(0), settings, at=self._at(here))
 
     @property
     def premises(self) -> dict[str, str]:
@@ -199,10 +184,8 @@ class Pilot:
                 f"±{d.noise!r} m, nothing narrower than {d.width!r} m; what it sees no more stays, "
                 f"and before the start {d.margin!r} m around the robot were looked at"
             )
-        moving = "nobody"
-        if d.mover_radius:
-            size, speed = d.mover_radius, d.mover_speed
-            moving = f"all are told, within {size!r} m, no faster than {speed!r} m/s"
+        size, speed = d.mover_radius, d.mover_speed
+        moving = f"all are told, within {size!r} m, no faster than {speed!r} m/s"
         return {
             "measured poses": (
                 f"in the frame {d.frame!r}, within ±{d.uncertainty_start!r} m along each axis and "
@@ -211,7 +194,7 @@ class Pilot:
                 "the next"
             ),
             "what stands": standing,
-            "who moves": moving,
+            "who moves": moving if size else "nobody",
         }
 
     def statement(self, step: Step) -> str:
@@ -271,38 +254,31 @@ class Pilot:
         # motion from one beam to the next at the fastest rate of the sweep
         between = rates.max(axis=0, initial=0.0) * float(scan.time_increment)
         moved, turned = motion(way, there[None]).max(axis=0)
-        c, s = np.cos(there[2]), np.sin(there[2])
-        eye = there + np.array([c * x - s * y, s * x + c * y, yaw])
+        eye = np.append(placed(np.array([x, y]), there[:2], there[2]), there[2] + yaw)
         # uncertainty is along each axis, so a place may be off by its diagonal
         off = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm + moved
         uncertainty = (off, d.uncertainty_heading + turned)
-        seen = seen_in(
-            scan, eye, noise=d.noise, width=d.width, uncertainty=uncertainty, between=tuple(between)
-        )
-        self.seen = self.seen.add(seen)
+        limits = {"noise": d.noise, "width": d.width, "between": tuple(between)}
+        self.seen = self.seen.add(measured.seen_in(scan, eye, uncertainty=uncertainty, **limits))
         self.said = self.seen.said
         self.seen = self.seen.within(self.pose, 2 * d.reach)
 
     def _step(self) -> Step | None:
-        if (
-            self.goal is None
-            or np.linalg.norm(self.pose[:2] - self.goal[:2]) <= self.driving.arrived
-        ):
+        d = self.driving
+        if self.goal is None or np.linalg.norm(self.pose[:2] - self.goal[:2]) <= d.arrived:
             return None
-        if self._begun is not None and self._stamp < self._begun + round(self.driving.leave * 1e9):
+        if self._begun is not None and self._stamp < self._begun + round(d.leave * 1e9):
             return None
-        ways = self._ways(self.pose)
+        scene = self._ways(self.pose)
         gone = None if self.seen is None else self._remembered().gone
-        if isinstance(ways, str):
-            return self.loop.go_on(ways, gone)
-        found = self._with_movers(ways)
-        if isinstance(found, str):
-            return self.loop.go_on(found, gone)
-        obstacles, spans = found
+        if not isinstance(scene, str):
+            scene = self._with_movers(scene)
+        if isinstance(scene, str):
+            return self.loop.go_on(scene, gone)
+        obstacles, spans = scene
         liked = functools.partial(self.prefer, goal=self.goal[:2])
-        at = (self._stamp - self._first) / 1e9
-        asked = {"at": at, "spans": spans, "drift": self.driving.drift, "gone": gone}
-        step = self.loop.step(self._at(self.pose), self.given, obstacles, liked, **asked)
+        now = {"at": (self._stamp - self._first) / 1e9, "drift": d.drift, "gone": gone}
+        step = self.loop.step(self._at(self.pose), self.given, obstacles, liked, spans=spans, **now)
         if step.new:
             self._begun = self._stamp
             self.driven.append(step.committed)
@@ -321,8 +297,7 @@ class Pilot:
             return ways, None
         if self.movers is None:
             return "nobody has said yet where those are who move"
-        driving, time = self.driving, self.model.time
-        return among(self.movers, ways, self.pose, self._stamp, driving, time)
+        return among(self.movers, ways, self.pose, self._stamp, self.driving, self.model.time)
 
     def _ways(self, pose: np.ndarray):
         """Obstacles around a pose, or a sentence why there are none."""
@@ -330,12 +305,10 @@ class Pilot:
         if d.sensor is None and self.map is None:
             return "there is no map yet"
         try:
-            if d.sensor is None:
-                free = self.map.free_space(pose[:2], d.reach)
-            else:
-                free = self._remembered()
-                if free is None:
-                    return "nothing was seen yet"
+            on_map = d.sensor is None
+            free = self.map.free_space(pose[:2], d.reach) if on_map else self._remembered()
+            if free is None:
+                return "nothing was seen yet"
             near = free.near(pose[:2], d.reach)
             if not near.holds(self._corners(pose), self._off()):
                 return "the body, in its uncertainty, does not lie in what is known to be free"
@@ -345,14 +318,11 @@ class Pilot:
 
     def _off(self) -> float:
         """[m] by which a corner of the body may be off where its pose is measured."""
-        far = np.linalg.norm(self.outline, axis=1).max()
-        return float(
-            np.sqrt(2) * self.driving.uncertainty_start + self.driving.uncertainty_heading * far
-        )
+        far, d = np.linalg.norm(self.outline, axis=1).max(), self.driving
+        return float(np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * far)
 
     def _corners(self, pose: np.ndarray) -> np.ndarray:
-        c, s = np.cos(pose[2]), np.sin(pose[2])
-        return pose[:2] + self.outline @ np.array([[c, s], [-s, c]])
+        return placed(self.outline, pose[:2], pose[2])
 
     def _nearest(self, outlook: Outlook, goal: np.ndarray) -> np.ndarray:
         """(b,) [m] from where each candidate comes to rest to the goal."""

@@ -121,7 +121,7 @@ def test_outlines_hold_every_disc_wherever_it_goes_and_who_is_far_away_is_none()
 @pytest.mark.parametrize(
     ("message", "words"),
     [
-        (discs((0, 0), frame="odom"), "movers: expected to be told in the frame 'map'"),
+        (discs((0, 0), frame="odom"), "movers: expected one in the frame 'map'"),
         (discs((np.nan, 0)), "movers: expected finite places with a stamp"),
         (sliding.Some(header=sliding.Some(frame_id="map"), poses=[]), "with a stamp"),
     ],

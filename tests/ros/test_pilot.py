@@ -82,7 +82,7 @@ BAD = [
     (
         "hear_goal",
         sliding.posed(1, 1, frame="odom"),
-        "goal: expected to be told in the frame 'map'",
+        "goal: expected one in the frame 'map'",
     ),
     ("hear_pose", sliding.odometry([0, 0], [0, 0], 10, "odom"), "pose: expected to be told in"),
     ("hear_pose", sliding.odometry([np.nan, 0], [0, 0], 10), "expected a finite one"),
@@ -212,7 +212,7 @@ def test_a_plan_is_proved_from_rest(ready):
     assert answer.status.found and answer.cover.proved
     with pytest.raises(InputError, match="expected a start with a way"):
         ready.plan(sliding.posed(1.1, 0), sliding.posed(0.4, 0.1), 0.1)
-    with pytest.raises(InputError, match="goal: expected to be told in the frame"):
+    with pytest.raises(InputError, match="goal: expected one in the frame"):
         ready.plan(sliding.posed(0, 0), sliding.posed(0.4, 0.1, frame="odom"), 0.1)
 
 
