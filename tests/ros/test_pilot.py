@@ -76,7 +76,7 @@ def ready():
 
 
 BAD = [
-    ("hear_map", sliding.map_of(sliding.hall(), frame="odom"), "map: expected to be told in the"),
+    ("hear_map", sliding.map_of(sliding.hall(), frame="odom"), "map: expected one in the"),
     ("hear_map", sliding.map_of(sliding.hall()[:, :0]), "expected rows of cells|cells"),
     ("hear_map", sliding.map_of(np.full((4, 4), 99, np.int8)), "inflated costmap"),
     (
@@ -84,7 +84,7 @@ BAD = [
         sliding.posed(1, 1, frame="odom"),
         "goal: expected one in the frame 'map'",
     ),
-    ("hear_pose", sliding.odometry([0, 0], [0, 0], 10, "odom"), "pose: expected to be told in"),
+    ("hear_pose", sliding.odometry([0, 0], [0, 0], 10, "odom"), "pose: expected one in"),
     ("hear_pose", sliding.odometry([np.nan, 0], [0, 0], 10), "expected a finite one"),
     ("hear_scan", None, "where its sensor is"),
 ]

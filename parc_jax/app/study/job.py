@@ -66,9 +66,7 @@ def run_study(
     require_fit(problem, outline_of(system))
     if model is not None:
         require_same(system, model)
-    key = key_of(seed)
-    watch = Stopwatch(during)
-    out = Path(out)
+    key, watch, out = key_of(seed), Stopwatch(during), Path(out)
     settings = Settings(**part_of(study, Search))
     cold = None
 
@@ -83,11 +81,11 @@ def run_study(
     learned = None
     if model is None:
         work = out / UNFINISHED
-        ask = first_query if figures and settings.proof else None
+        query = first_query if figures and settings.proof else None
         source = system if learn_from is None else learn_from
-        learned = learn_report(source, key, study, path=work, quiet=quiet, watch=watch, first=ask)
+        learned = learn_report(source, key, study, path=work, quiet=quiet, watch=watch, first=query)
         model = learned.model
-        model.save(out / UNFINISHED / "model.npz")
+        model.save(work / "model.npz")
     if cold is None:
         first_query(model, picture=False)
     with watch("regions"):
@@ -97,18 +95,17 @@ def run_study(
     uncertainty = answer.scene.nominal.uncertainty
     if study.risk is not None and uncertainty is None:
         with watch("validated set"):
-            asked = Validate(system, study.risk, study.delta)
-            answer = validated(answer, key, settings, asked, quiet)
+            test = Validate(system, study.risk, study.delta)
+            answer = validated(answer, key, settings, test, quiet)
     # before the replay: if that finds a contradiction, the evidence is on disk
     _replace_older(out, model, answer)
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
     driven = study.driven and answer.status.found and uncertainty is None
-    ahead = None
+    ahead = runs = None
     # compiles while the plan is chosen and run: the query near it would wait for that
     if driven and learned is not None and len(answer.samples):
         ahead = compile_near(problem, learned.train, answer.samples[0, model.n_p :])
-    runs = None
     # under an uncertain execution a plan has several realisations, and no one run to replay
     if len(answer.samples) and not (uncertainty and uncertainty.copies):
         with watch("replay"):
@@ -124,7 +121,6 @@ def run_study(
         "final_error": final_error(model).tolist(),
         **facts_of(answer, cold.cover.timings["first_sample_s"]),
         "share_of_k": answer.share_of_k(),
-        "validated": _validated_facts(answer),
         "replay": None if runs is None else tally(runs, study.repeats, study.delta),
         "driven": None,
         "stages": watch.stages,
@@ -139,19 +135,10 @@ def run_study(
         print(f"{system.name}: the answer is in {out}.", file=sys.stderr)
     if driven:
         with watch("the plan that is driven"):
-            metrics |= {"driven": drive(system, answer, study, key, out, quiet, ahead)}
+            metrics["driven"] = drive(system, answer, study, key, out, quiet, ahead)
         answer.save(out / "answer.json")  # again, with the looks that are taken
         finish(out, metrics)
     return outcome
-
-
-def _validated_facts(answer: Answer) -> dict | None:
-    """Share and tests of the validated set, as plain data."""
-    found = answer.validation
-    if found is None:
-        return None
-    share = None if found.answer is None else found.answer.share._asdict()
-    return {"share": share, "steps": [list(step) for step in found.steps]}
 
 
 def _draw_first(answer: Answer, picture: Path, name: str, quiet: bool) -> None:
@@ -160,8 +147,8 @@ def _draw_first(answer: Answer, picture: Path, name: str, quiet: bool) -> None:
 
     samples(answer, None, picture)
     if not quiet:
-        so_far = f"a claim with eps = {eps_of(answer.model.claim)}, so far"
-        print(f"{name}: first plans are in {picture}, proved under {so_far}.", file=sys.stderr)
+        claim = f"a claim with eps = {eps_of(answer.model.claim)}, so far"
+        print(f"{name}: first plans are in {picture}, proved under {claim}.", file=sys.stderr)
 
 
 def drive(

@@ -61,7 +61,7 @@ def replay(
     Raises SoundnessError when the proof and the run disagree, InputError for another system, or
     recorded runs of other k, on another time grid or of other points.
     """
-    runs, inside = _driven(system, scene, plans, key, quiet)
+    runs, inside = _executed(system, scene, plans, key, quiet)
     path, reached, distance = outcomes(unpruned_scene(scene), runs, plans[:, : scene.model.n_p])
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
     # the proof covers runs inside the tube, so one that fails there refutes it
@@ -73,7 +73,7 @@ def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[s
     """Counts of outcomes of many plans, without their distances. Raises SoundnessError as `replay`
     does.
     """
-    runs, inside = _driven(system, scene, plans, key, quiet=True)
+    runs, inside = _executed(system, scene, plans, key, quiet=True)
     scene = unpruned_scene(scene)
     reached, touched = reached_and_touched(scene, runs, plans[:, : scene.model.n_p])
     _refuse_contradictions(plans, inside & (touched | ~reached))
@@ -95,12 +95,12 @@ def tally(runs: Replay, repeats: int, delta: float) -> dict:
     systems without disturbance, where one run decides.
     """
     failed = runs.failed.reshape(-1, repeats).sum(axis=1)
-    plans = len(failed)
-    total = int(failed.sum())
+    plans, total, most = len(failed), int(failed.sum()), int(failed.max())
+    n = plans * repeats
     counts = {
         "plans": plans,
         "repeats": repeats,
-        "runs": plans * repeats,
+        "runs": n,
         "reached": int(runs.reached.sum()),
         "touched": int(runs.touched.sum()),
         "left_tube": int((~runs.inside).sum()),
@@ -110,27 +110,34 @@ def tally(runs: Replay, repeats: int, delta: float) -> dict:
         return counts
     return counts | {
         "confidence": 1 - delta,
-        "failure_mean": total / (plans * repeats),
-        "failure_mean_at_most": float(clopper_pearson(total, plans * repeats, delta / 2)),
-        "worst_plan_failed": int(failed.max()),
-        "every_plan_at_most": float(clopper_pearson(int(failed.max()), repeats, delta / 2 / plans)),
+        "failure_mean": total / n,
+        "failure_mean_at_most": float(clopper_pearson(total, n, delta / 2)),
+        "worst_plan_failed": most,
+        "every_plan_at_most": float(clopper_pearson(most, repeats, delta / 2 / plans)),
         "failure_by_plan": failed.tolist(),
     }
 
 
-def _driven(
+def _executed(
     system, scene: Scene, plans: np.ndarray, key: jax.Array | None, quiet: bool
 ) -> tuple[RolloutBatch, np.ndarray]:
     """Runs of the plans, and which of them stayed inside the tube (n,). Raises InputError for a
     system, or recorded runs, that are not the model's.
     """
     model, k = _robot_of(scene, plans[:, scene.model.n_p :])
-    if isinstance(system, RolloutBatch):
-        runs = system
-        _check_recorded(runs, model, k)
-    else:
+    if not isinstance(system, RolloutBatch):
         require_same(system, model)
         runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
+    else:
+        runs = system
+        same = (runs.time, runs.points) == (model.time, model.points)
+        if not same or runs.k.shape != k.shape or not (runs.k == k).all():
+            raise InputError(
+                "replay: expected recorded runs on the time grid and of the reference points of "
+                f"the model, one run of each plan's own k, in order; got {runs.n} runs for "
+                f"{len(k)} plans. Select rows of the batch, or let `replay_recorded` find the "
+                "plans."
+            )
     return runs, inside_tube(model.claim, model.net, runs)
 
 
@@ -143,17 +150,6 @@ def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]
         return scene.model, k
     executions = executions_of(query.problem.uncertainty, query.model)
     return (query.model, executions.whole(k)) if executions.exact else (scene.model, k)
-
-
-def _check_recorded(runs: RolloutBatch, model: TrajectoryModel, k: np.ndarray) -> None:
-    """Refuse recorded runs that are not of these k (n, n_k) and this model. Raises InputError."""
-    same = (runs.time, runs.points) == (model.time, model.points)
-    if not same or runs.k.shape != k.shape or not (runs.k == k).all():
-        raise InputError(
-            "replay: expected recorded runs on the time grid and of the reference points of the "
-            f"model, one run of each plan's own k, in order; got {runs.n} runs for {len(k)} "
-            "plans. Select rows of the batch, or let `replay_recorded` find the plans."
-        )
 
 
 def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:
@@ -229,8 +225,7 @@ def starts_of(answer: Answer, runs: RolloutBatch) -> tuple[np.ndarray, np.ndarra
     lo, hi = (np.asarray(side)[: model.n_p] for side in (scene.z_lo, scene.z_hi))
     ends = lo + (hi - lo) * np.random.default_rng(0).random((ENDS, model.n_p))
     offsets = trajectories(model.net, model.layout, runs.k)[0][:, -1, : model.n_p]
-    plans = [np.zeros((0, model.n_p + model.n_k))]
-    rows = [np.zeros(0, int)]
+    plans, rows = [np.zeros((0, model.n_p + model.n_k))], [np.zeros(0, int)]
     for row in np.flatnonzero(model.domain.contains(runs.k)):
         p0 = ends - offsets[row] if scene.at is None else scene.at[None]
         k = np.tile(runs.k[row], (len(p0), 1))

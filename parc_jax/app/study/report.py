@@ -47,28 +47,27 @@ def report(outcome: Studied, out: Path) -> str:
         d = m["driven"]
         plan = ", ".join(f"{x:.5g}" for x in d["plan"])
         lines.append(f"To drive: ({plan}); {d['failures']:,} of {d['runs']:,} fresh runs failed.")
-    file = out / "answer.json"
-    return "\n".join(
-        [*lines, f"All sentences: parc-jax explain {out}; check: parc-jax check {file}"]
-    )
+    lines.append(f"All sentences: parc-jax explain {out}; check: parc-jax check {out}/answer.json")
+    return "\n".join(lines)
 
 
 def said_of(answer: Answer) -> str:
-    """What a terminal is told of an answer: its summary, or why there is no plan; and where none or
-    few are safe, what is in the way.
+    """The summary of an answer for a terminal, or why there is no plan; and where none or few are
+    safe, the obstacles in the way.
     """
-    told = answer.summary() if answer.status.found else answer.details()
-    return "\n".join([told, *in_the_way(answer, told)])
+    words = answer.summary() if answer.status.found else answer.details()
+    return "
+".join([words, *in_the_way(answer, words)])
 
 
-def in_the_way(answer: Answer, told: str = "") -> list[str]:
-    """What is in the way, a line each, where no plan was found or few are safe; but what is told
-    already.
+def in_the_way(answer: Answer, words: str = "") -> list[str]:
+    """The obstacles in the way, a line each, where no plan was found or few are safe; less those in
+    `words`.
     """
     share = answer.share
     if answer.status.found and (share is None or share.share >= SMALL):
         return []
-    return [line for line in answer.why().sentences if line[1:] not in told]
+    return [line for line in answer.why().sentences if line[1:] not in words]
 
 
 def explained(place: Path) -> str:
@@ -86,42 +85,34 @@ def explained(place: Path) -> str:
         m = json.loads((place / METRICS).read_text())
         driven = [] if m["driven"] is None else [m["driven"]["statement"]]
         stages = [
-            (name, f"{s['seconds']:.1f}", f"{s['compile_seconds']:.1f}")
+            f"{name:<26}{s['seconds']:>9.1f}{s['compile_seconds']:>17.1f}"
             for name, s in m["stages"].items()
         ]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
             f"{place / METRICS}: expected the numbers of a study; {type(error).__name__}: {error}."
         ) from None
-    table = _table(("stage", "seconds", "of it compiling"), stages)
-    return "\n".join([*lines, "", "As the study wrote, which nothing checks:", *driven, *table])
+    head = f"{'stage':<26}{'seconds':>9}{'of it compiling':>17}"
+    words = "As the study wrote, which nothing checks:"
+    return "\n".join([*lines, "", words, *driven, head, *stages])
 
 
 def _replayed(r: dict, eps: str | None) -> list[str]:
     often = "" if r["repeats"] == 1 else f", {r['repeats']} runs each"
     claim = "nothing is shown of the tube" if eps is None else f"claim: eps = {eps}"
-    lines = [
-        f"Replay: {r['plans']} plans{often} in the simulator: {r['reached']} "
-        f"reached, {r['touched']} touched, {r['left_tube']} left the tube ({claim})"
-    ]
-    if r["repeats"] > 1:
-        blank = " " * 8
-        mean, every = (rounded_up(r[n]) for n in ("failure_mean_at_most", "every_plan_at_most"))
-        lines += [
-            f"{blank}{r['failed']} of {r['runs']} runs failed: with confidence "
-            f"{rounded_down(str(r['confidence']), 10)}, a run of one of "
-            f"these plans, drawn at random,",
-            f"{blank}fails with probability at most {mean}; no plan of them with more than "
-            f"{every} (worst: {r['worst_plan_failed']} of {r['repeats']})",
-        ]
-    return lines
-
-
-def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
+    first = (
+        f"Replay: {r['plans']} plans{often} in the simulator: {r['reached']} reached, "
+        f"{r['touched']} touched, {r['left_tube']} left the tube ({claim})"
+    )
+    if r["repeats"] == 1:
+        return [first]
+    mean, every = (rounded_up(r[n]) for n in ("failure_mean_at_most", "every_plan_at_most"))
     return [
-        "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
-        for row in [head, tuple("-" * w for w in widths), *rows]
+        first,
+        f"        {r['failed']} of {r['runs']} runs failed: with confidence "
+        f"{rounded_down(str(r['confidence']), 10)}, a run of one of these plans, drawn at random,",
+        f"        fails with probability at most {mean}; no plan of them with more than {every} "
+        f"(worst: {r['worst_plan_failed']} of {r['repeats']})",
     ]
 
 
@@ -179,8 +170,8 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
     cold_s: [s] to the first sample of a first query, compiling included; None where that is this
     answer.
     """
-    cover, share = answer.cover, answer.share
-    return {
+    cover, share, tested = answer.cover, answer.share, answer.validation
+    facts = {
         "counts": {"drawn": cover.drawn, "reaching": cover.reaching, "safe": cover.safe},
         "share": None if share is None else share._asdict(),
         "volume": None if share is None else share.volume,
@@ -191,7 +182,12 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
         "refused": cover.refused,
         "first_sample_cold_s": cover.timings["first_sample_s"] if cold_s is None else cold_s,
         "timings": cover.timings,
+        "validated": None,
     }
+    if tested is not None:
+        of_set = None if tested.answer is None else tested.answer.share._asdict()
+        facts["validated"] = {"share": of_set, "steps": [list(step) for step in tested.steps]}
+    return facts
 
 
 def spread(values: np.ndarray, model: TrajectoryModel, digits: str = ".2f") -> str:
