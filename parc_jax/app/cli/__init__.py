@@ -14,8 +14,9 @@ import os
 import sys
 import traceback
 from collections.abc import Callable
+from threading import Event
 
-from parc_jax.app.cli.process import STOPPED, Interrupts, logging_of, stoppable
+from parc_jax.app.cli.process import STOPPED, logging_of, stoppable
 from parc_jax.common.errors import InputError, ParcError
 
 OK, NO_ANSWER, BAD_INPUT, BROKEN = 0, 1, 2, 3
@@ -45,7 +46,7 @@ def main(arguments: list[str] | None = None) -> None:
         with stoppable() as interrupts, logging_of(arguments) as words:
             code = _run(words, interrupts)
             sys.stdout.flush()
-        code = STOPPED if interrupts.came else code  # a library may swallow it on the way
+        code = STOPPED if interrupts.is_set() else code  # a library may swallow it on the way
     except KeyboardInterrupt:
         more = " Finished rollouts are kept; the same command continues from them."
         code = _say(f"stopped.{more if arguments[:1] in (['run'], ['learn']) else ''}", STOPPED)
@@ -57,7 +58,7 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(code)
 
 
-def _run(arguments: list[str], interrupts: Interrupts) -> int:
+def _run(arguments: list[str], interrupts: Event) -> int:
     if arguments[:1] == ["check"] and not {"-h", "--help", "--second"} & set(arguments):
         from parc_jax import checker  # before anything heavy: the checker needs no JAX
 
@@ -67,21 +68,14 @@ def _run(arguments: list[str], interrupts: Interrupts) -> int:
 
         print(f"parc-jax {__version__}")
         return OK
-    _require_once(arguments)
-    return _dispatch(arguments, interrupts)
-
-
-def _require_once(arguments: list[str]) -> None:
-    """Refuse an option that is given twice: the parser would drop one of them silently. Raises
-    InputError.
-    """
     names = [word.split("=", 1)[0] for word in arguments if word.startswith("--")]
-    for name in names:
+    for name in names:  # the parser would drop one of them silently
         if names.count(name) > 1:
             raise InputError(
                 f"{name}: expected every option once; it is there {names.count(name)} times. Name "
                 f"all its values after one {name}."
             )
+    return _dispatch(arguments, interrupts)
 
 
 def command(name: str) -> Callable:
@@ -89,7 +83,7 @@ def command(name: str) -> Callable:
     return getattr(importlib.import_module(f"parc_jax.app.cli.{COMMANDS[name]}"), name)
 
 
-def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
+def _dispatch(arguments: list[str], interrupts: Event) -> int:
     # the compilation cache reports CPU tuning hints at the level of errors, page after page
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import tyro
@@ -103,17 +97,10 @@ def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
     }
     try:
         with wrapped() if {"-h", "--help"} & set(arguments) else contextlib.nullcontext():
-            return tyro.extras.subcommand_cli_from_dict(
-                commands,
-                prog="parc-jax",
-                description=__doc__,
-                args=arguments,
-                use_underscores=False,
-            )
-    except InputError as error:
-        return _say(error, BAD_INPUT)
+            looks = {"prog": "parc-jax", "description": __doc__, "use_underscores": False}
+            return tyro.extras.subcommand_cli_from_dict(commands, args=arguments, **looks)
     except ParcError as error:
-        return _say(error, NO_ANSWER)
+        return _say(error, BAD_INPUT if isinstance(error, InputError) else NO_ANSWER)
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -125,7 +112,7 @@ def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
         )
     except Exception:
         # a fault here, or in the program of a robot: it must never look like "no plan"
-        if interrupts.came:  # a library turned it into an exception of its kind
+        if interrupts.is_set():  # a library turned it into an exception of its kind
             raise KeyboardInterrupt from None
         traceback.print_exc()
         return _say("this should not have happened; the lines above say where.", BROKEN)

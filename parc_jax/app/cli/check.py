@@ -1,5 +1,5 @@
-"""`parc-jax check`: the independent checker, and the one that is itself proved; and
-`parc-jax replay`: recorded runs against an answer.
+"""`parc-jax check`: the independent checker, and the one that is itself proved; `parc-jax explain`:
+all sentences; and `parc-jax replay`: recorded runs against an answer.
 """
 
 import contextlib
@@ -24,6 +24,12 @@ const bytes = require("fs").readFileSync(process.argv[2]);
 console.log(JSON.stringify(parcCheck(bytes)));
 """
 ACCEPTED, REJECTED, IN_PART = 0, 1, 3
+VERDICTS = {
+    ACCEPTED: "accepts",
+    REJECTED: "rejects",
+    IN_PART: "accepts what it looked at, not all",
+    None: "gave none",
+}
 NO_EPISODES = "NO VERDICT: the proved checker reads answers; it does not read episodes."
 
 
@@ -45,16 +51,12 @@ def check(
             second did not look at all of it, as at episodes, which it does not read.
         processes: Share the entries among so many processes.
     """
-    from parc_jax import checker
-
     arguments = [str(answer), f"--processes={processes}", *(["--json"] if shell.json else [])]
     return _both(answer, arguments, shell.json) if second else checker.main(arguments)
 
 
 def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
     """Both verdicts, and the exit code of the two."""
-    from parc_jax import checker
-
     other = find_second(answer)  # refused before the first one takes its time
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
@@ -65,22 +67,15 @@ def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
     agreed = first == verdict.code == ACCEPTED
     refused = REJECTED in (first, verdict.code)
     if as_json:
-        report = {
-            "accepted": agreed,
-            "first": json.loads(printed.getvalue()),
-            "second": {"program": other.name, "code": verdict.code, "lines": verdict.lines},
-        }
+        second = {"program": other.name, "code": verdict.code, "lines": verdict.lines}
+        report = {"accepted": agreed, "first": json.loads(printed.getvalue()), "second": second}
         print(json.dumps(report, indent=1))
     else:
         print(f"Python checker:\n{printed.getvalue()}\nProved checker ({other.name}):")
-        print("\n".join([*verdict.lines, "", _sentence(first, verdict.code)]))
+        one, two = VERDICTS[first], VERDICTS[verdict.code]
+        lines = f"Verdicts: the Python checker {one}; the proved checker {two}."
+        print("\n".join([*verdict.lines, "", lines]))
     return ACCEPTED if agreed else REJECTED if refused else IN_PART
-
-
-def _sentence(first: int, second: int | None) -> str:
-    """Both verdicts in one line."""
-    words = {0: "accepts", 1: "rejects", 3: "accepts what it looked at, not all", None: "gave none"}
-    return f"Verdicts: the Python checker {words[first]}; the proved checker {words[second]}."
 
 
 class Second(NamedTuple):
@@ -97,19 +92,15 @@ class Verdict(NamedTuple):
     lines: list[str]
 
 
-def reads(answer: Path) -> bool:
-    """Whether the second checker reads such files; any other kind is left to the first one."""
-    try:
-        return not checker.is_episode(checker.load(answer))
-    except (OSError, checker.Rejected):
-        return True
-
-
 def find_second(answer: Path) -> Second:
     """The built program that the environment names, else node with the one of the page; none of
     them for an episode. Raises InputError.
     """
-    if not reads(answer):
+    try:
+        episode = checker.is_episode(checker.load(answer))
+    except (OSError, checker.Rejected):
+        episode = False  # the first checker reports it
+    if episode:
         return Second("it reads no episodes", ())
     named = os.environ.get(VARIABLE)
     if named:
@@ -124,7 +115,7 @@ def find_second(answer: Path) -> Second:
     if node is None:
         raise InputError(
             "check --second: expected node, or the built program of the proved checker; there is "
-            f"neither. Install node (Debian: apt-get install nodejs), or name the program in "
+            "neither. Install node (Debian: apt-get install nodejs), or name the program in "
             f"{VARIABLE}."
         )
     return Second(f"node, with {PROVED_JS.name}", (node, "-e", ON_NODE, str(PROVED_JS)))
@@ -134,20 +125,15 @@ def ask(second: Second, answer: Path) -> Verdict:
     """Run the second checker on a file."""
     if not second.command:
         return Verdict(None, [NO_EPISODES])
-    done = subprocess.run(
-        [*second.command, str(answer.resolve())], capture_output=True, text=True, errors="replace"
-    )
-    try:
+    command = [*second.command, str(answer.resolve())]
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace")
+    with contextlib.suppress(ValueError, KeyError, TypeError):
         verdict = json.loads(done.stdout)
-        code, lines = verdict["code"], verdict["lines"]
         # node ends with 1 for a fault in a program too: only a printed code is a verdict
-        is_verdict = done.returncode == 0 and code in (ACCEPTED, REJECTED, IN_PART)
-    except (ValueError, KeyError, TypeError):
-        is_verdict = False
-    if not is_verdict:
-        why = (done.stderr.strip() or done.stdout.strip() or "nothing was printed")[-300:]
-        return Verdict(None, [f"NO VERDICT: the program ended with {done.returncode}: {why!a}"])
-    return Verdict(code, [str(line) for line in lines])
+        if done.returncode == 0 and verdict["code"] in (ACCEPTED, REJECTED, IN_PART):
+            return Verdict(verdict["code"], [str(line) for line in verdict["lines"]])
+    why = (done.stderr.strip() or done.stdout.strip() or "nothing was printed")[-300:]
+    return Verdict(None, [f"NO VERDICT: the program ended with {done.returncode}: {why!a}"])
 
 
 def explain(place: Path, /) -> int:
@@ -191,13 +177,9 @@ def replay(
     points = None if answered.model.n_points == 1 else answered.model.points
     runs = load_rollouts(log, answered.model.time, points=points)
     replayed = replay_recorded(answered, runs)
-    if shell.json:
-        counts = {"runs": runs.n, "with_start": 0} if replayed is None else replayed.counts()
-        print(json.dumps(counts, indent=1))
-    elif replayed is None:
-        print(
-            fitted(f"None of {runs.n:,} runs was replayed a start that is proved safe for its k.")
-        )
-    else:
-        print(fitted(replayed.details()))
+    words = f"None of {runs.n:,} runs has a start that is proved safe for its k."
+    counts = {"runs": runs.n, "with_start": 0}
+    if replayed is not None:
+        words, counts = replayed.details(), replayed.counts()
+    print(json.dumps(counts, indent=1) if shell.json else fitted(words))
     return 1 if replayed is None else 0

@@ -124,7 +124,7 @@ def only_of(module: ModuleType, work: Path) -> Iterator[None]:
     """
     note, now = work / "source.sha256", source_hash(module)
     if work.is_dir() and any(work.iterdir()) and not (note.is_file() and note.read_text() == now):
-        _ask_to_discard(work, module.__name__)
+        _require_consent(work, module.__name__)
         shutil.rmtree(work)
     with folders(note):
         write_atomic(note, now.encode())
@@ -135,16 +135,11 @@ def only_of(module: ModuleType, work: Path) -> Iterator[None]:
                 shutil.rmtree(work)
 
 
-def _ask_to_discard(work: Path, module: str) -> None:
-    """Raises InputError unless someone at a terminal says yes."""
+def _require_consent(work: Path, module: str) -> None:
+    """Ask the user to discard unfinished runs. Raises InputError without a yes."""
     if sys.stdin.isatty() and sys.stderr.isatty():
-        print(
-            f"parc-jax: {work} holds unfinished runs of another program than {module} as it is "
-            "now. Discard them? [y/N] ",
-            end="",
-            file=sys.stderr,
-            flush=True,
-        )
+        question = f"{work} holds unfinished runs of another program than {module} as it is now."
+        print(f"parc-jax: {question} Discard them? [y/N] ", end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip().lower() in ("y", "yes"):
             return
     raise InputError(
@@ -155,10 +150,7 @@ def _ask_to_discard(work: Path, module: str) -> None:
 
 def source_hash(module: ModuleType) -> str:
     """Hash of the module's file, and for a package of everything beside it."""
-    path = Path(module.__file__ or "")
-    files = (
-        [path]
-        if path.name != "__init__.py"
-        else sorted(p for p in path.parent.rglob("*") if p.suffix in KINDS)
-    )
+    files = [Path(module.__file__ or "")]
+    if files[0].name == "__init__.py":
+        files = sorted(p for p in files[0].parent.rglob("*") if p.suffix in KINDS)
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()

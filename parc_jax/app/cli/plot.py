@@ -5,6 +5,7 @@ an answer for the computer of a robot, or for Foxglove.
 import importlib
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -52,8 +53,9 @@ def plot(
 
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.files.answer_file import load_answer
-    from parc_jax.app.plot.film import require_kind, require_sample
-    from parc_jax.drive.loop.episode_file import is_episode
+    from parc_jax.app.plot.film import film, require_kind, require_sample
+    from parc_jax.app.plot.page import write_page
+    from parc_jax.drive.loop.episode_file import is_episode, load_episode
 
     episode = is_episode(answer)
     if episode and html is None and video is None:
@@ -68,50 +70,30 @@ def plot(
     if video is not None:
         require_kind(video)
         require_place(video, folder=not video.suffix)
-    if episode:
-        return _plot_episode(answer, html, video, shell.quiet)
-    with tqdm(
-        desc="checking the answer", total=1, disable=shell.quiet, leave=False, delay=0.5
-    ) as bar:
-        loaded = load_answer(answer)
+    quiet = {"disable": shell.quiet, "leave": False}
+    with tqdm(desc="checking the answer", total=1, delay=0.5, **quiet) as bar:
+        loaded = load_episode(answer) if episode else load_answer(answer)
         bar.update()
-    if video is not None:
+    if video is not None and not episode:
         require_sample(loaded, sample)
-    jobs = _jobs(loaded, html, out or answer.parent, figures)
+    jobs = [] if episode else _jobs(loaded, out or answer.parent, figures, html is not None)
+    if html is not None:
+        jobs.insert(0, ("the page", lambda: write_page(loaded, html)))
     drawn = []
-    still = shell.quiet or not jobs
-    with tqdm(desc="drawing", total=len(jobs), disable=still, leave=False) as bar:
-        for name, draw in jobs:
-            bar.set_description(f"drawing {name}")
-            drawn.append(draw())
-            bar.update()
-    if video is not None:
+    for name, draw in (bar := tqdm(jobs, **(quiet if jobs else {"disable": True}))):
+        bar.set_description(f"drawing {name}")
+        drawn.append(draw())
+    if video is not None and episode:
+        drawn.append(film(loaded, video, quiet=shell.quiet))
+    elif video is not None:
         drawn.append(_film(loaded, video, sample, system, shell.quiet))
     if not shell.quiet:
-        print("\n".join(str(path) for path in drawn))
-    return 0
-
-
-def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool) -> int:
-    """The page and the film of an episode."""
-    from parc_jax.app.plot.film import film
-    from parc_jax.app.plot.page import write_page
-    from parc_jax.drive.loop.episode_file import load_episode
-
-    episode, drawn = load_episode(path), []
-    if html is not None:
-        drawn.append(write_page(episode, html))
-    if video is not None:
-        drawn.append(film(episode, video, quiet=quiet))
-    if not quiet:
         print("\n".join(map(str, drawn)))
     return 0
 
 
-def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
-    """The drawing jobs. Raises InputError for a figure that the answer does not support."""
-    from parc_jax.app.plot.page import write_page
-
+def _jobs(answer, out: Path, wanted, page: bool) -> list[Job]:
+    """The drawing jobs of figures. Raises InputError for one that the answer does not support."""
     possible = _possible(answer)
     # polytopes have to be cut for this picture: it is drawn by name only
     unasked = [name for name in possible if name != "projections"]
@@ -121,16 +103,10 @@ def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
             raise InputError(
                 f"{name}: this answer supports {', '.join(possible) or 'no figure'} only."
             )
-    if not chosen and html is None and wanted is None:
-        print(
-            "parc-jax: the answer has no plans and no plane of parameters to draw.", file=sys.stderr
-        )
-    jobs: list[Job] = []
-    if html is not None:
-        jobs.append(("the page", lambda: write_page(answer, html)))
-    for name in chosen:
-        jobs.append((name, lambda name=name: _draw(name, answer, out / f"{name}.png")))
-    return jobs
+    if not chosen and wanted is None and not page:
+        words = "the answer has no plans and no plane of parameters to draw."
+        print(f"parc-jax: {words}", file=sys.stderr)
+    return [(name, partial(_draw, name, answer, out / f"{name}.png")) for name in chosen]
 
 
 def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Path:
@@ -157,9 +133,9 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
             file=sys.stderr,
         )
         return film(answer, out, sample, quiet=quiet)
-    home = module.__name__
-    if importlib.util.find_spec(f"{home}.film") if hasattr(module, "__path__") else None:
-        return importlib.import_module(f"{home}.film").film_of(answer, out, sample, quiet)
+    rendered = f"{module.__name__}.film"
+    if hasattr(module, "__path__") and importlib.util.find_spec(rendered):
+        return importlib.import_module(rendered).film_of(answer, out, sample, quiet)
     true = replay(black_box, answer.scene, answer.samples[[sample]], jax.random.PRNGKey(0))
     return film(answer, out, sample, true.path[0], quiet=quiet)
 
@@ -175,17 +151,16 @@ def _possible(answer) -> list[str]:
 
 
 def _draw(name: Figure, answer, path: Path) -> Path:
-    draw = getattr(importlib.import_module(f"parc_jax.app.plot.{name}"), name)
+    from parc_jax.app import figures
+
     if name != "regions":
-        draw(answer, to=path)
+        getattr(figures, name)(answer, to=path)
         return path
-    from parc_jax.app.figures import region_verdicts
     from parc_jax.proof.regions import enumerate_regions
 
     table = enumerate_regions(answer.model.net, answer.model.domain)
-    safe_k = answer.samples[:, answer.model.n_p :]
-    verdict = region_verdicts(answer, table)
-    draw(table, verdict, path, names=answer.model.labels.k, safe_k=safe_k)
+    verdict, safe_k = figures.region_verdicts(answer, table), answer.samples[:, answer.model.n_p :]
+    figures.regions(table, verdict, path, names=answer.model.labels.k, safe_k=safe_k)
     return path
 
 
@@ -219,7 +194,6 @@ def export(
     """
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.files.answer_file import load_answer
-    from parc_jax.common.errors import InputError
     from parc_jax.drive.onboard.header import write_c
 
     if c is None and mcap is None:

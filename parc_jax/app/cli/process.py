@@ -8,7 +8,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
 from parc_jax.common.errors import InputError
 
@@ -56,29 +55,25 @@ def logging_of(arguments: list[str]) -> Iterator[list[str]]:
         logger.propagate = before[1]
 
 
-class Interrupts:
-    """Whether Ctrl-C was pressed."""
-
-    came = False
-
-
 @contextlib.contextmanager
-def stoppable() -> Iterator[Interrupts]:
-    """Within, Ctrl-C raises KeyboardInterrupt, and is recorded, since libraries swallow some.
+def stoppable() -> Iterator[threading.Event]:
+    """Within, Ctrl-C raises KeyboardInterrupt, and sets the event, since libraries swallow some.
 
     While modules are loaded the process ends at once: nothing has begun yet, and a module that is
     cut off would leave the others broken.
     """
-    interrupts = Interrupts()
+    interrupts = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield interrupts
         return
 
     def stop(_, frame):
-        interrupts.came = True
-        if _is_loading(frame):
-            print("parc-jax: stopped.", file=sys.stderr, flush=True)
-            os._exit(STOPPED)
+        interrupts.set()
+        while frame is not None:
+            if frame.f_code.co_filename.startswith(_LOADING):
+                print("parc-jax: stopped.", file=sys.stderr, flush=True)
+                os._exit(STOPPED)
+            frame = frame.f_back
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGINT, stop)
@@ -88,15 +83,7 @@ def stoppable() -> Iterator[Interrupts]:
         signal.signal(signal.SIGINT, before)
 
 
-def _is_loading(frame) -> bool:
-    while frame is not None:
-        if frame.f_code.co_filename.startswith(_LOADING):
-            return True
-        frame = frame.f_back
-    return False
-
-
-@contextmanager
+@contextlib.contextmanager
 def saying(quiet: bool = False) -> Iterator[Callable[[str], None]]:
     """Within, `say(stage)` names the present stage, and repeats it with its time: on a terminal in
     one line that goes away, elsewhere in a line every ten seconds. quiet: say nothing.
@@ -115,7 +102,7 @@ def saying(quiet: bool = False) -> Iterator[Callable[[str], None]]:
         sign.clear()
 
 
-@contextmanager
+@contextlib.contextmanager
 def during(stage: str, quiet: bool = False) -> Iterator[None]:
     """Within, a stage of a study without a progress bar is named as by `solve`."""
     with saying(quiet or stage not in STAGES) as say:

@@ -67,10 +67,10 @@ def find(name: str, needed: tuple[str, ...] = ("system", "problem"), or_job=Fals
                 f"system: expected one of {', '.join(installed())}, or a module of your own; got "
                 f"{name!r} ({error})."
             ) from None
-        place = own_place(error)
+        place = f" in {where}" if (where := own_place(error)) else ""
         raise InputError(
-            f"system {name!r}: expected a module that can be imported; it fails"
-            f"{f' in {place}' if place else ''}: {said(error)}."
+            f"system {name!r}: expected a module that can be imported; it fails{place}: "
+            f"{said(error)}."
         ) from None
     for function in () if or_job and hasattr(module, "job") else needed:
         if not callable(getattr(module, function, None)):
@@ -105,16 +105,14 @@ def black_box_with(module: ModuleType, points: tuple[str, ...]):
     from parc_jax.learning.system import points_of
 
     black_box = build(module, "system")
-    for body in getattr(module, "BODIES", ()):
+    for body in (None, *getattr(module, "BODIES", ())):
+        black_box = black_box if body is None else black_box_of(module, None, body)
         if points_of(black_box) == points:
-            break
-        black_box = black_box_of(module, None, body)
-    if points_of(black_box) != points:
-        raise InputError(
-            f"system {module.__name__}: expected the reference points {', '.join(points)}; it has "
-            f"{', '.join(points_of(black_box))}."
-        )
-    return black_box
+            return black_box
+    raise InputError(
+        f"system {module.__name__}: expected the reference points {', '.join(points)}; it has "
+        f"{', '.join(points_of(black_box))}."
+    )
 
 
 def model_of(path: Path, system: str | None):
@@ -158,21 +156,21 @@ def build(module: ModuleType, function: str, **options):
     chosen = {key: value for key, value in options.items() if value is not None}
     target = getattr(module, function)
     takes = inspect.signature(target).parameters
+    name = f"{module.__name__}.{function}"
     for key in chosen:
         if key not in takes:
-            known_options = ", ".join(takes) or "no options"
             raise InputError(
-                f"{key}: expected an option of {module.__name__}.{function} ({known_options})."
+                f"{key}: expected an option of {name} ({', '.join(takes) or 'no options'})."
             )
     quiet = function in REQUIRED  # simulators print on import
     silence = contextlib.redirect_stdout(io.StringIO()) if quiet else contextlib.nullcontext()
-    with blamed(f"{module.__name__}.{function}(): expected it to run"), silence:
+    with blamed(f"{name}(): expected it to run"), silence:
         built = target(**chosen)
-    lacking = [name for name in REQUIRED.get(function, ()) if not hasattr(built, name)]
+    needed = REQUIRED.get(function, ())
+    lacking = [one for one in needed if not hasattr(built, one)]
     if lacking:
         raise InputError(
-            f"{module.__name__}.{function}(): expected something with "
-            f"{', '.join(REQUIRED[function])}; "
-            f"got {type(built).__name__} without {lacking[0]}."
+            f"{name}(): expected something with {', '.join(needed)}; got {type(built).__name__} "
+            f"without {lacking[0]}."
         )
     return built

@@ -56,8 +56,7 @@ def said_of(answer: Answer) -> str:
     safe, the obstacles in the way.
     """
     words = answer.summary() if answer.status.found else answer.details()
-    return "
-".join([words, *in_the_way(answer, words)])
+    return "\n".join([words, *in_the_way(answer, words)])
 
 
 def in_the_way(answer: Answer, words: str = "") -> list[str]:
