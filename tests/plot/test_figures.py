@@ -34,8 +34,7 @@ def pac(answer):
 
 
 def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
-    outline = [[-0.1, 0], [0.1, 0.05], [0.1, 0]]
-    drawn = samples(answer, toy_replay(answer), tmp_path / "a.png", heading=0, outline=outline)
+    drawn = samples(answer, toy_replay(answer), tmp_path / "a.png")
     assert isinstance(drawn, Figure)
     whole, near = drawn.axes
     assert whole.get_aspect() == near.get_aspect() == 1.0

@@ -46,9 +46,8 @@ def errors(entries: Sequence[Entry], time: TimeGrid, to=None):
             ax.set_xlabel("time [s]")
         sheet.axes[0].set_ylabel("half width of the tube [m]")
         sheet.axes[0].set_title("assumed: largest error over training runs")
-        sheet.axes[1].set_title(
-            "claimed: " + _terms([e.claimed for e in entries if e.claimed is not None])
-        )
+        claims = [e.claimed for e in entries if e.claimed is not None]
+        sheet.axes[1].set_title(f"claimed: {_terms(claims)}")
         style.explain(sheet, _handles(entries), min(len(entries) + 2, 6))
     return sheet.out
 
@@ -70,9 +69,8 @@ def quantile(values: np.ndarray, share: np.ndarray, level: float) -> np.ndarray:
     """
     order = np.argsort(values, axis=0)
     reached = np.cumsum(share[order], axis=0) >= level - 1e-12
-    return np.take_along_axis(
-        np.take_along_axis(values, order, axis=0), reached.argmax(axis=0)[None], axis=0
-    )[0]
+    ordered = np.take_along_axis(values, order, axis=0)
+    return np.take_along_axis(ordered, reached.argmax(axis=0)[None], axis=0)[0]
 
 
 def _tube(ax, claim: ErrorClaim, time: TimeGrid, number: int) -> None:

@@ -111,6 +111,7 @@ def page_data(answer, polytopes=None) -> dict:
     model, problem = answer.model, answer.problem
     sides = [view.axes for view in views_of(model.n_p)]
     goals = shapes.goals(problem.goal, model.n_p, model.n_points, sides)
+    parts = zip(PARTS, question_parts(problem, model), strict=True)
     return {
         **model_data(model, problem),
         **_plans(answer, polytopes),
@@ -119,10 +120,7 @@ def page_data(answer, polytopes=None) -> dict:
         "level": answer.status.label,
         "statement": answer.details(),
         "claim": in_short(model.claim),
-        "hash": {
-            name: part_hash(part)
-            for name, part in zip(PARTS, question_parts(problem, model), strict=True)
-        },
+        "hash": {name: part_hash(part) for name, part in parts},
         "share": polytopes.coverage.share if polytopes else 0.0,
         "corridor_share": answer.coverage.share,
         "views": [view._asdict() for view in views_of(model.n_p)],
@@ -139,7 +137,7 @@ def model_data(model, problem) -> dict:
     """Data of the page's verdict on a plan, without corridors and polytopes: network, tube, body,
     goal, start, obstacles.
     """
-    tube = model.tube
+    tube, faces = model.tube, model.tube.templates
     lost = tube.support_at_end(problem.goal.A, np.arange(tube.n_bins))
     return {
         "n_p": model.n_p,
@@ -159,7 +157,7 @@ def model_data(model, problem) -> dict:
         "tube": {
             "edges": [edge.tolist() for edge in map(np.asarray, tube.edges)],
             "interval": tube.finite_widths[0].tolist(),
-            "faces": None if tube.templates is None else _faces(tube.templates.interval),
+            "faces": None if faces is None else _faces(faces.interval),
             "lost": np.minimum(lost, NO_CLAIM).tolist(),
         },
     }
@@ -168,36 +166,43 @@ def model_data(model, problem) -> dict:
 def _plans(answer, polytopes) -> dict:
     """Samples, corridors and polytopes, with their directions by number."""
     n_p, problem = answer.model.n_p, answer.problem
-    active = _active(problem, len(problem.parts), answer.model.time.n_steps)
-    directions = _DirectionTable(active)
     scene = unpruned_scene(answer.scene)
+    active = _active(problem, len(problem.parts), answer.model.time.n_steps)
+    numbers: dict[bytes, int] = {}
+    directions: list[list] = []  # each once: the runs of every obstacle and part of the body
 
-    def all_runs(corridor: Corridor) -> Corridor:
+    def sep(corridor: Corridor) -> int:
+        """The number of a corridor's directions."""
+        w, support = (np.asarray(part, np.float64) for part in (corridor.w, corridor.support))
+        content = w.tobytes() + support.tobytes()
+        if content not in numbers:
+            numbers[content] = len(directions)
+            # rows behind the pairs only pad
+            rows = zip(w[: len(active)], support[: len(active)], active, strict=True)
+            directions.append([_runs(*row) for row in rows])
+        return numbers[content]
+
+    def unpruned(corridor: Corridor) -> Corridor:
         if corridor.apart is None:
             return corridor
         return corridor_of(scene, corridor_part(corridor, problem))
 
+    plans = zip(answer.samples, answer.certificates, strict=True)
     return {
         "samples": [
-            {
-                "p0": plan[:n_p].tolist(),
-                "k": plan[n_p:].tolist(),
-                "sep": directions.number(corridor_of(scene, certificate)),
-            }
-            for plan, certificate in zip(answer.samples, answer.certificates, strict=True)
+            {"p0": x[:n_p].tolist(), "k": x[n_p:].tolist(), "sep": sep(corridor_of(scene, proof))}
+            for x, proof in plans
         ],
-        "corridors": [
-            {"sep": directions.number(all_runs(corridor))} for corridor in answer.corridors
-        ],
+        "corridors": [{"sep": sep(unpruned(corridor))} for corridor in answer.corridors],
         "polytopes": [
             {
-                "sep": directions.number(all_runs(polytope.corridor)),
+                "sep": sep(unpruned(polytope.corridor)),
                 "bin": int(polytope.bin),
                 "pattern": "".join("1" if on else "0" for on in polytope.pattern),
             }
             for polytope in polytopes
         ],
-        "directions": directions.all,
+        "directions": directions,
     }
 
 
@@ -218,32 +223,10 @@ def outlines(answer, polytopes) -> dict[str, list]:
     }
 
 
-class _DirectionTable:
-    """Separating directions by number, each stored once: per obstacle and part of the body its runs
-    [first, end, w, support of obstacle and part along w].
-
-    active (o, T): which pair of obstacle and part exists when.
-    """
-
-    def __init__(self, active: np.ndarray):
-        self.active, self.all = active, []
-        self._numbers: dict[bytes, int] = {}
-
-    def number(self, corridor) -> int:
-        """The number of a corridor's directions."""
-        w = np.asarray(corridor.w, np.float64)
-        support = np.asarray(corridor.support, np.float64)
-        content = w.tobytes() + support.tobytes()
-        if content not in self._numbers:
-            self._numbers[content] = len(self.all)
-            n = len(self.active)  # those behind it only pad
-            rows = zip(w[:n], support[:n], self.active, strict=True)
-            self.all.append([_runs(*row) for row in rows])
-        return self._numbers[content]
-
-
 def _runs(w: np.ndarray, support: np.ndarray, active: np.ndarray) -> list[list]:
-    """Runs of equal directions of one pair: w (T, n_p), support (T,), active (T,)."""
+    """Runs [first, end, w, support of obstacle and part along w] of equal directions of one pair:
+    w (T, n_p), support (T,), active (T,).
+    """
     runs: list[list] = []
     for t in np.flatnonzero(active).tolist():
         now = [w[t].tolist(), float(support[t])]
@@ -260,11 +243,10 @@ def _steps(problem, n_steps: int) -> list[tuple[int, int]]:
 
 
 def _active(problem, n_parts: int, n_steps: int) -> np.ndarray:
-    """(o, T) bool: the intervals in which each pair of obstacle and part counts."""
-    active = np.zeros((len(problem.obstacles), n_parts, n_steps), bool)
-    for obstacle, (first, last) in enumerate(_steps(problem, n_steps)):
-        active[obstacle, :, first : last + 1] = True
-    return active.reshape(-1, n_steps)
+    """(pairs, T) bool: the intervals in which each pair of obstacle and part counts."""
+    first, last = np.reshape(_steps(problem, n_steps), (-1, 2, 1)).swapaxes(0, 1)
+    t = np.arange(n_steps)
+    return ((first <= t) & (t <= last)).repeat(n_parts, axis=0)
 
 
 def _faces(faces) -> dict:
@@ -288,14 +270,14 @@ def _part(part, n_p: int) -> dict:
 
 def _obstacles(problem, n_steps: int, views) -> list[dict]:
     """Corners, an outline for every view, first and last interval."""
-    corners = [vertices(obstacle) for obstacle in problem.obstacles]
+    pairs = zip(map(vertices, problem.obstacles), _steps(problem, n_steps), strict=True)
     return [
         {
             "vertices": v.tolist(),
             "outlines": [shapes.hull(view.of(v)).tolist() for view in views],
             "steps": [int(step) for step in steps],
         }
-        for v, steps in zip(corners, _steps(problem, n_steps), strict=True)
+        for v, steps in pairs
     ]
 
 
@@ -323,8 +305,8 @@ def episode_data(stage: Stage) -> dict:
         "hi": hi.tolist(),
         "true": stage.truth is not None,
         "moments": [
-            {"time": float(now.time), "number": now.number, "body": _rounded(now.body)}
-            | {"middle": _rounded(now.middle)}
+            {"time": float(now.time), "number": now.number}
+            | {"body": _rounded(now.body), "middle": _rounded(now.middle)}
             for now in moments
         ],
         "manoeuvres": [_manoeuvre(one) for one in stage.shown],

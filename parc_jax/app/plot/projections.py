@@ -56,12 +56,8 @@ def projections(
             _one(ax, answer, polytopes, pair, names)
         if sheet.out is sheet.figure:
             covered = f"{100 * polytopes.coverage.share:.1f} % of the model's safe set"
-            sheet.figure.suptitle(
-                f"{counted(len(polytopes), 'safe polytope')}, {covered}",
-                x=0.01,
-                ha="left",
-                fontsize=9.5,
-            )
+            title = f"{counted(len(polytopes), 'safe polytope')}, {covered}"
+            sheet.figure.suptitle(title, x=0.01, ha="left", fontsize=9.5)
             style.legend(sheet.figure, _handles(len(polytopes) > MANY), 2)
     return sheet.out
 
@@ -117,8 +113,8 @@ def _union(ax, outlines) -> None:
 
 
 def _handles(union: bool) -> list:
-    what = "projection of all safe polytopes" if union else "projection of a safe polytope"
+    words = "projection of all safe polytopes" if union else "projection of a safe polytope"
     return [
-        style.patch(what, facecolor=FILL, edgecolor=style.BLUE),
+        style.patch(words, facecolor=FILL, edgecolor=style.BLUE),
         style.mark("safe sample", color=style.BLACK, marker=".", linestyle="none"),
     ]

@@ -39,20 +39,17 @@ def regions(
     if verdict.shape != (table.count,):
         raise InputError(f"regions: expected one verdict per region ({table.count}).")
     shown, outlines = slices(table, axes, at)
+    dots = safe_k is not None and table.net.n_in == 2
     with style.sheet(to, (4.6, 4.2)) as sheet:
-        style.areas(
-            sheet.axes[0], outlines, facecolors=[COLORS[v] for v in verdict[shown]], **EDGES
-        )
-        if safe_k is not None and table.net.n_in == 2:
-            sheet.axes[0].scatter(
-                *np.asarray(safe_k)[:, axes].T, s=4, color=style.BLACK, linewidth=0
-            )
-        sheet.axes[0].set_title(_title(table, shown, names, axes, at))
-        for ax in sheet.axes:
-            style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
-            ax.set_xlabel(style.name_axis(names, axes[0], "k"))
-            ax.set_ylabel(style.name_axis(names, axes[1], "k"))
-        handles = _handles(verdict, safe_k is not None and table.net.n_in == 2)
+        (ax,) = sheet.axes
+        style.areas(ax, outlines, facecolors=[COLORS[v] for v in verdict[shown]], **EDGES)
+        if dots:
+            ax.scatter(*np.asarray(safe_k)[:, axes].T, s=4, color=style.BLACK, linewidth=0)
+        ax.set_title(_title(table, shown, names, axes, at))
+        style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
+        ax.set_xlabel(style.name_axis(names, axes[0], "k"))
+        ax.set_ylabel(style.name_axis(names, axes[1], "k"))
+        handles = _handles(verdict, dots)
         style.explain(sheet, handles, 2, "upper left")
     return sheet.out
 
@@ -64,9 +61,8 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
     if not isinstance(table.domain, Box):
         raise InputError("regions: expected regions over a box K; these are over another polytope.")
     if table.net.n_in == 2:
-        return np.arange(table.count), [
-            table.region_vertices(i)[:, list(axes)] for i in range(table.count)
-        ]
+        every = np.arange(table.count)
+        return every, [table.region_vertices(i)[:, list(axes)] for i in every]
     at = 0.5 * (table.domain.lo + table.domain.hi) if at is None else np.asarray(at, float)
     others = [i for i in range(table.net.n_in) if i not in axes]
     numbers, outlines = [], []
@@ -89,9 +85,8 @@ def _title(table, shown, names, axes, at) -> str:
     if table.net.n_in == 2:
         return counted(table.count, "region")
     at = 0.5 * (table.domain.lo + table.domain.hi) if at is None else at
-    fixed = ", ".join(
-        f"{style.name_axis(names, i, 'k')} = {at[i]:.3g}" for i in range(len(at)) if i not in axes
-    )
+    others = [i for i in range(len(at)) if i not in axes]
+    fixed = ", ".join(f"{style.name_axis(names, i, 'k')} = {at[i]:.3g}" for i in others)
     return f"{len(shown)} of {counted(table.count, 'region')}, cut at {fixed}"
 
 

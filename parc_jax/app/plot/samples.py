@@ -17,39 +17,29 @@ SHOWN_RECORDS = 4  # true runs are drawn through about this many points per mode
 FOOTPRINTS = 9  # of the body along the first sample
 
 
-def samples(
-    answer, replay=None, to=None, *, most: int = 100, heading: int | None = None, outline=None
-):
+def samples(answer, replay=None, to=None, *, most: int = 100):
     """Safe samples of an answer in the workspace, in the plane all of it on the left and, where
-    that shows more, around the goal on the right; in space from three sides.
+    that shows more, around the goal on the right, with the final headings where a label of q says
+    that it is one; in space from three sides.
 
     answer: Answer with n samples. replay: Replay of the same samples, drawn as the true runs. to:
     as in `style.sheet`; two Axes, or one for the left alone, in space three. most: samples drawn.
-    heading: number of the goal state q that is the final heading [rad], None = the one whose label
-    says so; arrows show it.
-    outline: (v, 2) [m] vertices of the robot in its frame, drawn at the end of the first
-    sample; needs heading. Returns the figure or the Axes. Raises InputError.
+    Returns the figure or the Axes. Raises InputError.
     """
-    count = min(len(answer.samples), most)
-    if replay is not None and len(replay.path) != len(answer.samples):
+    count, n_p = min(len(answer.samples), most), answer.model.n_p
+    starts = answer.samples[:, :n_p]
+    if replay is not None and not np.array_equal(replay.path[:, 0, :n_p], starts):
         raise InputError(
-            f"samples: expected a replay of the {len(answer.samples)} samples; got one of "
-            f"{len(replay.path)} plans."
+            f"samples: expected a replay of the {len(starts)} samples; got one of "
+            f"{len(replay.path)} plans, whose runs start elsewhere."
         )
-    if replay is not None and not np.array_equal(
-        replay.path[:, 0, : answer.model.n_p], answer.samples[:, : answer.model.n_p]
-    ):
-        raise InputError("samples: expected a replay of these samples; its runs start elsewhere.")
     if not count:
         raise InputError(
             "samples: expected an answer with safe samples; this one has none. Draw its regions "
             "instead."
         )
     paths = predicted(answer.model, answer.samples[:count])
-    pictures = [
-        _Picture(answer, view, *paths, replay, count, heading, outline)
-        for view in views_of(answer.model.n_p)
-    ]
+    pictures = [_Picture(answer, view, *paths, replay, count) for view in views_of(n_p)]
     drawn = _in_space if len(pictures) > 1 else _in_plane
     return drawn(pictures, to, f"{counted(count, 'safe sample')}{pictures[0].tally()}")
 
@@ -101,10 +91,10 @@ class _Picture(SceneView):
     q (n, n_q); tubes (n, m, T, 6, 2) are of all reference points.
     """
 
-    def __init__(self, answer, view: View, path, q, error, replay, count, heading, outline):
+    def __init__(self, answer, view: View, path, q, error, replay, count):
         super().__init__(answer, view)
-        model, self.q, self.outline = answer.model, q, outline
-        self.heading = model.labels.heading if heading is None else heading
+        model, self.q = answer.model, q
+        self.heading = model.labels.heading
         self.problem, self.points = answer.problem, model.points
         self.columns = path
         self.path = self.of_points(path)
@@ -118,9 +108,8 @@ class _Picture(SceneView):
     @property
     def span(self):
         """Corners (2,), (2,) of the picture."""
-        return shapes.span(
-            self.path, *self.goals, *self.obstacles, *self.grown, *self._ends_of_bodies[:1]
-        )
+        around = *self.goals, *self.obstacles, *self.grown, *self._ends_of_bodies[:1]
+        return shapes.span(self.path, *around)
 
     def draw(self, ax) -> None:
         flat = {"edgecolors": "none", "rasterized": True}
@@ -142,12 +131,10 @@ class _Picture(SceneView):
             failed = self.replay.failed[: self.count]
             colors = np.where(failed, style.RED, style.BLACK)
             style.ways(ax, self.shown, colors=colors, linewidths=0.35, alpha=0.6, zorder=4)
-            ax.plot(
-                *self.shown[0].T, color=colors[0], linewidth=1.1, linestyle=(0, (3, 2)), zorder=4.6
-            )
-        ax.scatter(
-            *lines[:, 0].T, s=7, color=style.ORANGE, edgecolor="white", linewidth=0.3, zorder=5
-        )
+            looks = {"color": colors[0], "linestyle": (0, (3, 2)), "zorder": 4.6}
+            ax.plot(*self.shown[0].T, linewidth=1.1, **looks)
+        dots = {"color": style.ORANGE, "edgecolor": "white", "linewidth": 0.3}
+        ax.scatter(*lines[:, 0].T, s=7, **dots, zorder=5)
         self.label(ax)
 
     @property
@@ -169,19 +156,9 @@ class _Picture(SceneView):
         if not self.single:
             self._way(ax)
             return
-        end, q = self._ends
+        end, _ = self._ends
         body = shapes.placed(shapes.body_outline(self.problem.body), end[0])
         ax.fill(*body.T, fill=False, edgecolor=style.BLUE, linewidth=1.0, zorder=6)
-        if self.outline is not None and self.heading is not None:
-            robot = shapes.placed(np.asarray(self.outline, float), end[0], q[0, self.heading])
-            ax.fill(
-                *robot.T,
-                facecolor=style.SKY,
-                alpha=0.6,
-                edgecolor=style.BLUE,
-                linewidth=0.9,
-                zorder=2.8,
-            )
 
     def _way(self, ax) -> None:
         """The true shape of the body along the first sample."""
@@ -210,9 +187,8 @@ class _Picture(SceneView):
         """The outcomes of the replay, in a few words."""
         if self.replay is None:
             return ""
-        reached, touched = (
-            int(part[: self.count].sum()) for part in (self.replay.reached, self.replay.touched)
-        )
+        both = self.replay.reached, self.replay.touched
+        reached, touched = (int(part[: self.count].sum()) for part in both)
         return f"; in the black box {reached} reach the goal, {touched} touch"
 
     def handles(self) -> list:

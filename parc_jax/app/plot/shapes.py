@@ -10,7 +10,8 @@ import numpy as np
 
 from parc_jax.app.plot import style
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.common.sets.hull import convex_hull, corners_of_many
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.model import TrajectoryModel
@@ -50,12 +51,9 @@ def linked(poly: HPolytope, axes: Sequence[int]) -> tuple[HPolytope, list[int]]:
     used = poly.A != 0
     linked_axes = np.isin(np.arange(poly.n), axes)
     # coordinates are linked over rows: add those of linked rows until none is new
-    while True:
+    for _ in range(poly.n):
         rows = used[:, linked_axes].any(axis=1)
-        more = linked_axes | used[rows].any(axis=0)
-        if (more == linked_axes).all():
-            break
-        linked_axes = more
+        linked_axes |= used[rows].any(axis=0)
     at = [int(linked_axes[:axis].sum()) for axis in axes]
     return HPolytope(poly.A[np.ix_(rows, linked_axes)], poly.b[rows]), at
 
@@ -124,9 +122,7 @@ def footprints(
     n_p): the places of the m reference points.
     """
     poses = columns.reshape(len(columns), -1, n_p)
-    return [
-        part_outline(part, places[list(part.points)], axes) for places in poses for part in parts
-    ]
+    return [part_outline(one, places[list(one.points)], axes) for places in poses for one in parts]
 
 
 def body_outline(body) -> np.ndarray:
@@ -260,17 +256,11 @@ def obstacle_triangles(obstacles: Sequence[HPolytope], about: np.ndarray) -> np.
     """(t, 3, n_p) of the obstacles, near places (..., n_p)."""
     flat = about.reshape(-1, about.shape[-1])
     lo, hi = flat.min(axis=0) - AROUND, flat.max(axis=0) + AROUND
-    eye = np.eye(len(lo))
     # walls of maps may be unbounded: a box around the manoeuvre bounds them
-    cut = [
-        HPolytope(np.concatenate([o.A, eye, -eye]), np.concatenate([o.b, hi, -lo]))
-        for o in obstacles
-    ]
-    cut_corners = corners_of_many(cut)
-    drawn = [
-        triangles(vertices(poly) if corners is None else corners)
-        for poly, corners in zip(cut, cut_corners, strict=True)
-    ]
+    around = from_box(Box(lo, hi))
+    cut = [HPolytope(np.r_[o.A, around.A], np.r_[o.b, around.b]) for o in obstacles]
+    pairs = zip(cut, corners_of_many(cut), strict=True)
+    drawn = [triangles(vertices(poly) if v is None else v) for poly, v in pairs]
     return np.concatenate([np.zeros((0, 3, len(lo))), *drawn])
 
 
@@ -292,14 +282,15 @@ def tube_triangles(parts: Sequence[Part], places: np.ndarray, tube: np.ndarray) 
     """(t, 3, n_p): all that the body may reach of a path (T + 1, m, n_p) with the half widths
     (T, m, n_p) of its tube, interval by interval; none of an interval without a claim.
     """
-    signs = _signs(places.shape[2])[:, None, None]
-    pieces = [np.zeros((0, 3, places.shape[2]))]
+    _, m, n_p = places.shape
+    drawn = [np.zeros((0, 3, n_p))]
     for t, half in enumerate(tube):
         if np.isfinite(half).all():
-            corners = places[t : t + 2] + signs * half  # (corner, knot, m, n_p)
-            reachable = np.moveaxis(corners, 2, 0).reshape(places.shape[1], -1, places.shape[2])
-            pieces.append(_reached(parts, reachable))
-    return np.concatenate(pieces)
+            corners = (
+                places[t : t + 2] + _signs(n_p)[:, None, None] * half
+            )  # (corner, knot, m, n_p)
+            drawn.append(_reached(parts, np.moveaxis(corners, 2, 0).reshape(m, -1, n_p)))
+    return np.concatenate(drawn)
 
 
 def _reached(parts: Sequence[Part], places: np.ndarray) -> np.ndarray:

@@ -74,9 +74,8 @@ def sheet(
     with matplotlib.rc_context(RC):
         if to is None or isinstance(to, str | Path):
             figure = Figure(size, layout="constrained")
-            yield Sheet(
-                figure, np.atleast_1d(figure.subplots(rows, columns, **grid)).ravel(), figure
-            )
+            axes = np.atleast_1d(figure.subplots(rows, columns, **grid)).ravel()
+            yield Sheet(figure, axes, figure)
             if to is not None:
                 save(figure, to)
             return
@@ -113,13 +112,8 @@ def save(figure, path) -> tuple[Path, Path]:
 
 def legend(figure, handles, columns: int) -> None:
     """A legend below the axes, where it hides no data."""
-    figure.legend(
-        handles=handles,
-        loc="outside lower center",
-        ncols=columns,
-        handlelength=1.8,
-        columnspacing=1.4,
-    )
+    looks = {"loc": "outside lower center", "handlelength": 1.8, "columnspacing": 1.4}
+    figure.legend(handles=handles, ncols=columns, **looks)
 
 
 def explain(sheet: Sheet, handles, columns: int, loc: str = "best") -> None:

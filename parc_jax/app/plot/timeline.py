@@ -41,9 +41,8 @@ def timeline(
     parts = _parts(answer)
     rows = [f"{name}{part}" for name in names for part in parts]
     ratios = [2.6, 0.5 + 0.4 * len(rows)]
-    with style.sheet(
-        to, (4.6 * len(chosen) + 0.4, 2.6 + 0.45 * len(rows)), 2, len(chosen), height_ratios=ratios
-    ) as sheet:
+    size = 4.6 * len(chosen) + 0.4, 2.6 + 0.45 * len(rows)
+    with style.sheet(to, size, 2, len(chosen), height_ratios=ratios) as sheet:
         for column, i in enumerate(chosen):
             above, below = sheet.axes[column], sheet.axes[len(chosen) + column]
             below.set_xlim(0, model.time.t_f)
