@@ -34,6 +34,7 @@ ALL_TESTS = ("tests/helpers", "tests/conftest.py")  # and those of tests
 FOREIGN = ROOT / ".venv-foreign" / "bin" / "python"  # simulators whose needs may move versions
 FOREIGN_TESTS = "tests/sims/foreign"
 NO_TESTS = 5  # pytest's exit code where a folder has none of the marked ones
+DETAILS = re.compile(r"(, \d+ deselected)?(, \d+ warnings?)? in [\d.]+s( \(.*\))?$")
 SUMMARY = re.compile(r"^=* ?(\d+ (?:passed|failed|error).*?) ?=*$")
 
 
@@ -247,7 +248,7 @@ def _tables(results: Sequence[Result]) -> list[str]:
         lines += [f"**{tries[0].upper() + tries[1:]}**", ""]
         lines += ["| campaign | result | minutes | commit |", "|---|---|---|---|"]
         lines += [
-            f"| `{r.name}` | {'' if r.passed else '**failed**: '}{r.line} "
+            f"| `{r.name}` | {'' if r.passed else '**failed**: '}{DETAILS.sub('', r.line)} "
             f"| {r.seconds / 60:.1f} | {r.commit} |"
             for r in results
             if r.tries == tries

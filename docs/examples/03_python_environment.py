@@ -1,10 +1,8 @@
-"""Door 2: an environment with a policy, run in worker processes. Gymnasium's interface, without
-needing Gymnasium.
-
-Worker processes import this file, so everything they run is at the top level and the start is
-guarded below.
+"""Door 2: an environment with a policy, in worker processes. Gymnasium's interface, without
+Gymnasium. Workers import this file: they run what is at the top level, and the start is guarded.
 """
 
+import runpy
 from pathlib import Path
 
 import jax
@@ -14,9 +12,7 @@ import parc_jax as pj
 
 
 class SkidEnv:
-    """The cart as an environment: state (x, y, heading, time). gymnasium.make(...) gives one like
-    it.
-    """
+    """The cart as an environment: state (x, y, heading, time), as gymnasium.make(...) gives one."""
 
     dt = 0.05
 
@@ -28,16 +24,9 @@ class SkidEnv:
 
     def step(self, action):
         """action = (speed, turn rate)."""
-        x, y, heading, t = self.state
-        speed, rate = action
-        self.state = np.array(
-            [
-                x + self.dt * speed * np.cos(heading),
-                y + self.dt * speed * np.sin(heading),
-                heading + self.dt * self.grip * rate,
-                t + self.dt,
-            ]
-        )
+        heading, (speed, rate) = self.state[2], action
+        change = [speed * np.cos(heading), speed * np.sin(heading), self.grip * rate, 1.0]
+        self.state = self.state + self.dt * np.array(change)
         return self.state, 0.0, False, False, {}
 
 
@@ -53,26 +42,18 @@ def position(environment, observation):
 
 
 def heading(environment, observation):
-    """Final heading [rad], wrapped by nobody."""
+    """Final heading [rad], not wrapped."""
     return observation[2:3]
 
 
-def system(workers=None):
-    """The black box: one process per core unless told otherwise."""
+if __name__ == "__main__":
     time = pj.learning.time_grid(dt=0.1, t_f=1.0, dt_record=SkidEnv.dt)
     episode = pj.learning.EnvironmentRun(SkidEnv, policy, time.n_record, position, heading)
-    domain = pj.box([0.5, -0.5], [1.0, 0.5])
-    return pj.python_system(
-        episode, domain, time, name="skid_env", n_p=2, n_q=1, workers=workers, law={"grip": 0.05}
-    )
-
-
-if __name__ == "__main__":
-    import runpy
+    box, law = pj.box([0.5, -0.5], [1.0, 0.5]), {"grip": 0.05}
+    robot = pj.python_system(episode, box, time, name="env", n_p=2, n_q=1, workers=2, law=law)
 
     ask = runpy.run_path(str(Path(__file__).with_name("02_jax_function.py")))["ask"]
-    black_box = system(workers=2)
-    answer = ask(black_box, jax.random.PRNGKey(0))
-    black_box.close()
+    answer = ask(robot, jax.random.PRNGKey(0))
+    robot.close()
     print(answer.details())
     print("a safe plan (p0, k):", answer.samples[0])

@@ -1,10 +1,8 @@
-"""A planning loop: the gap and the goal drift, a pedestrian crosses, every answer warm-starts the
-next one.
+"""A planning loop: gap and goal drift, a pedestrian crosses, every answer warm-starts the next one.
 
     python docs/examples/10_replanning.py MODEL.npz [CYCLES]
 
 MODEL is a saved drift-parking model of the disc (`parc-jax learn drift_parking --body disc`).
-Prints what was found and how fast.
 """
 
 import sys
@@ -25,29 +23,22 @@ CYCLE = 0.05  # [s] between two plans
 
 
 class Outcome(NamedTuple):
-    """found (c,) bool, best (c, 4) plans, clearance (c,) [m], warm (c,) bool: the last plans
-    sufficed; hertz: [1/s].
-    """
+    """Of c cycles."""
 
-    found: np.ndarray
-    best: np.ndarray
-    clearance: np.ndarray
-    warm: np.ndarray
+    found: np.ndarray  # (c,) bool
+    best: np.ndarray  # (c, 4) plans
+    clearance: np.ndarray  # (c,) [m]
+    warm: np.ndarray  # (c,) bool: the last plans sufficed
     hertz: float
 
 
 def at(model: pj.types.TrajectoryModel, t: float) -> pj.types.BoxScenes:
-    """The scene as it is seen at time t [s]. A plan made now starts now, so interval 0 begins
-    at t.
-    """
+    """The scene as it is seen at time t [s], when interval 0 of a plan begins."""
     shift, cars = DRIFT * t, np.array(PARKED_CARS)
     first = np.arange(0, model.time.n_steps, EVERY)
     last = np.minimum(first + EVERY, model.time.n_steps) - 1
     begin, end = (WALK * (t + model.time.dt * moment[:, None]) for moment in (first, last + 1))
-    walker = (
-        HERE + np.minimum(begin, end) - 0.3,
-        HERE + np.maximum(begin, end) + 0.3,
-    )  # where it is in these intervals
+    walker = HERE + np.minimum(begin, end) - 0.3, HERE + np.maximum(begin, end) + 0.3
     goal = np.array(GOAL)
     goal[:, :2] += shift
     lo, hi = (np.concatenate([cars[:, side] + shift, walker[side]])[None] for side in (0, 1))
@@ -57,9 +48,7 @@ def at(model: pj.types.TrajectoryModel, t: float) -> pj.types.BoxScenes:
 
 
 def replan(model: pj.types.TrajectoryModel, cycles: int, seed: int = 0) -> Outcome:
-    """Plan once per cycle. The first cycle compiles and is not in the rate; the others are timed
-    with everything.
-    """
+    """Plan once per cycle; the first one compiles and is not in the rate."""
     planner, key, last, spent, answers = pj.Planner(model), jax.random.PRNGKey(seed), None, [], []
     for cycle in range(cycles):
         begin = time.perf_counter()
@@ -81,11 +70,9 @@ def replan(model: pj.types.TrajectoryModel, cycles: int, seed: int = 0) -> Outco
 
 def main(path: str, cycles: str = "85") -> None:
     seen = replan(pj.load(path, system="drift_parking"), int(cycles))
-    print(
-        f"{seen.found.sum()} of {len(seen.found)} cycles with a safe plan, {seen.warm.sum()} from "
-        "the last plan alone; "
-        f"smallest clearance {np.nanmin(seen.clearance):.3f} m; {seen.hertz:.0f} plans per second."
-    )
+    print(f"{seen.found.sum()} of {len(seen.found)} cycles with a safe plan,")
+    print(f"{seen.warm.sum()} from the last plan alone; {seen.hertz:.0f} plans per second;")
+    print(f"smallest clearance {np.nanmin(seen.clearance):.3f} m")
 
 
 if __name__ == "__main__":
