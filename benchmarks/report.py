@@ -27,10 +27,9 @@ python -m benchmarks --device gpu --json results.json
 * Here are the results that a reader can use without the code. All metrics and whole tables are in
   `benchmarks/baseline.json`; how a workload measures is the docstring of its file in `benchmarks/workloads`.
 <<<<<<< HEAD
-* What other programs say of the same network: [peers](suite.md#peers).
+* Other programs on the same network: [peers](suite.md#peers).
 =======
-* Measured by hand, of single stages: [measured](measured.md). Other programs on the same network:
-  [peers](suite.md#peers).
+* Other programs on the same network: [peers](suite.md#peers).
 >>>>>>> 4f06a3bd (Plain subjects in the pages of robots and evidence)
 """
 HEADLINES = {  # metric: what it is, for people; in the order of the page
