@@ -26,11 +26,7 @@ python -m benchmarks --device gpu --json results.json
 * Figures of the paper are its authors', for their networks on their machine. They are marked and never gated.
 * Here are the results that a reader can use without the code. All metrics and whole tables are in
   `benchmarks/baseline.json`; how a workload measures is the docstring of its file in `benchmarks/workloads`.
-<<<<<<< HEAD
 * Other programs on the same network: [peers](suite.md#peers).
-=======
-* Other programs on the same network: [peers](suite.md#peers).
->>>>>>> 4f06a3bd (Plain subjects in the pages of robots and evidence)
 """
 HEADLINES = {  # metric: what it is, for people; in the order of the page
     "main_job.median": "`parc-jax run drift_parking`, from nothing to its end",
