@@ -143,7 +143,7 @@ CERTIFICATES = (
 ABSENCE = (
     Fault(
         "no_plan_common_errors_of_the_widest_bin",
-        "OfTemplates.over",
+        "BinErrors.over",
         "[bins].min",
         "[bins].max",
         "tests/no_plan/test_bin_errors.py::test_common_errors_are_errors_of_every_bin",

@@ -14,7 +14,7 @@ from toy_bodies import points_model
 from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorBox, ErrorTemplate, Templates
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.network.predict import by_point
-from parc_jax.proof.absence.errors import as_template, bin_errors, bins_over, end_rows, holds
+from parc_jax.proof.absence.errors import BinErrors, as_template, bins_over, end_rows, holds
 
 GOAL_A = np.array(
     [[1.0, 0.0, 0.0, 0.0, 0.0], [-0.5, 0.25, 0.0, 1.0, 0.0], [0.0] * 5, [0.0, 0.0, 0.0, 0.0, -2.0]]
@@ -59,7 +59,7 @@ def test_common_errors_are_errors_of_every_bin(rng, fitted):
     that of its set.
     """
     model = model_with(rng, fitted)
-    known = bin_errors(model.tube, GOAL_A)
+    known = BinErrors(model.tube, GOAL_A)
     over = known.over(np.array([-0.5, -1.0]), np.array([0.5, 1.0]))
     assert isinstance(over.common, ErrorBox) and len(over.bins) == 6
     for bin, t, i in itertools.product(over.bins, range(4), range(2)):
@@ -77,7 +77,7 @@ def test_common_errors_are_errors_of_every_bin(rng, fitted):
 def test_errors_at_the_end_are_of_every_bin_and_of_one_the_farthest(rng, fitted):
     model = model_with(rng, fitted)
     tube = model.tube
-    known = bin_errors(tube, GOAL_A)
+    known = BinErrors(tube, GOAL_A)
     assert known.names_errors == fitted
     for lo, hi in (([-0.5, -1.0], [0.5, 1.0]), ([0.2, 0.4], [0.5, 1.0])):
         over = known.over(np.array(lo), np.array(hi))
@@ -100,7 +100,7 @@ def test_a_bin_without_claim_allows_everything(rng):
     half[2] = np.inf
     tube = fitted_tube(model.tube.edges, during, replace(at_end, half=half))
     assert not tube.claimed[2] and isinstance(tube.templates, Templates)
-    known = bin_errors(tube, GOAL_A)
+    known = BinErrors(tube, GOAL_A)
     over = known.over(np.array([-1.0, 0.4]), np.array([-0.5, 1.0]))
     assert over.bins.tolist() == [2] and over.goal_least[0] > 1e-3 * NO_CLAIM
     both = known.over(np.array([-1.0, 0.0]), np.array([-0.5, 1.0]))

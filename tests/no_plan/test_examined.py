@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from toy_models import toy_case
 
-from parc_jax.proof.absence.errors import bin_errors
+from parc_jax.proof.absence.errors import BinErrors
 from parc_jax.proof.absence.examined import VERTICES, Examiner
 from parc_jax.proof.absence.tree import Node
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -16,7 +16,7 @@ MARGINS = ("goal", "start", "hit")
 def examiner():
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
-    return Examiner(scene, bin_errors(model.tube, np.asarray(scene.goal_A)))
+    return Examiner(scene, BinErrors(model.tube, np.asarray(scene.goal_A)))
 
 
 def quarters(examiner):

@@ -87,9 +87,9 @@ def test_a_hash_collision_is_not_taken_for_equality(evidence, monkeypatch):
 
 
 def test_a_neuron_that_is_not_cut(monkeypatch):
-    def forgetful(lattice, codes, column, j, slack):
-        if column != 7:
-            cut.cut(lattice, codes, column, j, slack)
+    def forgetful(lattice, codes, plane):
+        if plane.column != 7:
+            cut.cut(lattice, codes, plane)
 
     monkeypatch.setattr(subdivide, "cut", forgetful)
     with pytest.raises(SoundnessError):

@@ -14,11 +14,11 @@ def test_the_ways_of_all_plans_are_within_their_bounds(boxes, seed, monkeypatch)
     monkeypatch.setattr(pruning, "BOXES", boxes)
     rng = np.random.default_rng(seed)
     model = random_model(rng, bins=(1, 1))
-    found = pruning.ways_of(model)
+    lo, hi = pruning.ways_of(model)
     k = rng.uniform(model.domain.lo, model.domain.hi, (5000, model.n_k))
     offsets, _ = trajectories(model.net, model.layout, k)
     places = offsets - offsets[:, -1:]
-    assert (found.lo - 1e-12 <= places).all() and (places <= found.hi + 1e-12).all()
+    assert (lo - 1e-12 <= places).all() and (places <= hi + 1e-12).all()
 
 
 def test_bounds_of_an_affine_map_are_attained(rng):

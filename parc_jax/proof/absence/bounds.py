@@ -203,8 +203,8 @@ def examine(
     known = Known(
         places=places,
         owner=owner,
-        goal=_extremes(_times(rest, scene.goal_A[:, n_p:]), owner, n),
-        start=_extremes(_times(places[:, 0, :n_p], scene.start_A), owner, n),
+        goal=_extremes(product(rest, scene.goal_A[:, n_p:].T), owner, n),
+        start=_extremes(product(places[:, 0, :n_p], scene.start_A.T), owner, n),
         blame=jnp.zeros((n, k.shape[1])),
     )
     return _examined(net, scene, layout, known, boxes)
@@ -347,11 +347,6 @@ def _middle(net: ReLUNetwork, layout: Layout, boxes: Boxes) -> Middle:
         moved=back[:, 1 : n_k + 1] - back[:, n_k + 1 :],
         moved_end=end[:, 1 : n_k + 1] - end[:, n_k + 1 :],
     )
-
-
-def _times(x: Float[ArrayLike, "n j"], A: Float[ArrayLike, "rows j"]):
-    """(n, rows)."""
-    return product(x, A.T)
 
 
 def _mixed(x: Float[ArrayLike, "n c *_ n_c"], tried: Tried):

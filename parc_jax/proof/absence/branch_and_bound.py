@@ -5,12 +5,11 @@ split. [T15, T16, T30, T36]
 import heapq
 import itertools
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.proof.absence.errors import bin_errors
+from parc_jax.proof.absence.errors import BinErrors
 from parc_jax.proof.absence.examined import BOXES, Batch, Examiner
 from parc_jax.proof.absence.reasons import Reasons
 from parc_jax.proof.absence.tree import Node, choose_split
@@ -22,49 +21,27 @@ from parc_jax.safe_set.verdict.scene import Scene
 TRIED = 16  # plans per open box that are tried, since one safe plan ends the search for a proof
 
 
-class Found(NamedTuple):
-    """leaves: decided and open boxes. safe_plan: (p0, k) that is safe: there is no proof then."""
-
-    root: Node
-    leaves: int
-    safe_plan: tuple[np.ndarray, np.ndarray] | None
-
-
-class OpenBoxes:
-    """The boxes that wait for a decision, the largest first; equal ones in the order they came."""
-
-    def __init__(self, root: Node):
-        self._heap: list[tuple[float, int, Node]] = []
-        self._order = itertools.count()
-        self.add(root)
-
-    def __len__(self) -> int:
-        return len(self._heap)
-
-    def add(self, node: Node) -> None:
-        """One more box."""
-        heapq.heappush(self._heap, (-float(node.volume), next(self._order), node))
-
-    def take(self) -> Node:
-        """The next box, which waits no longer."""
-        return heapq.heappop(self._heap)[2]
-
-
 class BranchAndBound:
-    """One branch and bound, which a safe plan ends."""
+    """One branch and bound, which a safe plan ends.
+
+    root: the tree. leaves: decided and open boxes. safe_plan: (p0, k) that is safe: there is no
+    proof then.
+    """
 
     def __init__(self, scene: Scene, root: Node):
         model = scene.model
         self.model = model
         self.scene = scene
         self.root = root
-        errors = bin_errors(model.tube, np.asarray(scene.goal_A))
+        errors = BinErrors(model.tube, np.asarray(scene.goal_A))
         self.examiner = Examiner(scene, errors)
         self.reasons = Reasons(scene, errors)
         self.spread = _spread(len(root.lo))
         self.cost_of_bounds = _cost_of_bounds(model.net)
         # what the steps change
-        self.waiting = OpenBoxes(root)
+        self._order = itertools.count()
+        self._waiting: list[tuple[float, int, Node]] = []
+        self._wait([root])
         self.leaves = 1
         self.exact_vertices = 0  # that the checker will have to evaluate, about
         self.safe_plan: tuple[np.ndarray, np.ndarray] | None = None
@@ -79,26 +56,25 @@ class BranchAndBound:
             list(self.examiner.at_vertices([root]))
         verdicts(self.scene, z - ends_from(0.0, self.model, k), k)
 
-    def run(self, until: Callable[[int], bool], max_leaves: int) -> Found:
+    def run(self, until: Callable[[int], bool], max_leaves: int) -> None:
         """Decide the largest boxes first until none is left, `until()` says stop, or there are
-        max_leaves.
+        max_leaves. Those without a reason are split, and their halves wait.
         """
         while not (self.decided or self.leaves >= max_leaves or until(self.exact_vertices)):
-            self._step()
-        return Found(self.root, self.leaves, self.safe_plan)
+            n = min(BOXES, len(self._waiting))
+            children = self._decide([heapq.heappop(self._waiting)[2] for _ in range(n)])
+            self.leaves += len(children) // 2
+            self._wait(children)
 
     @property
     def decided(self) -> bool:
         """No box waits, or a safe plan is in hand: there is no proof then."""
-        return not self.waiting or self.safe_plan is not None
+        return not self._waiting or self.safe_plan is not None
 
-    def _step(self) -> None:
-        """Decide the largest boxes; those without a reason are split and wait."""
-        nodes = [self.waiting.take() for _ in range(min(BOXES, len(self.waiting)))]
-        children = self._decide(nodes)
-        self.leaves += len(children) // 2
-        for node in children:
-            self.waiting.add(node)
+    def _wait(self, nodes: list[Node]) -> None:
+        """More open boxes: the largest is decided first, of equal ones the first that came."""
+        for node in nodes:
+            heapq.heappush(self._waiting, (-float(node.volume), next(self._order), node))
 
     def _decide(self, nodes: list[Node]) -> list[Node]:
         """Write down the reasons that are found; the children of the boxes without one.

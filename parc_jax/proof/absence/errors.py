@@ -146,95 +146,65 @@ def bins_over(tube: Tube, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, n
     return number, np.array(straddles, float)
 
 
-class OfBoxes:
-    """Of a tube of half widths. goal_A (g, n_c + n_q): rows of the goal."""
+class BinErrors:
+    """The errors of a tube over boxes of k, for a goal with rows goal_A (g, n_c + n_q).
 
-    names_errors = False  # the checker finds the error that a row of the goal loses most by itself
+    names_errors: whether certificates name the error by which a row of the goal loses most; of
+    boxes the checker finds it by itself.
+    """
 
     def __init__(self, tube: Tube, goal_A: np.ndarray):
         self.tube = tube
+        self.templates = tube.templates
         self.goal_A = goal_A
-        self._interval, self._final = tube.finite_widths
+        self.names_errors = self.templates is not None
+        # half widths that every bin allows, and those that none exceeds
+        self._widest, final = tube.finite_widths
+        self._inner, self._widest_at_end = self._widest, final
+        if self.templates is not None:
+            inner, final = (faces.inner_box for faces in self.templates)
+            self._inner = inner.reshape(*inner.shape[:2], -1)
+            errors = self.templates.final.errors
+            self._goal_most = np.stack([errors.support(a) for a in goal_A], axis=1)
+        self._inner_at_end = kept_at_end(self._inner, final)
+        self._farthest: dict[int, np.ndarray] = {}  # by bin: linear programs are slow
 
     def over(self, lo: np.ndarray, hi: np.ndarray) -> OverBins:
         """What a box of k overlaps."""
         bins, straddles = bins_over(self.tube, lo, hi)
-        least = self._interval[bins].min(axis=0)
-        return OverBins(
-            bins,
-            straddles,
-            ErrorBox(by_point(least, self.tube.n_points)),
-            self._interval[bins].max(axis=0) - least,
-            (self.at_end(bins) * self.goal_A).sum(axis=1),
-            np.abs(self.goal_A) @ self._final[bins].max(axis=0),
-        )
+        least = self._inner[bins].min(axis=0)
+        common: ErrorSet = ErrorBox(by_point(least, self.tube.n_points))
+        if self.templates is None:
+            goal_most = np.abs(self.goal_A) @ self._widest_at_end[bins].max(axis=0)
+        else:
+            goal_most = self._goal_most[bins].max(axis=0)
+            if len(bins) == 1:
+                common = at(self.templates.interval.errors, int(bins[0]))
+        blur = self._widest[bins].max(axis=0) - least
+        goal_least = (self.at_end(bins) * self.goal_A).sum(axis=1)
+        return OverBins(bins, straddles, common, blur, goal_least, goal_most)
 
     def at_end(self, bins: np.ndarray) -> np.ndarray:
         """(g, n_c + n_q) for every row of the goal, an error that all bins allow at the end by
         which it loses most, or at least much.
         """
-        least = kept_at_end(self._interval[bins], self._final[bins]).min(axis=0)
-        return np.sign(self.goal_A) * least
-
-    def of_contact(
-        self, over: OverBins, t: int, points: list[int], weights: Float[np.ndarray, " i"]
-    ) -> ContactErrors:
-        """The errors that all bins allow a mixture of points during interval t."""
-        return WithinWidths(over.common.half[t][points], weights)
-
-
-class OfTemplates:
-    """Of a tube between faces, by the same methods. What is known of a bin is remembered."""
-
-    names_errors = True
-
-    def __init__(self, tube: Tube, templates: Templates, goal_A: np.ndarray):
-        self.tube = tube
-        self.templates = templates
-        self.goal_A = goal_A
-        inner = templates.interval.inner_box
-        self._inner = inner.reshape(*inner.shape[:2], -1)
-        self._inner_at_end = kept_at_end(self._inner, templates.final.inner_box)
-        self._widest = tube.finite_widths[0]
-        self._goal_most = np.stack([templates.final.errors.support(a) for a in goal_A], axis=1)
-        self._farthest: dict[int, np.ndarray] = {}
-
-    def over(self, lo: np.ndarray, hi: np.ndarray) -> OverBins:
-        """As of boxes."""
-        bins, straddles = bins_over(self.tube, lo, hi)
-        least = self._inner[bins].min(axis=0)
-        if len(bins) == 1:
-            common: ErrorSet = at(self.templates.interval.errors, int(bins[0]))
-        else:
-            common = ErrorBox(by_point(least, self.tube.n_points))
-        return OverBins(
-            bins,
-            straddles,
-            common,
-            self._widest[bins].max(axis=0) - least,
-            (self.at_end(bins) * self.goal_A).sum(axis=1),
-            self._goal_most[bins].max(axis=0),
-        )
-
-    def at_end(self, bins: np.ndarray) -> np.ndarray:
-        """As of boxes; of one bin by linear programs."""
-        if len(bins) > 1:
+        if self.templates is None or len(bins) > 1:
             return np.sign(self.goal_A) * self._inner_at_end[bins].min(axis=0)
         bin = int(bins[0])
         if bin not in self._farthest:
-            self._farthest[bin] = self._farthest_of(bin)
+            self._farthest[bin] = self._farthest_of(bin, self.templates)
         return self._farthest[bin]
 
     def of_contact(
         self, over: OverBins, t: int, points: list[int], weights: Float[np.ndarray, " i"]
     ) -> ContactErrors:
-        """As of boxes."""
-        if isinstance(over.common, ErrorBox):
+        """The errors that all bins allow a mixture of points during interval t."""
+        if self.templates is None or isinstance(over.common, ErrorBox):
             return WithinWidths(over.common.half[t][points], weights)
         rows = [self.templates.interval.rows((over.bins[0], t, i)) for i in points]
         return BetweenFaces(at(over.common, (t, points)), rows, weights)
 
-    def _farthest_of(self, bin: int) -> np.ndarray:
+    def _farthest_of(self, bin: int, templates: Templates) -> np.ndarray:
         """Errors at the end of one bin, where what a linear program finds is exactly an error of
         both the end and the last interval.
         """
@@ -243,7 +213,7 @@ class OfTemplates:
         found = np.sign(self.goal_A) * self._inner_at_end[bin]
         if not self.tube.claimed[bin]:
             return found
-        rows = end_rows(self.templates, bin)
+        rows = end_rows(templates, bin)
         A = np.array([[float(x) for x in a] for a, _ in rows])
         b = np.array([float(x) for _, x in rows])
         for row, a in enumerate(self.goal_A):
@@ -255,16 +225,6 @@ class OfTemplates:
                 if a @ error > a @ found[row] and holds(rows, error):
                     found[row] = error
         return found
-
-
-BinErrors = OfBoxes | OfTemplates
-
-
-def bin_errors(tube: Tube, goal_A: np.ndarray) -> BinErrors:
-    """The errors of a tube over boxes of k, for a goal with these rows (g, n_c + n_q)."""
-    if tube.templates is None:
-        return OfBoxes(tube, goal_A)
-    return OfTemplates(tube, tube.templates, goal_A)
 
 
 def kept_at_end(interval: np.ndarray, final: np.ndarray) -> np.ndarray:

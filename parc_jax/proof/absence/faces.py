@@ -13,7 +13,7 @@ from parc_jax.common.lp.exact import Basis, round_up
 from parc_jax.common.spelling import fraction_text, hex_text
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
-from parc_jax.proof.absence.errors import BinErrors, bin_errors
+from parc_jax.proof.absence.errors import BinErrors
 
 MOST_COMBINATIONS = 50_000  # bases of goal rows tried per face
 
@@ -27,7 +27,7 @@ def goal_faces(problem: Problem, model: TrajectoryModel) -> tuple[np.ndarray, np
     then misses the goal.
     """
     tube = model.tube
-    known = bin_errors(tube, problem.goal.A)
+    known = BinErrors(tube, problem.goal.A)
     errors = known.at_end(np.arange(tube.n_bins))
     rows = [[Fraction(v) for v in row] for row in problem.goal.A]
     bounds = []

@@ -17,7 +17,7 @@ from parc_jax.common.spelling import decimal_text, rounded_up
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.robust.realisations import Robustness
-from parc_jax.proof.absence.branch_and_bound import BranchAndBound, Found
+from parc_jax.proof.absence.branch_and_bound import BranchAndBound
 from parc_jax.proof.absence.faces import goal_faces
 from parc_jax.proof.absence.tree import Node
 from parc_jax.proof.certificate.write import question_parts
@@ -118,20 +118,34 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
     begin = time.perf_counter()
     per_vertex = CHECK_FACTOR * _seconds_per_evaluation(context, model)
     limit.start()
-    found = search.run(lambda vertices: limit.over(per_vertex * vertices), max_leaves)
+    search.run(lambda vertices: limit.over(per_vertex * vertices), max_leaves)
     searched = time.perf_counter()
     ended = Ended.SECONDS if limit.cut else Ended.TARGET if search.decided else Ended.WORK
-    tree = found.root.spell()
+    tree = root.spell()
     kind = UNDECIDED if any("open" in node for node in tree) else PROVED
-    plan = {
+    plan: dict | None = {
         "kind": KIND_IN_FILE[kind],
         "z": {"lo": decimal_text(z_lo), "hi": decimal_text(z_hi)},
         "faces": faces,
         "tree": tree,
     }
     context.work_left = checker.allowance(*question, plan)  # as for the file that will hold it
-    return _checked(context, plan, kind, found, searched - begin)._replace(
-        reason=why_none(scene), ended=ended
+    try:
+        with checker.rejecting():
+            report = checker.check_no_plan(context, plan)
+    except checker.Rejected:  # a refused certificate proves nothing and is dropped
+        kind, plan, report = UNDECIDED, None, {"unsafe": 0, "undecided": root.volume}
+    return NoPlan(
+        kind=kind,
+        unsafe=Fraction(report["unsafe"]),
+        undecided=Fraction(report["undecided"]),
+        total=root.volume,
+        certificate=plan,
+        leaves=search.leaves,
+        safe_plan=search.safe_plan,
+        seconds=searched - begin,
+        reason=why_none(scene),
+        ended=ended,
     )
 
 
@@ -157,31 +171,6 @@ def _not_searched(root: Node, needed: str, reason: Reason | None) -> NoPlan:
         total=root.volume,
         reason=reason or Reason(f"a proof needs {needed}.", False),
         ended=None,
-    )
-
-
-def _checked(
-    context: checker.Context, plan: dict, kind: str, found: Found, seconds: float
-) -> NoPlan:
-    """The verdict after the checker's; a refused certificate proves nothing and is dropped."""
-    total = found.root.volume
-    certificate: dict | None = plan
-    try:
-        with checker.rejecting():
-            report = checker.check_no_plan(context, plan)
-    except checker.Rejected:
-        kind = UNDECIDED
-        certificate = None
-        report = {"unsafe": 0, "undecided": total}
-    return NoPlan(
-        kind=kind,
-        unsafe=Fraction(report["unsafe"]),
-        undecided=Fraction(report["undecided"]),
-        total=total,
-        certificate=certificate,
-        leaves=found.leaves,
-        safe_plan=found.safe_plan,
-        seconds=seconds,
     )
 
 

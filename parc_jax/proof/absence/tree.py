@@ -9,7 +9,6 @@ from parc_jax.common.spelling import hex_text
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.tube import Tube
 
-UNSAFE = ("goal", "start", "hit")
 # a side of k is split before a side of z of equal effect: boxes that share k share their proof's
 # cells
 K_FIRST = 2.0

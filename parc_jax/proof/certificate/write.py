@@ -10,17 +10,15 @@ too many axes for the checker to search, multipliers that give each row of a goa
 
 import hashlib
 import json
-from collections.abc import Callable
 from fractions import Fraction
 
 import numpy as np
-from jaxtyping import Float
 
 from parc_jax.checker import FORMAT
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.learning.bound.bins import each_bin
-from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorSet, Faces, Templates, at
+from parc_jax.learning.bound.error_set import NO_CLAIM, Faces, Templates, at
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point
@@ -29,7 +27,7 @@ from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.polytopes import SafePolytope
-from parc_jax.safe_set.separation.directions import Multiplier, Run, longest_lasting, merged_runs
+from parc_jax.safe_set.separation.directions import longest_lasting, merged_runs
 from parc_jax.safe_set.separation.inequality import at_both_knots, height, separates
 from parc_jax.safe_set.verdict.scene import Scene
 
@@ -204,41 +202,25 @@ def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: n
     table, errors = scene.directions, tube.during(each_bin(tube.edges, k[None])[1])
     places = np.moveaxis(by_point(path, tube.n_points), 2, 0)  # axis by axis
     sep = []
-    for o in range(len(table.multipliers)):
-        points, back = scene.obstacles.points[o], -table.w[o]
-        lost = at(errors, np.s_[:, :, points, None]).support(back).max(axis=0)
-        heights = height(table.w[o].T[..., None, None], places[:, None, :, points])
-
-        def nearest(t: int, o: int = o) -> Multiplier:
-            return table.nearest(o, _nearest(scene, o, path, at(errors, 0), t))
-
-        sep.append(runs_along(scene, o, heights, np.moveaxis(lost, 2, 0), nearest))
+    for o, multipliers in enumerate(table.multipliers):
+        points, w = scene.obstacles.points[o], table.w[o]
+        lost = at(errors, np.s_[:, :, points, None]).support(-w).max(axis=0)
+        heights = height(w.T[..., None, None], places[:, None, :, points])
+        threshold = table.support[o] + scene.slack * np.abs(w).sum(axis=1)
+        threshold = threshold[:, None, None] + np.moveaxis(lost, 2, 0)
+        holds = separates(at_both_knots(heights, 1), threshold).all(axis=2)
+        exists = np.flatnonzero(scene.obstacles.active[o])
+        chosen = []
+        for d, t in zip(longest_lasting(holds[:, exists]), exists, strict=True):
+            if d >= 0:
+                chosen.append(multipliers[d])
+            else:  # none of the table separates: the direction of the largest gap
+                _, clearest = scene.obstacles.gap(o, path[t], path[t + 1], at(errors, (0, t)))
+                chosen.append(table.nearest(o, clearest))
+        sep.append(merged_runs(chosen, exists))
     if scene.apart is not None:
         sep = scene.apart.with_runs(sep)
     return {"p0": hex_text(p0), "k": hex_text(k), "sep": separation_part(sep, scene.problem)}
-
-
-def runs_along(
-    scene: Scene,
-    o: int,
-    heights: Float[np.ndarray, "d knots i"],
-    lost: Float[np.ndarray, "d t i"],
-    nearest: Callable[[int], Multiplier],
-) -> list[Run]:
-    """Of pair o the fewest runs of directions of the scene's table that separate. heights: of its
-    points along each. lost: what errors take. nearest: what stands in for them in an interval in
-    which none does.
-    """
-    table = scene.directions
-    threshold = table.support[o] + scene.slack * np.abs(table.w[o]).sum(axis=1)
-    holds = separates(at_both_knots(heights, 1), threshold[:, None, None] + lost).all(axis=2)
-    exists = np.flatnonzero(scene.obstacles.active[o])
-    chosen = longest_lasting(holds[:, exists])
-    spelled = [
-        table.multipliers[o][d] if d >= 0 else nearest(t)
-        for d, t in zip(chosen, exists, strict=True)
-    ]
-    return merged_runs(spelled, exists)
 
 
 def polytope_part(polytope: SafePolytope) -> dict:
@@ -259,11 +241,6 @@ def corridor_part(corridor: Corridor, problem: Problem) -> dict:
         "k": hex_text(corridor.k),
         "sep": separation_part(corridor.runs, problem),
     }
-
-
-def _nearest(scene: Scene, o: int, path, errors: ErrorSet, t: int) -> np.ndarray:
-    """The direction in which interval t is clearest of obstacle o."""
-    return scene.obstacles.gap(o, path[t], path[t + 1], at(errors, t))[1]
 
 
 def separation_part(runs_by_pair: list, problem: Problem) -> list:

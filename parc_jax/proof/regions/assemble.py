@@ -215,8 +215,3 @@ def _sides(facets: np.ndarray, offsets: np.ndarray, n_facets: int) -> tuple[np.n
     sides[facets, 1] = region
     sides[count == 1, 1] = -1
     return sides, count
-
-
-def domain_volume(lattice: Complex) -> float:
-    """Volume of a complex that is one cell, in its own coordinates."""
-    return float(cell_volumes(lattice.x.view, tuple(lattice.all_rows()))[0])

@@ -23,14 +23,17 @@ from parc_jax.proof.regions.complex import Complex, Level, Sign
 from parc_jax.proof.regions.storage import CHUNK, NUMBER, row_chunks, row_positions
 
 
-class Slack(NamedTuple):
-    """Rounding constants of one cut.
+class Hyperplane(NamedTuple):
+    """One hyperplane per cell, and the rounding constants of a cut along it.
 
+    column: of its signs. z_column: of its pre-activations.
     eta: of its neuron. delta: of a new point. threshold: (V,) of the signs.
     lip: of the neuron, in the given home cells.
     repair: called with the numbers of the new vertices, replaces floats that are too poor.
     """
 
+    column: int
+    z_column: int
     eta: float
     lip: Callable[[np.ndarray], np.ndarray]
     delta: float
@@ -56,16 +59,8 @@ class Halved(NamedTuple):
     rho: np.ndarray
 
 
-def cut_edges(
-    lattice: Complex,
-    vertex_codes: UInt8[np.ndarray, " V"],
-    column: int,
-    z_column: int,
-    slack: Slack,
-) -> Halved:
-    """Cut every edge with a plus and a minus end. vertex_codes (V,): `Sign` at column `column`,
-    whose pre-activation is z[:, z_column].
-    """
+def cut_edges(lattice: Complex, vertex_codes: UInt8[np.ndarray, " V"], plane: Hyperplane) -> Halved:
+    """Cut every edge with a plus and a minus end. vertex_codes (V,): `Sign` at the hyperplane."""
     a = lattice.a.view
     b = lattice.b.view
     codes = vertex_codes.take(a) | vertex_codes.take(b)
@@ -79,9 +74,9 @@ def cut_edges(
     q = b[edges]
     radius = lattice.edge_radius.data[edges] if lattice.n > 1 else np.zeros(count)
     home = lattice.edge_home.data[edges]
-    slope = _divide(lattice, p, q, radius, home, z_column, slack)
+    slope = _divide(lattice, p, q, radius, home, plane)
     new = np.arange(vertex0, vertex0 + count)
-    slack.repair(new)
+    plane.repair(new)
     # the edge keeps its number on the plus side; the part on the minus side is new
     flip = vertex_codes.take(p) == Sign.MINUS
     lattice.a.data[edges] = np.where(flip, q, p)
@@ -90,7 +85,7 @@ def cut_edges(
     lattice.b.append(new)
     lattice.edge_radius.append(radius)
     lattice.edge_home.append(home)
-    label_new(lattice, 0, count, column)
+    label_new(lattice, 0, count, plane.column)
     if lattice.n == 2:
         lattice.label.append(lattice.label.data[edges])
     return Halved(codes, ranks(edges, edge0), edge0, vertex0, slope, lattice.rho.data[new])
@@ -114,8 +109,7 @@ def _divide(
     q: Int[np.ndarray, " E"],
     radius: Float[np.ndarray, " E"],
     home: Int[np.ndarray, " E"],
-    z_column: int,
-    slack: Slack,
+    plane: Hyperplane,
 ) -> np.ndarray:
     """New vertices where z vanishes on the edges (p, q). Returns slope bounds; appends floats and
     bits.
@@ -126,13 +120,13 @@ def _divide(
     z_q = z.take(q, axis=0)
     x_p = lattice.x.data.take(p, axis=0)
     step = lattice.x.data.take(q, axis=0) - x_p
-    at_p = z_p[:, z_column]
-    at_q = z_q[:, z_column]
+    at_p = z_p[:, plane.z_column]
+    at_q = z_q[:, plane.z_column]
     t = (at_p / (at_p - at_q))[:, None]
-    drop = np.abs(at_p) + np.abs(at_q) - slack.threshold[p] - slack.threshold[q]
+    drop = np.abs(at_p) + np.abs(at_q) - plane.threshold[p] - plane.threshold[q]
     length = np.sqrt((step * step).sum(axis=1)) + (lattice.rho.data[p] + lattice.rho.data[q])
     slope = np.maximum(drop * (1 - 1e-9), 0.0) / length
-    rho = radius_of_zero(radius, slope, home, slack)
+    rho = radius_of_zero(radius, slope, home, plane)
     # in place: z_q becomes z_p + t (z_q - z_p), step the new point
     z_q -= z_p
     z_q *= t
@@ -151,12 +145,12 @@ def radius_of_zero(
     radius: Float[np.ndarray, " E"],
     slope: Float[np.ndarray, " E"],
     home: Int[np.ndarray, " E"],
-    slack: Slack,
+    plane: Hyperplane,
 ) -> np.ndarray:
     """radius(F0) from radius(F); infinite where the slope is not known to be positive."""
     known = slope > 0
-    further = (slack.eta + slack.lip(home) * radius) / np.where(known, slope, 1.0)
-    return np.where(known, radius + further * (1 + 1e-9) + slack.delta, np.inf)
+    further = (plane.eta + plane.lip(home) * radius) / np.where(known, slope, 1.0)
+    return np.where(known, radius + further * (1 + 1e-9) + plane.delta, np.inf)
 
 
 def label_new(lattice: Complex, k: int, count: int, column: int) -> None:
@@ -176,19 +170,18 @@ class Rows(NamedTuple):
     codes: np.ndarray
 
 
-def cut(lattice: Complex, codes: np.ndarray, column: int, z_column: int, slack: Slack) -> None:
-    """Cut along column `column`, whose pre-activation is z[:, z_column]; codes (V,) uint8, see
-    `Sign`.
+def cut(lattice: Complex, codes: np.ndarray, plane: Hyperplane) -> None:
+    """Cut along a hyperplane; codes (V,) uint8, see `Sign`.
 
     The caller marks the column of the old vertices afterwards; the new ones are zero there.
     """
     no_zeros = bool(codes.all())
-    below = cut_edges(lattice, codes, column, z_column, slack)
+    below = cut_edges(lattice, codes, plane)
     if no_zeros and not len(below.rho):
         return
     two_below = codes
     for k in range(2, lattice.n + 1):
-        here = _cut_level(lattice, k, codes, no_zeros, below, two_below, column, slack)
+        here = _cut_level(lattice, k, codes, no_zeros, below, two_below, plane)
         two_below = below.codes
         below = here
 
@@ -200,8 +193,7 @@ def _cut_level(
     no_zeros: bool,
     below: Halved,
     two_below: UInt8[np.ndarray, " G"] | None,
-    column: int,
-    slack: Slack,
+    plane: Hyperplane,
 ) -> Halved:
     """Cut the k-faces, when the (k-1)-faces are cut. two_below: codes of the (k-2)-faces."""
     level = lattice.levels[k]
@@ -224,7 +216,7 @@ def _cut_level(
         cut_face = rows.face.take(is_cut)
         np.maximum.at(slope[part], cut_face, below.slope.take(cut_rank))
         np.maximum.at(rho[part], cut_face, below.rho.take(cut_rank))
-        zero_radius = radius_of_zero(radius[part], slope[part], home[part], slack)
+        zero_radius = radius_of_zero(radius[part], slope[part], home[part], plane)
         np.minimum(zero_radius, rho[part], out=zero_radius)
         zero_row = cut_face
         zero_sub = below.zero0 + cut_rank
@@ -240,7 +232,7 @@ def _cut_level(
             lattice, k - 1, zero_sub, zero_size, zero_radius, home[part]
         )
         _store_halves(level, faces[part], rows, is_cut, below.minus0 + cut_rank)
-    label_new(lattice, k - 1, len(faces), column)
+    label_new(lattice, k - 1, len(faces), plane.column)
     if k == lattice.n - 1:
         lattice.label.append(lattice.label.data[faces])
     level.first.data[faces] = first

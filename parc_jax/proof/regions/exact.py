@@ -10,6 +10,7 @@ cuts, and forms depend only on signs decided earlier), so the point is a rationa
 
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import pairwise
 from math import gcd
 
 import numpy as np
@@ -196,38 +197,27 @@ def _solve(basis: list[tuple[int, list[int]]], n: int) -> tuple[list[int], int]:
     return ([-x for x in point], -q) if q < 0 else (point, q)
 
 
-class ExactPoints:
-    """Exact vertices of a table, one at a time (a fraction of a millisecond each).
+def with_exact_points(table):
+    """The same table, every vertex rounded from its exact value, which takes a fraction of a
+    millisecond; point_error is half a unit in the last place.
 
     The facets of one region that meet at one of its vertices have normals of rank n there, so they
     define the point.
     """
-
-    def __init__(self, table):
-        self.table = table
-        self.unit = unit_problem(table.net, table.domain)
-        self.network = ExactNetwork(self.unit.A, self.unit.b, self.unit.weights, self.unit.biases)
-        flat, offsets = table.face_vertices(table.net.n_in - 1)
-        order = np.argsort(flat, kind="stable")
-        self._facets = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))[order]
-        self._starts = np.searchsorted(flat[order], np.arange(len(table.points) + 1))
-
-    def point(self, v: int) -> list[Fraction]:
-        """Coordinates of table.points[v] without rounding."""
-        through = self._facets[self._starts[v] : self._starts[v + 1]]
-        sides = self.table.facet_regions[through]
+    unit = unit_problem(table.net, table.domain)
+    network = ExactNetwork(unit.A, unit.b, unit.weights, unit.biases)
+    flat, offsets = table.face_vertices(table.net.n_in - 1)
+    order = np.argsort(flat, kind="stable")
+    facets = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))[order]
+    starts = np.searchsorted(flat[order], np.arange(len(table.points) + 1))
+    points = np.empty_like(table.points)
+    for v, (first, last) in enumerate(pairwise(starts)):
+        through = facets[first:last]
+        sides = table.facet_regions[through]
         region = sides[0, 0]
-        label = self.table.facet_label[through[(sides == region).any(axis=1)]]
-        rows = -1 - label[label < 0]
+        label = table.facet_label[through[(sides == region).any(axis=1)]]
         neurons = np.sort(label[label >= 0])
-        point, q = self.network.vertex(rows, neurons, self.table.patterns[region])
-        return [Fraction(x, q) * Fraction(s) for x, s in zip(point, self.unit.scale, strict=True)]
-
-
-def with_exact_points(table):
-    """The same table, every vertex rounded from its exact value; point_error is half a unit in the
-    last place.
-    """
-    exact = ExactPoints(table)
-    points = np.array([[float(x) for x in exact.point(v)] for v in range(len(table.points))])
+        point, q = network.vertex(-1 - label[label < 0], neurons, table.patterns[region])
+        exact = zip(point, unit.scale, strict=True)
+        points[v] = [float(Fraction(x, q) * Fraction(s)) for x, s in exact]
     return table.replace(points=points, point_error=0.5 * np.spacing(np.abs(points)))

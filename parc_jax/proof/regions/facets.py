@@ -39,6 +39,9 @@ from parc_jax.proof.regions.locate import (
     same_direction,
 )
 
+Rows = Float[np.ndarray, "rows columns"]  # (a, c) of a.x + c <= 0
+Bound = Float[np.ndarray, " n"]
+
 
 @struct.dataclass
 class MarchedRegion:
@@ -144,11 +147,7 @@ def _distinct(rows: Halfspaces) -> np.ndarray:
     return np.array(kept)
 
 
-def _center(
-    unit: Float[np.ndarray, "rows columns"],
-    lo: Float[np.ndarray, " n"],
-    hi: Float[np.ndarray, " n"],
-) -> tuple[np.ndarray, float]:
+def _center(unit: Rows, lo: Bound, hi: Bound) -> tuple[np.ndarray, float]:
     """A point far from all rows, and its measured distance from them; NaN and 0 without one."""
     n = len(lo)
     cost = np.append(np.zeros(n), -1.0)
@@ -163,9 +162,7 @@ def _center(
     return found.x[:n], float(depth) if np.isfinite(depth) else 0.0
 
 
-def _hit_by_rays(
-    unit: Float[np.ndarray, "rows columns"], center: Float[np.ndarray, " n"]
-) -> np.ndarray:
+def _hit_by_rays(unit: Rows, center: Bound) -> np.ndarray:
     """Rows that a ray from the centre meets first, with all other rows clear of the meeting point:
     (m,) bool.
     """
@@ -185,11 +182,7 @@ def _hit_by_rays(
     return facet
 
 
-def _bounds(
-    unit: Float[np.ndarray, "rows columns"],
-    lo: Float[np.ndarray, " n"],
-    hi: Float[np.ndarray, " n"],
-) -> tuple[np.ndarray, np.ndarray]:
+def _bounds(unit: Rows, lo: Bound, hi: Bound) -> tuple[np.ndarray, np.ndarray]:
     """Proved bounds of the region: two LPs per axis; the given ones where no proof came."""
     A = unit[:, :-1]
     b = -unit[:, -1]
@@ -203,12 +196,7 @@ def _bounds(
     return low, high
 
 
-def _by_lp(
-    unit: Float[np.ndarray, "rows columns"],
-    i: int,
-    lo: Float[np.ndarray, " n"],
-    hi: Float[np.ndarray, " n"],
-) -> LPStatus:
+def _by_lp(unit: Rows, i: int, lo: Bound, hi: Bound) -> LPStatus:
     """FEASIBLE: row i is a facet; INFEASIBLE: it is not; UNKNOWN. Maximises the distance t of a
     point on row i from all other rows.
     """

@@ -91,21 +91,18 @@ def layer_bound(
     lip: Float[np.ndarray, " w"],
     h_max: Float[np.ndarray, " inputs"],
     z_max: Float[np.ndarray, " w"],
-    n: int,
-    n_cuts: int,
-    x_max: float,
+    delta: float,
 ) -> LayerBound:
     """Constants of a layer z = W h + b.
 
     lip (w,): bounds on the Euclidean gradients over all cells.
-    h_max (in,), z_max (w,): largest |h^|, |z^| over the vertices. x_max: largest |coordinate|.
-    n_cuts: hyperplanes cut in the whole run, a bound on the length of interpolation chains.
+    h_max (in,), z_max (w,): largest |h^|, |z^| over the vertices. delta: `point_rounding`.
     """
     size = np.abs(W)
     norms = np.linalg.norm(W, axis=1)
     spectral = np.linalg.norm(W, 2) if W.size else 0.0
     forward = (W.shape[1] + 4) * U * (size @ h_max + np.abs(b))
-    chains = len(b) * PER_STEP * z_max + lip * point_rounding(n, n_cuts, x_max)
+    chains = len(b) * PER_STEP * z_max + lip * delta
     local = (forward + chains) * SAFETY + TINY * (size.sum(axis=1) > 0)
     eta = (np.minimum(size @ before.eta, norms * before.eta_norm) + local) * SAFETY
     through_norms = float(spectral * before.eta_norm + np.linalg.norm(local))
@@ -113,8 +110,10 @@ def layer_bound(
     return LayerBound(eta, eta_norm, lip)
 
 
-def point_rounding(n: int, n_cuts: int, x_max: float) -> float:
-    """delta: Euclidean rounding of a vertex after any chain of interpolations, relative to the
-    hulls it started on.
+def point_rounding(n: int, n_cuts: int) -> float:
+    """delta: Euclidean rounding of a vertex with coordinates up to 1 after any chain of
+    interpolations, relative to the hulls it started on.
+
+    n_cuts: hyperplanes cut in the whole run, a bound on the length of these chains.
     """
-    return (n_cuts + 2) * PER_STEP * np.sqrt(n) * x_max
+    return (n_cuts + 2) * PER_STEP * np.sqrt(n)

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 from parc_jax.proof.regions.budget import Budget
 from parc_jax.proof.regions.complex import Complex, Sign
-from parc_jax.proof.regions.cut import Slack
+from parc_jax.proof.regions.cut import Hyperplane
 from parc_jax.proof.regions.exact import ExactNetwork, sign_of
 from parc_jax.proof.regions.locate import proportional
 from parc_jax.proof.regions.rounding import LayerBound
@@ -64,10 +64,8 @@ class SignOracle:
         self.rows: dict[int, np.ndarray] = {}
         self.twins = _twins(W, b)
 
-    def codes(self, j: int) -> tuple[np.ndarray, Slack]:
-        """`Sign` (V,) uint8 of neuron j of the open layer at all vertices, and the slack of a cut
-        along it.
-        """
+    def codes(self, j: int) -> tuple[np.ndarray, Hyperplane]:
+        """`Sign` (V,) uint8 of neuron j of the open layer at all vertices, and its hyperplane."""
         lattice = self.lattice
         column = self.first_column + j
         z = lattice.z.view[:, j]
@@ -81,14 +79,16 @@ class SignOracle:
             threshold[undecided] = self.bound.eta[j] + lip * lattice.rho.data[undecided]
             undecided = undecided[~(np.abs(z[undecided]) > threshold[undecided])]
             codes[undecided] = self._decide(undecided, j)
-        slack = Slack(
+        plane = Hyperplane(
+            column=column,
+            z_column=j,
             eta=self.bound.eta[j],
             lip=lambda home: self._lip(j, home),
             delta=self.delta,
             threshold=threshold,
             repair=lambda new: self._repair(new, column + 1),
         )
-        return codes, slack
+        return codes, plane
 
     def _lip(self, j: int, home: Int[np.ndarray, " v"]) -> np.ndarray | float:
         """Gradient bounds of neuron j in the given cells."""

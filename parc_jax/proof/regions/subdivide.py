@@ -15,7 +15,7 @@ from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.proof.regions.assemble import build_table, domain_volume
+from parc_jax.proof.regions.assemble import build_table, cell_volumes
 from parc_jax.proof.regions.budget import Budget
 from parc_jax.proof.regions.complex import Complex, Level, Sign
 from parc_jax.proof.regions.cut import cut
@@ -138,42 +138,37 @@ def enumerate_regions(
     budget = Budget(max_regions, max_seconds, max_bytes, n_columns)
     lattice = box_complex(unit.lo, unit.hi, n_columns)
     exact = ExactNetwork(A, b, unit.weights, unit.biases)
-    oracle = SignOracle(lattice, exact, point_rounding(n, n_columns, 1.0), budget)
+    oracle = SignOracle(lattice, exact, point_rounding(n, n_columns), budget)
     if is_box:
         whole = float(np.prod(unit.hi - unit.lo))
     else:
-        _cut_domain(lattice, oracle, unit.A, -unit.b, n_columns, budget)
-        whole = domain_volume(lattice)
-    _cut_layers(lattice, oracle, unit.weights, unit.biases, len(b), n_columns, budget)
+        _cut_domain(oracle, unit.A, -unit.b)
+        whole = float(cell_volumes(lattice.x.view, tuple(lattice.all_rows()))[0])
+    _cut_layers(oracle, unit.weights, unit.biases)
     first_row = 0 if is_box else 2 * n
     return build_table(net, domain, lattice, oracle, unit.scale, whole, first_row)
 
 
 def _cut_domain(
-    lattice: Complex,
-    oracle: SignOracle,
-    A: Float[np.ndarray, "h n"],
-    minus_b: Float[np.ndarray, " h"],
-    n_columns: int,
-    budget: Budget,
+    oracle: SignOracle, A: Float[np.ndarray, "h n"], minus_b: Float[np.ndarray, " h"]
 ) -> None:
     """Cut the box down to {A y + minus_b <= 0}, row by row."""
+    lattice = oracle.lattice
     first = 2 * lattice.n
     lattice.set_values(lattice.x.view @ A.T + minus_b)
     before = input_bound(lattice.n)
-    largest = np.ones(lattice.n)
-    _open_layer(lattice, oracle, None, [A], minus_b, before, largest, first, n_columns)
+    _open_layer(oracle, None, [A], minus_b, before, np.ones(lattice.n), first)
     for j in range(len(A)):
-        codes, slack = oracle.codes(j)
+        codes, plane = oracle.codes(j)
         if not (codes == Sign.MINUS).any():
             raise InputError(
                 "domain: expected a polytope with interior; its rows leave none. Widen or drop a "
                 "row."
             )
-        cut(lattice, codes, first + j, j, slack)
-        lattice.bits.mark(first + j, codes)
-        oracle.renumber(keep_minus(lattice, first + j))
-        budget.check(lattice, first + j + 1)
+        cut(lattice, codes, plane)
+        lattice.bits.mark(plane.column, codes)
+        oracle.renumber(keep_minus(lattice, plane.column))
+        oracle.budget.check(lattice, plane.column + 1)
     if lattice.touches(0, first):
         raise InputError(
             "domain: expected a bounded polytope; it reaches past every bound found for it. Add "
@@ -182,38 +177,30 @@ def _cut_domain(
 
 
 def _cut_layers(
-    lattice: Complex,
-    oracle: SignOracle,
-    weights: Sequence[np.ndarray],
-    biases: Sequence[np.ndarray],
-    n_rows: int,
-    n_columns: int,
-    budget: Budget,
+    oracle: SignOracle, weights: Sequence[np.ndarray], biases: Sequence[np.ndarray]
 ) -> None:
     """Cut along every neuron, layer by layer."""
-    column = n_rows
+    lattice = oracle.lattice
+    column = len(oracle.exact.rows)
     bound = input_bound(lattice.n)
     h = lattice.x.view
     for layer, b in enumerate(biases):
         lattice.set_values(h @ weights[layer].T + b)
         h_max = np.abs(h).max(axis=0, initial=0.0)
-        bound = _open_layer(
-            lattice, oracle, layer, weights[: layer + 1], b, bound, h_max, column, n_columns
-        )
+        bound = _open_layer(oracle, layer, weights[: layer + 1], b, bound, h_max, column)
         for j in range(len(b)):
-            codes, slack = oracle.codes(j)
+            codes, plane = oracle.codes(j)
             if (codes == Sign.PLUS).any() and (codes == Sign.MINUS).any():
-                cut(lattice, codes, column, j, slack)
+                cut(lattice, codes, plane)
                 lattice.compact()
             lattice.bits.mark(column, codes)
             column += 1
-            budget.check(lattice, column)
+            oracle.budget.check(lattice, column)
         # by the exact sign, not by the float's: a neuron of sign 0 feeds exactly 0 forward
         h = lattice.z.view * lattice.bits.is_plus(column - len(b), column)
 
 
 def _open_layer(
-    lattice: Complex,
     oracle: SignOracle,
     layer: int | None,
     weights: Sequence[np.ndarray],
@@ -221,19 +208,17 @@ def _open_layer(
     before: LayerBound,
     h_max: Float[np.ndarray, " inputs"],
     column: int,
-    n_columns: int,
 ) -> LayerBound:
     """Bounds of the layer whose values the complex holds, which the oracle is opened for; `weights`
     are those of all layers up to it.
     """
+    lattice = oracle.lattice
     lattice.settle()
     done = sum(len(W) for W in weights[:-1])
     on = or_over_cells(lattice.bits.plus.view, lattice.all_rows())
     patterns = unpack(on, column)[:, column - done :]
     lip = cell_gradients(weights, patterns[: 1 if len(weights) == 1 else None])
     z_max = np.abs(lattice.z.view).max(axis=0)
-    bound = layer_bound(
-        weights[-1], b, before, lip.max(axis=0), h_max, z_max, lattice.n, n_columns, 1.0
-    )
+    bound = layer_bound(weights[-1], b, before, lip.max(axis=0), h_max, z_max, oracle.delta)
     oracle.begin(layer, weights[-1], b, bound, column, lip)
     return bound

@@ -86,8 +86,14 @@ class DirectionTable:
         return out
 
     def direction(self, o: int, m: Multiplier) -> tuple[np.ndarray, float]:
-        """The direction of a multiplier of pair o, as `direction` gives it."""
-        return direction(self.obstacles[o], self.shapes[o], m)
+        """The direction w (n_p,) of a multiplier of pair o, and the support of its obstacle +
+        (-shape) along it, both rounded to nearest.
+        """
+        obstacle, rows = self.obstacles[o], list(m.rows)
+        columns = np.concatenate([obstacle.A[rows], obstacle.b[rows, None]], axis=1).T.tolist()
+        *along, bound = (_rounded_sum(m.values, column) for column in columns)
+        w = np.array(along)
+        return w, bound + float(body_support(self.shapes[o], w[None])[0])
 
     def nearest(self, o: int, w: np.ndarray) -> Multiplier:
         """The multiplier of pair o whose direction is nearest to w (n_p,), on the rows whose
@@ -117,10 +123,11 @@ def direction_table(
     for j, part in pairs:
         obstacle, shape = problem.obstacles[j], problem.parts[part].shape
         own = tuple(_cones(obstacle, f"obstacle {j}"))
-        fan = _fan(obstacle.A.tobytes(), own)
-        w[len(cones)] = fan.w
-        support[len(cones)] = _supports(obstacle.b, shape, fan)
-        multipliers.append(fan.multipliers)
+        chosen, along = _fan(obstacle.A.tobytes(), own)
+        w[len(cones)] = along
+        bounds = [_rounded_sum(m.values, obstacle.b[list(m.rows)].tolist()) for m in chosen]
+        support[len(cones)] = bounds + body_support(shape, along)
+        multipliers.append(chosen)
         cones.append(own)
         obstacles.append(obstacle)
         shapes.append(shape)
@@ -135,17 +142,6 @@ def direction_table(
         tuple(obstacles),
         tuple(shapes),
     )
-
-
-def direction(obstacle: HPolytope, body: Disc | Polygon, m: Multiplier) -> tuple[np.ndarray, float]:
-    """The direction w (n_p,) of a multiplier and the support of obstacle + (-body) along it, both
-    rounded to nearest.
-    """
-    rows = list(m.rows)
-    columns = np.concatenate([obstacle.A[rows], obstacle.b[rows, None]], axis=1).T.tolist()
-    *along, bound = (_rounded_sum(m.values, column) for column in columns)
-    w = np.array(along)
-    return w, bound + float(body_support(body, w[None])[0])
 
 
 def _rounded_sum(values: tuple[Fraction, ...], column: list[float]) -> float:
@@ -171,46 +167,16 @@ def _rounded_sum(values: tuple[Fraction, ...], column: list[float]) -> float:
     return math.fsum(products)
 
 
-class _Fan(NamedTuple):
-    """Directions of an obstacle's normals, which do not depend on its offsets: multipliers and w
-    (d, n_p).
-
-    whole, denominator: the same multipliers as integers (d, rows) over one denominator.
-    """
-
-    multipliers: tuple[Multiplier, ...]
-    w: np.ndarray
-    whole: list[list[int]]
-    denominator: int
-
-
 @lru_cache(maxsize=256)
-def _fan(A: bytes, cones: Cones) -> _Fan:
-    """Obstacles of one shape share their fan: in a batch, or a loop of replanning, it is made
-    once.
+def _fan(A: bytes, cones: Cones) -> tuple[tuple[Multiplier, ...], np.ndarray]:
+    """Multipliers and directions w (d, n_p) of an obstacle's normals, which do not depend on its
+    offsets: in a batch, or a loop of replanning, obstacles of one shape share them.
     """
     n_p = len(cones[0])
     A = np.frombuffer(A).reshape(-1, n_p)
     chosen = _spread_in_plane(A, cones) if n_p == 2 else _spread_in_space(A, cones)
-    w = np.array([[_rounded_sum(m.values, c) for c in A[list(m.rows)].T.tolist()] for m in chosen])
-    denominator = math.lcm(*(v.denominator for m in chosen for v in m.values))
-    whole = [[0] * len(A) for _ in chosen]
-    for line, m in zip(whole, chosen, strict=True):
-        for i, v in zip(*m, strict=True):
-            line[i] = v.numerator * (denominator // v.denominator)
-    return _Fan(tuple(chosen), w, whole, denominator)
-
-
-def _supports(b: np.ndarray, body: Disc | Polygon, fan: _Fan) -> np.ndarray:
-    """Support of obstacle + (-body) along every direction of the fan: (d,), the obstacle's part
-    rounded once.
-    """
-    exact = [Fraction(v) for v in b]
-    scale = math.lcm(*(v.denominator for v in exact))
-    bounds = [v.numerator * (scale // v.denominator) for v in exact]
-    total = fan.denominator * scale
-    own = [sum(m * x for m, x in zip(line, bounds, strict=True)) / total for line in fan.whole]
-    return np.array(own) + body_support(body, fan.w)
+    w = [[_rounded_sum(m.values, c) for c in A[list(m.rows)].T.tolist()] for m in chosen]
+    return tuple(chosen), np.array(w)
 
 
 def body_support(body: Disc | Polygon, w: np.ndarray) -> np.ndarray:

@@ -31,26 +31,17 @@ from parc_jax.safe_set.separation.inequality import excess
 BOXES = 1024  # about so many boxes of K, alike along all axes
 
 
-class Ways(NamedTuple):
-    """Bounds on the places of all points before the end.
-
-    lo, hi: (T + 1, n_c) [m], relative to the end of the first point.
+def ways_of(model: TrajectoryModel) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds lo, hi (T + 1, n_c) [m] on the places of all points relative to the end of the first
+    one, for all plans with k in K, up to the rounding of the network.
     """
-
-    lo: np.ndarray
-    hi: np.ndarray
-
-
-def ways_of(model: TrajectoryModel) -> Ways:
-    """Bounds on the paths of all plans with k in K, up to the rounding of the network."""
-    net, layout, domain = model.net, model.layout, model.domain
-    lo, hi = _small_boxes(domain)
+    net, layout = model.net, model.layout
+    lo, hi = _small_boxes(model.domain)
     for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
         lo, hi = (np.maximum(x, 0.0) for x in _affine(W, b, lo, hi))
-    W, b = _from_the_end(net, layout)
-    lo, hi = _affine(W, b, lo, hi)
+    lo, hi = _affine(*_from_the_end(net, layout), lo, hi)
     shape = (layout.n_steps + 1, layout.n_c)
-    return Ways(lo.min(axis=0).reshape(shape), hi.max(axis=0).reshape(shape))
+    return lo.min(axis=0).reshape(shape), hi.max(axis=0).reshape(shape)
 
 
 def _from_the_end(net: ReLUNetwork, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
@@ -104,17 +95,9 @@ class Extent(NamedTuple):
     @property
     def at_any_time(self) -> "Extent":
         """One interval that holds all."""
-        lo, hi, error = self
         return Extent(
-            lo.min(axis=0, keepdims=True),
-            hi.max(axis=0, keepdims=True),
-            error.max(axis=0, keepdims=True),
+            self.lo.min(axis=0)[None], self.hi.max(axis=0)[None], self.error.max(axis=0)[None]
         )
-
-    @property
-    def by_point(self) -> list:
-        """lo, hi and error with the points first."""
-        return [x.swapaxes(0, 1) for x in self]
 
     @property
     def size(self) -> float:
@@ -149,7 +132,7 @@ class Apart(NamedTuple):
 
 
 def extent_of(
-    ways: Ways,
+    ways: tuple[np.ndarray, np.ndarray],
     ends: tuple[np.ndarray, np.ndarray],
     starts: tuple[np.ndarray, np.ndarray],
     errors: Float[np.ndarray, "intervals n_c"],
@@ -163,14 +146,13 @@ def extent_of(
     errors: (T, n_c) [m] largest half widths of any bin.
     rounding: [m].
     """
-    n_points = ways.lo.shape[1] // n_p
-    own_lo, own_hi = ways.lo[0, :n_p], ways.hi[0, :n_p]
-    end_lo = np.maximum(ends[0], starts[0] - own_hi)
-    end_hi = np.minimum(ends[1], starts[1] - own_lo)
-    shape = (-1, n_points, n_p)
-    lo = ways.lo.reshape(shape) + end_lo - rounding
-    hi = ways.hi.reshape(shape) + end_hi + rounding
-    return Extent(np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]), errors.reshape(shape))
+    lo, hi = (side.reshape(len(side), -1, n_p) for side in ways)
+    end_lo = np.maximum(ends[0], starts[0] - hi[0, 0])
+    end_hi = np.minimum(ends[1], starts[1] - lo[0, 0])
+    lo, hi = lo + end_lo - rounding, hi + end_hi + rounding
+    return Extent(
+        np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]), errors.reshape(lo[1:].shape)
+    )
 
 
 def apart(problem: Problem, parts: Sequence[Part], extent: Extent, slack: float) -> Apart:
@@ -241,7 +223,7 @@ def _gap(A: np.ndarray, b: np.ndarray, part: Part, extent: Extent, slack: float)
     least = np.minimum.reduce(
         [
             excess([up @ lo.T + down @ hi.T], size @ error.T)
-            for lo, hi, error in zip(*extent.by_point, strict=True)
+            for lo, hi, error in zip(*(x.swapaxes(0, 1) for x in extent), strict=True)
         ]
     )
     terms = size.max(axis=1) * A.shape[1] * extent.size + np.abs(threshold)
