@@ -1,4 +1,4 @@
-"""What is proved: certificates, that no plan exists, the regions of a network.
+"""Proofs: certificates, absence of plans, regions of a network.
 
 Names are loaded on first use.
 """

@@ -23,7 +23,7 @@ from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.batch import proposals
 from parc_jax.safe_set.batch import run as batch_run
 from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
-from parc_jax.safe_set.batch.proposals import Best, along_fan
+from parc_jax.safe_set.batch.proposals import About, Best, along_fan
 from parc_jax.safe_set.batch.run import Calls, run, search_many
 from parc_jax.safe_set.batch.search import passes, stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
@@ -139,15 +139,8 @@ def test_vectorised_and_looped_scenes_get_the_same_verdicts(toy):
     items = jax.device_get(
         batch_run.make_pool(model.net, model.tube, KEY, model.domain.lo, model.domain.hi, 256)
     )
-    shared = (
-        model.net,
-        model.tube,
-        along_fan(model.tube),
-        items,
-        np.asarray(KEY),
-        np.int32(0),
-        np.int32(4),
-    )
+    about = About(model.net, model.tube, along_fan(model.tube))
+    shared = (about, items, np.asarray(KEY), np.int32(0), np.int32(4))
     best = Best(np.zeros((S, 2, 4)), np.full((S, 2), -np.inf))
     numbers = np.arange(S, dtype=np.uint32)
     (a, turns_a), (b, turns_b) = (

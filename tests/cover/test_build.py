@@ -50,7 +50,6 @@ def test_every_batch_leaves_fewer_plans_and_changes_nothing_before_it(rng):
     again, kept = admit(after, plans)
     assert kept.sum() == again.counts.sum() > 0 and after.counts.sum() == 0
     assert len(again.waiting.k) == len(after.waiting.k) + (~kept).sum()
-    assert (np.diff(again.counts[again.order]) <= 0).all()
 
 
 def test_where_no_plan_waits_nothing_is_built(rng):

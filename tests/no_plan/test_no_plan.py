@@ -23,8 +23,7 @@ from parc_jax.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.absence.errors import WithinWidths
-from parc_jax.proof.absence.faces import goal_faces
-from parc_jax.proof.absence.prove_no_plan import _missing, prove_no_plan
+from parc_jax.proof.absence.prove_no_plan import _missing, goal_faces, prove_no_plan
 from parc_jax.proof.absence.reasons import Contacts, DiscBody
 from parc_jax.proof.certificate.write import network_part, problem_part, tube_part
 from parc_jax.safe_set.corridors.stopping import Limit

@@ -4,13 +4,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull
 from toy_bodies import points_model, points_problem
 
 from parc_jax.common.arrays import x64
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.network.predict import by_point
-from parc_jax.problem.body import Polygon, body_of
 from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 from parc_jax.safe_set.verdict.screen import facets_of, screen
@@ -58,37 +56,6 @@ def test_gaps_are_those_of_the_inequality(fitted, n_p):
                     room = np.minimum(room, np.minimum(along[:-1], along[1:]) - lost)
                 best = np.maximum(best, room - table.support[o, d] - slack * np.abs(w).sum())
             np.testing.assert_allclose(found[o], best, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("fitted", [False, True])
-def test_an_error_that_every_bin_allows(fitted):
-    model, _, scene, rng = case(fitted)
-    inside = facets_of(scene).inside
-    assert (inside is None) == (not fitted)
-    if fitted:
-        for w in rng.normal(size=(20, 2)):
-            support = model.tube.errors.support(np.broadcast_to(w, inside.shape))
-            assert (np.asarray(inside) @ w <= support + 1e-12).all()
-
-
-def test_who_is_held_by_an_obstacle_touches_it_whatever_the_body():
-    model, problem, _, rng = case(fitted=False)
-    polygon = Polygon(np.array([[0.3, 0.1], [0.5, 0.1], [0.4, 0.4]]))
-    parts = [problem.parts[0].replace(shape=polygon), problem.parts[1]]
-    scene = scene_of(problem.replace(body=body_of(parts)), model)
-    facets, pairs, n_p = facets_of(scene), scene.obstacles, model.n_p
-    held = jax.jit(jax.vmap(lambda o, place: facets.holds(o, place, scene.tabled), (None, 0)))
-    seen = 0
-    for o in range(int(scene.count)):
-        grown = ConvexHull(pairs.vertices[o]).equations
-        places = rng.uniform(-2.5, 0.5, (2000, model.n_c))
-        own = places.reshape(2000, -1, n_p)[:, pairs.points[o]]
-        beyond = (own @ grown[:, :2].T + grown[:, 2]).max(axis=2).min(axis=1)
-        with x64():
-            inside = np.asarray(held(o, places))
-        assert (beyond[inside] < pairs.radius[o]).all()
-        seen += inside.sum()
-    assert seen > 100
 
 
 @pytest.mark.night

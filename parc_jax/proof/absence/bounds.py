@@ -3,14 +3,14 @@ being proved.
 
 A box of k is given by all vertices of the network's cells in it. Between those, with each corner of
 the box of z, everything is affine, so a condition that holds at them with a margin holds on the
-whole box. [T30] Where the cells are too many, the network is known by bounds over the box. [T36]
+whole box. [T30] Where the cells are too many, bounds of the network stand in for them. [T36]
 All numbers are float64 and decide only which leaf to write down; the checker derives vertices and
 bounds again, exactly.
 
 Between which affine functions of k a network's outputs lie, over a box of k: bounds in place of
 its cells, where those are too many. [T36]
 
-From the first layer to the last, a neuron is known to lie in a range; where that holds zero, its
+From the first layer to the last, a neuron lies in a range; where that holds zero, its
 output x -> max(x, 0) lies between a line through the origin and the chord. Rows of the next layer
 are followed back through these lines to k, whose box is then known. Everything is float64 and only
 steers the search: the checker follows the rows back again, in exact arithmetic.
@@ -42,7 +42,7 @@ Layers = Sequence[tuple[jax.Array, jax.Array]]  # W, b before each hidden layer
 
 
 class Lines(NamedTuple):
-    """What encloses the outputs of one hidden layer (n,), as lines over its inputs x:
+    """Lines over the inputs x of one hidden layer (n,) that enclose its outputs:
     below x <= max(x, 0) <= above x + height.
     """
 
@@ -71,8 +71,8 @@ def least_of_rows(
     lo: Params,
     hi: Params,
 ):
-    """What rows of the outputs of the last of the lines, plus a constant, are at least for k in
-    the box lo, hi: (r,). layers: before each of the lines.
+    """Lower bounds (r,) of rows of the outputs of the last of the lines, plus a constant, for k in
+    the box lo, hi. layers: before each of the lines.
     """
     for (W, b), line in zip(layers[::-1], lines[::-1], strict=True):
         up = jnp.maximum(rows, 0)
@@ -130,7 +130,7 @@ class Boxes(NamedTuple):
 
 
 class Examined(NamedTuple):
-    """What is known of n boxes. A margin is how far a reason clears its condition: positive proves
+    """Results for n boxes. A margin is how far a reason clears its condition: positive proves
     it (up to rounding). The reasons are g goal rows, s rows of the start set, c contacts.
 
     goal (n, g), start (n, s) [row units], hit (n, c) [m]: margins of the reasons for being unsafe.
@@ -152,7 +152,7 @@ class Examined(NamedTuple):
 
 
 class Known(NamedTuple):
-    """What is known of the outputs in n boxes of k.
+    """Bounds of the outputs in n boxes of k.
 
     places: (m, T + 1, n_c) of all points less z, at m vertices of cells, or at corners of boxes
         around them. owner: (m,) number of the box; n for padding.
@@ -169,7 +169,7 @@ class Known(NamedTuple):
 
 
 class Middle(NamedTuple):
-    """The plan in the middle of each box, and what moving k from side to side changes.
+    """The plan in the middle of each box, and its changes as k moves from side to side.
 
     path: (n, T + 1, n_c). moved: (n, n_k, T + 1, n_c) of p - z. moved_end: (n, n_k, n_c - n_p +
     n_q) of the end of the other points less z, and of q.
@@ -192,7 +192,7 @@ def offsets_from_end(net: ReLUNetwork, layout: Layout, k: Params):
 def examine(
     net: ReLUNetwork, scene: Tabled, k: ManyParams, owner: Numbers, boxes: Boxes
 ) -> Examined:
-    """Vertices k of the cells, owner: number of their box, n for padding. Kernel over the whole
+    """Vertices k of the cells, owner: number of their box, n for padding. Kernel over the
     batch.
     """
     n, T, n_c = boxes.blur.shape
@@ -214,7 +214,7 @@ examine_jit = jax.jit(examine)
 
 
 def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined:
-    """The same with bounds of the network over each box of k. [T36] Kernel over the whole batch.
+    """The same with bounds of the network over each box of k. [T36] Kernel over the batch.
 
     `at` has 2^n_p rows for each box, one box after another: corners that hold all its places.
     """

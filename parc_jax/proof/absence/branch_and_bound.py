@@ -77,7 +77,7 @@ class BranchAndBound:
             heapq.heappush(self._waiting, (-float(node.volume), next(self._order), node))
 
     def _decide(self, nodes: list[Node]) -> list[Node]:
-        """Write down the reasons that are found; the children of the boxes without one.
+        """Write down reasons; returns the children of the boxes without one.
 
         Bounds are tried first, which are cheap to check, and vertices where they fail.
         """
@@ -114,7 +114,7 @@ class BranchAndBound:
         return children
 
     def _try_plans(self, nodes: list[Node]) -> None:
-        """Some plans of each open box: one that is safe is kept, since no proof gets around it."""
+        """Judge some plans of each open box: a safe one ends the search, there is no proof then."""
         if not nodes:
             return
         n_p = self.model.n_p

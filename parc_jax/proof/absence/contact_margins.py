@@ -43,8 +43,8 @@ class Tried(NamedTuple):
 
     obstacle, interval, share: (n, c) numbers; an obstacle stands for one part of the body, too.
     way: (n, c, n_p) directions out of the obstacle. weights: (n, c, 2^n_p, n_points) of the mixture
-    of points at each corner of the box of z. lost: (n, c, n_points, .) what errors take, as in
-    `_lost`.
+    of points at each corner of the box of z. lost: (n, c, n_points, .) support of the
+    errors, as of `_lost`.
     """
 
     obstacle: jax.Array
@@ -60,7 +60,7 @@ def contacts_to_try(
 ) -> Tried:
     """The contacts whose gap at the middle of the box, plus half the box along it, is smallest.
 
-    path: of the middle. half_size: half of what the box adds to it. common: errors that all bins
+    path: of the middle. half_size: half of the growth by the box. common: errors that all bins
     allow, leading axes (n, T, n_points). size: of the box of z.
 
     These gaps only steer the search. With the errors of any bin they would point at worse contacts,
@@ -147,7 +147,7 @@ def point_gap(p: Vector, corners: Vectors, radius: Scalar):
 
 def hull_gap(w: Directions, support: Supports, at: Vectors, lost: Float[ArrayLike, "i d"]):
     """The same of the hull of points as far as the directions w with this support of the obstacle
-    tell, along which errors take what is lost: for one point, how deep it is at most.
+    show, less the support `lost` of the errors: for one point, how deep it is at most.
     """
     length = jnp.sqrt(dot(w, w))
     least = excess([dot(at[:, None], w[None])], lost).min(axis=0)
@@ -158,7 +158,7 @@ def hull_gap(w: Directions, support: Supports, at: Vectors, lost: Float[ArrayLik
 
 
 def _lost(scene: Tabled, o: Index, errors: ErrorSet):
-    """What the errors of each point, leading axis (n_points,), take from obstacle o: along its
+    """Support of the errors of each point, leading axis (n_points,), against obstacle o: along its
     directions (n_points, d); half widths (n_points, n_p) where it is grown by them.
     """
     if scene.obstacles.closed:
@@ -221,7 +221,7 @@ def _gaps(scene: Tabled, path: Path, errors: ErrorSet):
 
 def _weights(scene: Tabled, o: Index, at: Vectors, lost: Float[ArrayLike, "i _"], away: Vectors):
     """Weights (v, n_points) of the mixture that is deepest in obstacle o, for every corner of the
-    box of z, seen from its middle; at: places, lost: as in `_lost`.
+    box of z relative to its middle; at: places, lost: as in `_lost`.
     """
     points = jnp.asarray(scene.obstacles.points)[o]
     chosen = jax.nn.one_hot(points, len(at), dtype=at.dtype)

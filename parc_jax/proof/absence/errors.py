@@ -3,10 +3,10 @@
 Errors of the points of a mixture with which a contact is sought: some to try, and those that go
 farthest towards a place. [T35]
 
-The mixture errs by the same mixture of the errors of its points. Half widths tell their corners at
+The mixture errs by the same mixture of the errors of its points. Half widths give their corners at
 once. Between faces, corners lie along many directions, and mixtures of these are errors again.
 
-The errors of all bins that a box of k overlaps: what every one of them allows. [T30, T35]
+The errors that all bins allow which a box of k overlaps. [T30, T35]
 
 Boxes allow together the box of their least half widths. Between faces, one bin allows its template
 and several at least a box that lies in all of them: for the last bit a box of k is split until it
@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from parc_jax.common.spelling import fraction_text, hex_text
 from parc_jax.learning.bound.error_set import ErrorBox, ErrorSet, ErrorTemplate, Templates, at
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import by_point
@@ -100,7 +101,7 @@ def holds(rows: Iterable[tuple[Sequence[Fraction], Fraction]], error: np.ndarray
 
 def corner_ways(normals: np.ndarray) -> np.ndarray:
     """Directions (d, n_p) along which corners are sought of sets with these normals (r, n_p). In
-    the plane, sums of neighbours: they tell every corner. In space the normals themselves, and
+    the plane, sums of neighbours: they reach every corner. In space the normals themselves, and
     those of a cube with its edges and corners cut off.
     """
     n = normals.shape[1]
@@ -116,12 +117,12 @@ INSIDE = 1 - 2.0**-30  # an error at the end is pulled towards none by this fact
 
 
 class OverBins(NamedTuple):
-    """What is known of the bins (b,) that a box of k overlaps with its interior.
+    """The bins (b,) that a box of k overlaps with its interior, and their errors.
 
     straddles: (n_k,) 1.0 for several bins along this axis, else 0.0.
     common: errors that all of them allow; leading axes (T, n_points).
     blur: (T, n_c) by how much their widths differ, about.
-    goal_least, goal_most: (g,) what the rows of the goal lose by errors at the end that all of them
+    goal_least, goal_most: (g,) loss of the rows of the goal by errors at the end that all of them
         allow, and that any of them does.
     """
 
@@ -170,7 +171,7 @@ class BinErrors:
         self._farthest: dict[int, np.ndarray] = {}  # by bin: linear programs are slow
 
     def over(self, lo: np.ndarray, hi: np.ndarray) -> OverBins:
-        """What a box of k overlaps."""
+        """The bins and errors of a box of k."""
         bins, straddles = bins_over(self.tube, lo, hi)
         least = self._inner[bins].min(axis=0)
         common: ErrorSet = ErrorBox(by_point(least, self.tube.n_points))
@@ -195,6 +196,13 @@ class BinErrors:
             self._farthest[bin] = self._farthest_of(bin, self.templates)
         return self._farthest[bin]
 
+    def goal_entry(self, errors: np.ndarray, row: int, m: Fraction) -> list:
+        """A row of the goal in a certificate, m times; between faces with the error (of all rows,
+        `errors`) that violates it.
+        """
+        named = [hex_text(errors[row])] if self.names_errors else []
+        return [row, fraction_text(m), *named]
+
     def of_contact(
         self, over: OverBins, t: int, points: list[int], weights: Float[np.ndarray, " i"]
     ) -> ContactErrors:
@@ -205,7 +213,7 @@ class BinErrors:
         return BetweenFaces(at(over.common, (t, points)), rows, weights)
 
     def _farthest_of(self, bin: int, templates: Templates) -> np.ndarray:
-        """Errors at the end of one bin, where what a linear program finds is exactly an error of
+        """Errors at the end of one bin, where the result of a linear program is exactly an error of
         both the end and the last interval.
         """
         from scipy.optimize import linprog  # heavy to load, and seldom needed
@@ -228,7 +236,7 @@ class BinErrors:
 
 
 def kept_at_end(interval: np.ndarray, final: np.ndarray) -> np.ndarray:
-    """Half widths (..., n_c + n_q) at the end of a trajectory, which keeps to the final ones and,
+    """Half widths (..., n_c + n_q) at the end of a trajectory, which satisfies the final ones and,
     in its n_c positions, to those of the last interval. interval: (..., T, n_c). [T30]
     """
     last = interval[..., -1, :]
@@ -238,7 +246,7 @@ def kept_at_end(interval: np.ndarray, final: np.ndarray) -> np.ndarray:
 
 def end_rows(templates: Templates, bin: int) -> list[tuple[list[Fraction], Fraction]]:
     """Exact rows (a, b), a . e <= b, of the errors that a bin allows at the end: those of the end,
-    and each point keeps to its own of the last interval. [T35]
+    and for each point those of the last interval. [T35]
     """
     during, final = templates
     rows = final.rows(bin)

@@ -28,7 +28,7 @@ class Batch(NamedTuple):
     """Boxes that were examined in one call.
 
     over: the bins that each overlaps. owner: (m,) number of the box that a row of `seen.at` is
-    about. bounded: whether the network was known by bounds, and not by the vertices of its cells.
+    about. bounded: whether by bounds of the network, and not at the vertices of its cells.
     """
 
     nodes: list[Node]

@@ -1,24 +1,29 @@
-"""No safe plan: proved, or not found and this much undecided. [T15, T30]
+"""No safe plan: proved, or undecided up to a stated volume. [T15, T30]
 
-In coordinates (z, k), z = p_T = p0 + c_T(k), volumes are kept and every plan that can reach the
+Coordinates (z, k), z = p_T = p0 + c_T(k), preserve volumes, and every plan that can reach the
 goal lies in a box. The box is split until each part misses the goal, starts outside the start set,
-or hits one obstacle in one interval with errors inside the tube. What is returned was accepted by
+or hits one obstacle in one interval with errors inside the tube. A result was accepted by
 the independent checker, in exact arithmetic.
 """
 
+import itertools
 import time
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax import checker
+from parc_jax.common.errors import InputError
+from parc_jax.common.lp.exact import Basis, round_up
 from parc_jax.common.spelling import decimal_text, rounded_up
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel
+from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.realisations import Robustness
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound
-from parc_jax.proof.absence.faces import goal_faces
+from parc_jax.proof.absence.errors import BinErrors
 from parc_jax.proof.absence.tree import Node
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.corridors.stopping import Limit
@@ -32,12 +37,14 @@ MAX_LEAVES = 20_000  # a certificate has a few hundred bytes per box
 IN_THE_BOX = (
     "whose first point ends in the box around the goal less the tube, whatever else the goal asks"
 )
+# bases of goal rows tried per face
+MOST_COMBINATIONS = 50_000
 CHECK_FACTOR = 1.5  # time of the checker per vertex of a cell, in evaluations of the network
 
 
 class NoPlan(NamedTuple):
-    """What is known of the (p0, k) whose first point is predicted to end in a box around the goal
-    less the tube; those that miss what else the goal asks are unsafe.
+    """A verdict on all (p0, k) whose first point is predicted to end in a box around the goal
+    less the tube; those that miss other rows of the goal are unsafe.
 
     kind: "proved" (none is safe) or "undecided" (not proved with this work).
     unsafe, undecided, total: exact volumes [units of p0 and k multiplied], as the checker accepted
@@ -45,8 +52,8 @@ class NoPlan(NamedTuple):
     certificate: the `no_plan` entry of answer.json, None when the checker refused it.
     leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
     seconds: [s] of the search.
-    reason: why none is safe, where a sentence can say it, else None. uncertainty: what a safe plan
-        here withstands; None where there was no uncertainty. ended: by what, None if not known.
+    reason: why none is safe, where a sentence can say it, else None. uncertainty: that a safe
+        plan would be robust to; None where there was none. ended: the cause, None if not recorded.
     """
 
     kind: str
@@ -95,7 +102,7 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
     """Prove that no (p0, k) is safe, or say how much is undecided.
 
     max_leaves: boxes of the tree, the work. limit: above it, for search and check together, which
-    the answer tells when it cuts off; it counts from here, if not from earlier on. A finished proof
+    the answer reports when it cuts off; it counts from here, if not from earlier on. A full proof
     is checked however long that takes, and compiling, once for scenes of a size, comes on top.
     With more parameters than the checker takes, a tube that leaves out the model itself, or a limit
     that is over, nothing is searched, and all is undecided.
@@ -150,7 +157,7 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
 
 
 def _missing(model: TrajectoryModel) -> str | None:
-    """What a search would need that a model does not have."""
+    """A requirement of the search that a model does not meet, in words."""
     most = checker.MAX_PARAMETERS
     if model.n_k > most:
         return f"a model with at most {most} parameters; this model has {model.n_k}"
@@ -163,7 +170,7 @@ def _missing(model: TrajectoryModel) -> str | None:
 
 
 def _not_searched(root: Node, needed: str, reason: Reason | None) -> NoPlan:
-    """Nothing is known of any plan."""
+    """All plans undecided."""
     return NoPlan(
         kind=UNDECIDED,
         unsafe=Fraction(0),
@@ -185,3 +192,82 @@ def _seconds_per_evaluation(context: checker.Context, model: TrajectoryModel) ->
         context.evaluate([point], scale)
         seconds.append(time.perf_counter() - begin)
     return min(seconds)
+
+
+def goal_faces(problem: Problem, model: TrajectoryModel) -> tuple[np.ndarray, np.ndarray, list]:
+    """Box lo, hi (n_p,) of z and the certificate's `faces`, from the goal shrunken by errors at the
+    end that all bins allow.
+
+    Exact: the combination of goal rows is the axis direction, the bound is rounded outward. Where
+    the goal leaves no room at all the box is opened up, so that it has a volume; every plan in it
+    then misses the goal.
+    """
+    tube = model.tube
+    known = BinErrors(tube, problem.goal.A)
+    errors = known.at_end(np.arange(tube.n_bins))
+    rows = [[Fraction(v) for v in row] for row in problem.goal.A]
+    bounds = []
+    for row, end, error in zip(rows, problem.goal.b, errors, strict=True):
+        lost = sum(a * Fraction(float(e)) for a, e in zip(row, error, strict=True))
+        bounds.append(Fraction(end) - lost)
+    lo = np.zeros(model.n_p)
+    hi = np.zeros(model.n_p)
+    faces = []
+    for axis in range(model.n_p):
+        pair = []
+        for sign, side in ((-1, lo), (1, hi)):
+            h, used = _tightest(rows, bounds, axis, sign)
+            side[axis] = sign * round_up(h)
+            pair.append([known.goal_entry(errors, row, m) for row, m in used])
+        faces.append(pair)
+        if not lo[axis] < hi[axis]:
+            least_hi = hi[axis]
+            hi[axis] = lo[axis] + 1.0
+            lo[axis] = least_hi - 1.0
+    return np.nextafter(lo, -np.inf), np.nextafter(hi, np.inf), faces
+
+
+def _tightest(
+    rows: list[list[Fraction]], bounds: Sequence[Fraction], axis: int, sign: int
+) -> tuple[Fraction, list[tuple[int, Fraction]]]:
+    """Least bound h and multipliers with sum m row = sign * unit vector, from single rows or else
+    bases of rows.
+    """
+    found = []
+    for i, row in enumerate(rows):
+        if row[axis] * sign > 0 and sum(v != 0 for v in row) == 1:
+            found.append((bounds[i] / abs(row[axis]), [(i, 1 / abs(row[axis]))]))
+    if not found:
+        columns, coupled = _coupled(rows, axis)
+        target = [Fraction(sign * (j == axis)) for j in columns]
+        choices = itertools.combinations(coupled, len(columns))
+        for used in itertools.islice(choices, MOST_COMBINATIONS):
+            m = _combination([[rows[i][j] for j in columns] for i in used], target)
+            if m is not None and min(m) >= 0:
+                pairs = [(i, v) for i, v in zip(used, m, strict=True) if v > 0]
+                found.append((sum(v * bounds[i] for i, v in pairs), pairs))
+    if not found:
+        raise InputError(
+            f"goal: expected rows that bound axis {axis}; none of their combinations does. Add a "
+            "row."
+        )
+    return min(found, key=lambda pair: pair[0])
+
+
+def _coupled(rows: list[list[Fraction]], axis: int) -> tuple[list[int], list[int]]:
+    """The coordinates that rows tie to an axis, directly or through others, and those rows."""
+    columns = {axis}
+    while True:
+        tied = [i for i, row in enumerate(rows) if any(row[j] != 0 for j in columns)]
+        wider = columns.union(*({j for j, v in enumerate(rows[i]) if v != 0} for i in tied))
+        if wider == columns:
+            return sorted(columns), tied
+        columns = wider
+
+
+def _combination(rows: list[list[Fraction]], target: list[Fraction]) -> list[Fraction] | None:
+    """m with sum m_i rows_i = target for n rows of length n, None when they are dependent."""
+    basis = Basis(len(target))
+    if not all(basis.add(row) for row in rows):
+        return None
+    return basis.coordinates(target)

@@ -5,10 +5,10 @@ Contacts: points of the body, with errors inside the tube, that put every vertex
 obstacle.
 
 A box in which everything hits needs at each vertex one contact c = body + error with p + c in the
-obstacle. A few extreme contacts serve most vertices; one that none of them serves gets its own,
+obstacle. A few extreme contacts serve most vertices; any other vertex gets a separate one,
 from the nearest point of the obstacle. Of a part that is the hull of several points, p is a mixture
 of them, and the error is the same mixture of theirs. [T35] Everything is pulled in a little, so
-that what is written holds exactly; the checker has the last word.
+that the text holds exactly; the checker has the last word.
 """
 
 import itertools
@@ -25,8 +25,8 @@ from parc_jax.problem.problem import Problem
 from parc_jax.proof.absence.contact_margins import SHARES
 from parc_jax.proof.absence.errors import BinErrors, ContactErrors
 from parc_jax.proof.absence.examined import Batch
-from parc_jax.proof.absence.faces import goal_entry
 from parc_jax.proof.absence.tree import Node
+from parc_jax.safe_set.separation.directions import sphere
 from parc_jax.safe_set.separation.pairs import vertices_of
 from parc_jax.safe_set.verdict.scene import Scene
 
@@ -222,15 +222,8 @@ def _around_disc(normals: np.ndarray) -> np.ndarray:
 
 
 def _around_ball(normals: np.ndarray) -> np.ndarray:
-    """Unit vectors (m, 3) all around, on a spiral of equal areas, and against the normals (h,
-    3).
-    """
-    n = DIRECTIONS[3]
-    height = 1 - (2 * np.arange(n) + 1) / n
-    turn = np.arange(n) * np.pi * (3 - np.sqrt(5))
-    flat = np.sqrt(1 - height**2)
-    spiral = np.stack([flat * np.cos(turn), flat * np.sin(turn), height], axis=1)
-    return np.concatenate([spiral, -normals])
+    """Unit vectors (m, 3) all around, and against the normals (h, 3)."""
+    return np.concatenate([sphere(DIRECTIONS[3]), -normals])
 
 
 def _mixed(weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
@@ -283,25 +276,25 @@ class Reasons:
         self.start_rows = 0 if problem.start is None else len(problem.start.b)
 
     def of(self, batch: Batch, i: int):
-        """(reason, what) of one box, the cheapest to check first, or None."""
+        """(reason, its entries) of one box, the cheapest to check first, or None."""
         found = self._reason(batch, i)
         if found is None or not batch.bounded or (found[0] == "goal" and self._about_z(found[1])):
             return found
         return "bounded", dict([found])
 
     def _about_z(self, entries: list) -> bool:
-        """Whether the rows of the goal that a leaf names are about z alone: no bound is asked."""
+        """Whether the rows of the goal that a leaf names are about z alone and need no bound."""
         A = self.problem.goal.A[:, self.model.n_p :]
         return not A[[row for row, *_ in entries]].any()
 
     def _reason(self, batch: Batch, i: int):
-        """The reason of one box and what it names, or None."""
+        """The reason of one box and its entries, or None."""
         margin = TOLERANCES.leaf_margin
         seen = batch.seen
         goal = seen.goal[i, : self.goal_rows]
         if goal.max(initial=-np.inf) > margin:
             errors = self.errors.at_end(batch.over[i].bins)
-            return "goal", [goal_entry(self.errors, errors, int(np.argmax(goal)), Fraction(1))]
+            return "goal", [self.errors.goal_entry(errors, int(np.argmax(goal)), Fraction(1))]
         start = seen.start[i, : self.start_rows]
         if start.max(initial=-np.inf) > margin:
             return "start", [[int(np.argmax(start)), "1"]]
@@ -312,7 +305,7 @@ class Reasons:
         return None
 
     def _hit(self, batch: Batch, i: int, c: int) -> list | None:
-        """What a certificate says of contact c of one box, or None where it cannot be written."""
+        """The entries of contact c of one box, or None where it cannot be written."""
         pair, t, share = batch.seen.which[i, c].tolist()
         points = list(self.parts[pair % len(self.parts)].points)
         at = batch.seen.at[batch.owner == i, c][:, points]
@@ -336,7 +329,7 @@ class Reasons:
         self, pair: int, places: Float[np.ndarray, "z v n_p"], errors: ContactErrors, bounded: bool
     ) -> list | None:
         """Contacts that serve all places of a mixture: z corners, v vertices of k. By
-        bounds one serves all that a corner has; else each vertex may have its own.
+        bounds one serves all that a corner has; else each vertex may have another.
         """
         if not bounded:
             return self.contacts[pair].find(places.reshape(-1, self.model.n_p), errors)

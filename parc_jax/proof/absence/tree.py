@@ -20,7 +20,7 @@ class Node:
     """A box lo, hi (n_p + n_k,) with the vertices of the network's cells in its box of k; open
     until it is decided.
 
-    leaf: (reason, what) of a decided box. split: (axis, value, lower child, upper child).
+    leaf: (reason, its entries) of a decided box. split: (axis, value, lower child, upper child).
     """
 
     def __init__(self, lo: np.ndarray, hi: np.ndarray, vertices: np.ndarray | None = None):
@@ -78,7 +78,7 @@ def choose_split(
     """Axis and value. margins, effects, slopes: of the reasons, as in `Examined`.
 
     If a cut across z leaves a large part in which one reason should hold, it is taken. Otherwise
-    the reason that is nearest to being proved, measured by what the sides do to it, decides; its
+    the reason that is nearest to being proved, measured by the effects of the sides, decides; its
     strongest side is split: at the middle, or at the edge between bins nearest to it.
     """
     found = _cut_where_proved(node, margins, slopes, n_p)

@@ -1,1 +1,1 @@
-"""What was found, spelled exactly for a checker, and the checker asked."""
+"""Results as exact text for a checker, and its verdict on them."""

@@ -103,7 +103,7 @@ def _pairs_of(error: dict) -> tuple[list, list, list]:
 
 
 def _faces(pairs: list, frames: bool) -> Faces:
-    """Faces of nested lists of what `_pairs_of` gives."""
+    """Faces of nested lists of results of `_pairs_of`."""
     parts = [_each(pairs, i) for i in range(3)]
     directions, centre, half = (np.array(part) for part in parts)
     return faces(directions, centre, half, frames)
@@ -126,7 +126,7 @@ def problem_of_file(asked: dict) -> Problem:
 
 
 def _body(body: dict) -> Disc | Polygon | Body:
-    """One part about the first point alone is what a plain shape says."""
+    """One part about the first point alone is written as a plain shape."""
     parts = [Part(tuple(part["points"]), _shape(part)) for part in body["parts"]]
     return parts[0].shape if [part.points for part in parts] == [(0,)] else body_of(parts)
 
@@ -148,7 +148,7 @@ def prove(
     bool arrays.
 
     A corridor is certified as a sample is: directions that hold for all plans, and one plan that
-    keeps to them. Raises InputError for a problem or a model beyond the limits of the checker.
+    satisfies them. Raises InputError for a problem or a model beyond the limits of the checker.
     """
     if not (len(samples) or len(corridors) or len(polytopes)):
         return tuple(np.zeros(0, bool) for _ in range(3))

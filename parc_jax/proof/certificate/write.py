@@ -1,7 +1,7 @@
 """Spell problems, networks, tubes, samples and polytopes as certificates: exact numbers as text,
 nothing to trust.
 
-Every float is spelled as the rational that it holds: those of the problem and the edges of the tube
+Every float is written as the rational that it holds: those of the problem and the edges of the tube
 as exact decimals, where people read them, all others in hexadecimal; multipliers are p/q.
 
 Templates of a tube as certificates: the exact rows of their faces, and for the end, which has
@@ -132,7 +132,7 @@ def tube_part(tube: Tube) -> dict:
 
 
 def fitted_tube_part(tube: Tube, templates: Templates, goal: HPolytope) -> dict:
-    """A tube of templates, float64 exactly, with what bounds its errors along the rows of a goal; a
+    """A tube of templates, float64 exactly, with bounds of its errors along the rows of a goal; a
     bin without claim is NO_CLAIM wide.
     """
     during, at_end = (
@@ -168,7 +168,7 @@ def answer_part(
     no_plan: dict | None,
     meta,
 ) -> dict:
-    """The whole answer file. samples: their parts. meta: what needs no proof, as plain values."""
+    """The answer file. samples: their parts. meta: entries without proof, as plain values."""
     asked, network, tube = question_parts(problem, model)
     hashes = {"problem": part_hash(asked), "network": part_hash(network), "tube": part_hash(tube)}
     claim = model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
@@ -235,7 +235,7 @@ def polytope_part(polytope: SafePolytope) -> dict:
 
 
 def corridor_part(corridor: Corridor, problem: Problem) -> dict:
-    """Certificate of a corridor: its directions and one plan that keeps to it."""
+    """Certificate of a corridor: its directions and one plan that satisfies it."""
     return {
         "p0": hex_text(corridor.p0),
         "k": hex_text(corridor.k),
@@ -244,7 +244,7 @@ def corridor_part(corridor: Corridor, problem: Problem) -> dict:
 
 
 def separation_part(runs_by_pair: list, problem: Problem) -> list:
-    """What a certificate says of each pair of an obstacle and a part, by obstacle and by part."""
+    """The entries of a certificate for each pair, by obstacle and by part of the body."""
     spelled = [
         [
             [run.end, [[r, fraction_text(v)] for r, v in zip(*run.multiplier, strict=True)]]
@@ -257,7 +257,7 @@ def separation_part(runs_by_pair: list, problem: Problem) -> list:
 
 
 def by_pair(sep: list) -> list:
-    """The other way round: what a certificate says by obstacle and part, for each pair in turn."""
+    """The inverse: entries by obstacle and part as entries of each pair in turn."""
     return [runs for parts in sep for runs in parts]
 
 

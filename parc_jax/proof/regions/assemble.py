@@ -8,7 +8,7 @@ terms are parallel, and the signs are those that make them point the same way. F
 number: vol(F) = (1/n) sum_G |(p_G - c) ^ M(G)|. Each face is treated once, however many cells share
 it. Facets that contain c add nothing: with c the vertex of least number and p_G that of G, they are
 those with p_G = c, about half, and left out. Of parallel terms one component says how long they
-are: one term of each face is worked out whole, of the others that component alone. Rounding: about
+are: one term of each face is computed in full, of the others that component alone. Rounding: about
 u times the surface times the diameter.
 """
 

@@ -2,8 +2,8 @@
 faces one dimension down.
 
 Vertices are shared by all faces that contain them, so a network is evaluated once per vertex. A
-vertex carries, beside its floats, its exact sign at every hyperplane seen so far; that is what it
-*is* (see exact.py).
+vertex carries, beside its floats, its exact sign at every hyperplane so far; these signs
+*are* the vertex (see exact.py).
 """
 
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ class Sign:
     """Sign of a function at a vertex, or the union of those at the vertices of a face.
 
     Bits of a uint8; not an IntFlag, since NumPy takes the members of one for 64-bit integers and
-    converts whole arrays for every comparison.
+    converts arrays for every comparison.
     """
 
     ZERO = np.uint8(0)
@@ -97,8 +97,8 @@ def _with_dummy(values: np.ndarray, dummy: int | float = 0, dtype: type = NUMBER
 
 
 class Level:
-    """Faces of one dimension k >= 2 in one pool. Face 0 is a dummy that owns what is no longer
-    used, and pool position 0.
+    """Faces of one dimension k >= 2 in one pool. Face 0 is a dummy that owns pool position 0
+    and all positions no longer in use.
 
     sub: pooled (k-1)-faces. own: face of each pool entry. start, size: where a face's row lies.
     first: a vertex of the face. radius: see rounding.py.
@@ -138,7 +138,7 @@ class Level:
         return starts
 
     def drop_rows(self) -> None:
-        """Give up all rows, for good; how many faces there are stays known."""
+        """Give up all rows, for good; the number of faces stays."""
         self.sub = Growable(np.zeros(1, NUMBER))
         self.own = Growable(np.zeros(1, NUMBER))
 
@@ -257,7 +257,7 @@ class Complex:
         return flat, offsets
 
     def all_rows(self, *, drop: bool = False) -> Iterator[Ragged]:
-        """`rows` of the k-faces, k = 1, ..., n. drop: the complex gives up its own, for good."""
+        """`rows` of the k-faces, k = 1, ..., n. drop: the complex gives up its rows, for good."""
         for k in range(1, self.n + 1):
             yield self.rows(k)
             if drop and k > 1:
@@ -265,7 +265,7 @@ class Complex:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held by the complex (a close count, asked for after every cut)."""
+        """Bytes held by the complex (a close count, for the budget after every cut)."""
         per_vertex = 8 * (self.n + self.z.data.shape[1] + 2 * self.bits.plus.data.shape[1] + 2)
         held = per_vertex * self.x.n + 20 * self.a.n
         for level in self.levels.values():
@@ -281,6 +281,6 @@ class Complex:
         return not unpack(self.bits.minus.view, last)[:, first:].all()
 
     def compact(self) -> None:
-        """Drop what cuts left behind, where it is more than half of what is in use."""
+        """Drop dead entries, where they are more than half as many as the live ones."""
         for level in self.levels.values():
             level.compact()

@@ -1,14 +1,14 @@
 """Cut every face of the complex along one hyperplane-per-cell function, given its exact sign at
 every vertex [T16].
 
-A k-face F with both signs becomes F+ (keeps its number), F- (new) and the (k-1)-face F0 = F and {z
+A k-face F with both signs becomes F+ (with its number), F- (new) and the (k-1)-face F0 = F and {z
 = 0} between them. Facets of F+ (F-): the facets of F with a + (-) vertex, a cut facet replaced by
-its own half, and F0. Facets of F0: G0 of the cut facets G of F, and every (k-2)-face of F on which
+its half, and F0. Facets of F0: G0 of the cut facets G of F, and every (k-2)-face of F on which
 z vanishes. No facet of a cut F lies in {z = 0}. That is all there is, degenerate or not; without
 zero signs the last kind is empty and only faces with a cut edge are cut.
 
-Cut edges at a hyperplane: new vertices, their floats and the bounds on them; what a cut of any
-dimension hands on to the next.
+Cut edges at a hyperplane: new vertices, their floats and the bounds on them; a cut hands
+the record of one dimension on to the next.
 """
 
 from collections.abc import Callable
@@ -42,7 +42,7 @@ class Hyperplane(NamedTuple):
 
 
 class Halved(NamedTuple):
-    """The k-faces that were cut, in increasing order, and what became of them.
+    """The k-faces that were cut, in increasing order, and their halves.
 
     codes: (count before,) OR of the `Sign` of the vertices of every k-face.
     rank: position of a cut face in this record.
@@ -147,7 +147,7 @@ def radius_of_zero(
     home: Int[np.ndarray, " E"],
     plane: Hyperplane,
 ) -> np.ndarray:
-    """radius(F0) from radius(F); infinite where the slope is not known to be positive."""
+    """radius(F0) from radius(F); infinite where the slope may be zero."""
     known = slope > 0
     further = (plane.eta + plane.lip(home) * radius) / np.where(known, slope, 1.0)
     return np.where(known, radius + further * (1 + 1e-9) + plane.delta, np.inf)

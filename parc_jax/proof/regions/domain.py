@@ -83,7 +83,7 @@ def unit_problem(net: ReLUNetwork, domain: Box | HPolytope) -> UnitProblem:
 
 
 def interior_point(domain: Box | HPolytope) -> np.ndarray:
-    """A point strictly inside the domain. Raises InputError when none is found."""
+    """A point strictly inside the domain. Raises InputError without one."""
     if isinstance(domain, Box):
         return domain.center
     center = chebyshev_center(domain).center

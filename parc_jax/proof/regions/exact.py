@@ -2,7 +2,7 @@
 leave open.
 
 Every float64 is a dyadic rational, so each layer is an integer matrix over a power of two. A vertex
-is known by the hyperplanes through it, never by its floats: its neurons of sign 0 and the domain
+is defined by the hyperplanes through it, never by its floats: its neurons of sign 0 and the domain
 rows it touches. With every neuron of sign 0 taken as inactive their affine forms have full rank n
 at the vertex (each face of the complex was made by a form that takes both signs on the face it
 cuts, and forms depend only on signs decided earlier), so the point is a rational.

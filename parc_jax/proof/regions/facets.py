@@ -1,5 +1,5 @@
-"""Which rows of a region are facets: rays and proved LP bounds first, rational arithmetic for what
-they leave open.
+"""Which rows of a region are facets: rays and proved LP bounds first, rational arithmetic for the
+rest.
 
 The last word is whether some point on one hyperplane lies strictly inside all others, decided in
 rationals by least-index criss-cross pivoting: no starting point, no tolerance, always ends.
@@ -49,7 +49,7 @@ class MarchedRegion:
 
     pattern: (n_hidden,) bool. A: (f, n), b: (f,).
     label: (f,) hidden neuron of each facet, or -1 - (row of the domain).
-    neighbours: (f, n_hidden) bool, the pattern behind each facet; its own behind the domain's
+    neighbours: (f, n_hidden) bool, the pattern behind each facet; the same behind the domain's
         boundary.
     """
 

@@ -4,7 +4,7 @@ the table.
 The closed region of one activation pattern as rows, in integers and in floats rounded from
 them; patterns at a point and on the far side of a facet. Exact, no step size.
 
-A pattern is asked for through the signs of the pre-activations at a point that moved a little, in
+A pattern is defined by the signs of the pre-activations at a point that moved a little, in
 the limit of a little. Layer by layer, so every form is that of the pattern it leads to.
 """
 
@@ -94,7 +94,7 @@ def pattern_at(network: ExactNetwork, x: np.ndarray, inward: np.ndarray) -> np.n
 def pattern_across(network: ExactNetwork, on: np.ndarray, rows: Halfspaces, i: int) -> np.ndarray:
     """Pattern of the region on the other side of facet row i of the region with pattern `on`.
 
-    On generic points of the facet a neuron is zero only if its form vanishes on the whole
+    On generic points of the facet a neuron is zero only if its form vanishes all over the
     hyperplane. Those, and no others, change: to active where the form under the new pattern rises
     along the outward normal.
     """

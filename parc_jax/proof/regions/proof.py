@@ -1,5 +1,5 @@
 """Completeness, checked on the finished table and not on how it was made [T17]: a forward pass from
-the weights at the final vertices, then what the faces and volumes say.
+the weights at the final vertices, then faces and volumes.
 """
 
 import math
@@ -21,7 +21,7 @@ CHUNK = 1 << 12  # vertices treated at once, so that the working set stays in ca
 
 @struct.dataclass
 class Completeness:
-    """What a region table proves about itself.
+    """The proof of completeness of a region table.
 
     volume, domain_volume: sum over the regions, and of the domain.
     euler: sum over k of (-1)^k (number of k-faces), 1 for a ball cut into cells.

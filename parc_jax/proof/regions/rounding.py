@@ -1,7 +1,7 @@
 """How far a float pre-activation at a float vertex can be from the exact one at the exact vertex.
 
 For a vertex v of the complex with float image v^, neuron i with stored value z^_i, and every cell C
-at v with affine map L_i^C, the subdivision keeps three facts (u = 2^-53):
+at v with affine map L_i^C, the subdivision maintains three facts (u = 2^-53):
 
 (1) |z^_i - L_i^C(v^)| <= eta_i, one number per neuron for all vertices: forward error of the layer
     [T10] from the eta of the layer before, plus 6u per interpolation along an edge for the value
@@ -114,6 +114,6 @@ def point_rounding(n: int, n_cuts: int) -> float:
     """delta: Euclidean rounding of a vertex with coordinates up to 1 after any chain of
     interpolations, relative to the hulls it started on.
 
-    n_cuts: hyperplanes cut in the whole run, a bound on the length of these chains.
+    n_cuts: hyperplanes cut in all, a bound on the length of these chains.
     """
     return (n_cuts + 2) * PER_STEP * np.sqrt(n)

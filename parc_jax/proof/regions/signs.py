@@ -28,7 +28,7 @@ class SignOracle:
 
     n_exact, n_repaired: vertices evaluated in rationals because a sign was open, or because the
         float was poor.
-    n_signs: signs asked for.
+    n_signs: signs decided.
     """
 
     def __init__(self, lattice: Complex, exact: ExactNetwork, delta: float, budget: Budget):
@@ -124,7 +124,7 @@ class SignOracle:
             self._row(int(v), n_columns)
 
     def _row(self, v: int, n_columns: int) -> np.ndarray:
-        """Exact codes of the whole layer at vertex v; its floats are replaced by the rounded exact
+        """Exact codes of the layer at vertex v; its floats are replaced by the rounded exact
         ones.
         """
         if v in self.rows:

@@ -40,7 +40,7 @@ def hash_words(words: np.ndarray) -> np.ndarray:
 
 
 class Growable:
-    """A growing array along axis 0: appending costs its own length, not that of what is there.
+    """A growing array along axis 0: the cost of an append does not depend on the length.
 
     `view` is the filled part (no copy; invalid after the next append).
     """
@@ -57,7 +57,7 @@ class Growable:
         return self.data[: self.n]
 
     def append(self, rows: np.ndarray) -> None:
-        """Add rows at the end; what is spare is not touched, and costs no memory."""
+        """Add rows at the end; spare rows are not touched, and cost no memory."""
         end = self.n + len(rows)
         if end > len(self.data):
             data = np.empty((end + min(3 * end, SPARE), *self.data.shape[1:]), self.data.dtype)

@@ -87,7 +87,7 @@ def _kept_faces(rows: dict[int, Ragged], plus: np.ndarray, n: int) -> dict[int, 
 
 
 def _kept_rows(rows: Ragged, kept: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Boundaries of the kept faces in new numbers, flat, and how many each has."""
+    """Boundaries of the remaining faces in new numbers, flat, and their sizes."""
     sub, offsets = rows
     size = np.diff(offsets)[kept]
     positions, _ = row_positions(offsets[:-1][kept], size)

@@ -31,8 +31,8 @@ class RegionTable:
     dimensions are stored once, shared by the regions they bound; n-faces are the regions,
     (n-1)-faces the facets, 0-faces the points.
 
-    net, domain: what was enumerated.
-    patterns: (r, n_hidden) bool, active neurons; a neuron that is 0 on a whole region counts as
+    net, domain: the network and its domain.
+    patterns: (r, n_hidden) bool, active neurons; a neuron that is 0 all over a region counts as
         inactive there.
     volumes: (r,).
     points: (V, n) all vertices; point_error (V, n): proved bound on the distance to the exact ones,

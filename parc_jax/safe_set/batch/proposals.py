@@ -140,6 +140,14 @@ NARROW = 0.003
 WIDE = 0.3
 
 
+class About(NamedTuple):
+    """The model of a batch: network, tube, and its error support table of `along_fan`."""
+
+    net: ReLUNetwork
+    tube: Tube
+    fan: Reach
+
+
 @struct.dataclass
 class Pool:
     """n values of k with the model's predictions.
@@ -247,9 +255,7 @@ def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
 
 def improve(
     best: Best,
-    net: ReLUNetwork,
-    tube: Tube,
-    fan: Reach,
+    about: About,
     scene: SceneArrays,
     pool: Pool,
     chosen: Int[jax.Array, " c"],
@@ -258,25 +264,26 @@ def improve(
 ) -> Best:
     """Estimate proposals, check the most promising ones in float64, hold on to the best.
 
-    fan: error support table of `along_fan`.
     chosen: (c,) items of the pool, which give k. z: (c, n_p) [m] ends.
     worth: (c,) bool, the others are ignored.
     """
     checked = CHECKED
-    path = _paths(pool, chosen, z)
-    taken = fan.of(pool.bin[chosen])
+    # (c, n_c, T + 1) float32, which end in z
+    end = jnp.concatenate([z.astype(jnp.float32)] * (pool.way.shape[1] // z.shape[1]), axis=1)
+    path = end[:, :, None] + pool.way[chosen]
+    taken = about.fan.of(pool.bin[chosen])
     if not scene.obstacles.closed:  # a check costs much, and estimates are nearly right
         checked = min(CHECKED, len(best.clearance))
         rough = jnp.where(worth, estimate_roughly(scene.obstacles, path, taken), -jnp.inf)
         _, few = jax.lax.top_k(rough, min(LOOKED, len(z)))
         z, chosen, worth, path = z[few], chosen[few], worth[few], path[few]
-        taken = fan.of(pool.bin[chosen])
+        taken = about.fan.of(pool.bin[chosen])
     estimate = estimate_clearance(scene.obstacles, path, taken)
     estimate = jnp.where(worth, estimate, -jnp.inf)
     _, most = jax.lax.top_k(estimate, min(checked, len(z)))
     k = pool.k[chosen[most]]
     p0 = z[most] - pool.end[chosen[most], : z.shape[1]]
-    seen = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))(net, tube, scene, p0, k)
+    seen = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))(about.net, about.tube, scene, p0, k)
     clearance = jnp.where(seen.safe, seen.clearance, -jnp.inf)
     plans = jnp.concatenate([best.plans, jnp.concatenate([p0, k], axis=1)])
     clearance = jnp.concatenate([best.clearance, clearance])
@@ -284,24 +291,8 @@ def improve(
     return Best(plans[kept], clearance)
 
 
-def _paths(pool: Pool, chosen: Int[jax.Array, " c"], z: Float[jax.Array, "c n_p"]):
-    """(c, n_c, T + 1) float32 paths that end in z, with k of the chosen items."""
-    start = z.astype(jnp.float32)
-    start = jnp.concatenate([start] * (pool.way.shape[1] // z.shape[1]), axis=1)
-    return start[:, :, None] + pool.way[chosen]
-
-
-class Rounds(NamedTuple):
-    """Where a search stands: the next round, and the best plans so far."""
-
-    next: jax.Array
-    best: Best
-
-
 def search(
-    net: ReLUNetwork,
-    tube: Tube,
-    fan: Reach,
+    about: About,
     scene: SceneArrays,
     number: Integer[jax.Array, ""],
     best: Best,
@@ -321,27 +312,26 @@ def search(
     key = jax.random.fold_in(key, number)
     order = jnp.arange(PROPOSED, dtype=jnp.int32)
 
-    def step(rounds: Rounds) -> Rounds:
-        item = (rounds.next * PROPOSED + order) % jnp.maximum(n, 1)
+    def step(state: tuple):
+        number, best = state
+        item = (number * PROPOSED + order) % jnp.maximum(n, 1)
         chosen = jnp.minimum(jnp.searchsorted(rank, item + 1), len(rank) - 1)
-        round_key = jax.random.fold_in(key, rounds.next)
+        round_key = jax.random.fold_in(key, number)
         share = jax.random.uniform(round_key, (PROPOSED, ends.lo.shape[1]), ends.lo.dtype)
         z = ends.lo[chosen] + share * (ends.hi - ends.lo)[chosen]
         worth = jnp.broadcast_to(n > 0, order.shape)
-        best = improve(rounds.best, net, tube, fan, scene, pool, chosen, z, worth)
-        return Rounds(rounds.next + 1, best)
+        return number + 1, improve(best, about, scene, pool, chosen, z, worth)
 
-    def unfinished(rounds: Rounds):
-        return (rounds.next < last) & (n > 0) & ~(rounds.best.clearance > 0).all()
+    def unfinished(state: tuple):
+        number, best = state
+        return (number < last) & (n > 0) & ~(best.clearance > 0).all()
 
-    end = jax.lax.while_loop(unfinished, step, Rounds(first, best))
-    return end.best, end.next - first
+    number, best = jax.lax.while_loop(unfinished, step, (first, best))
+    return best, number - first
 
 
 def rewarm(
-    net: ReLUNetwork,
-    tube: Tube,
-    fan: Reach,
+    about: About,
     scene: SceneArrays,
     number: Integer[jax.Array, ""],
     best: Best,
@@ -364,12 +354,12 @@ def rewarm(
     noise_key = jax.random.fold_in(key, number)
     noise = jax.random.normal(noise_key, (PROPOSED, len(scene.k_lo)), old.dtype)
     near = jnp.clip(old[:, n_p:] + sizes * noise, scene.k_lo[None], scene.k_hi[None])
-    pool = pool_of(net, tube, near)
-    before = pool_of(net, tube, old[:, n_p:])
+    pool = pool_of(about.net, about.tube, near)
+    before = pool_of(about.net, about.tube, old[:, n_p:])
     ends = allowed_ends(pool, scene)
     z = jnp.clip(old[:, :n_p] + before.end[:, :n_p], ends.lo, jnp.maximum(ends.lo, ends.hi))
     worth = ends.any & usable[source]
-    return improve(best, net, tube, fan, scene, pool, jnp.arange(PROPOSED), z, worth)
+    return improve(best, about, scene, pool, jnp.arange(PROPOSED), z, worth)
 
 
 def _sides(A: Float[jax.Array, "h n"], b: Float[jax.Array, " h"]):

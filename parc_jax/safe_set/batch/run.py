@@ -61,27 +61,25 @@ def over_scenes(one: Callable, loop: bool, n: Int[jax.Array, ""], rows: Any, sta
 
 
 def search_many(loop: bool, n: Int[jax.Array, " lanes"], rows: tuple, start: Best, shared: tuple):
-    """rows: (scenes, numbers). shared: (net, tube, its reach along the fan, pool, key, first,
-    last). Returns (Best, rounds (s,)).
-    """
-    net, tube, fan, pool, key, first, last = shared
+    """rows: (scenes, numbers). shared: (about, pool, key, first, last). Returns best, rounds."""
+    about, pool, key, first, last = shared
 
     def one(row, best):
         scene, number = row
-        return search(net, tube, fan, scene, number, best, pool, key, first, last)
+        return search(about, scene, number, best, pool, key, first, last)
 
     return over_scenes(one, loop, n[0], rows, start)
 
 
 def rewarm_many(loop: bool, n: Int[jax.Array, " lanes"], rows: tuple, start: Best, shared: tuple):
-    """rows: (scenes, numbers, earlier plans). shared: (net, tube, its reach along the fan, key).
+    """rows: (scenes, numbers, earlier plans). shared: (about, key).
     Returns (Best, rounds (s,), all zero).
     """
-    net, tube, fan, key = shared
+    about, key = shared
 
     def one(row, best):
         scene, number, plans = row
-        again = rewarm(net, tube, fan, scene, number, best, plans, key)
+        again = rewarm(about, scene, number, best, plans, key)
         return again, jnp.zeros((), jnp.int32)
 
     return over_scenes(one, loop, n[0], rows, start)

@@ -16,7 +16,7 @@ from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
-from parc_jax.safe_set.batch.proposals import PROPOSED, Best, along_fan
+from parc_jax.safe_set.batch.proposals import PROPOSED, About, Best, along_fan
 from parc_jax.safe_set.batch.run import make_pool, rewarm_many, run, search_many
 from parc_jax.safe_set.verdict.scene import (
     SceneArrays,
@@ -134,10 +134,9 @@ def _search(
     dims = model.n_p + model.n_k
     best = Best(np.zeros((s, samples, dims)), np.full((s, samples), -np.inf))
     pool_key, scene_key, warm_key = jax.random.split(stream(key, Stage.SEARCH), 3)
-    fan = along_fan(model.tube)
+    about = About(model.net, model.tube, along_fan(model.tube))
     if warm is not None:
-        shared = (model.net, model.tube, fan, warm_key)
-        best, _ = run(rewarm_many, (scenes, numbers, warm), best, shared, mesh)
+        best, _ = run(rewarm_many, (scenes, numbers, warm), best, (about, warm_key), mesh)
     rounds = np.zeros(s, np.int64)
     for number, span in enumerate(passes(-(-draws // PROPOSED))):
         open_rows = np.flatnonzero(~(best.clearance > 0).all(axis=1))
@@ -147,7 +146,7 @@ def _search(
             pass_key = jax.random.fold_in(pool_key, number)
             k_box = (model.domain.lo, model.domain.hi)
             items = jax.device_get(make_pool(model.net, model.tube, pass_key, *k_box, pool))
-        shared = (model.net, model.tube, fan, items, key_data(scene_key), *map(np.int32, span))
+        shared = (about, items, key_data(scene_key), *map(np.int32, span))
         part, start = jax.tree.map(lambda x, i=open_rows: x[i], ((scenes, numbers), best))
         got, ran = run(search_many, part, start, shared, mesh)
         best.plans[open_rows] = got.plans

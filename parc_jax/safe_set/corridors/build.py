@@ -35,16 +35,6 @@ class Building(NamedTuple):
     waiting: Points
     tried: int = 0
 
-    @property
-    def order(self) -> np.ndarray:
-        """(c,) those that hold most plans first."""
-        return np.argsort(-self.counts, kind="stable")
-
-    def counting(self, found: np.ndarray) -> "Building":
-        """With the plans of corridors (b,) counted; -1 is none."""
-        more = np.bincount(found[found >= 0], minlength=len(self.corridors))
-        return self._replace(counts=self.counts + more)
-
 
 def nothing_built(tube: Tube, points: Points) -> Building:
     """No corridor under a tube, and waiting plans."""
@@ -53,9 +43,13 @@ def nothing_built(tube: Tube, points: Points) -> Building:
 
 def admit(building: Building, points: Points) -> tuple[Building, np.ndarray]:
     """Assign plans to corridors: (b,) bool, which satisfy one. The others wait."""
-    found = building.corridors.first(points.path, points.bin, building.order)
-    waiting = joined([building.waiting, points.at(found < 0)])
-    return building.counting(found)._replace(waiting=waiting), found >= 0
+    # those that hold most plans are tried first
+    popular = np.argsort(-building.counts, kind="stable")
+    result = building.corridors.first(points.path, points.bin, popular)
+    held = result >= 0
+    counts = building.counts + np.bincount(result[held], minlength=len(building.corridors))
+    waiting = joined([building.waiting, points.at(~held)])
+    return building._replace(counts=counts, waiting=waiting), held
 
 
 def build(

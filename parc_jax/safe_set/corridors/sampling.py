@@ -6,7 +6,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from parc_jax.common.arrays import once
 from parc_jax.common.shapes import ManyParams, Positions
@@ -150,41 +149,26 @@ def draw(scene: Scene, rng: np.random.Generator, n: int, within: Place | None = 
     those of k.
     """
     model = scene.model
-    if scene.at is not None and within is None:
-        k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
-        seen, safe = safe_ones(scene, ends_from(scene.at, model, k), k)
-        return Draw(n, seen.reaching, safe, float(model.domain.volume))
     k_lo, k_hi, z_lo, z_hi, volume = ends_of(scene)
     if within is not None:
-        return _draw_within(scene, within, rng, n, z_lo, z_hi)
-    whole = float(volume.sum())
-    if whole == 0:
-        return Draw(n, 0, no_points(model), 0.0)
-    b = rng.choice(len(volume), n, p=volume / whole)
-    k = rng.uniform(k_lo[b], k_hi[b])
-    seen, safe = safe_ones(scene, rng.uniform(z_lo[b], z_hi[b]), k)
+        x = within.draw(rng, n)
+        k = x[:, -model.n_k :]
+        z = x[:, : model.n_p] if scene.at is None else ends_from(scene.at, model, k)
+        b = model.tube.bin_of(k)
+        fits = (b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)
+        z, k, whole = z[fits], k[fits], within.volume
+    elif scene.at is not None:
+        k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
+        z, whole = ends_from(scene.at, model, k), float(model.domain.volume)
+    else:
+        whole = float(volume.sum())
+        if whole == 0:
+            return Draw(n, 0, no_points(model), 0.0)
+        b = rng.choice(len(volume), n, p=volume / whole)
+        k = rng.uniform(k_lo[b], k_hi[b])
+        z = rng.uniform(z_lo[b], z_hi[b])
+    seen, safe = safe_ones(scene, z, k)
     return Draw(n, seen.reaching, safe, whole)
-
-
-def _draw_within(
-    scene: Scene,
-    place: Place,
-    rng: np.random.Generator,
-    n: int,
-    z_lo: Float[np.ndarray, "bins n_p"],
-    z_hi: Float[np.ndarray, "bins n_p"],
-) -> Draw:
-    """n plans of a proposal region; z_lo, z_hi (bins, n_p) are where a plan of each bin may end."""
-    model = scene.model
-    x = place.draw(rng, n)
-    k = x[:, -model.n_k :]
-    z = x[:, : model.n_p] if scene.at is None else ends_from(scene.at, model, k)
-    b = model.tube.bin_of(k)
-    fits = (b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)
-    if not fits.any():
-        return Draw(n, 0, no_points(model), place.volume)
-    seen, safe = safe_ones(scene, z[fits], k[fits])
-    return Draw(n, seen.reaching, safe, place.volume)
 
 
 class Counts(NamedTuple):
@@ -273,8 +257,6 @@ def near(scene: Scene, rng: np.random.Generator, around: Points, n: int) -> Poin
     if scene.at is not None:
         z = ends_from(scene.at, model, k)
     known = ((k > scene.k_lo) & (k < scene.k_hi)).all(axis=1)
-    if not known.any():
-        return no_points(model)
     return safe_ones(scene, z[known], k[known])[1]
 
 

@@ -214,7 +214,7 @@ def _spread_in_space(A: Float[np.ndarray, "h 3"], cones: Cones) -> list[Multipli
     middles = np.concatenate([unit[pairs].sum(axis=1), unit[cones].sum(axis=1)])
     middles = middles / np.linalg.norm(middles, axis=1)[:, None]
     chosen = unit[facets]
-    for pool, apart in ((middles, APART), (_sphere(N_POOL), 0.0)):
+    for pool, apart in ((middles, APART), (sphere(N_POOL), 0.0)):
         chosen = _with_farthest(chosen, pool, apart, n_d)
     facets = [Multiplier((int(i),), (Fraction(1),)) for i in facets]
     others = _nearest(A, cones, chosen[len(facets) :], TABLE_BITS)
@@ -233,7 +233,7 @@ def _with_farthest(chosen: np.ndarray, pool: np.ndarray, apart: float, n: int) -
     return chosen
 
 
-def _sphere(n: int) -> np.ndarray:
+def sphere(n: int) -> np.ndarray:
     """(n, 3) unit vectors, spread evenly: a spiral that turns by the golden angle."""
     i = np.arange(n)
     height = 1 - (2 * i + 1) / n

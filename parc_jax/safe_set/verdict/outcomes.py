@@ -1,6 +1,5 @@
 """Outcomes of recorded runs in a scene: no model, no tube, the truth as far as it was recorded."""
 
-from collections.abc import Callable
 from functools import partial
 
 import jax
@@ -31,52 +30,38 @@ def outcomes(
     distance (n,) [m] from an obstacle. A failed run reached nothing. off: of the goal alone, as of
     `reached_and_touched`.
     """
-    path = _path(runs, p0)
-    distance = _by_round(_nearest, scene.tabled, runs.time.stride, path)
-    return path, _reached(scene, runs, path, off), distance
+    path = moved_to(p0, np.asarray(runs.p, np.float64))
+    state = np.concatenate([path[:, -1], runs.q], axis=1)
+    lost = off * np.abs(scene.goal_A).sum(axis=1)
+    reached = (state @ scene.goal_A.T <= scene.goal_b - lost).all(axis=1)
+    # without rounding tolerance, in metres: of the hull of each part at two records in a row, so
+    # that nothing between them is missed
+    tabled = scene.tabled
+    active = tabled.obstacles.active.repeat(runs.time.stride, axis=1)
+    fine = tabled.replace(
+        obstacles=tabled.obstacles.replace(active=active),
+        slack=np.float64(0),
+        directions=tabled.directions.of_unit_length,
+    )
+    rounds = slices(len(path), ROUND)
+    return path, reached, np.concatenate([_nearest(fine, path[rows]) for rows in rounds])
 
 
 def reached_and_touched(
     scene: Scene, runs: RolloutBatch, p0: np.ndarray, off: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Whether the goal was reached, and whether an obstacle was touched, (n,) each: as `outcomes`
-    says, without measuring how near the others came.
+    """Whether the goal was reached, and whether an obstacle was touched, (n,) each.
 
     off: [m or rad] by which each coordinate of a run that truly begins there may differ: reached
     and not touched whatever it is.
     """
-    path = _path(runs, p0)
-    judge = partial(_not_apart, beyond=distance_of(scene, off))
-    touched = _by_round(judge, scene.tabled, runs.time.stride, path)
-    return _reached(scene, runs, path, off), touched
+    _, reached, distance = outcomes(scene, runs, p0, off)
+    return reached, ~(distance > distance_of(scene, off))
 
 
 def distance_of(scene: Scene, off: float) -> float:
     """[m] by which a point may be away that is off by so much in each coordinate."""
     return off * float(np.sqrt(scene.model.n_p))
-
-
-def _path(runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
-    """(n, n_record + 1, n_c) where the points of the runs were."""
-    return moved_to(p0, np.asarray(runs.p, np.float64))
-
-
-def _reached(scene: Scene, runs: RolloutBatch, path: np.ndarray, off: float) -> np.ndarray:
-    state = np.concatenate([path[:, -1], runs.q], axis=1)
-    lost = off * np.abs(scene.goal_A).sum(axis=1)
-    return (state @ scene.goal_A.T <= scene.goal_b - lost).all(axis=1)
-
-
-def _by_round(judge: Callable, scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
-    """`judge` of recorded paths (n, n_record + 1, n_c), without rounding tolerance, in metres: of
-    the hull of each part at two records in a row, so that nothing between them is missed.
-    """
-    active = scene.obstacles.active.repeat(stride, axis=1)
-    obstacles = scene.obstacles.replace(active=active)
-    fine = scene.replace(
-        obstacles=obstacles, slack=np.float64(0), directions=scene.directions.of_unit_length
-    )
-    return np.concatenate([judge(fine, path[rows]) for rows in slices(len(path), ROUND)])
 
 
 def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
@@ -94,18 +79,6 @@ def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
     run, o, t = np.nonzero(promised < found[:, None, None])
     np.minimum.at(found, run, _measured(scene, path, run, o, t))
     return found if scene.beyond is None else np.minimum(found, scene.beyond)
-
-
-def _not_apart(scene: Tabled, path: np.ndarray, beyond: float) -> np.ndarray:
-    """(n,) bool: is the distance not above `beyond` [m]? Pairs that no facet separates are
-    measured.
-    """
-    if scene.obstacles.closed:
-        return ~(_nearest(scene, path) > beyond)
-    run, o, t = np.nonzero(~(map_rows(CHUNK, partial(_promised, scene), path) > beyond))
-    touched = np.zeros(len(path), bool)
-    touched[run[~(_measured(scene, path, run, o, t) > beyond)]] = True
-    return touched
 
 
 def _measured(

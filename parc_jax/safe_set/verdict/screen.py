@@ -21,15 +21,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from parc_jax.common.arrays import dot, map_rows, once, x64
+from parc_jax.common.arrays import map_rows, once, x64
 from parc_jax.common.shapes import Index, Knot, ManyParams, Params, Path, Positions, Vector
-from parc_jax.learning.bound.error_set import ErrorTemplate
 from parc_jax.learning.bound.reach import Reach, numbered, reach
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import predict
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.problem.body import Disc
-from parc_jax.safe_set.separation.directions import body_support
 from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
 from parc_jax.safe_set.verdict.pointwise import anchor, on_device, prediction
 from parc_jax.safe_set.verdict.scene import Scene, Tabled
@@ -40,22 +37,10 @@ class Facets(NamedTuple):
 
     number: (o, f) which of the normals.
     reach: error support table along these.
-    inside: (n_bins, T, n_points, n_p) an error that each bin allows, None for boxes.
-    core: (o, f) [m * |w|], a place below all of them is in the obstacle, moved by one point of the
-        shape.
     """
 
     number: np.ndarray
     reach: Reach
-    inside: jax.Array | None
-    core: np.ndarray
-
-    def holds(self, o: Index, place: Knot, scene: Tabled):
-        """Is a point of pair o for certain in the obstacle, at places (n_c,)? Kernel."""
-        n_p, normals = scene.directions.w.shape[-1], jnp.asarray(scene.directions.w)
-        points = place.reshape(-1, n_p)[jnp.asarray(scene.obstacles.points)[o]]
-        along = dot(points[:, None], normals[o][None, : self.core.shape[1]])
-        return (along < jnp.asarray(self.core)[o][None]).all(axis=1).any()
 
     def look(self, path: Path, bin: Index, scene: Tabled, see: Callable, state: Any):
         """The state after all pairs. Kernel.
@@ -116,32 +101,7 @@ def facets_of(scene: Scene) -> Facets:
     tube, table = scene.model.tube, scene.directions
     normals = table.w[: int(scene.count), : table.n_facets]
     unique, number = numbered(normals, len(table.w))
-    inside = None if tube.templates is None else once(tube, _inside)
-    return Facets(number, reach(tube, unique, number.size), inside, _core(scene))
-
-
-def _core(scene: Scene) -> np.ndarray:
-    """(o, f) of a scene; -inf where not all facets are among the directions."""
-    table = scene.directions
-    core = np.full((len(table.w), table.n_facets), -np.inf)
-    for o, (shape, cones) in enumerate(zip(table.shapes, table.cones, strict=True)):
-        w = table.w[o, : table.n_facets]
-        within = 0.0 if isinstance(shape, Disc) else w @ shape.vertices.mean(axis=0)
-        if len(np.unique(cones)) <= table.n_facets:
-            core[o] = table.support[o, : table.n_facets] - body_support(shape, w) - within
-    return core - scene.slack * np.abs(table.w[:, : table.n_facets]).sum(axis=2)
-
-
-def _inside(tube: Tube) -> jax.Array:
-    with x64():
-        return _middles(tube.errors)
-
-
-@jax.jit
-def _middles(errors: ErrorTemplate):
-    """An error that each bin allows (n_bins, T, n_points, n_p): the middle of some corners."""
-    axes = jnp.eye(errors.half.shape[-1])
-    return jax.lax.map(errors.vertex, jnp.concatenate([axes, -axes])).mean(axis=0)
+    return Facets(number, reach(tube, unique, number.size))
 
 
 CHUNK = 512  # plans per compiled call: intermediates stay in cache
@@ -157,7 +117,7 @@ class FacetTest(NamedTuple):
 
     worst: (b, 2) the pair and interval of the least gap among some that are compared.
     unsure: (b,) must these be tested still?
-    possible: (b,) reaches, and does not touch for certain.
+    possible: (b,) reaches, and is not known to touch.
     open: (b, o, T) no facet separates any other.
     """
 
@@ -193,15 +153,11 @@ def facet_test(
     nothing = jnp.full((), jnp.inf), jnp.zeros(2, jnp.int32), jnp.zeros(active.shape, bool)
     gap, worst, open_ = facets.look(seen.path, seen.bin, scene, look, nothing)
     o, t = worst
-    unsure, knots = ~(gap > 0), (seen.path[t], seen.path[t + 1])
-    if scene.obstacles.closed:
-        touching = unsure & ~_separated(tube, scene, *knots, seen.bin, o, t)
-        unsure = jnp.zeros((), bool)
-    else:  # a search costs much, and most that touch have a point inside
-        off = 0.0 if facets.inside is None else facets.inside[seen.bin, t].ravel()
-        inside = (facets.holds(o, place + off, scene) for place in knots)
-        touching = unsure & reduce(jnp.logical_or, inside)
-    possible, others = seen.reaches & ~touching, open_.at[o, t].set(False)
+    unsure, possible = ~(gap > 0), seen.reaches
+    if scene.obstacles.closed:  # cheap enough for every plan; a search waits for those in doubt
+        separated = _separated(tube, scene, seen.path[t], seen.path[t + 1], seen.bin, o, t)
+        unsure, possible = jnp.zeros((), bool), possible & (separated | ~unsure)
+    others = open_.at[o, t].set(False)
     return FacetTest(p0, seen.path, seen.pattern, seen.bin, worst, unsure, possible, others)
 
 
