@@ -147,15 +147,19 @@ def about_coverage(coverage: Coverage, part: str = "the safe set") -> str:
     )
 
 
-def about_share(share: Share | None, safe: int, *, from_here: bool, around: bool) -> str:
+def about_share(
+    share: Share | None, safe: int, *, from_here: bool, around: bool, box: str = "K"
+) -> str:
     """The number to tune by: the share that the tube leaves of all plans, and obstacles of that.
 
     safe: draws that were safe; of a few no estimate is stated. from_here: all plans have one start.
-    around: draws were made in a place alone, and only plans in it are counted.
+    around: draws were made in a place alone, and only plans in it are counted. box: of k.
     """
     if share is None:
         return "what share of the plans was not measured"
-    of_all = "all k in K" if from_here else IN_THE_BOX
+    of_all = f"all k in {box}" if from_here else IN_THE_BOX
+    if not from_here and box != "K":
+        of_all = of_all.replace("the plans", f"the plans with k in {box}", 1)
     low, high = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
     sure = f"with confidence {rounded_down(str(share.confidence), 10)}"
     if safe < FEW:
@@ -198,12 +202,15 @@ def about_episodes(
     eps: Fraction,
     look,
     contradictions: list[int],
+    law: str = "",
 ) -> str:
     """Both sentences of a loop. [T40]
 
     counts: of episodes in which each event happened, None where it was not watched. look: with its
-    share of delta. contradictions: numbers of episodes that contradict the sentence (C).
+    share of delta. contradictions: numbers of episodes that contradict the sentence (C). law: its
+    name, empty for none.
     """
+    of = f" ({law})" if law else ""
     watched = counts["a tube was left"] is not None
     event = "leaves a tube, or touches anything," if watched else "touches anything"
     events = listed([f"in {m:,} {words}" for words, m in counts.items() if m is not None])
@@ -212,7 +219,9 @@ def about_episodes(
         f"(E) Of {counted(n, 'fresh episode')} {bad:,} were bad: {events}.",
         f"With confidence {look.sure} over them, an episode of this law {event} with probability "
         f"at most {rounded_up(eps)}{look.numbered(', look')}, for whatever reason. What runs into "
-        "a robot that rests is not counted.",
+        "a robot that rests is not counted. Assumes: worlds, starts and disturbances of use come "
+        f"from this law{of}; robot and all that decides were settled before the first episode and "
+        "stay so; what stopped the work, if anything, had nothing to do with how episodes went.",
     ]
     if contradictions:
         first = [str(i) for i in contradictions[:MOST_NUMBERS]]

@@ -298,6 +298,7 @@ class Answer:
                 cover.safe,
                 from_here=self.scene.at is not None,
                 around=cover.within is not None,
+                box=self.model.claim.law.box,
             )
             around = " around what a search found" if cover.within is not None else ""
             held = about_coverage(self.coverage, f"the safe set{around}")

@@ -47,6 +47,8 @@ class Driving(Options):
     """Metres by which a pose may be off against the one at which the manoeuvre under way began,
     beside uncertainty_start of both: what odometry may drift meanwhile. A pose that is farther
     outside of the manoeuvre's tube begins nothing."""
+    drift_heading: float = 0.0
+    """Radians by which a heading may be off in the same way."""
     given: tuple[str, ...] = ()
     """Paths of the model's given parameters in the messages of poses, such as
     twist.twist.linear.x."""

@@ -80,7 +80,7 @@ class PilotNode(Node):
         """Write the episode, if there was one."""
         pilot = self.pilot
         if self.episode and pilot.driven:
-            about = {"drift": pilot.driving.drift, "assumed": pilot.premises}
+            about = {"drift": pilot.drift, "assumed": pilot.premises}
             save_episode(self.episode, pilot.driven, **about)
 
     def _heard(self, listen):
@@ -123,7 +123,8 @@ class PilotNode(Node):
         except ParcError as error:
             self.statement.publish(String(data=f"No plan: {error}"))
             return response
-        self.statement.publish(String(data=answer.details()))
+        said = f"{answer.details()}\nAssumed: {self.pilot.assumed}."
+        self.statement.publish(String(data=said))
         if answer.status is Status.PROVED and len(answer.samples):
             plan, n_p = answer.samples[0], answer.model.n_p
             way = _way(answer.model, answer.scene.nominal.pose, plan[:n_p], plan[n_p:])

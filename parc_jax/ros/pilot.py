@@ -173,6 +173,17 @@ class Pilot:
         return self.planner.solve(problem, jax.random.key(0), settings, at=self._at(here))
 
     @property
+    def drift(self) -> float:
+        """[m] by which any point of the robot may have drifted since the last manoeuvre began."""
+        far = np.linalg.norm(self.outline, axis=1).max()
+        return float(self.driving.drift + self.driving.drift_heading * far)
+
+    @property
+    def assumed(self) -> str:
+        """The same in one clause."""
+        return "; ".join(f"{name}: {value}" for name, value in self.premises.items())
+
+    @property
     def premises(self) -> dict[str, str]:
         """By name, in words with their numbers: what manoeuvres rest on beside model and tube."""
         d = self.driving
@@ -190,8 +201,8 @@ class Pilot:
             "measured poses": (
                 f"in the frame {d.frame!r}, within ±{d.uncertainty_start!r} m along each axis and "
                 f"±{d.uncertainty_heading!r} rad of the truth, from the stamp to where the "
-                f"manoeuvre begins; the frame drifts {d.drift!r} m at most from one manoeuvre to "
-                "the next"
+                f"manoeuvre begins; the frame drifts {d.drift!r} m and turns by "
+                f"{d.drift_heading!r} rad at most from one manoeuvre to the next"
             ),
             "what stands": standing,
             "who moves": moving if size else "nobody",
@@ -208,12 +219,12 @@ class Pilot:
         moves = any(span is not None for span in now.asked.problem.all_spans)
         after = "; who moves may run into it there" if moves else ""
         last = moved_last(self.model, now.k[None])[0][0]
-        assumed = "; ".join(f"{name}: {value}" for name, value in self.premises.items())
         return (
             f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside "
             "the tube and every pose inside the uncertainty nothing is touched. Assumed: that it "
             f"rests at its end, where its prediction moves by {rounded_up(last, 2)} m in the last "
-            f"{self.model.time.dt:g} s{after}; {assumed}. (E) {now.asked.model.claim.details()}"
+            f"{self.model.time.dt:g} s{after}; {self.assumed}. (E) "
+            f"{now.asked.model.claim.details()}"
         )
 
     def _look(self) -> None:
@@ -277,7 +288,7 @@ class Pilot:
             return self.loop.go_on(scene, gone)
         obstacles, spans = scene
         liked = functools.partial(self.prefer, goal=self.goal[:2])
-        now = {"at": (self._stamp - self._first) / 1e9, "drift": d.drift, "gone": gone}
+        now = {"at": (self._stamp - self._first) / 1e9, "drift": self.drift, "gone": gone}
         step = self.loop.step(self._at(self.pose), self.given, obstacles, liked, spans=spans, **now)
         if step.new:
             self._begun = self._stamp
@@ -287,9 +298,10 @@ class Pilot:
 
     def _remembered(self) -> FreeSpace | None:
         """What is free for sure wherever the frame has drifted since the last manoeuvre began."""
-        if self.seen is None or not self.driving.drift:
+        d = self.driving
+        if self.seen is None or not (d.drift or d.drift_heading):
             return self.seen
-        return self.seen.drifted(self.pose[:2], self.driving.drift, 0.0)
+        return self.seen.drifted(self.pose[:2], d.drift, d.drift_heading)
 
     def _with_movers(self, ways: Sequence[HPolytope]):
         """Obstacles and their spans, or a sentence why there are none."""

@@ -284,3 +284,15 @@ def test_no_parameter_of_a_system_reads_as_a_fitted_K(runs):
     Gain.law = {"parc_jax:K": "the smallest box of these runs"}
     with pytest.raises(pj.InputError, match="Rename them"):
         law_of(Gain)
+
+
+def test_what_was_settled_before_the_runs_is_assumed(held, runs):
+    """Nobody sees that the same runs were looked at before, by another claim or by a profile."""
+    profile = training_profile(NET, held, (1, 1))
+    about = {"eps": 0.2, "delta": 0.1, "quiet": True}
+    for options in ({"train": runs, "bins": (1, 1)}, {"train": runs, "profile": profile}):
+        said = pj.learning.bound_error(NET, held, None, **options, **about).details()
+        assert "UNSEEN(1 look; network, profile, eps and discards were settled before th" in said
+    two = {"train": runs, "bins": (1, 1), "looks": 2}
+    said = pj.learning.bound_error(NET, held, None, **two, **about).details()
+    assert "UNSEEN(2 looks; network" in said and "delta is shared by 2 looks" in said

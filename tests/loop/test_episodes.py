@@ -38,6 +38,7 @@ def test_every_bad_episode_is_counted_and_the_bound_is_that_of_the_count():
     assert "(C) Whatever happens inside the tubes, nothing is ever touched" in said
     assert "With confidence 0.999 over them, an episode of this law leaves a tube, or" in said
     assert "What runs into a robot that rests is not counted." in said
+    assert "come from this law (law); robot and all that decides were settled before" in said
 
 
 def test_without_a_bad_one_it_is_the_well_known_bound():

@@ -39,6 +39,7 @@ def test_runs_are_cut_and_put_on_the_grid(tmp_path):
     assert np.allclose(batch.q[:5, 0], batch.k[:5, 1], atol=1e-9)
     assert np.isfinite(batch.p[5, :2]).all() and np.isnan(batch.p[5, -1]).all()
     assert batch.labels.k == ("vx", "vy") and batch.law.k_law == "logged"
+    assert "records = straight between samples, 0.25 s apart at most" in batch.law.describe()
     stored = pj.load_rollouts(written(tmp_path / "sweep.csv", columns), TIME, columns=NAMES)
     assert np.array_equal(stored.p, batch.p, equal_nan=True) and stored.name == "file:sweep.csv"
 

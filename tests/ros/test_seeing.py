@@ -179,6 +179,17 @@ def test_what_was_seen_is_remembered_less_where_the_frame_drifts():
     assert not one.seen.region.intersects(shapely.box(1.41, -3.0, 1.6, 3.0))
 
 
+@pytest.mark.soundness
+def test_a_frame_that_turns_loses_more_of_what_is_far_away():
+    """Nobody lost anything by a turn of 0.1 rad: 1.5 m away it is 0.15 m."""
+    one, walls = pilot(drift_heading=0.1), [shapely.box(1.5, -3.0, 1.6, 3.0)]
+    one.hear_goal(sliding.posed(3.0, 0.0))
+    one.hear_scan(scan(walls, lambda _: np.zeros(2), 10**9))
+    assert one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9)).new
+    assert not one.seen.region.intersects(shapely.box(1.36, -3.0, 1.6, 3.0))
+    assert one.drift == pytest.approx(0.1 * np.linalg.norm(one.outline, axis=1).max())
+
+
 CHANGED = {
     "frame": "odom",
     "noise": 0.011,
@@ -188,6 +199,7 @@ CHANGED = {
     "uncertainty_start": 0.001,
     "uncertainty_heading": 0.002,
     "drift": 0.003,
+    "drift_heading": 0.004,
     "mover_radius": 0.4,
 }
 

@@ -32,11 +32,13 @@ LINES, ABOUT = "episodes.jsonl", "meta.json"
 class Episodes:
     """Results of fresh episodes of a law. [T40]
 
-    driven: all of them, by number. look: which of the looks this is, with its share of delta.
+    driven: all of them, by number. look: which of the looks this is, with its share of delta. law:
+    its name.
     """
 
     driven: tuple[Driven, ...] = field(repr=False)
     look: Look
+    law: str = ""
 
     @property
     def n(self) -> int:
@@ -79,7 +81,7 @@ class Episodes:
         counts = {"a tube was left": self.left, "something was touched": self.touched}
         counts["there was no outcome"] = self.failed
         return about_episodes(
-            self.n, self.bad, counts, self.eps, self.look, list(self.contradictions)
+            self.n, self.bad, counts, self.eps, self.look, list(self.contradictions), self.law
         )
 
 
@@ -126,7 +128,7 @@ def drive_episodes(
     if folder is None:
         done: dict[int, Driven] = {}
         _drive(drive, law, words, n, workers, done, lambda one: None, quiet)
-        return _of(done, n, look)
+        return _of(done, n, look, law)
     meta = {
         "format": FORMAT,
         "drive": lasting_digest(drive),
@@ -137,7 +139,7 @@ def drive_episodes(
     }
     with Ledger(folder, meta) as ledger:
         _drive(drive, law, words, n, workers, ledger.done, ledger.add, quiet)
-        return _of(ledger.done, n, look)
+        return _of(ledger.done, n, look, law)
 
 
 class Ledger:
@@ -251,5 +253,6 @@ def _drive(
                 )
 
 
-def _of(done: dict[int, Driven], n: int, look: Look) -> Episodes:
-    return Episodes(tuple(done[i] for i in range(n)), look)
+def _of(done: dict[int, Driven], n: int, look: Look, law: Callable) -> Episodes:
+    name = getattr(law, "__name__", type(law).__name__)
+    return Episodes(tuple(done[i] for i in range(n)), look, name)

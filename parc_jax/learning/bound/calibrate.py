@@ -9,7 +9,7 @@ import numpy as np
 
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
-from parc_jax.common.spelling import hex_text, listed, rounded_up
+from parc_jax.common.spelling import counted, hex_text, listed, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim, error_claim
 from parc_jax.learning.bound.counts import (
     MOST,
@@ -113,7 +113,12 @@ def _pac_claim(
         delta=as_probability("delta", settings.delta),
         looks=settings.looks,
         law=scores.law,
-        assumptions=(*ledger(between, about, scores.lost), *freshness(scores, train)),
+        assumptions=(
+            *ledger(between, about, scores.lost),
+            f"UNSEEN({counted(settings.looks, 'look')}; network, profile, eps and discards were "
+            "settled before these runs)",
+            *freshness(scores, train),
+        ),
         evidence={"profile": profile.hash} | evidence_of(scores, train) | trained | evidence,
         intersample=tuple(term),
         **fields,

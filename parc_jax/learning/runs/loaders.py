@@ -14,7 +14,7 @@ from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
-from parc_jax.learning.runs.law import FITTED, LOG, TO_ALL, law_spec, words_of
+from parc_jax.learning.runs.law import FITTED, LOG, OURS, TO_ALL, law_spec, words_of
 from parc_jax.learning.runs.tables import folder_arrays, mat_arrays, sweep_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
@@ -69,6 +69,7 @@ def load_rollouts(
     check_k_law(name, k_law, domain)
     if columns is not None:
         arrays = sweep_arrays(path, time, columns)
+        about["cut"] = arrays.pop("cut")
     elif name.is_dir():
         arrays = folder_arrays(name)
     elif name.suffix == ".mat":
@@ -161,14 +162,17 @@ def recorded(
     points: tuple[str, ...],
     domain: Box | None,
     k_law: str,
+    cut: Mapping[str, str] | None = None,
     **about,
 ) -> RolloutBatch:
     """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
-    columns or point by point, from any start. domain, k_law: as of `load_rollouts`. about: as of
-    `rollout_batch`. Raises InputError.
+    columns or point by point, from any start. domain, k_law: as of `load_rollouts`. cut: how runs
+    were made of what was logged, by name, for their law. about: as of `rollout_batch`. Raises
+    InputError.
     """
     require_finite_k(k)
-    fitted = {FITTED: TO_ALL} if domain is None else None
+    fitted = {FITTED: TO_ALL} if domain is None else {}
+    fitted |= {f"{OURS}{name}": words for name, words in (cut or {}).items()}
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
     law = law_spec(f"{LOG}{Path(owner).name}", domain, k_law, fitted)
     places = p.reshape(*p.shape[:2], len(points), -1)

@@ -56,7 +56,8 @@ def sweep_arrays(table, time: TimeGrid | None, columns: Mapping[str, str | Seque
     at = time.dt_record * np.arange(time.n_record + 1)
     cut = [_cut(f"{name}, run {cells[run][i[0]]}", i, clock[:, 0], ks, ps, qs, at) for i in rows]
     k_of, p_of, q_of = (np.stack(part) for part in zip(*cut, strict=True))
-    return {"k": k_of, "p": p_of, "q": q_of, "labels": {"k": k, "p": p, "q": q}}
+    cut = {"records": f"straight between samples, {time.dt_record:g} s apart at most"}
+    return {"k": k_of, "p": p_of, "q": q_of, "labels": {"k": k, "p": p, "q": q}, "cut": cut}
 
 
 def _cut(owner: str, rows: np.ndarray, clock, ks, ps, qs, at: np.ndarray):

@@ -111,6 +111,11 @@ def load_bags(
         ONE_POINT if robot is None else robot.points,
         domain,
         k_law,
+        {
+            "begin": f"{after:g} s after a new command",
+            "records": f"straight between poses, {bridge:g} s apart at most",
+            "cut short": short,
+        },
         time=time,
         groups=groups,
         rotation=(TURNS,),
