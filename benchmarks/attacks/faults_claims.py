@@ -273,6 +273,13 @@ CLAIMED = (
         "tests/claim/test_claim.py::test_parts_that_do_not_fit_make_no_claim",
     ),
     Fault(
+        "runs_cut_off_at_an_end_not_counted",
+        "fresh.left_out",
+        " if between else (first, last)",
+        "",
+        "tests/claim/test_carried.py::test_runs_that_are_cut_off_at_an_end_are_counted",
+    ),
+    Fault(
         "law_of_a_part_of_K_told_of_all",
         "claim.derived",
         "_corners(K) != _corners(claim.domain)",
@@ -355,15 +362,15 @@ CARRIED = (
     Fault(
         "failed_runs_of_a_seed_left_out",
         "check_fresh",
-        "elif left_out(scores, train):",
-        "elif False:",
+        "elif gaps := left_out(scores, train, between=True):",
+        "elif gaps := 0:",
         "tests/claim/test_carried.py::test_failed_runs_are_not_left_out_in_silence",
     ),
     Fault(
         "rows_left_out_are_not_said",
         "evidence_of",
-        '({"left_out": gaps} if gaps else {})',
-        "{}",
+        "if gaps := left_out(scores, train):",
+        "if gaps := 0:",
         "tests/claim/test_carried.py::test_failed_runs_are_not_left_out_in_silence",
     ),
     Fault(

@@ -146,8 +146,8 @@ ROBOT = (
     Fault(
         "pilot_that_remembers_in_a_frame_that_drifts",
         "Pilot._remembered",
-        "self.driving.drift, 0.0",
-        "0.0, 0.0",
+        "d.drift, d.drift_heading)",
+        "0.0, 0.0)",
         "tests/ros/test_seeing.py::test_what_was_seen_is_remembered_less_where_the_frame_drifts",
     ),
     Fault(

@@ -55,6 +55,8 @@ def test_two_files_of_one_name_do_not_become_one(runs, held, tmp_path):
         log(tmp_path / name, batch, groups) for name, batch in (("a", runs), ("b", held))
     )
     with pytest.raises(pj.InputError, match=r"expected each row of file:log.npz once; 100 of 200"):
+        concatenate([first, first])
+    with pytest.raises(pj.InputError, match=r"expected batches of one source; they differ in log"):
         concatenate([first, second])
     half = first.select(slice(50))
     with pytest.raises(pj.InputError, match=r"differ in labels \(None; Labels\(.*speed"):
@@ -133,7 +135,7 @@ def test_failed_runs_are_not_left_out_in_silence(runs, tmp_path):
         pj.learning.bound_error(NET, broken.finite, None, train=runs, **ONE_BIN)
     logged = log(tmp_path, broken)
     claim = pj.learning.bound_error(NET, logged.finite, None, train=runs, **ONE_BIN)
-    assert f"Before that {gone} rows between theirs were left out" in claim.details()
+    assert f"Before that {gone} rows beside theirs were left out" in claim.details()
     train, rest = log(tmp_path, runs).split(0.5)
     assert (
         "left out" not in pj.learning.bound_error(NET, rest, None, train=train, **ONE_BIN).details()
@@ -296,3 +298,34 @@ def test_what_was_settled_before_the_runs_is_assumed(held, runs):
     two = {"train": runs, "bins": (1, 1), "looks": 2}
     said = pj.learning.bound_error(NET, held, None, **two, **about).details()
     assert "UNSEEN(2 looks; network" in said and "delta is shared by 2 looks" in said
+
+
+@pytest.mark.parametrize("cut", [slice(60), slice(40, None)])
+def test_runs_that_are_cut_off_at_an_end_are_counted(cut, held, runs, tmp_path):
+    """Who stops at the first run that fails has left out what came after."""
+    for whole in (held, log(tmp_path, held)):
+        path = save_rollouts(tmp_path / "cut.npz", whole.select(cut))
+        for some in (whole.select(cut), pj.load_rollouts(path)):
+            claim = pj.learning.bound_error(NET, some, None, train=runs, **ONE_BIN)
+            assert (
+                claim.n == 60 and "Before that 40 rows beside theirs were left" in claim.details()
+            )
+        less, more = whole.select(cut).split(0.5)
+        assert (
+            "Before that 40 rows"
+            in pj.learning.bound_error(NET, more, None, train=less, **ONE_BIN).details()
+        )
+
+
+def test_two_files_of_one_name_are_two_logs_whichever_rows_are_taken(runs, held, tmp_path):
+    groups = np.arange(100) // 2
+    first, second = (
+        log(tmp_path / name, batch, groups) for name, batch in (("a", runs), ("b", held))
+    )
+    train, rest = first.select(slice(50)), second.select(slice(50, 100))
+    with pytest.raises(pj.InputError, match=r"differ in log \("):
+        concatenate([train, rest])
+    with pytest.raises(pj.InputError, match="recordings that can be told from those of training"):
+        pj.learning.bound_error(NET, rest, None, train=train, **ONE_BIN)
+    both = concatenate([train, first.select(slice(50, 100))])
+    assert both.source == first.source and (both.p == first.p).all()

@@ -179,8 +179,9 @@ def evidence_of(scores: Scores, train: RolloutBatch | None) -> dict:
         recordings = content_hash(np.unique(scores.groups))
         source = {RECORDED_ROWS: scores.n, "recordings": recordings}
     if scores.seed is None:
-        gaps = left_out(scores, train)
-        source |= {"runs": sorted(short_ids(scores.ids))} | ({"left_out": gaps} if gaps else {})
+        source["runs"] = sorted(short_ids(scores.ids))
+    if gaps := left_out(scores, train):
+        source["left_out"] = gaps
     return {
         **source,
         **_lost(scores.lost),

@@ -8,7 +8,7 @@ from parc_jax.common.spelling import hex_floats
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.measure import Scores
-from parc_jax.learning.runs.batch import NAMED, RolloutBatch
+from parc_jax.learning.runs.batch import NAMED, RolloutBatch, joined_source
 from parc_jax.learning.runs.independent import (
     LEVEL,
     REPEATS,
@@ -47,10 +47,10 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
         check_uniform("holdout", scores.k, _domain(scores), scores.groups, level=level)
     if scores.seed is None:  # the rows of a seed are independent by construction
         _check_recorded(scores)
-    elif left_out(scores, train):
+    elif gaps := left_out(scores, train, between=True):
         raise InputError(
             f"holdout: expected all rows from {scores.rows.min():,} to {scores.rows.max():,} of "
-            f"their seed; {left_out(scores, train):,} are missing. A failed run counts as one that "
+            f"their seed; {gaps:,} are missing. A failed run counts as one that "
             "leaves the tube: pass the runs as they were collected, and split them before any is "
             "left out."
         )
@@ -58,14 +58,16 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
         _check_unseen(scores, train)
 
 
-def left_out(scores: Scores, train: RolloutBatch | None) -> int:
-    """Rows between the first and the last of the calibration runs, and of training runs of the same
-    source, that are in neither: they were left out of the runs, as failed ones are by `finite`.
+def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) -> int:
+    """Rows of the source of calibration runs that are neither in these nor in training runs: they
+    were left out of the runs, as failed ones are by `finite`. between: only those between the first
+    and the last of these, beyond which a seed has no end.
     """
-    rows = scores.rows
-    if train is not None and _one_log(scores, train):
-        rows = np.concatenate([rows, train.rows])
-    return int(rows.max() - rows.min()) + 1 - len(np.unique(rows))
+    both = [scores, train] if train is not None and _one_log(scores, train) else [scores]
+    rows = np.concatenate([one.rows for one in both])
+    _, first, last = joined_source(both)
+    first, last = (rows.min(), rows.max()) if between else (first, last)
+    return int(last - first) + 1 - len(np.unique(rows))
 
 
 def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
@@ -154,7 +156,8 @@ def _one_log(scores: Scores, train: RolloutBatch) -> bool:
     """Are these rows of one source, each in one of the two? Files of one name share rows."""
     ours = scores.law.generator, scores.seed, scores.stage
     same = ours == (train.law.generator, train.seed, train.stage)
-    return same and not np.isin(scores.rows, train.rows).any()
+    log = joined_source([scores])[0] == joined_source([train])[0]
+    return same and log and not np.isin(scores.rows, train.rows).any()
 
 
 def _width(scores: Scores) -> np.ndarray:

@@ -22,7 +22,7 @@ from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import Layout, layout_of, predict
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.network.rounding import UNIT, rounding_bound
-from parc_jax.learning.runs.batch import RolloutBatch, worst_by_group
+from parc_jax.learning.runs.batch import RolloutBatch, joined_source, worst_by_group
 from parc_jax.learning.runs.independent import Marks, marks_of
 from parc_jax.learning.runs.law import LawSpec, Subject
 
@@ -189,6 +189,7 @@ class Scores:
     groups: np.ndarray | None = None
     marks: Marks | None = None
     lost: np.ndarray | None = None
+    source: tuple[str, int, int] | None = None
 
     @property
     def n(self) -> int:
@@ -216,15 +217,17 @@ def scores_of(
     """Scores of the same runs for each network; a batch is dropped when it is scored. Raises
     InputError.
     """
-    parts = []
+    parts, sources = [], []
     for batch in batches:
         judged = [_judged(net, own, batch) for net, own in zip(nets, profiles, strict=True)]
         marks = marks_of(batch) if batch.seed is None else None
         lost = np.zeros(batch.n, np.int64) if batch.lost is None else batch.lost
         parts.append((batch.rows, batch.k, batch.hashes(), batch.groups, marks, lost, judged))
+        sources.append(joined_source([batch]))
     joined = jax.tree.map(lambda *x: np.concatenate(x), *parts)
     rows, k, ids, groups, marks, lost, judged = joined
-    about = (ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost)
+    source = sources[0][0], min(first for _, first, _ in sources), max(x[2] for x in sources)
+    about = (ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost, source)
     return [Scores(rows, k, score, worst, *about) for score, worst in judged]
 
 

@@ -7,7 +7,7 @@ start. Every step after the scores only widens a tube, so every label stays true
 import itertools
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -94,7 +94,8 @@ class HeldRuns(Runs):
             return (self.unseen,)
         if self.unseen.n < n:
             raise InputError(f"runs: expected at least {n:,} fresh ones; got {self.unseen.n:,}.")
-        return (self.unseen.select(slice(0, n)),)
+        # so many as the claim needs, and no other was looked at: they are all
+        return (replace(self.unseen.select(slice(0, n)), source=None),)
 
 
 # [standard deviations] by which the expected runs of the smallest bin exceed the need of its claim

@@ -136,7 +136,7 @@ def _counts(p: Premises) -> str:
     looks = f"; delta is shared by {p['looks']} looks" if p["looks"] > 1 else ""
     gaps = ""
     if "left out" in p:
-        gaps = f" Before that {p['left out']:,} rows between theirs were left out of the runs."
+        gaps = f" Before that {p['left out']:,} rows beside theirs were left out of the runs."
     return (
         f"{p['box']} = {p['K']}. Of these {many} {_failed(p)} failed; discards, fixed "
         f"beforehand: {p['discards']:,}{looks}.{gaps}"

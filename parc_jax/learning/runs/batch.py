@@ -10,13 +10,14 @@ from functools import cached_property
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import check_seed
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.law import (
     FITTED,
+    LOG,
     TO_ALL,
     TO_TRAINING,
     LawSpec,
@@ -89,6 +90,8 @@ class RolloutBatch:
     rotation: what the system declares of the heading, None for nothing, static. labels: what
         coordinates are called, None for the plain ones, static. given: axes of k that are measured
         at the start, static.
+    source: what was loaded or collected: a hash of a log, its first row and its last, static; rows
+        of it that are not here were left out. None = these very rows.
     time, law, seed, stage: static; seed is the data of the random key, seed and stage are None for
     files. A run that failed holds NaN or infinities. It stays in the batch: a failure is an error
     without bound, not a missing row.
@@ -109,6 +112,7 @@ class RolloutBatch:
     labels: Labels | None = struct.field(pytree_node=False, default=None)
     given: tuple[int, ...] = struct.field(pytree_node=False, default=())
     lost: np.ndarray | None = None
+    source: tuple[str, int, int] | None = struct.field(pytree_node=False, default=None)
 
     @property
     def subject(self) -> Subject:
@@ -227,12 +231,14 @@ def rollout_batch(
     labels=None,
     given=(),
     lost=None,
+    source=None,
 ) -> RolloutBatch:
     """Validated batch. k must be finite and inside the domain; p and q may hold NaN (failed
     runs). groups: (n,) whole numbers or names, or None. points: names of the reference points,
     whose coordinates are the columns of p. rotation: as of `rotation_of(system)`. labels: `Labels`,
     or a mapping of some of p, q and k, as {"k": ("speed [m/s]", ...)}. given: parameters that are
-    measured at the start, by name or number. lost: (n,), as of `RolloutBatch`. Raises InputError.
+    measured at the start, by name or number. lost (n,), source: as of `RolloutBatch`; by default
+    these rows are all. Raises InputError.
     """
     require_finite_k(k)
     k = as_float64("rollouts k", k, (None, domain.n))
@@ -258,7 +264,18 @@ def rollout_batch(
     numbers, lost = group_numbers(groups, n), _losses(np.zeros(n) if lost is None else lost, n)
     about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels, given)
     named = (points, about.rotation, about.labels, about.given)
-    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, numbers, *named, lost)
+    if source is None and n:
+        log = content_hash(k, p[:, -1], q) if law.generator.startswith(LOG) else ""
+        source = (log, int(rows.min()), int(rows.max()))
+    more = numbers, *named, lost, source
+    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, *more)
+
+
+def joined_source(batches: Iterable) -> tuple[str, int, int]:
+    """The source of several batches, or scores, of one log or seed."""
+    each = [b.source or ("", int(b.rows.min()), int(b.rows.max())) for b in batches]
+    logs, first, last = zip(*each, strict=True)
+    return logs[0], min(first), max(last)
 
 
 def _losses(lost: np.ndarray, n: int) -> np.ndarray | None:
@@ -365,9 +382,10 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
     names = ("rows", "k", "p", "q") if first.groups is None else ("rows", "k", "p", "q", "groups")
     parts = {name: getattr(first, name) for name in names}
     whole: dict = {name: np.empty((n, *x.shape[1:]), x.dtype) for name, x in parts.items()}
-    at, lost = 0, np.zeros(n, np.int64)
+    at, lost, source = 0, np.zeros(n, np.int64), joined_source([first])
     for batch in itertools.chain([first], batches):
         _require_alike(first, batch)
+        source = joined_source([dataclasses.replace(first, source=source), batch])
         begin, at = at, at + batch.n
         if at <= n:
             for name in names:
@@ -382,7 +400,7 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
             "again. Two files of one name number their rows, and their groups, anew: load all "
             "their runs as one folder, with a name for each recording."
         )
-    return dataclasses.replace(first, **whole, lost=_losses(lost, n))
+    return dataclasses.replace(first, **whole, lost=_losses(lost, n), source=source)
 
 
 def _require_alike(first: RolloutBatch, other: RolloutBatch) -> None:
@@ -390,6 +408,7 @@ def _require_alike(first: RolloutBatch, other: RolloutBatch) -> None:
         shared = ("time", "seed", "stage", "points", "rotation", "given", "labels")
         groups = "none" if batch.groups is None else "given"
         own = {"law": batch.law.describe(), "storage": batch.p.dtype.name, "groups": groups}
+        own["log"] = joined_source([batch])[0][:12]
         return own | {fact: getattr(batch, fact) for fact in shared}
 
     one, two = facts(first), facts(other)

@@ -94,6 +94,7 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
         "rotation": batch.rotation,
         "labels": None if batch.labels is None else batch.labels._asdict(),
         "given": batch.given,
+        "source": batch.source,
     }
     arrays = {
         "rows": batch.rows,
@@ -134,6 +135,7 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
             labels=meta.get("labels"),
             given=meta.get("given", ()),
             lost=arrays.get("lost"),
+            source=None if meta.get("source") is None else tuple(meta["source"]),
         )
     except KeyError as error:
         raise InputError(
