@@ -55,8 +55,8 @@ def test_rows_are_in_a_file_that_learn_takes(shell, tmp_path, monkeypatch):
     [
         ({"rows": "10"}, "rows: expected BEGIN:END, such as 0:10000; got '10'"),
         ({"rows": "-3:10"}, "rows: expected BEGIN:END"),
-        ({"rows": "9:9"}, "rows: expected BEGIN:END with BEGIN < END; got 9:9"),
-        ({"rows": "0:9999999999"}, "rows: expected row numbers below 4,294,967,296"),
+        ({"rows": "9:9"}, "rows: expected BEGIN:END with BEGIN < END, and row"),
+        ({"rows": "0:9999999999"}, "row numbers below 4,294,967,296; got 0:9999999999"),
         ({"into": "file"}, "file: cannot be written, since file is a file and no folder"),
     ],
 )

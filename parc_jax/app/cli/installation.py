@@ -9,6 +9,8 @@ from typing import Literal
 
 from parc_jax.common.errors import InputError
 
+PACKAGES = "jax jaxlib flax optax mujoco mujoco-mjx brax scipy clarabel numpy"
+
 
 def bench(
     *,
@@ -47,49 +49,30 @@ def clone() -> Path:
     """The clone that this is run in or from. Raises InputError elsewhere."""
     places = (Path.cwd(), Path(__file__).resolve().parents[3])
     needed = ("benchmarks/baseline.json", "parc_jax/app/cli/installation.py")
-    root = next(
-        (place for place in places if all((place / name).is_file() for name in needed)), None
+    for place in places:
+        if all((place / name).is_file() for name in needed):
+            return place
+    raise InputError(
+        "bench: expected a clone of the source, which has the folder benchmarks; there is none "
+        "here. Run it in the root of a clone."
     )
-    if root is None:
-        raise InputError(
-            "bench: expected a clone of the source, which has the folder benchmarks; there is none "
-            "here. "
-            "Run it in the root of a clone."
-        )
-    return root
 
 
 def doctor() -> int:
     """Check versions and arithmetic of this installation. Example: parc-jax doctor"""
     from parc_jax.common.backend import backend
-    from parc_jax.common.probes import Finding, probe_all, probe_hang, probe_options
+    from parc_jax.common.probes import probe_all, probe_hang, probe_options
     from parc_jax.safe_set.corridors.first import COMPILER
 
-    for name in (
-        "jax",
-        "jaxlib",
-        "flax",
-        "optax",
-        "mujoco",
-        "mujoco-mjx",
-        "brax",
-        "scipy",
-        "clarabel",
-        "numpy",
-    ):
+    for name in PACKAGES.split():
         try:
             print(f"  {name:12} {metadata.version(name)}")
         except metadata.PackageNotFoundError:
             print(f"  {name:12} missing: pip install {name}")
-    findings: list[Finding] = [
-        *probe_all(),
-        probe_options(dict(backend().compiler) | (COMPILER or {})),
-        probe_hang(),
-    ]
+    options = probe_options(dict(backend().compiler) | (COMPILER or {}))
+    findings = [*probe_all(), options, probe_hang()]
     for finding in findings:
         print(f"  {'ok  ' if finding.ok else 'FAIL'} {finding.name}: {finding.detail}")
-    if all(finding.ok for finding in findings):
-        print("Fit to certify.")
-        return 0
-    print("Not fit to certify: see the lines marked FAIL.")
-    return 1
+    fit = all(finding.ok for finding in findings)
+    print("Fit to certify." if fit else "Not fit to certify: see the lines marked FAIL.")
+    return 0 if fit else 1

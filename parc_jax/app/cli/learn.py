@@ -2,6 +2,7 @@
 `parc-jax collect`: rows of a system's runs into a file that `learn` takes.
 """
 
+import re
 import shutil
 from pathlib import Path
 from typing import Annotated
@@ -34,15 +35,7 @@ def learn(
             (.npz, .mat, folder), or a bag or a folder of bags (.bag, .mcap, .db3).
         out: The model file. Unfinished work stays beside it, in OUT.unfinished.
     """
-    from parc_jax.app.cli.logged import (
-        NEW_RUNS,
-        Bagged,
-        Logged,
-        are_bags,
-        from_log,
-        refuse,
-        summary,
-    )
+    from parc_jax.app.cli import logged as logs
     from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import held, only_of, require_place
     from parc_jax.app.cli.systems import black_box_of, find, study_of
@@ -55,19 +48,20 @@ def learn(
     require_place(out)
     work = out.with_name(f"{out.name}.unfinished")
     with held(out):
-        bags = are_bags(Path(source))
+        bags = logs.are_bags(Path(source))
         if not bags:
-            refuse(bagged, source, "bags")
+            logs.refuse(bagged, source, "bags")
         if bags or Path(source).suffix in (".npz", ".mat", ".csv") or Path(source).is_dir():
-            log = Logged(**logged)
-            run_anew = [name for name in NEW_RUNS if name in study]
+            log = logs.Logged(**logged)
+            run_anew = [name for name in logs.NEW_RUNS if name in study]
             if log.prior is not None:
                 run_anew = [name for name in run_anew if name != "rollouts"]
-            refuse(run_anew, source, "a system that can be run")
-            learned = from_log(Path(source), log, Bagged(**bagged), study, shell.seed)
+            logs.refuse(run_anew, source, "a system that can be run")
+            bag = logs.Bagged(**bagged)
+            learned = logs.from_log(Path(source), log, bag, study, shell.seed)
             learned.model.save(out)
         else:
-            refuse(logged, source, "logged runs")
+            logs.refuse(logged, source, "logged runs")
             module = find(source, needed=("system",))
             settings = study_of(module, **study)
             black_box = black_box_of(module, settings.plant, settings.body)
@@ -76,7 +70,8 @@ def learn(
                 learned = learn_report(black_box, key, settings, path=work, quiet=shell.quiet)
                 learned.model.save(out)
             shutil.rmtree(work, ignore_errors=True)
-    print(summary(learned, out, as_json=True) if shell.json else fitted(summary(learned, out)))
+    said = logs.summary(learned, out, as_json=shell.json)
+    print(said if shell.json else fitted(said))
     return 0 if learned.model.tube.claimed.any() else 1
 
 
@@ -109,14 +104,14 @@ def collect(
     from parc_jax.common.keys import SEEDS, key_of
     from parc_jax.learning.runs.collect import collect as collect_rows
 
-    first, sign, last = rows.partition(":")
-    if not (sign and first.isdecimal() and last.isdecimal()) or len(rows) > 20:
+    if not re.fullmatch(r"[0-9]{1,10}:[0-9]{1,10}", rows):
         raise InputError(f"rows: expected BEGIN:END, such as 0:10000; got {rows!r:.40}.")
-    begin, end = int(first), int(last)
-    if not begin < end:
-        raise InputError(f"rows: expected BEGIN:END with BEGIN < END; got {rows}.")
-    if end > SEEDS:
-        raise InputError(f"rows: expected row numbers below {SEEDS:,}; got {rows}.")
+    begin, end = map(int, rows.split(":"))
+    if not begin < end <= SEEDS:
+        raise InputError(
+            f"rows: expected BEGIN:END with BEGIN < END, and row numbers below {SEEDS:,}; got "
+            f"{rows}."
+        )
     require_place(into, folder=True)
     if shell.cache:
         keep_compiled()

@@ -93,10 +93,8 @@ class Bagged(Options):
 def refuse(given: Iterable[str], source: str, of: str) -> None:
     """Raises InputError for the first of these options that were given: it would be ignored."""
     for name in given:
-        raise InputError(
-            f"--{name.replace('_', '-')}: expected with {of} only, which {source} is not. Leave it "
-            "out."
-        )
+        option = f"--{name.replace('_', '-')}"
+        raise InputError(f"{option}: expected with {of} only, which {source} is not. Leave it out.")
 
 
 def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) -> Learned:
@@ -105,7 +103,13 @@ def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) ->
     """
     settings = (Learning() if log.prior is None else WITH_PRIOR).replace(**study)
     time = None if log.dt is None else time_grid(log.dt, log.t_f, log.dt_record)
-    domain = _domain(log.domain)
+    corners = log.domain
+    if corners is not None and (not corners or len(corners) % 2):
+        raise InputError(
+            f"domain: expected a lower and an upper end per axis of K, lo hi lo hi ...; got "
+            f"{len(corners)} numbers."
+        )
+    domain = None if corners is None else box(corners[::2], corners[1::2])
     if are_bags(path):
         if log.points is not None:
             refuse(["points"], str(path), "tables of runs (bags take --footprint)")
@@ -116,17 +120,6 @@ def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) ->
     if prior is not None and prior != TWIST:
         prior = black_box_with(find(prior, needed=("system",)), data.points)
     return learn_report(data, key_of(seed), settings, prior, holdout=log.holdout)
-
-
-def _domain(corners: tuple[float, ...] | None) -> Box | None:
-    if corners is None:
-        return None
-    if not corners or len(corners) % 2:
-        raise InputError(
-            f"domain: expected a lower and an upper end per axis of K, lo hi lo hi ...; got "
-            f"{len(corners)} numbers."
-        )
-    return box(corners[::2], corners[1::2])
 
 
 def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
@@ -149,21 +142,18 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
     }
     if as_json:
         return json.dumps(facts, indent=1)
-    return "\n".join(
-        [
-            f"system        {model.system}",
-            f"rollouts      {learned.train.n} for training, {failed} of them failed",
-            f"network       {name_of_network(model.net)}, rms error {rms:.3g} on the training runs",
-            f"tube          {counted(model.tube.n_bins, 'bin')}; at the end, median over K: "
-            + spread(final_error(model), model, ".3g"),
-            *([] if learned.prior is None else [f"prior         {learned.prior}"]),
-            f"invariance    {learned.start.details()}",
-            "",
-            f"(E) {model.claim.details()}",
-            "",
-            f"Written to {path}. Ask with: parc-jax solve {path} SCENE.toml --out answer.json",
-        ]
-    )
+    at_end = spread(final_error(model), model, ".3g")
+    lines = [
+        f"system        {model.system}",
+        f"rollouts      {learned.train.n} for training, {failed} of them failed",
+        f"network       {name_of_network(model.net)}, rms error {rms:.3g} on the training runs",
+        f"tube          {counted(model.tube.n_bins, 'bin')}; at the end, median over K: {at_end}",
+        *([] if learned.prior is None else [f"prior         {learned.prior}"]),
+        f"invariance    {learned.start.details()}",
+        f"\n(E) {model.claim.details()}\n",
+        f"Written to {path}. Ask with: parc-jax solve {path} SCENE.toml --out answer.json",
+    ]
+    return "\n".join(lines)
 
 
 def are_bags(path: Path) -> bool:

@@ -91,15 +91,35 @@ def saying(quiet: bool = False) -> Iterator[Callable[[str], None]]:
     if quiet:
         yield lambda stage: None
         return
-    sign = _Sign(sys.stderr)
-    thread = threading.Thread(target=sign.go_on, daemon=True)
+    out, ended = sys.stderr, threading.Event()
+    terminal = out.isatty()
+    stage, begin = "", time.perf_counter()
+
+    def write(line: str) -> None:
+        out.write(f"\r\x1b[K{line}" if terminal else f"{line}\n")
+        out.flush()
+
+    def say(name: str) -> None:
+        nonlocal stage, begin
+        stage, begin = name, time.perf_counter()
+        write(f"{stage} ...")
+
+    def repeat() -> None:
+        every = EVERY_S[terminal]
+        while not ended.wait(every):
+            spent = time.perf_counter() - begin
+            if stage and spent > every / 2:
+                write(f"{stage} ... {spent:.0f} s")
+
+    thread = threading.Thread(target=repeat, daemon=True)
     thread.start()
     try:
-        yield sign.say
+        yield say
     finally:
-        sign.ended.set()
+        ended.set()
         thread.join()
-        sign.clear()
+        if terminal and stage:
+            write("")
 
 
 @contextlib.contextmanager
@@ -108,33 +128,3 @@ def during(stage: str, quiet: bool = False) -> Iterator[None]:
     with saying(quiet or stage not in STAGES) as say:
         say(STAGES.get(stage, ""))
         yield
-
-
-class _Sign:
-    """A line on a stream, updated from a thread."""
-
-    def __init__(self, stream):
-        self.stream = stream
-        self.on_terminal = stream.isatty()
-        self.ended = threading.Event()
-        self.stage = ""
-        self.begin = time.perf_counter()
-
-    def say(self, stage: str) -> None:
-        self.stage, self.begin = stage, time.perf_counter()
-        self._write(f"{stage} ...")
-
-    def go_on(self) -> None:
-        every = EVERY_S[self.on_terminal]
-        while not self.ended.wait(every):
-            spent = time.perf_counter() - self.begin
-            if self.stage and spent > every / 2:
-                self._write(f"{self.stage} ... {spent:.0f} s")
-
-    def clear(self) -> None:
-        if self.on_terminal and self.stage:
-            self._write("")
-
-    def _write(self, line: str) -> None:
-        self.stream.write(f"\r\x1b[K{line}" if self.on_terminal else f"{line}\n")
-        self.stream.flush()

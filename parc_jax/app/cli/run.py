@@ -46,16 +46,9 @@ def run(
     module = find(system, or_job=True)
     if hasattr(module, "job"):
         out = out or Path("runs") / system
+        given = study | {"out": out, "model": model, "seed": shell.seed, "figures": figures}
         with held(out):
-            return build(
-                module,
-                "job",
-                **study | {"out": out, "model": model},
-                seed=shell.seed,
-                figures=figures,
-                quiet=shell.quiet,
-                json=shell.json,
-            )
+            return build(module, "job", **given, quiet=shell.quiet, json=shell.json)
     settings = study_of(module, **study)
     black_box = learn_from = black_box_of(module, study.get("plant"), settings.body)
     if settings.plant and "plant" not in study:
@@ -66,22 +59,11 @@ def run(
         require_place(out / name)
     saved = None if model is None else load(model)  # refused before the long part
     with held(out), only_of(module, out / UNFINISHED):
-        outcome = run_study(
-            black_box,
-            problem,
-            settings,
-            out,
-            shell.seed,
-            model=saved,
-            quiet=shell.quiet,
-            learn_from=learn_from,
-            figures=figures,
-            during=partial(during, quiet=shell.quiet),
-        )
-    if shell.json:
-        print(json.dumps(outcome.metrics, indent=1))
-    else:
-        print(fitted(report(outcome, out)))
+        how = {"model": saved, "learn_from": learn_from, "figures": figures, "quiet": shell.quiet}
+        said = partial(during, quiet=shell.quiet)
+        outcome = run_study(black_box, problem, settings, out, shell.seed, **how, during=said)
+    facts = json.dumps(outcome.metrics, indent=1) if shell.json else fitted(report(outcome, out))
+    print(facts)
     return 0 if outcome.answer.status.found else 1
 
 

@@ -68,12 +68,7 @@ def solve(
     from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.cli.process import COMPILING, SEARCHING, saying
-    from parc_jax.app.cli.scene import (
-        as_json,
-        place_of_option,
-        under_uncertainty,
-        verdict,
-    )
+    from parc_jax.app.cli.scene import as_json, place_of_option, under_uncertainty, verdict
     from parc_jax.app.cli.systems import model_of, scene_of
     from parc_jax.app.study.cache import keep_compiled
     from parc_jax.common.errors import InputError
@@ -87,15 +82,10 @@ def solve(
     if shell.cache:
         keep_compiled()
     if model.suffix in (".toml", ".json") and scene is not None and scene.suffix == ".npz":
-        raise InputError(
-            f"solve: expected the model first and then the scene; got {model} and {scene}. Swap "
-            "the two."
-        )
+        got = f"{model} and {scene}"
+        raise InputError(f"solve: expected the model first, then the scene; got {got}. Swap them.")
     if first and (validate or study):
-        raise InputError(
-            "validate: expected a whole set, which --first does not look for; leave one of the two "
-            "out."
-        )
+        raise InputError("validate: expected a whole set, which --first does not look for.")
     require_place(out)
     learned = model_of(model, system)
     if scene is None:
@@ -119,24 +109,21 @@ def solve(
         if first:
             say("compiling, and looking for a safe plan")
             rest = {"budget_s": settings.budget_s, "method": settings.method}
-            one = Settings.fast().replace(samples=1, proof=True, **rest)
-            answer = planner.solve(problem, key, one, at=place)
+            settings = Settings.fast().replace(samples=1, proof=True, **rest)
         else:
             # so that the times are those of the search and not of the compiler
             say(COMPILING)
             cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
             say(SEARCHING)
-            answer = planner.solve(problem, key, settings, at=place)
-            if validate or study:
-                say("running the system in this scene")
-                answer = _validated(answer, key, settings, **study)
+        answer = planner.solve(problem, key, settings, at=place)
+        if validate or study:
+            say("running the system in this scene")
+            answer = _validated(answer, key, settings, **study)
     answer.save(out)
     if answer.validation is not None and answer.validation.answer is not None:
         answer.validation.answer.save(out.with_suffix(".validated.json"))
-    if shell.json:
-        print(as_json(answer, out, cold_s))
-    else:
-        print(fitted(verdict(answer, out, short=shell.quiet)))
+    short = shell.quiet
+    print(as_json(answer, out, cold_s) if shell.json else fitted(verdict(answer, out, short)))
     return 0 if answer.status.found else 1
 
 

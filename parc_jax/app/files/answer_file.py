@@ -58,45 +58,40 @@ def load_answer(path) -> Answer:
 
 def _answer(data: dict, report) -> Answer:
     model, problem, meta = model_of_file(data), problem_of_file(data["problem"]), data["meta"]
-    asked = _asked(problem, model, meta)
-    scene = _scene(asked, data["hash"]["problem"])
-    samples = np.array(
-        [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
-    )
-    samples = samples.reshape(len(data["samples"]), model.n_p + model.n_k)
+    nominal = _nominal(problem, model, meta)
+    scene = _scene(nominal, data["hash"]["problem"])
+    plans = [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]]
+    samples = np.array(plans, np.float64).reshape(len(plans), model.n_p + model.n_k)
     p0, k = samples[:, : model.n_p], samples[:, model.n_p :]
-    seen = points(p0, k, verdicts(scene, p0, k))
     counts = meta["counts"]
-    coverage = _coverage(meta["coverage"])
     corridors = [corridor_of(scene, part) for part in data["corridors"]]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
-    within = Place(*sides) if sides else None
     ended = next((e for e in Ended if e.label == meta["ended"]), None)
     total = meta.get("volume_of_all")
     cover = Cover(
         *tally,
-        points=seen,
-        coverage=coverage,
+        points=points(p0, k, verdicts(scene, p0, k)),
+        coverage=_coverage(meta["coverage"]),
         corridors=corridors,
-        within=within,
+        within=Place(*sides) if sides else None,
         ended=ended,
         total_volume=volume_of_plans(scene) if total is None else float(total),
         proved=True,
     )
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
     if no_plan is not None:
-        no_plan = no_plan._replace(reason=why_none(scene), uncertainty=asked.uncertainty)
+        no_plan = no_plan._replace(reason=why_none(scene), uncertainty=nominal.uncertainty)
     looks = looks_of_json(meta.get("looks"))
-    _require_start(asked, [*p0, *(corridor.p0 for corridor in corridors)])
-    turned = asked.pose is not None and asked.pose.heading is not None
-    unchecked = about_file(bool(samples.size or corridors), asked.uncertainty is not None, turned)
+    _require_start(nominal, [*p0, *(corridor.p0 for corridor in corridors)])
+    turned = nominal.pose is not None and nominal.pose.heading is not None
+    unchecked = about_file(bool(samples.size or corridors), nominal.uncertainty is not None, turned)
     return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
 
 
-def _require_start(asked: NominalProblem, starts: list[np.ndarray]) -> None:
+def _require_start(nominal: NominalProblem, starts: list[np.ndarray]) -> None:
     """Refuse a pose that is not where all plans start. Raises InputError."""
-    pose, at = asked.pose, asked.at
+    pose, at = nominal.pose, nominal.at
     if at is None or pose is None:
         here = at is pose  # both are None
     else:
@@ -105,27 +100,27 @@ def _require_start(asked: NominalProblem, starts: list[np.ndarray]) -> None:
         raise InputError("answer: expected plans that start at its pose; got another pose.")
 
 
-def _scene(asked: NominalProblem, problem_hash: str) -> Scene:
+def _scene(nominal: NominalProblem, problem_hash: str) -> Scene:
     """The scene of a file; of a validated set the one that it was tested in, with all obstacles."""
-    claim = asked.model.claim
+    claim = nominal.model.claim
     if claim.kind != VALIDATED:
-        return pruned_scene(asked)
+        return pruned_scene(nominal)
     if claim.evidence["scene"] != problem_hash:
         raise InputError(
             "answer: expected the scene that its set was tested in; this is another one, of which "
             "(V) says nothing. Validate a set there."
         )
-    return padded(lowered(asked))
+    return padded(lowered(nominal))
 
 
-def _asked(problem: Problem, model: TrajectoryModel, meta: dict) -> NominalProblem:
+def _nominal(problem: Problem, model: TrajectoryModel, meta: dict) -> NominalProblem:
     """The nominal problem of a file, with the query where that differs in its place alone."""
     uncertainty = robustness_of_json(meta.get("doubt"))
     at = np.array(nearest_floats(meta["at"])) if "at" in meta else None
     pose = _pose(meta)
     here = at is None if pose is None else pose.heading is None
-    asked = Query(problem, model, pose) if here and uncertainty is None else None
-    return NominalProblem(problem, model, uncertainty, at, pose, asked)
+    query = Query(problem, model, pose) if here and uncertainty is None else None
+    return NominalProblem(problem, model, uncertainty, at, pose, query)
 
 
 def _pose(meta: dict) -> Pose | None:
@@ -149,8 +144,5 @@ def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None
 
 
 def _coverage(part: dict) -> Coverage:
-    return Coverage(**{name: _count(value) for name, value in part.items()})
-
-
-def _count(value):
-    return value if isinstance(value, int) else nearest_floats(value)
+    counts = {name: v if isinstance(v, int) else nearest_floats(v) for name, v in part.items()}
+    return Coverage(**counts)

@@ -56,16 +56,14 @@ def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwor
             )
         normalisation = Normalisation(**scalings)
     if "W0" in arrays:
-        layers = sum(re.fullmatch(r"W\d+", name) is not None for name in arrays)
-        missing = [n for i in range(layers) for n in (f"W{i}", f"b{i}") if n not in arrays]
+        last = sum(re.fullmatch(r"W\d+", name) is not None for name in arrays) - 1
+        names = [(f"{short}{i}", f"{i}.{kind}") for i in range(last + 1) for kind, short in _KINDS]
+        missing = [name for name, _ in names if name not in arrays]
         if missing:
             raise InputError(
-                f"{path}: expected arrays W0, b0, ... W{layers - 1}, b{layers - 1}; no "
-                f"{missing[0]}."
+                f"{path}: expected arrays W0, b0, ... W{last}, b{last}; no {missing[0]}."
             )
-        arrays = {
-            f"{i}.{kind}": arrays[f"{short}{i}"] for i in range(layers) for kind, short in _KINDS
-        }
+        arrays = {full: arrays[name] for name, full in names}
     return from_state_dict(arrays, normalisation, str(path))
 
 
@@ -87,8 +85,8 @@ def from_state_dict(
     if foreign or not layers:
         raise InputError(
             f"{name}: expected entries ....weight and ....bias of linear layers; got "
-            f"{(foreign or ['none'])[0]!r}. "
-            "Batch norm and others must be folded into the layers first."
+            f"{(foreign or ['none'])[0]!r}. Batch norm and others must be folded into the layers "
+            "first."
         )
     chain: list = []
     for prefix in layers:
@@ -97,8 +95,7 @@ def from_state_dict(
         if W.ndim != 2 or b.shape != W.shape[:1]:
             raise InputError(
                 f"{name}: expected {prefix}weight (out, in) and {prefix}bias (out,); got "
-                f"{W.shape}, {b.shape}. "
-                "Convolutions and normalisations are not linear layers."
+                f"{W.shape}, {b.shape}. Convolutions and normalisations are not linear layers."
             )
         chain += [Linear(W, b), Relu()]
     return _normalised(fold_chain(chain[:-1], name), normalisation)
@@ -107,15 +104,13 @@ def from_state_dict(
 def _normalised(net: ReLUNetwork, normalisation: Normalisation | None) -> ReLUNetwork:
     if normalisation is None:
         return net
-    parts = {
-        part: np.atleast_1d(np.asarray(v, np.float64))
-        for part, v in normalisation._asdict().items()
-    }
-    for part, value in parts.items():
-        wanted = net.n_in if part.startswith("x") else net.n_out
-        if value.shape not in ((1,), (wanted,)):
-            raise InputError(f"normalisation: expected {part} ({wanted},); got {value.shape}.")
-        parts[part] = np.broadcast_to(value, (wanted,))
+    parts = {}
+    for part, value in normalisation._asdict().items():
+        value = np.atleast_1d(np.asarray(value, np.float64))
+        size = net.n_in if part.startswith("x") else net.n_out
+        if value.shape not in ((1,), (size,)):
+            raise InputError(f"normalisation: expected {part} ({size},); got {value.shape}.")
+        parts[part] = np.broadcast_to(value, (size,))
     return fold(net.weights, net.biases, Normalisation(**parts))
 
 
@@ -248,9 +243,11 @@ def read_onnx(path) -> ReLUNetwork:
         raise InputError(
             f"{path}: expected an ONNX file; {type(error).__name__}: {error!s:.120}."
         ) from None
-    constants = {
-        t.name: onnx.numpy_helper.to_array(t).astype(np.float64) for t in graph.initializer
-    }
+
+    def array(tensor) -> np.ndarray:
+        return onnx.numpy_helper.to_array(tensor).astype(np.float64)
+
+    constants = {tensor.name: array(tensor) for tensor in graph.initializer}
     inputs = [i.name for i in graph.input if i.name not in constants]
     if len(inputs) != 1 or len(graph.output) != 1:
         raise InputError(
@@ -260,9 +257,7 @@ def read_onnx(path) -> ReLUNetwork:
     for node in graph.node:
         attributes = {a.name: onnx.helper.get_attribute_value(a) for a in node.attribute}
         if node.op_type == "Constant" and "value" in attributes:
-            constants[node.output[0]] = onnx.numpy_helper.to_array(attributes["value"]).astype(
-                np.float64
-            )
+            constants[node.output[0]] = array(attributes["value"])
             continue
         if at not in node.input:
             raise InputError(
@@ -294,9 +289,8 @@ def _steps(path, node, attributes: dict, constants: dict, at: str) -> list:
             W = constants[inputs[1]].T
             return [Linear(W, np.zeros(len(W)))]
         if kind in ("Add", "Sub", "Mul", "Div") and len(inputs) == 2 and inputs[0] != inputs[1]:
-            return [
-                _elementwise(path, kind, inputs.index(at), constants[inputs[1 - inputs.index(at)]])
-            ]
+            side = inputs.index(at)
+            return [_elementwise(path, kind, side, constants[inputs[1 - side]])]
     except KeyError as missing:
         raise InputError(
             f"{path}: {kind} {node.name!r} takes {missing}, which is no constant of the file."
@@ -344,14 +338,10 @@ def write_onnx(path, net: ReLUNetwork, dtype=np.float64) -> Path:
     nodes, constants, at = [], [], "X"
     for i, (W, b) in enumerate(zip(net.weights, net.biases, strict=True)):
         last = i == len(net.weights) - 1
-        constants += [
-            onnx.numpy_helper.from_array(v.astype(dtype), f"{n}{i}")
-            for n, v in (("W", W), ("b", b))
-        ]
-        name = "Y" if last else f"z{i}"
-        nodes.append(
-            onnx.helper.make_node("Gemm", [at, f"W{i}", f"b{i}"], [name], f"linear{i}", transB=1)
-        )
+        for name, value in ((f"W{i}", W), (f"b{i}", b)):
+            constants.append(onnx.numpy_helper.from_array(value.astype(dtype), name))
+        inputs, name = [at, f"W{i}", f"b{i}"], "Y" if last else f"z{i}"
+        nodes.append(onnx.helper.make_node("Gemm", inputs, [name], f"linear{i}", transB=1))
         if not last:
             at = f"h{i}"
             nodes.append(onnx.helper.make_node("Relu", [name], [at], f"relu{i}"))
@@ -360,8 +350,7 @@ def write_onnx(path, net: ReLUNetwork, dtype=np.float64) -> Path:
     ends = [[onnx.helper.make_tensor_value_info(name, kind, ["batch", n])] for name, n in sizes]
     graph = onnx.helper.make_graph(nodes, "parc_jax", *ends, initializer=constants)
     opset = [onnx.helper.make_opsetid("", OPSET)]
-    model = onnx.helper.make_model(
-        graph, opset_imports=opset, ir_version=IR_VERSION, producer_name="parc_jax"
-    )
+    version = {"opset_imports": opset, "ir_version": IR_VERSION, "producer_name": "parc_jax"}
+    model = onnx.helper.make_model(graph, **version)
     onnx.checker.check_model(model)
     return write_atomic(path, model.SerializeToString())

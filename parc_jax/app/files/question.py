@@ -59,11 +59,9 @@ def safety_question(answer: Answer, sample: int, half_width) -> NetworkQuestion:
     lo, hi = answer.samples[sample] - half, answer.samples[sample] + half
     k = slice(model.n_p, None)
     lo[k], hi[k] = np.maximum(lo[k], model.domain.lo), np.minimum(hi[k], model.domain.hi)
-    bins = _bins(model.tube, lo[k], hi[k])
-    rows, offsets = _margins(answer, sample, bins)
-    return NetworkQuestion(
-        _margin_network(model.net, model.n_p, lo[: model.n_p], rows, offsets), box(lo, hi)
-    )
+    margins = _margins(answer, sample, _bins(model.tube, lo[k], hi[k]))
+    net = _margin_network(model.net, model.n_p, lo[: model.n_p], *margins)
+    return NetworkQuestion(net, box(lo, hi))
 
 
 def write_question(folder, question: NetworkQuestion, dtype=np.float64) -> tuple[Path, Path]:
@@ -79,9 +77,8 @@ def vnnlib(question: NetworkQuestion) -> str:
     """The negated question in VNN-LIB: a plan in the box with some margin <= 0."""
     n_in, n_out = question.net.n_in, question.net.n_out
     lines = ["; unsat: every plan (p0, k) in the box is safe for every run inside the tube"]
-    lines += [f"(declare-const X_{i} Real)" for i in range(n_in)] + [
-        f"(declare-const Y_{i} Real)" for i in range(n_out)
-    ]
+    lines += [f"(declare-const X_{i} Real)" for i in range(n_in)]
+    lines += [f"(declare-const Y_{i} Real)" for i in range(n_out)]
     for i, (lo, hi) in enumerate(zip(question.plans.lo, question.plans.hi, strict=True)):
         lines += [f"(assert (>= X_{i} {_real(lo)}))", f"(assert (<= X_{i} {_real(hi)}))"]
     unsafe = "\n  ".join(f"(and (<= Y_{i} 0.0))" for i in range(n_out))

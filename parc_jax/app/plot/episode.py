@@ -39,17 +39,12 @@ class Shown:
     def __init__(self, driven: Episode, one: Manoeuvre):
         self.begin, self.pose, self.k = float(one.begin), one.pose, one.k
         self.path: NominalPath = nominal_path(driven.model, one.p0, one.k)
+        self.end = self.begin + float(self.path.times[-1])  # [s] of its rest, on the loop's clock
         self.parts = numbered(one.problem.body, driven.model.points)
         tube = tube_triangles(self.parts, self.path.places, self.path.tube)
-        self.tube = in_world(tube, self.pose)[..., :2]
         near = obstacle_triangles(one.problem.obstacles, self.path.places)
-        self.obstacles = in_world(near, self.pose)[..., :2]
+        self.tube, self.obstacles = (in_world(part, self.pose)[..., :2] for part in (tube, near))
         self.rest = self._body(self.path.places[-1], self.pose)
-
-    @property
-    def end(self) -> float:
-        """[s] of its rest, on the loop's clock."""
-        return self.begin + float(self.path.times[-1])
 
     def predicted(self, t: float) -> list[np.ndarray]:
         """The body at a time t [s] of the loop's clock, as the model says."""
