@@ -6,12 +6,14 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.neuralparc.brs import reach_sets
-from parc_jax.neuralparc.by_support import Shadows, clear_of_reach, outside, shadows
+from parc_jax.neuralparc.by_support import UNIT, Shadows, in_x64, outside, shadows
 from parc_jax.neuralparc.cells import Cell, cells_outward, stacks
 from parc_jax.neuralparc.scene import PaperScene, paper_scene
 from parc_jax.problem.problem import Problem
@@ -19,6 +21,32 @@ from parc_jax.proof.regions import RegionTable
 
 BLOCK = 32  # points of one cell tested together
 ROWS = 64  # blocks per compiled call
+
+
+def clear_of_reach(sh: Shadows, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
+    """Which Lambda_P miss a box of starts, lo and hi (r, 2), altogether: (r, T, o). The pruning of
+    empty avoid sets.
+    """
+    slack = sh.slack + 8 * UNIT * np.maximum(np.abs(lo), np.abs(hi)).sum(axis=1)
+    supports = (sh.edge, sh.edge_support, sh.facet_support, sh.facet)
+    margin = in_x64(_box_margins, lo, hi, *supports)
+    return margin > slack[:, None, None]
+
+
+def _box_margin(lo, hi, edge, edge_support, facet_support, facet):
+    """One cell, the least margin over a box along one direction: (T, o)."""
+
+    def lowest(w):
+        x = jnp.minimum(w[..., 0] * lo[0], w[..., 0] * hi[0])
+        y = jnp.minimum(w[..., 1] * lo[1], w[..., 1] * hi[1])
+        return x + y
+
+    beyond_edge = lowest(edge)[:, None] - edge_support
+    beyond_facet = lowest(facet)[None] - facet_support
+    return jnp.maximum(beyond_edge.max(axis=2), beyond_facet.max(axis=2))
+
+
+_box_margins = jax.jit(jax.vmap(_box_margin, in_axes=(0, 0, 0, 0, 0, None)))
 
 
 class Partition:

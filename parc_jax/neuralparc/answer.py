@@ -59,17 +59,9 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
 
 @dataclass
 class Tally:
-    """Counts of a search.
-
-    regions, reachable: regions visited, and those with a non-empty Omega.
-    avoid_sets, avoid_empty: avoid sets of the reachable cells, and those pruned as empty.
-    unknown: LPs that stayed undecided.
-    """
+    """Counts of a search: regions visited, and LPs that stayed undecided."""
 
     regions: int = 0
-    reachable: int = 0
-    avoid_sets: int = 0
-    avoid_empty: int = 0
     unknown: int = 0
 
 

@@ -18,7 +18,6 @@ from parc_jax.common.lp.exact import gamma, row_bounds
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.vertices import chebyshev_center
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.neuralparc.cells import Cell
 from parc_jax.neuralparc.lp_batch import solve_batch
@@ -207,17 +206,6 @@ def offset_bounds(C, d, cell: Cell) -> tuple[np.ndarray, np.ndarray]:
     size = (np.abs(C) @ cell.largest_k[..., None])[..., 0] + np.abs(d)
     slack = gamma(2 * C.shape[-1] + 6) * size
     return middle - radius - slack, middle + radius + slack
-
-
-def reach_set(
-    cell: Cell, goal: HPolytope, goal_box: Box, start: HPolytope | None, n_p: int
-) -> ReachSet:
-    """Omega of one cell with its verdict, by one LP on the host. goal: shrunken, of the cell's
-    bin.
-    """
-    rows = brs_rows(cell, goal, start, n_p)
-    ball, bounds = chebyshev_center(rows), brs_bounds(cell, goal_box, n_p)
-    return ReachSet(rows.A, rows.b, *bounds, np.int64(ball.status), ball.center)
 
 
 def reach_sets(

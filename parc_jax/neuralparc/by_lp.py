@@ -12,8 +12,9 @@ import numpy as np
 from parc_jax.common.lp.exact import gamma, row_bounds
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.vertices import chebyshev_center
 from parc_jax.neuralparc.answer import Tally
-from parc_jax.neuralparc.brs import ReachSet, offset_bounds, reach_set
+from parc_jax.neuralparc.brs import ReachSet, brs_bounds, brs_rows, offset_bounds
 from parc_jax.neuralparc.cells import Cell
 from parc_jax.neuralparc.scene import PaperScene
 from parc_jax.neuralparc.sets.affine import (
@@ -80,24 +81,20 @@ def within_reach(avoid: AHPolytope, reach: ReachSet) -> AHPolytope:
 
 
 def reach_by_lp(cell: Cell, scene: PaperScene) -> ReachSet:
-    """Omega of one cell."""
+    """Omega of one cell, with its verdict."""
     goal = HPolytope(scene.goals.A, scene.goals.b[cell.bin])
-    return reach_set(cell, goal, scene.goal_box, scene.start, scene.n_p)
+    rows = brs_rows(cell, goal, scene.start, scene.n_p)
+    ball, bounds = chebyshev_center(rows), brs_bounds(cell, scene.goal_box, scene.n_p)
+    return ReachSet(rows.A, rows.b, *bounds, np.int64(ball.status), ball.center)
 
 
 def avoid_by_lp(cell: Cell, reach: ReachSet, scene: PaperScene, tally: Tally) -> list[AHPolytope]:
     """Avoid sets of one cell, all intervals and obstacles, less those proved disjoint from the
     shadow of its Omega.
     """
-    met = []
-    for t, j in np.argwhere(scene.grown.active.T).tolist():
-        avoid = avoid_set(cell, scene.grown.at(int(cell.bin), t, j), t)
-        tally.avoid_sets += 1
-        if _proved(find_point(within_reach(avoid, reach)).status, tally):
-            tally.avoid_empty += 1
-        else:
-            met.append(avoid)
-    return met
+    intervals = np.argwhere(scene.grown.active.T).tolist()
+    every = (avoid_set(cell, scene.grown.at(int(cell.bin), t, j), t) for t, j in intervals)
+    return [a for a in every if not _proved(find_point(within_reach(a, reach)).status, tally)]
 
 
 def safe_by_lp(p0: np.ndarray, avoid_sets: list[AHPolytope], tally: Tally) -> np.ndarray:

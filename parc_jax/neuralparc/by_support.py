@@ -109,7 +109,7 @@ def _numbers(x):
     return jnp.arange(x.shape[0], dtype=jnp.int32).reshape((-1,) + (1,) * (x.ndim - 1))
 
 
-_UNIT = 2.0**-53
+UNIT = 2.0**-53
 _OPERATIONS = 64  # more than any number computed here goes through
 
 
@@ -161,16 +161,16 @@ def supports(edge, offsets, error, facet_b, facet, corners):
 def shadows(cells: Cell, grown: GrownPolytopes) -> Shadows:
     """Lambda_P of r stacked cells for all intervals and obstacles. Exact up to `slack`."""
     offsets, slack = _offsets(cells, grown)
-    edge, used = _in_x64(_edge_normals, offsets)
+    edge, used = in_x64(_edge_normals, offsets)
     count = 1 + int(np.flatnonzero(used).max(initial=0))
     # the next multiple of four: few shapes compile
     edge = edge[:, :, : min(-(-count // 4) * 4, edge.shape[2])]
     error, b = grown.error[cells.bin], grown.b[cells.bin]
-    along_edge, along_facet = _in_x64(_supports, edge, offsets, error, b, grown.A, grown.corners)
+    along_edge, along_facet = in_x64(_supports, edge, offsets, error, b, grown.A, grown.corners)
     return Shadows(edge, along_edge, grown.A, along_facet, slack)
 
 
-def _in_x64(kernel, *arrays):
+def in_x64(kernel, *arrays):
     """A kernel on the device in float64, its results on the host."""
     with x64():
         return jax.tree.map(np.asarray, kernel(*(jnp.asarray(one) for one in arrays)))
@@ -182,25 +182,15 @@ def margins(sh: Shadows, p0: np.ndarray) -> np.ndarray:
 
     Positive outside, negative inside, up to `slack` and the rounding of p0.
     """
-    return _in_x64(_margins, p0, sh.edge, sh.edge_support, sh.facet_support, sh.facet)
+    return in_x64(_margins, p0, sh.edge, sh.edge_support, sh.facet_support, sh.facet)
 
 
 def outside(sh: Shadows, p0: np.ndarray) -> np.ndarray:
     """Which starts p0 (r, s, 2) of each cell are proved outside Lambda_P: (r, s, T, o). False:
     inside or too close.
     """
-    slack = sh.slack[:, None] + _OPERATIONS * _UNIT * np.abs(p0).sum(axis=2)
+    slack = sh.slack[:, None] + _OPERATIONS * UNIT * np.abs(p0).sum(axis=2)
     return margins(sh, p0) > slack[:, :, None, None]
-
-
-def clear_of_reach(sh: Shadows, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-    """Which Lambda_P miss a box of starts, lo and hi (r, 2), altogether: (r, T, o). The pruning of
-    empty avoid sets.
-    """
-    slack = sh.slack + 8 * _UNIT * np.maximum(np.abs(lo), np.abs(hi)).sum(axis=1)
-    supports = (sh.edge, sh.edge_support, sh.facet_support, sh.facet)
-    margin = _in_x64(_box_margins, lo, hi, *supports)
-    return margin > slack[:, None, None]
 
 
 def _offsets(cells: Cell, grown: GrownPolytopes) -> tuple[np.ndarray, np.ndarray]:
@@ -218,24 +208,13 @@ def _offsets(cells: Cell, grown: GrownPolytopes) -> tuple[np.ndarray, np.ndarray
     size = size.max(axis=1) + np.abs(grown.corners).max(initial=0) + error
     # Vertices are floats: the cell may reach further by its slip, and its image by C times that.
     moved = (np.abs(C) @ cells.slip[:, :, None]).max(axis=(1, 2))
-    return offsets, 2 * moved + 4 * _OPERATIONS * _UNIT * size
+    return offsets, 2 * moved + 4 * _OPERATIONS * UNIT * size
 
 
 def _margin(p0, edge, edge_support, facet_support, facet):
     """One cell, one start (2,): (T, o)."""
-    return _box_margin(p0, p0, edge, edge_support, facet_support, facet)
-
-
-def _box_margin(lo, hi, edge, edge_support, facet_support, facet):
-    """One cell, the least margin over a box along one direction: (T, o)."""
-
-    def lowest(w):
-        x = jnp.minimum(w[..., 0] * lo[0], w[..., 0] * hi[0])
-        y = jnp.minimum(w[..., 1] * lo[1], w[..., 1] * hi[1])
-        return x + y
-
-    beyond_edge = lowest(edge)[:, None] - edge_support
-    beyond_facet = lowest(facet)[None] - facet_support
+    beyond_edge = (edge[..., 0] * p0[0] + edge[..., 1] * p0[1])[:, None] - edge_support
+    beyond_facet = (facet[..., 0] * p0[0] + facet[..., 1] * p0[1])[None] - facet_support
     return jnp.maximum(beyond_edge.max(axis=2), beyond_facet.max(axis=2))
 
 
@@ -266,4 +245,3 @@ _supports = jax.jit(jax.vmap(supports, in_axes=(0, 0, 0, 0, None, None)))
 _margins = jax.jit(
     jax.vmap(jax.vmap(_margin, in_axes=(0, None, None, None, None)), in_axes=(0, 0, 0, 0, None))
 )
-_box_margins = jax.jit(jax.vmap(_box_margin, in_axes=(0, 0, 0, 0, 0, None)))

@@ -23,7 +23,7 @@ from parc_jax.common.status import Ended
 from parc_jax.neuralparc.answer import PaperAnswer, Tally
 from parc_jax.neuralparc.brs import ReachSet, reach_sets
 from parc_jax.neuralparc.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
-from parc_jax.neuralparc.by_support import clear_of_reach, outside, shadows
+from parc_jax.neuralparc.by_support import outside, shadows
 from parc_jax.neuralparc.cells import Cell, cells_outward, stacks
 from parc_jax.neuralparc.scene import PaperScene, paper_scene
 from parc_jax.neuralparc.sets.sampling import sample_polytopes
@@ -124,28 +124,17 @@ def _search_by_supports(
     key, cells: list[Cell], scene: PaperScene, samples: int, tally: Tally
 ) -> list[tuple[int, np.ndarray]]:
     """Region numbers and safe samples of the cells, many at once."""
-    n_p = scene.n_p
-    active = scene.grown.active.T
-    live: list[int] = []
-    safe: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # points, and which of them are safe
-    for index, stacked in stacks(cells):
-        reach = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, n_p)
-        inner = np.flatnonzero(_live(reach, len(index), tally))
-        polygons = shadows(stacked, scene.grown)
-        clear = clear_of_reach(polygons, reach.lo[:, :n_p], reach.hi[:, :n_p])
-        tally.avoid_sets += int(active.sum()) * len(inner)
-        tally.avoid_empty += int((clear[inner] & active).sum())
+    active, drawn = scene.grown.active.T, {}  # by cell: points, and which of them are safe
+    for index, stacked in stacks(cells):  # rows behind the index are padding
+        reach = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, scene.n_p)
         points = _draw(key, stacked, reach, samples)
-        fine = (outside(polygons, points[:, :, :n_p]) | ~active).all(axis=(2, 3))
-        fine &= _strictly_inside(reach, points)
-        live += index[inner].tolist()
-        # rows beyond are padding
-        safe |= {number: (points[row], fine[row]) for row, number in enumerate(index.tolist())}
-    live.sort()
-    quota = _quota(cells, live, samples)
-    tally.reachable += len({int(cells[i].region) for i in live})
-    first = {i: [part[: quota[i]] for part in safe[i]] for i in live}
-    return [(int(cells[i].region), drawn[fine]) for i, (drawn, fine) in first.items()]
+        beyond = outside(shadows(stacked, scene.grown), points[:, :, : scene.n_p])
+        safe = (beyond | ~active).all(axis=(2, 3)) & _strictly_inside(reach, points)
+        for row in np.flatnonzero(_live(reach, len(index), tally)):
+            drawn[int(index[row])] = points[row], safe[row]
+    quota = _quota(cells, sorted(drawn), samples)
+    parts = {i: [part[:n] for part in drawn[i]] for i, n in quota.items()}
+    return [(int(cells[i].region), points[safe]) for i, (points, safe) in parts.items()]
 
 
 def _search_by_lp(
@@ -154,7 +143,6 @@ def _search_by_lp(
     """Region numbers and safe samples of the cells of one region, one LP after the other."""
     reach = [reach_by_lp(cell, scene) for cell in cells]
     live = [i for i, one in enumerate(reach) if _live(one, 1, tally)]
-    tally.reachable += bool(live)
     quota = _quota(cells, live, samples)
     found = []
     for i in live:

@@ -78,7 +78,7 @@ def test_safe_samples_are_safe_by_dense_simulation(bins):
     assert len(found.samples) > 50
     assert oracle_safe(found.samples, bins, 2.0).all()
     assert (TABLE.locate(found.samples[:, 2:]) == found.region).all()
-    assert found.tally.regions == TABLE.count and 0 < found.tally.reachable <= TABLE.count
+    assert found.tally.regions == TABLE.count
 
 
 @pytest.mark.slow
@@ -98,8 +98,6 @@ def test_lp_and_supports_find_plans_in_the_same_regions():
     assert oracle_safe(by_lp.samples, (1, 1), 2.0).all()
     assert set(by_lp.region.tolist()) == first & set(by_supports.region.tolist()) != set()
     assert by_lp.tally.unknown == by_supports.tally.unknown == 0
-    assert by_lp.tally.avoid_sets == 2 * T * by_lp.tally.reachable
-    assert by_supports.tally.avoid_sets == 2 * T * by_supports.tally.reachable
 
 
 def test_anytime_stops_at_the_first_region_with_a_plan():
