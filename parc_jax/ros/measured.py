@@ -14,7 +14,7 @@ from parc_jax.problem.world.free_space import FreeSpace
 from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
 from parc_jax.problem.world.moving import moving
 from parc_jax.problem.world.seen import seen_from
-from parc_jax.ros.bags.fields import frames_of, stamp_of, yaw_of
+from parc_jax.ros.bags.recording import frames_of, stamp_of, yaw_of
 from parc_jax.ros.driving import Driving
 
 EVERY = 3  # intervals of a manoeuvre for which a disc has one outline

@@ -17,7 +17,7 @@ from parc_jax.drive.loop.episode_file import save_episode
 from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.world.outlines import read_footprint
-from parc_jax.ros.bags.fields import stamp_of
+from parc_jax.ros.bags.recording import stamp_of
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot
 

@@ -26,7 +26,7 @@ from parc_jax.problem.world.free_space import FreeSpace, free_place
 from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.problem.world.outlines import Footprint
 from parc_jax.ros import measured
-from parc_jax.ros.bags.fields import frames_of, pose_in, stamp_of, value_at
+from parc_jax.ros.bags.recording import frames_of, pose_in, stamp_of, value_at
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide
 from parc_jax.ros.measured import Movers, among, require_frame, swept_in

@@ -38,13 +38,10 @@ def learn(
     from parc_jax.app.cli import logged as logs
     from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import held, only_of, require_place
-    from parc_jax.app.cli.systems import black_box_of, find, study_of
-    from parc_jax.app.study.cache import keep_compiled
+    from parc_jax.app.cli.systems import of_study
     from parc_jax.common.keys import key_of
     from parc_jax.learning.learn import learn_report
 
-    if shell.cache:
-        keep_compiled()
     require_place(out)
     work = out.with_name(f"{out.name}.unfinished")
     with held(out):
@@ -62,9 +59,7 @@ def learn(
             learned.model.save(out)
         else:
             logs.refuse(logged, source, "logged runs")
-            module = find(source, needed=("system",))
-            settings = study_of(module, **study)
-            black_box = black_box_of(module, settings.plant, settings.body)
+            module, settings, black_box = of_study(source, study)
             with only_of(module, work):
                 key = key_of(shell.seed)
                 learned = learn_report(black_box, key, settings, path=work, quiet=shell.quiet)
@@ -99,8 +94,7 @@ def collect(
         rows: BEGIN:END. Row i depends on the seed and i alone.
     """
     from parc_jax.app.cli.places import held, require_place
-    from parc_jax.app.cli.systems import black_box_of, find, study_of
-    from parc_jax.app.study.cache import keep_compiled
+    from parc_jax.app.cli.systems import of_study
     from parc_jax.common.keys import SEEDS, key_of
     from parc_jax.learning.runs.collect import collect as collect_rows
 
@@ -113,11 +107,7 @@ def collect(
             f"{rows}."
         )
     require_place(into, folder=True)
-    if shell.cache:
-        keep_compiled()
-    module = find(system, needed=("system",))
-    settings = study_of(module, **study)
-    black_box = black_box_of(module, settings.plant, settings.body)
+    _, _, black_box = of_study(system, study)
     path = into / f"rows_{begin:09d}_{end - 1:09d}.npz"
     with held(path):
         how = {"first_row": begin, "path": path, "quiet": shell.quiet}

@@ -150,6 +150,10 @@ def readable(command: Callable, with_offers: bool = True) -> Callable:
                 parameters.append(_shown(option, text))
 
     def shown(*arguments, **options):
+        if options.get("cache"):  # of commands that compile
+            from parc_jax.app.study.cache import keep_compiled
+
+            keep_compiled()
         records = {name: offer.made(options) for name, offer in offers.items()}
         return command(*arguments, **options, **records)
 

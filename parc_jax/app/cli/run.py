@@ -36,13 +36,10 @@ def run(
     from parc_jax.app.cli.places import held, only_of, require_place
     from parc_jax.app.cli.process import during
     from parc_jax.app.cli.systems import black_box_of, build, find, study_of
-    from parc_jax.app.study.cache import keep_compiled
     from parc_jax.app.study.job import METRICS, UNFINISHED, run_study
     from parc_jax.app.study.report import report
     from parc_jax.learning.model import load
 
-    if shell.cache:
-        keep_compiled()
     module = find(system, or_job=True)
     if hasattr(module, "job"):
         out = out or Path("runs") / system

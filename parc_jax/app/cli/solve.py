@@ -70,7 +70,6 @@ def solve(
     from parc_jax.app.cli.process import COMPILING, SEARCHING, saying
     from parc_jax.app.cli.scene import as_json, place_of_option, under_uncertainty, verdict
     from parc_jax.app.cli.systems import model_of, scene_of
-    from parc_jax.app.study.cache import keep_compiled
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of
     from parc_jax.learning.labels import degrees_hint
@@ -79,8 +78,6 @@ def solve(
     from parc_jax.planner import Planner
     from parc_jax.problem.problem_file import labelled, load_problem
 
-    if shell.cache:
-        keep_compiled()
     if model.suffix in (".toml", ".json") and scene is not None and scene.suffix == ".npz":
         got = f"{model} and {scene}"
         raise InputError(f"solve: expected the model first, then the scene; got {got}. Swap them.")

@@ -18,8 +18,15 @@ from parc_jax.learning.runs.law import words_of
 from parc_jax.learning.runs.loaders import check_k_law, recorded
 from parc_jax.learning.system import ONE_POINT, TURNS, TimeGrid
 from parc_jax.problem.world.outlines import Footprint
-from parc_jax.ros.bags.fields import frames_of, pose_in, stamp_of, value_at
-from parc_jax.ros.bags.recording import Heard, heard, recordings_in
+from parc_jax.ros.bags.recording import (
+    Heard,
+    frames_of,
+    heard,
+    pose_in,
+    recordings_in,
+    stamp_of,
+    value_at,
+)
 
 LOG = logging.getLogger("parc_jax.ros.bags")
 SHORT = ("failed", "dropped")
