@@ -11,6 +11,13 @@ from parc_jax.app.plot import style
 from parc_jax.common.errors import InputError
 from parc_jax.safe_set.corridors.search import Progress
 
+SMALL = {"color": style.GREY, "fontsize": 8}  # of words within a picture
+
+
+def note(ax, words: str, at, away: tuple[float, float], **looks) -> None:
+    """Words beside a place, [points] away from it. looks: as of `Axes.annotate`."""
+    ax.annotate(words, at, away, textcoords="offset points", **looks)
+
 
 class CoverCurve(NamedTuple):
     """One run. name: as in the legend. share (m,): covered, in [0, 1].
@@ -48,7 +55,7 @@ def cover(
             if target is not None:
                 ax.axhline(target, color=style.GREY, linewidth=0.8, linestyle=":")
                 along = {"xycoords": ("axes fraction", "data"), "ha": "left", "va": "top"}
-                style.note(ax, "target", (0, target), (3, -3), **along, **style.SMALL)
+                note(ax, "target", (0, target), (3, -3), **along, **SMALL)
             ax.set_yscale("log")
             ax.yaxis.set_major_formatter("{x:g}")
             ax.set_ylim(floor, 1.2)
@@ -123,8 +130,8 @@ def gap(
         if published is not None:
             ax.axvline(published, color=style.GREY, linewidth=0.8, linestyle=":")
             above = {"xycoords": ("data", "axes fraction"), "annotation_clip": False}
-            looks = {"ha": "center", **style.SMALL}
-            style.note(ax, "published scene", (published, 1.0), (3, 3), **above, **looks)
+            looks = {"ha": "center", **SMALL}
+            note(ax, "published scene", (published, 1.0), (3, 3), **above, **looks)
         ax.set_yscale("log")
         ax.set_ylim(0.8 * floor, 1.3)
         ticks = 10.0 ** np.arange(round(np.log10(floor)) + 1, 1)
@@ -155,7 +162,7 @@ def _narrowest(ax, rooms: Sequence[GapRoom], curves: list[str]) -> None:
             if x is not None:
                 ax.plot([x], [row], color=color, marker=marker, markerfacecolor=face)
         if not known:
-            style.note(ax, "no plan", (0.0, row), (4, 0), va="center")
+            note(ax, "no plan", (0.0, row), (4, 0), va="center")
     ax.set_yticks(range(len(rooms)), [room.name for room in rooms])
     ax.set_ylim(len(rooms) - 0.5, -0.5)
     ax.grid(True, axis="x")
@@ -204,7 +211,7 @@ def shares(groups: Mapping[str, Sequence[Bar]], to=None, *, label: str = "share"
                 bounds = 100 * np.abs(np.array([[bar.low], [bar.high]]) - bar.share)
                 ax.errorbar(100 * bar.share, at, xerr=bounds, color=style.BLACK, lw=0.8, capsize=2)
                 number_at, looks = (100 * bar.high, at), {"va": "center", "fontsize": 7.5}
-                style.note(ax, f"{100 * bar.share:.0f} %", number_at, (4, 0), **looks)
+                note(ax, f"{100 * bar.share:.0f} %", number_at, (4, 0), **looks)
                 places.append(at)
                 names.append(bar.name)
                 at += 1

@@ -79,8 +79,8 @@ def solve(
     from parc_jax.problem.problem_file import labelled, load_problem
 
     if model.suffix in (".toml", ".json") and scene is not None and scene.suffix == ".npz":
-        got = f"{model} and {scene}"
-        raise InputError(f"solve: expected the model first, then the scene; got {got}. Swap them.")
+        got = f"{model} and {scene}. Swap the two."
+        raise InputError(f"solve: expected the model first and then the scene; got {got}")
     if first and (validate or study):
         raise InputError("validate: expected a whole set, which --first does not look for.")
     require_place(out)

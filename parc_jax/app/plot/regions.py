@@ -47,8 +47,8 @@ def regions(
             ax.scatter(*np.asarray(safe_k)[:, axes].T, s=4, color=style.BLACK, linewidth=0)
         ax.set_title(_title(table, shown, names, axes, at))
         style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
-        ax.set_xlabel(style.name_axis(names, axes[0], "k"))
-        ax.set_ylabel(style.name_axis(names, axes[1], "k"))
+        ax.set_xlabel(_name(names, axes[0]))
+        ax.set_ylabel(_name(names, axes[1]))
         handles = _handles(verdict, dots)
         style.explain(sheet, handles, 2, "upper left")
     return sheet.out
@@ -81,12 +81,16 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
     return np.array(numbers, int), outlines
 
 
+def _name(names: Sequence[str] | None, axis: int) -> str:
+    return f"k{axis}" if names is None else names[axis]
+
+
 def _title(table, shown, names, axes, at) -> str:
     if table.net.n_in == 2:
         return counted(table.count, "region")
     at = 0.5 * (table.domain.lo + table.domain.hi) if at is None else at
     others = [i for i in range(len(at)) if i not in axes]
-    fixed = ", ".join(f"{style.name_axis(names, i, 'k')} = {at[i]:.3g}" for i in others)
+    fixed = ", ".join(f"{_name(names, i)} = {at[i]:.3g}" for i in others)
     return f"{len(shown)} of {counted(table.count, 'region')}, cut at {fixed}"
 
 

@@ -156,8 +156,7 @@ class _Picture(SceneView):
         if not self.single:
             self._way(ax)
             return
-        end, _ = self._ends
-        body = shapes.placed(shapes.body_outline(self.problem.body), end[0])
+        (body,) = self.bodies(self._ends[0][:1])
         ax.fill(*body.T, fill=False, edgecolor=style.BLUE, linewidth=1.0, zorder=6)
 
     def _way(self, ax) -> None:

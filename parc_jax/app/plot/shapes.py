@@ -89,11 +89,6 @@ def part_outline(part: Part, places: np.ndarray, axes: tuple[int, int] = (0, 1))
     return hull((places[:, None, list(axes)] + around).reshape(-1, 2))
 
 
-def grows_obstacles(answer) -> bool:
-    """Is the robot one point in the plane, whose obstacles are drawn grown by its body?"""
-    return answer.model.n_c == 2 and len(answer.problem.parts) == 1
-
-
 def grown(obstacle: HPolytope, part: Part) -> np.ndarray:
     """Outline (v, 2) of an obstacle in the plane grown by a part of the body, turned inside out."""
     turned = part.shape if isinstance(part.shape, Disc) else Polygon(-part.shape.vertices)
@@ -123,11 +118,6 @@ def footprints(
     """
     poses = columns.reshape(len(columns), -1, n_p)
     return [part_outline(one, places[list(one.points)], axes) for places in poses for one in parts]
-
-
-def body_outline(body) -> np.ndarray:
-    """Outline (v, 2) of a Disc or Polygon about its reference point."""
-    return hull(body.vertices) if hasattr(body, "vertices") else disc(body.radius)
 
 
 def placed(outline: np.ndarray, at: np.ndarray, heading: float = 0.0) -> np.ndarray:
@@ -192,7 +182,7 @@ class SceneView:
         self.view, self.n_p, self.labels = view, model.n_p, model.labels.p
         self.parts = numbered(problem.body, model.points)
         self.obstacles = [shadow(o, view.axes) for o in problem.obstacles]
-        self.single = grows_obstacles(answer)
+        self.single = model.n_c == 2 and len(problem.parts) == 1
         self.grown = [grown(o, self.parts[0]) for o in problem.obstacles if self.single]
         regions = goals(problem.goal, model.n_p, model.n_points, [view.axes])
         self.goals = [outline for _, (outline,) in regions]

@@ -17,13 +17,11 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.runs.files import write_atomic
 
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"  # Okabe and Ito's palette
-SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#222222", "#8C8C8C"
+SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#222222", "#8C8C8C"
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
 DASHES = ("-", (0, (5, 1.6)), (0, (1, 1.2)), (0, (5, 1.4, 1, 1.4)))
-SEQUENTIAL = "cividis"  # even in lightness, readable with and without red-green vision
 TUBE, GOAL, OBSTACLE = "#D6E8F5", "#CBE8DF", "#6E6E6E"
 SEE_THROUGH = 0.6  # obstacles in space, which hide the parts behind them
-SMALL = {"color": GREY, "fontsize": 8}  # of words within a picture
 DPI = 200
 
 RC = {
@@ -154,11 +152,6 @@ def ways(ax, places, **looks) -> None:
     ax.add_collection(LineCollection(places, **looks))
 
 
-def note(ax, words: str, at, away: tuple[float, float], **looks) -> None:
-    """Words beside a place, [points] away from it. looks: as of `Axes.annotate`."""
-    ax.annotate(words, at, away, textcoords="offset points", **looks)
-
-
 def limits(ax, lo, hi) -> None:
     """Show the box with these corners (2,)."""
     ax.set_xlim(lo[0], hi[0])
@@ -168,8 +161,3 @@ def limits(ax, lo, hi) -> None:
 def line(number: int) -> dict:
     """Colour and dashes of the n-th line of a picture, so that lines differ in more than colour."""
     return {"color": CYCLE[number % len(CYCLE)], "linestyle": DASHES[number % len(DASHES)]}
-
-
-def name_axis(names: Sequence[str] | None, axis: int, otherwise: str) -> str:
-    """Label of a coordinate: the caller's, or letter and number, from 0."""
-    return names[axis] if names is not None else f"{otherwise}{axis}"

@@ -68,7 +68,7 @@ def commands(answer: Answer, runs: Halves, replayed: Recorded | None, to):
         (ax,) = sheet.axes
         for axis in (ax.axvspan, ax.axhspan):
             axis(-c.STICKING, c.STICKING, color="#EBEBEB", zorder=0)
-        shown = ax.scatter(*held.k.T, s=34, c=worst, cmap=style.SEQUENTIAL, vmax=40, zorder=3)
+        shown = ax.scatter(*held.k.T, s=34, c=worst, cmap="cividis", vmax=40, zorder=3)
         ax.scatter(
             *held.k[safe].T, s=80, facecolor="none", edgecolor=style.GREEN, linewidth=1.0, zorder=4
         )
