@@ -21,7 +21,7 @@ ROOMS = "safe_set/separation safe_set/verdict safe_set/corridors proof/absence p
 DOORS = "assemble domain marching prune stopping subdivide table"
 KERNELS = [
     "parc_jax.safe_set.batch.proposals",
-    "parc_jax.safe_set.batch.run",
+    "parc_jax.safe_set.batch.search",
     "parc_jax.learning.network.maps",
     "parc_jax.learning.network.train",
     *(

@@ -21,11 +21,10 @@ from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import nominal_problems
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.batch import proposals
-from parc_jax.safe_set.batch import run as batch_run
+from parc_jax.safe_set.batch import search as batch_run
 from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
 from parc_jax.safe_set.batch.proposals import About, Best, along_fan
-from parc_jax.safe_set.batch.run import Calls, run, search_many
-from parc_jax.safe_set.batch.search import passes, stack_problems
+from parc_jax.safe_set.batch.search import Calls, passes, run, search_many, stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts

@@ -179,7 +179,7 @@ class BinErrors:
             goal_most = np.abs(self.goal_A) @ self._widest_at_end[bins].max(axis=0)
         else:
             goal_most = self._goal_most[bins].max(axis=0)
-            if len(bins) == 1:
+            if len(bins) == 1:  # what several templates share is known by a box in them alone
                 common = at(self.templates.interval.errors, int(bins[0]))
         blur = self._widest[bins].max(axis=0) - least
         goal_least = (self.at_end(bins) * self.goal_A).sum(axis=1)

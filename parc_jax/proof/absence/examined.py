@@ -99,6 +99,7 @@ class Examiner:
         n_p = self.model.n_p
         over = [self.errors.over(node.lo[n_p:], node.hi[n_p:]) for node in nodes]
         rows = np.minimum(np.arange(BOXES), len(nodes) - 1)
+        # a box in one bin has its template, one in several has half widths: of one shape here
         templates = self.model.tube.templates
         common = [each.common for each in over]
         if templates is not None:

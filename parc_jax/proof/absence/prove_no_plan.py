@@ -234,7 +234,7 @@ def _tightest(
     bases of rows.
     """
     found = []
-    for i, row in enumerate(rows):
+    for i, row in enumerate(rows):  # rows along the axis; combinations only where there are none
         if row[axis] * sign > 0 and sum(v != 0 for v in row) == 1:
             found.append((bounds[i] / abs(row[axis]), [(i, 1 / abs(row[axis]))]))
     if not found:

@@ -53,8 +53,14 @@ class DiscBody:
 
     def __init__(self, radius: float, normals: np.ndarray):
         self.radius = radius
-        rim = _around_disc(normals) if normals.shape[1] == 2 else _around_ball(normals)
-        self.points = np.concatenate([np.zeros((1, normals.shape[1])), radius * INSIDE * rim])
+        n = normals.shape[1]
+        if n == 2:
+            around = np.arange(DIRECTIONS[2]) * 2 * np.pi / DIRECTIONS[2]
+            angle = np.concatenate([around, np.arctan2(-normals[:, 1], -normals[:, 0])])
+            rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        else:
+            rim = np.concatenate([sphere(DIRECTIONS[3]), -normals])
+        self.points = np.concatenate([np.zeros((1, n)), radius * INSIDE * rim])
 
     def misfit(self, x: np.ndarray) -> np.ndarray:
         """How unlike points of the body the x (n, n_p) are: (n,), least where fit best."""
@@ -124,7 +130,10 @@ class Contacts:
         self.A = poly.A / length[:, None]
         self.b = poly.b / length
         self.corners = vertices_of(poly, f"obstacle {obstacle}")
-        self._edges = _sides(self.corners) if poly.n == 2 else _edges(self.corners, self.A, self.b)
+        if poly.n == 2:
+            self._edges = np.roll(self.corners, -1, axis=0) - self.corners, self.corners
+        else:
+            self._edges = _edges(self.corners, self.A, self.b)
         shape = problem.parts[part].shape
         self.body: DiscBody | PolygonBody
         if isinstance(shape, Disc):
@@ -213,27 +222,9 @@ def short_weights(weights: np.ndarray) -> list[Fraction]:
     return [v / total for v in short]
 
 
-def _around_disc(normals: np.ndarray) -> np.ndarray:
-    """Unit vectors (m, 2) all around, and against the normals (h, 2)."""
-    around = np.arange(DIRECTIONS[2]) * 2 * np.pi / DIRECTIONS[2]
-    facing = np.arctan2(-normals[:, 1], -normals[:, 0])
-    angle = np.concatenate([around, facing])
-    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
-
-
-def _around_ball(normals: np.ndarray) -> np.ndarray:
-    """Unit vectors (m, 3) all around, and against the normals (h, 3)."""
-    return np.concatenate([sphere(DIRECTIONS[3]), -normals])
-
-
 def _mixed(weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
     """Errors (c, n_p) of a mixture by weights (i,), from those of its points (c, i, n_p)."""
     return np.einsum("i,cij->cj", weights, errors)
-
-
-def _sides(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges along (e, 2) from their starts (e, 2) of a polygon (e, 2)."""
-    return np.roll(polygon, -1, axis=0) - polygon, polygon
 
 
 def _edges(nodes: np.ndarray, A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -278,14 +269,13 @@ class Reasons:
     def of(self, batch: Batch, i: int):
         """(reason, its entries) of one box, the cheapest to check first, or None."""
         found = self._reason(batch, i)
-        if found is None or not batch.bounded or (found[0] == "goal" and self._about_z(found[1])):
+        if found is None or not batch.bounded:
             return found
-        return "bounded", dict([found])
-
-    def _about_z(self, entries: list) -> bool:
-        """Whether the rows of the goal that a leaf names are about z alone and need no bound."""
-        A = self.problem.goal.A[:, self.model.n_p :]
-        return not A[[row for row, *_ in entries]].any()
+        reason, entries = found
+        of_k = self.problem.goal.A[:, self.model.n_p :]
+        if reason == "goal" and not of_k[[row for row, *_ in entries]].any():
+            return found  # rows about z alone need no bound of the network
+        return "bounded", {reason: entries}
 
     def _reason(self, batch: Batch, i: int):
         """The reason of one box and its entries, or None."""

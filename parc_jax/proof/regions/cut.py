@@ -214,6 +214,7 @@ def _cut_level(
         is_cut = np.flatnonzero(rows.codes == Sign.CUT)
         cut_rank = below.rank.take(rows.facet.take(is_cut))
         cut_face = rows.face.take(is_cut)
+        # the slope across any cut facet is one within the face: the steepest bounds best
         np.maximum.at(slope[part], cut_face, below.slope.take(cut_rank))
         np.maximum.at(rho[part], cut_face, below.rho.take(cut_rank))
         zero_radius = radius_of_zero(radius[part], slope[part], home[part], plane)
@@ -340,6 +341,7 @@ def _zero_faces(
         flat = level.sub.data[at]
         row = np.repeat(row, size)
     zero = two_below[flat] == Sign.ZERO
+    # one number for each pair of a face and a zero face, so that sorting finds the repeated ones
     pairs = np.sort(row[zero] * np.int64(1 << 40) + flat[zero])
     if len(pairs):
         pairs = pairs[np.concatenate([[True], pairs[1:] != pairs[:-1]])]

@@ -72,6 +72,7 @@ class SignOracle:
         threshold = self.bound.lip[j] * lattice.rho.view
         threshold += self.bound.eta[j]
         codes = Sign.PLUS << (z < 0).view(np.uint8)  # minus is the next bit; faster than where
+        # by the steepest gradient of any cell first, by that of a vertex's cell where this is open
         undecided = np.flatnonzero(~(np.abs(z) > threshold))
         self.n_signs += len(z)
         if len(undecided):

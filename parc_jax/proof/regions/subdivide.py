@@ -193,7 +193,7 @@ def _cut_layers(
             if (codes == Sign.PLUS).any() and (codes == Sign.MINUS).any():
                 cut(lattice, codes, plane)
                 lattice.compact()
-            lattice.bits.mark(column, codes)
+            lattice.bits.mark(column, codes)  # after the cut, whose new vertices are zero here
             column += 1
             oracle.budget.check(lattice, column)
         # by the exact sign, not by the float's: a neuron of sign 0 feeds exactly 0 forward

@@ -77,7 +77,6 @@ def allowed_of(scene: Scene) -> Allowed:
 
 PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
 AT_ONCE = PLANS  # of them along few directions
-SWEEPS = 1  # rounds of swapping each interval's direction while all others stay
 # plans from which one direction of the seed's own is to keep away, by dimension: in space
 # a table is coarse, and what serves one plan best separates few of its neighbours
 CLUSTERS = {2: (1,), 3: (1, 4, 16)}
@@ -139,9 +138,9 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
     begin = nearest, masks, jnp.zeros((n_o, n_steps), int)
     nearest, masks, choice = scene.alike.look(of_kind, of_pair, begin)
     items, choice = masks.reshape(-1, n_d), choice.ravel()
-    for _ in range(SWEEPS):
-        choice = _sweep(choice, items, scene.count * n_steps)
-    inside = jax.lax.reduce_and(_of_choice(choice, items), (0,))
+    choice = _sweep(choice, items, scene.count * n_steps)
+    chosen = jnp.take_along_axis(items, choice[:, None], axis=1)[:, 0]
+    inside = jax.lax.reduce_and(chosen, (0,))
 
     def merge(o: Index, state: tuple):
         direction, shortest, kept = state
@@ -263,11 +262,6 @@ def _loses(masks: UInt[jax.Array, "..."]):
     return 1 - (masks[..., None] >> bits & jnp.uint64(1)).astype(jnp.int32)
 
 
-def _of_choice(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"]):
-    """(i,) masks of the chosen directions."""
-    return jnp.take_along_axis(masks, choice[:, None], axis=1)[:, 0]
-
-
 def _fewest_runs(valid: Bool[jax.Array, "t d"], n_table: int):
     """choice (T,): always take the direction that lasts longest.
 
@@ -280,6 +274,7 @@ def _fewest_runs(valid: Bool[jax.Array, "t d"], n_table: int):
         here = jnp.where(valid & table, 2 + later, jnp.where(valid, 1, 0))
         return jnp.where(table, here, 0), here
 
+    # backward: how long each direction lasts from here on; 1 for those of the seed
     _, length = jax.lax.scan(lasts, jnp.zeros(valid.shape[1], int), valid, reverse=True)
 
     def take(current: Index, item: tuple):

@@ -223,6 +223,7 @@ class Corridors:
         while len(plan):
             turn = np.arange(len(plan)) - np.searchsorted(plan, plan)
             n_plans = int((turn == 0).sum())
+            # the fewer plans are left, the more of their pairs fit into one call
             now = turn < max(1, PAIRS // (1 + n_plans))
             kept = self.kept_pairs(path, bins, plan[now], corridor[now])
             winner, which = plan[now][kept], corridor[now][kept]

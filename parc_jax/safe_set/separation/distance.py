@@ -42,7 +42,9 @@ def separation(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, radi
         simplex, nearest = _nearest(simplex, point)
         return gap, w, _unit(nearest), simplex
 
-    first = _first_direction(a, b, vertices)
+    # from the middle of the obstacle to that of the points; any direction where they coincide
+    first = _unit((a.mean(axis=0) + b.mean(axis=0)) / 2 - vertices.mean(axis=0))
+    first = jnp.where(first.any(), first, jnp.eye(n, dtype=first.dtype)[0])
     gap, point = _support(a, b, errors, vertices, first)
     simplex = jnp.broadcast_to(point, (n, n))
     state = (jnp.where(gap == gap, gap, -jnp.inf), first, _unit(point), simplex)
@@ -58,12 +60,6 @@ def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vec
     last = beyond.argmax()
     ends = jnp.where((at_a <= at_b)[:, None], a, b) + errors.vertex(-w[None])
     return least[i] - beyond[last], ends[i] - vertices[last]
-
-
-def _first_direction(a: Vectors, b: Vectors, vertices: Vectors):
-    """From the middle of the obstacle to that of the points; any where they coincide."""
-    w = _unit((a.mean(axis=0) + b.mean(axis=0)) / 2 - vertices.mean(axis=0))
-    return jnp.where(w.any(), w, jnp.eye(len(w), dtype=w.dtype)[0])
 
 
 def _nearest(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):

@@ -145,7 +145,7 @@ def facet_test(
     def look(o: Index, gap: Float[jax.Array, " t"], state: tuple):
         worst, at, open_ = state
         gap = jnp.where(active[o], gap, jnp.inf)
-        some = gap[::step]
+        some = gap[::step]  # most plans that touch do so for long: a few intervals show it
         i = jnp.argmin(some)
         at = jnp.where(some[i] < worst, jnp.stack([o, step * i.astype(o.dtype)]), at)
         return jnp.minimum(worst, some[i]), at, open_.at[o].set(~(gap > 0))
