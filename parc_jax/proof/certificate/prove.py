@@ -85,9 +85,8 @@ def _tube(widths: dict, n_points: int) -> Tube:
     """The tube in the parsed part `tube`, boxes or faces."""
     edges = [nearest_floats(e) for e in widths["edges"]]
     if isinstance(widths["final"][0], dict):
-        during = [[[_pairs_of(e) for e in at] for at in part] for part in widths["interval"]]
-        at_end = [_pairs_of(error) for error in widths["final"]]
-        return fitted_tube(edges, _faces(during, frames=False), _faces(at_end, frames=True))
+        during = _faces(widths["interval"], frames=False)
+        return fitted_tube(edges, during, _faces(widths["final"], frames=True))
     interval, final = (np.array(nearest_floats(widths[name])) for name in ("interval", "final"))
     interval, final = (np.where(wide >= NO_CLAIM, np.inf, wide) for wide in (interval, final))
     return tube(edges, interval.reshape(*interval.shape[:2], -1), final, n_points)
@@ -102,15 +101,12 @@ def _pairs_of(error: dict) -> tuple[list, list, list]:
     return directions, centre, [np.inf if s >= NO_CLAIM else s for s in half]
 
 
-def _faces(pairs: list, frames: bool) -> Faces:
-    """Faces of nested lists of results of `_pairs_of`."""
-    parts = [_each(pairs, i) for i in range(3)]
-    directions, centre, half = (np.array(part) for part in parts)
-    return faces(directions, centre, half, frames)
-
-
-def _each(pairs, i: int):
-    return pairs[i] if isinstance(pairs, tuple) else [_each(part, i) for part in pairs]
+def _faces(errors: list, frames: bool) -> Faces:
+    """Faces of nested lists of rows, each as of `_pairs_of`."""
+    sets = np.array(errors, object)
+    parts = zip(*map(_pairs_of, sets.ravel()), strict=True)
+    arrays = (np.array(part) for part in parts)
+    return faces(*(x.reshape(*sets.shape, *x.shape[1:]) for x in arrays), frames)
 
 
 def problem_of_file(asked: dict) -> Problem:

@@ -15,6 +15,7 @@ from fractions import Fraction
 import numpy as np
 
 from parc_jax.checker import FORMAT
+from parc_jax.common.lp.exact import Basis
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.learning.bound.bins import each_bin
@@ -39,55 +40,26 @@ def rows_part(faces: Faces, index) -> dict:
 
 
 def end_part(faces: Faces, index, goal: HPolytope) -> dict:
-    """The same for the end, with the ways in which rows of its frames give each row of a goal."""
-    frames = _inverse_frames(faces.directions[index])
-    ways = []
-    for a in goal.A:
-        exact = [Fraction(x) for x in a]
-        ways.append([_way(exact, inverse, first) for first, inverse in frames])
-    return rows_part(faces, index) | {"goal": ways}
-
-
-def _way(a: list[Fraction], inverse: list[list[Fraction]], first: int) -> list:
-    """Multipliers [[row, "m"], ...], of one frame's faces, that give a. Row 2 j is the upper face
-    of direction j, 2 j + 1 the lower one.
+    """The same for the end, with the ways in which rows of its frames, n directions that span, give
+    each row of a goal: multipliers [[row, "m"], ...]. Row 2 j is the upper face of direction j,
+    2 j + 1 the lower one.
     """
-    way = []
-    for j, column in enumerate(zip(*inverse, strict=True), first):
-        share = sum(x * y for x, y in zip(a, column, strict=True))
-        if share:
-            way.append([2 * j + int(share < 0), fraction_text(abs(share))])
-    return way
-
-
-def _inverse_frames(directions) -> list[tuple[int, list[list[Fraction]]]]:
-    """(number of its first direction, inverse) of every n directions that span; directions (R,
-    n).
-    """
+    directions = faces.directions[index]
     n_rows, n = directions.shape
     frames = []
     for first in range(0, n_rows - n_rows % n, n):
-        inverse = _inverse([[Fraction(x) for x in u] for u in directions[first : first + n]])
-        if inverse is not None:
-            frames.append((first, inverse))
-    return frames
+        basis = Basis(n)
+        if all(basis.add([Fraction(x) for x in u]) for u in directions[first : first + n]):
+            frames.append((first, basis))
 
+    def way(a: np.ndarray, first: int, basis: Basis) -> list:
+        shares = basis.coordinates([Fraction(x) for x in a])  # not None: a frame spans everything
+        return [
+            [2 * j + int(m < 0), fraction_text(abs(m))] for j, m in enumerate(shares, first) if m
+        ]
 
-def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]] | None:
-    """The inverse of a square matrix by elimination; None if there is none."""
-    n = len(rows)
-    table = [row + [Fraction(int(i == j)) for j in range(n)] for i, row in enumerate(rows)]
-    for i in range(n):
-        pivot = next((r for r in range(i, n) if table[r][i]), None)
-        if pivot is None:
-            return None
-        table[i], table[pivot] = table[pivot], table[i]
-        table[i] = [x / table[i][i] for x in table[i]]
-        for r in range(n):
-            if r != i and table[r][i]:
-                share = table[r][i]
-                table[r] = [x - share * y for x, y in zip(table[r], table[i], strict=True)]
-    return [row[n:] for row in table]
+    ways = [[way(a, *frame) for frame in frames] for a in goal.A]
+    return rows_part(faces, index) | {"goal": ways}
 
 
 def problem_part(problem: Problem, model: TrajectoryModel) -> dict:
