@@ -5,7 +5,7 @@ import pytest
 from region_networks import random_network, unit_box
 
 from parc_jax.common.errors import BudgetError
-from parc_jax.proof.regions import budget, enumerate_regions
+from parc_jax.proof.regions import complex, enumerate_regions
 from parc_jax.proof.regions.storage import NUMBER
 
 NET, DOMAIN = random_network(3, [12, 12], seed=1), unit_box(3)
@@ -29,8 +29,8 @@ def test_caps(cap, words):
 
 
 def test_more_faces_than_can_be_counted(monkeypatch):
-    assert 3 * budget.MAX_FACES < np.iinfo(NUMBER).max
-    monkeypatch.setattr(budget, "MAX_FACES", 1000)
+    assert 3 * complex.MAX_FACES < np.iinfo(NUMBER).max
+    monkeypatch.setattr(complex, "MAX_FACES", 1000)
     with pytest.raises(BudgetError, match="1000 faces of one dimension"):
         enumerate_regions(NET, DOMAIN)
 

@@ -168,18 +168,6 @@ class Known(NamedTuple):
     blame: jax.Array
 
 
-class Middle(NamedTuple):
-    """The plan in the middle of each box, and its changes as k moves from side to side.
-
-    path: (n, T + 1, n_c). moved: (n, n_k, T + 1, n_c) of p - z. moved_end: (n, n_k, n_c - n_p +
-    n_q) of the end of the other points less z, and of q.
-    """
-
-    path: jax.Array
-    moved: jax.Array
-    moved_end: jax.Array
-
-
 def offsets_from_end(net: ReLUNetwork, layout: Layout, k: Params):
     """p_s - z of all points at all knots (T + 1, n_c) and q (n_q,) of one k; z is the end of the
     first point.
@@ -189,6 +177,7 @@ def offsets_from_end(net: ReLUNetwork, layout: Layout, k: Params):
     return offsets - z, q
 
 
+@jax.jit
 def examine(
     net: ReLUNetwork, scene: Tabled, k: ManyParams, owner: Numbers, boxes: Boxes
 ) -> Examined:
@@ -210,9 +199,7 @@ def examine(
     return _examined(net, scene, layout, known, boxes)
 
 
-examine_jit = jax.jit(examine)
-
-
+@jax.jit
 def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined:
     """The same with bounds of the network over each box of k. [T36] Kernel over the batch.
 
@@ -254,9 +241,6 @@ def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined
     return _examined(net, scene, layout, known, boxes)
 
 
-examine_by_bounds_jit = jax.jit(examine_by_bounds)
-
-
 def _outputs_less_end(net: ReLUNetwork, layout: Layout):
     """Rows (r, n) of the last layer and constants (r,) for all places less z, knot by knot, and q,
     as in `offsets_from_end`.
@@ -293,11 +277,11 @@ def _examined(
     least_p0, most_p0 = known.start
     start = low + least_p0 - scene.start_b[None]
 
-    middle = _middle(net, layout, boxes)
+    path, moved, moved_end = _middle(net, layout, boxes)
     least_places, most_places = _extremes(known.places, known.owner, n)
     half_z = jnp.concatenate([(z_hi - z_lo) / 2] * layout.n_points, axis=1)
     half_size = (most_places - least_places) / 2 + half_z[:, None]
-    tried = contacts_to_try(scene, middle.path, half_size, boxes.common, z_hi - z_lo)
+    tried = contacts_to_try(scene, path, half_size, boxes.common, z_hi - z_lo)
     at, depth = contact_depth(scene, tried, known.places, known.owner, z_lo, z_hi)
     _, worst = _extremes(depth, known.owner, n)
 
@@ -305,11 +289,11 @@ def _examined(
     slopes = jnp.concatenate([jnp.broadcast_to(rows[None], (n, *rows.shape)), -tried.way], axis=1)
     effects = _effects_of_sides(
         [goal_z, scene.start_A],
-        [middle.moved_end, middle.moved[:, :, 0, :n_p]],
+        [moved_end, moved[:, :, 0, :n_p]],
         [goal_rest, scene.start_A],
         z_hi - z_lo,
         tried,
-        middle.moved,
+        moved,
     )
     spans = [most_rest - least_rest, most_p0 - least_p0, _spans(tried, most_places - least_places)]
     loose = jnp.concatenate(spans, axis=1) - effects[:, :, n_p:].sum(axis=2)
@@ -332,7 +316,11 @@ def _least_of_rows(A: Float[ArrayLike, "rows n_p"], z_lo: Positions, z_hi: Posit
     return jnp.minimum(A[None] * z_lo[:, None], A[None] * z_hi[:, None]).sum(axis=2)
 
 
-def _middle(net: ReLUNetwork, layout: Layout, boxes: Boxes) -> Middle:
+def _middle(net: ReLUNetwork, layout: Layout, boxes: Boxes):
+    """Of the plan in the middle of each box the path (n, T + 1, n_c), and as k moves from side to
+    side, the changes (n, n_k, T + 1, n_c) of p - z and (n, n_k, n_c - n_p + n_q) of the end of the
+    other points less z, and of q.
+    """
     n_p = layout.n_p
     half_k = (boxes.hi[:, n_p:] - boxes.lo[:, n_p:]) / 2
     n_k = half_k.shape[1]
@@ -342,11 +330,8 @@ def _middle(net: ReLUNetwork, layout: Layout, boxes: Boxes) -> Middle:
     back, q = jax.vmap(jax.vmap(lambda x: offsets_from_end(net, layout, x)))(probes)
     end = jnp.concatenate([back[:, :, -1, n_p:], q], axis=2)
     z = jnp.concatenate([center[:, None, :n_p]] * layout.n_points, axis=2)
-    return Middle(
-        path=z + back[:, 0],
-        moved=back[:, 1 : n_k + 1] - back[:, n_k + 1 :],
-        moved_end=end[:, 1 : n_k + 1] - end[:, n_k + 1 :],
-    )
+    moved, moved_end = (x[:, 1 : n_k + 1] - x[:, n_k + 1 :] for x in (back, end))
+    return z + back[:, 0], moved, moved_end
 
 
 def _mixed(x: Float[ArrayLike, "n c *_ n_c"], tried: Tried):

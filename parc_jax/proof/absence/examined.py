@@ -12,7 +12,7 @@ import numpy as np
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import BudgetError
 from parc_jax.common.sets.box import Box
-from parc_jax.proof.absence.bounds import Boxes, Examined, examine_by_bounds_jit, examine_jit
+from parc_jax.proof.absence.bounds import Boxes, Examined, examine, examine_by_bounds
 from parc_jax.proof.absence.errors import BinErrors, OverBins, as_template
 from parc_jax.proof.absence.tree import Node
 from parc_jax.proof.regions.domain import MAX_DIMENSION
@@ -82,7 +82,7 @@ class Examiner:
             owner = np.concatenate([owner, np.full(missing, BOXES)])
             boxes, over = self._as_boxes(some)
             with x64():
-                seen = examine_jit(self.model.net, self.scene.tabled, k, owner, boxes)
+                seen = examine(self.model.net, self.scene.tabled, k, owner, boxes)
                 seen = Examined(*jax.device_get(seen))
             yield Batch(some, over, seen, owner, bounded=False)
 
@@ -91,7 +91,7 @@ class Examiner:
         boxes, over = self._as_boxes(nodes)
         owner = np.repeat(np.arange(BOXES), 2**self.model.n_p)
         with x64():
-            seen = examine_by_bounds_jit(self.model.net, self.scene.tabled, boxes)
+            seen = examine_by_bounds(self.model.net, self.scene.tabled, boxes)
             return Batch(nodes, over, Examined(*jax.device_get(seen)), owner, bounded=True)
 
     def _as_boxes(self, nodes: list[Node]) -> tuple[Boxes, list[OverBins]]:

@@ -25,7 +25,6 @@ from parc_jax.problem.problem import Problem
 from parc_jax.proof.absence.contact_margins import SHARES
 from parc_jax.proof.absence.errors import BinErrors, ContactErrors
 from parc_jax.proof.absence.examined import Batch
-from parc_jax.proof.absence.tree import Node
 from parc_jax.safe_set.separation.directions import sphere
 from parc_jax.safe_set.separation.pairs import vertices_of
 from parc_jax.safe_set.verdict.scene import Scene
@@ -301,7 +300,9 @@ class Reasons:
         at = batch.seen.at[batch.owner == i, c][:, points]
         corners: dict = {}  # those of z that have a mixture in common share its contacts
         mixtures = batch.seen.weights[i, c][:, points]
-        for corner, given in zip(_corners(batch.nodes[i], self.model.n_p), mixtures, strict=True):
+        node, n_p = batch.nodes[i], self.model.n_p
+        of_z = itertools.product(*zip(node.lo[:n_p], node.hi[:n_p], strict=True))
+        for corner, given in zip(of_z, mixtures, strict=True):
             corners.setdefault(tuple(short_weights(given)), []).append(corner)
         groups = []
         for weights, some in corners.items():
@@ -330,9 +331,3 @@ class Reasons:
                 return None
             entries += [entry for entry in found if entry not in entries]
         return entries
-
-
-def _corners(node: Node, n_p: int) -> np.ndarray:
-    """Corners (2^n_p, n_p) of the box of z."""
-    sides = zip(node.lo[:n_p], node.hi[:n_p], strict=True)
-    return np.array(list(itertools.product(*sides)))

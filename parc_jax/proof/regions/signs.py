@@ -7,8 +7,7 @@ from fractions import Fraction
 import numpy as np
 from jaxtyping import Float, Int
 
-from parc_jax.proof.regions.budget import Budget
-from parc_jax.proof.regions.complex import Complex, Sign
+from parc_jax.proof.regions.complex import Budget, Complex, Sign
 from parc_jax.proof.regions.cut import Hyperplane
 from parc_jax.proof.regions.exact import ExactNetwork, sign_of
 from parc_jax.proof.regions.locate import proportional

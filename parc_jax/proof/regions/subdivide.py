@@ -16,8 +16,7 @@ from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions.assemble import build_table, cell_volumes
-from parc_jax.proof.regions.budget import Budget
-from parc_jax.proof.regions.complex import Complex, Level, Sign
+from parc_jax.proof.regions.complex import Budget, Complex, Level, Sign
 from parc_jax.proof.regions.cut import cut
 from parc_jax.proof.regions.domain import MAX_DIMENSION, box_complex, unit_problem
 from parc_jax.proof.regions.exact import ExactNetwork

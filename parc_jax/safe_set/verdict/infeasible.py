@@ -112,7 +112,9 @@ def _touching(scene: Scene, of_model: bool) -> str | None:
             if span is not None and not span[0] <= t <= span[1]:
                 continue
             for box_lo, box_hi, radius in body:
-                if all(_touches(obstacle, z, radius) for z in _corners(lo + box_lo, hi + box_hi)):
+                sides = zip(lo + box_lo, hi + box_hi, strict=True)
+                corners = itertools.product(*sides)
+                if all(_touches(obstacle, np.array(z), radius) for z in corners):
                     reach = f", which reaches {radius:.3g} m from there," if radius else ""
                     return f"{where}, the body{reach} touches obstacle {j}."
     return None
@@ -193,10 +195,6 @@ def _start(scene: Scene) -> tuple[np.ndarray, np.ndarray] | None:
         return scene.at, scene.at
     box = (np.inf, np.inf) if scene.problem.start is None else box_of_rows(scene.problem.start)
     return box if np.isfinite(box).all() else None
-
-
-def _corners(lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-    return np.array(list(itertools.product(*zip(lo, hi, strict=True))))
 
 
 def _touches(obstacle: HPolytope, z: np.ndarray, radius: float) -> bool:
