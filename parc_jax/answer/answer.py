@@ -344,6 +344,11 @@ class Answer:
         return "\n".join([*lines, self.unchecked] if self.unchecked else lines)
 
     def _about_plans(self, polytopes: Polytopes | None) -> str:
+        if polytopes is not None and polytopes.scene is not self.scene:
+            raise InputError(
+                "polytopes: expected polytopes of this answer; got those of another. Cut them with "
+                "`answer.polytopes(key)`."
+            )
         cut = 0 if polytopes is None else len(polytopes)
         counts = len(self.samples), cut, len(self.corridors)
         text = about_plans(*counts, self.cover.proved)
@@ -439,11 +444,6 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
     """The content of answer.json: certificates with numbers as strings, of which only the tube has
     to be trusted. polytopes: as of `Answer.save`.
     """
-    if polytopes is not None and polytopes.scene is not answer.scene:
-        raise InputError(
-            "save: expected polytopes of this answer; got those of another. Cut them with "
-            "`answer.polytopes(key)`."
-        )
     cover, asked = answer.cover, answer.scene.nominal
     meta: dict = {
         "status": answer.status.label,

@@ -83,8 +83,10 @@ def test_polytopes_are_a_view_that_is_proved_and_counted(rng, tmp_path):
     again = load_answer(answer().save(tmp_path / "answer.json", cut))
     assert len(answer_data(answer(), cut)["sets"]) == len(cut)
     assert again.details().startswith(answer().details()) and "polytope" not in again.details()
-    with pytest.raises(InputError, match="save: expected polytopes of this answer"):
+    with pytest.raises(InputError, match="expected polytopes of this answer"):
         again.save(tmp_path / "again.json", cut)
+    with pytest.raises(InputError, match="expected polytopes of this answer"):
+        again.details(cut)
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -183,3 +184,16 @@ def test_what_else_is_assumed_is_told(tmp_path, capsys):
     pj.drive.save_episode(path, driven(False, 1), assumed={"sweep": "0.1 s, as one moment"})
     assert checker.main([str(path)]) == 0
     assert "  assumed sweep: 0.1 s, as one moment\n" in capsys.readouterr().out
+
+
+def test_what_was_driven_in_between_is_not_left_out():
+    done = driven(False)
+    with pytest.raises(pj.InputError, match=r"committed to in between.* commitments 0, 2, 3"):
+        episode_part([done[0], *done[2:]])
+    assert check(episode_part(done[1:])).manoeuvres == 3
+
+
+def test_a_file_allows_for_as_much_drift_as_the_loop_was_told():
+    done = [replace(one, drift=0.25 * (one.number == 2)) for one in driven(False)]
+    assert episode_part(done)["doubt"][-1] == (0.25).hex()
+    assert episode_part(done, drift=0.5)["doubt"][-1] == (0.5).hex()

@@ -2,6 +2,8 @@
 where claims about settled starts do not.
 """
 
+from fractions import Fraction
+
 import jax
 import numpy as np
 import pytest
@@ -12,8 +14,9 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.law import told_of_part
 from parc_jax.learning.system import Trajectory
-from parc_jax.learning.systems.chained import _pick
+from parc_jax.learning.systems.chained import _pick, hand_over_of
 
 KEY = jax.random.PRNGKey(0)
 CART, CARTS = Cart(), Carts()
@@ -60,6 +63,8 @@ class Batch:
 def test_a_run_is_the_last_of_its_chain(runs):
     """Told from its own start, from a speed that a drive in motion left behind."""
     assert runs.law.k_law == "a chain of 2 manoeuvres before it, each left after 0.2 to 0.6 s"
+    for law in (runs.law, told_of_part(runs.law)):  # also where plans choose from less than K
+        assert hand_over_of(law.k_law) == (Fraction(1, 5), Fraction(3, 5))
     assert runs.given == (0,) and not runs.failed.any() and (runs.p[:, 0] == 0).all()
     np.testing.assert_allclose(runs.p[:, 1, 0], H * runs.k[:, 0], rtol=1e-12)
     change = (runs.p[:, 2, 0] - 2 * runs.p[:, 1, 0]) / H  # [m/s] in the first step

@@ -40,7 +40,8 @@ class Commitment:
 
     number: from 0. begin, end: [s] of the loop's clock, from its pose to its end. k (n_k,): values
     measured at the start, and the command. clearance: [m] from everything, of every run inside the
-    tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose.
+    tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose. drift:
+    [m] that was allowed for since the one before, as of `Loop.step`.
     """
 
     number: int
@@ -50,6 +51,7 @@ class Commitment:
     clearance: float
     judged: int
     asked: NominalProblem
+    drift: float = 0.0
 
     def __repr__(self) -> str:
         values = ", ".join(f"{x:.3g}" for x in self.k)

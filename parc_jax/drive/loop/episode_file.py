@@ -32,10 +32,11 @@ def episode_part(
     drift: float = 0.0,
     assumed: Mapping[str, Any] | None = None,
 ) -> dict:
-    """The file of an episode: commitments of one loop, in their order. meta: plain values that need
-    no proof. drift: [m] by which a place may be off against the one before, as that of odometry;
-    the chain of manoeuvres is checked with this margin. assumed: further assumptions by name, such
-    as the time of a scan: text, whole numbers or lists of such. Raises InputError.
+    """The file of an episode: commitments of one loop, in their order, none left out in between.
+    meta: plain values that need no proof. drift: [m] by which a place may be off against the one
+    before, as that of odometry, at least what the loop was told; the chain of manoeuvres is checked
+    with this margin. assumed: further assumptions by name, such as the time of a scan: text, whole
+    numbers or lists of such. Raises InputError.
     """
     if not commitments:
         raise InputError("episode: expected at least one commitment; got none.")
@@ -46,6 +47,13 @@ def episode_part(
     common = [_common(one.asked, entry) for one, entry in pairs]
     for one, other in itertools.pairwise(common):
         agree("episode: commitments of one loop", one, other)
+    numbers = [one.number for one in commitments]
+    if numbers != [*range(numbers[0], numbers[0] + len(numbers))]:
+        raise InputError(
+            "episode: expected all that a loop committed to in between, which was driven; got "
+            f"commitments {', '.join(map(str, numbers)):.80}."
+        )
+    drift = max(drift, *(one.drift for one in commitments))
     part = head_part(commitments[0].asked, drift) | {"manoeuvres": manoeuvres}
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]
     part["premises"] = premises([*known_premises(part), *others]).to_json()

@@ -34,7 +34,6 @@ from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.systems.chained import hand_over_of
 from parc_jax.problem.body import Body, Disc, Polygon
-from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose, pose_of
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.corridors.first import preferred
@@ -209,7 +208,8 @@ class Loop:
             if len(safe.rows):
                 i = int(np.argmax(np.minimum(safe.clearance, self.effort.room)))
                 chosen = k[rows[safe.rows[i]]]
-                return self._commit(scene.nominal, chosen, safe.clearance[i], judged, at)
+                seen = float(safe.clearance[i]), judged, scene.nominal, float(drift)
+                return self._commit(at, chosen, *seen)
         more = ""
         if judged < len(order):
             which = "looks" if judged < most else "judged"
@@ -246,10 +246,9 @@ class Loop:
             zero = Fraction(0)
             self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.nominal))
 
-    def _commit(
-        self, asked: NominalProblem, k: np.ndarray, clearance: float, judged: int, at: Fraction
-    ) -> Step:
-        one = Commitment(self._n, at, at + self.lasts, k, float(clearance), judged, asked)
+    def _commit(self, at: Fraction, k: np.ndarray, *seen) -> Step:
+        """seen: further fields of a `Commitment`."""
+        one = Commitment(self._n, at, at + self.lasts, k, *seen)
         if self.prover is not None:
             self.prover.add(one)
         self._before, self.under_way = self.under_way, one

@@ -2,6 +2,7 @@
 commands, each left for the next while it is under way, of which the last is recorded. [T37]
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -114,10 +115,8 @@ def chained(system, before: int = 3, hand_over: tuple[float, float] | None = Non
 
 def hand_over_of(k_law: str) -> tuple[Fraction, Fraction] | None:
     """[s] `hand_over` of the chains that a law of k names, None where it names none."""
-    if not k_law.startswith("a chain of") or LEFT not in k_law:
-        return None
-    begin, end = k_law.split(LEFT)[1].removesuffix(" s").split(" to ")
-    return Fraction(begin), Fraction(end)
+    said = re.match(rf"a chain of .*{LEFT}(\S+) to (\S+) s", k_law)
+    return None if said is None else (Fraction(said[1]), Fraction(said[2]))
 
 
 def links_of(chain: Chained, traceable: bool) -> Links:
