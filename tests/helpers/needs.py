@@ -38,6 +38,7 @@ EXTRAS = {
     "rclpy": "ros",
     "nav_msgs": "ros",
     "sensor_msgs": "ros",
+    "viser": "live",
 }
 
 

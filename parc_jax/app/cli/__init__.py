@@ -30,6 +30,7 @@ COMMANDS = {
     "explain": "check",
     "plot": "plot",
     "export": "plot",
+    "live": "live",
     "bench": "installation",
     "systems": "systems",
     "doctor": "installation",

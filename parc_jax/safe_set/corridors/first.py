@@ -18,7 +18,7 @@ from parc_jax.common import struct
 from parc_jax.common.arrays import once, x64
 from parc_jax.common.backend import Backend, backend
 from parc_jax.common.errors import InputError
-from parc_jax.common.shapes import Index, ManyParams, Params, Vector
+from parc_jax.common.shapes import Index, ManyParams, Params, Positions, Vector
 from parc_jax.learning.bound.bins import closed_bins, open_bin_of
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
@@ -158,28 +158,34 @@ def first_draw(scene: Scene, key: jax.Array, n: int) -> Draw:
 
 
 def preferred(
-    scene: Scene, k: np.ndarray, n: int = 1, room: float = np.inf, looks: int = NO_LIMIT
+    scene: Scene,
+    k: np.ndarray,
+    n: int = 1,
+    room: float = np.inf,
+    looks: int = NO_LIMIT,
+    p0: np.ndarray | None = None,
 ) -> FirstSafe:
     """The first n safe plans of a list in its order, from the one start of a scene, on the host.
 
     k: (m, n_k) parameters. n: 16 at most. room: [m] of clearance, which ends the search. looks: so
-        many tests of a plan against a pair end it too.
+        many tests of a plan against a pair end it too. p0: (m, n_p) [m] a start of each instead.
     Raises InputError.
     """
-    if scene.at is None:
+    if scene.at is None and p0 is None:
         raise InputError("preferred: expected a question with one start; ask it with `at`.")
     if not 1 <= n <= MOST:
         raise InputError(f"preferred: expected 1 to {MOST} plans; got {n}.")
     k = np.asarray(k, np.float64)
     if k.ndim != 2 or k.shape[1] != scene.model.n_k:
         raise InputError(f"preferred: expected k of shape (m, {scene.model.n_k}); got {k.shape}.")
+    p0 = np.tile(scene.at, (len(k), 1)) if p0 is None else np.asarray(p0, np.float64)
     bins = closed_bins(scene.model.tube.edges, k)
     # borders are rare: capacity for all bins that can meet, of which as many are tested as do
     padded = np.zeros((len(k), 2**scene.model.n_k), np.int32)
     padded[:, : bins.shape[1]] = bins
     with x64(), jax.transfer_guard_host_to_device("allow"):
         limits = Limits(n, float(room), min(looks, NO_LIMIT))
-        return _preferred(placed(scene), k, padded, bins.shape[1], limits).fetched()
+        return _preferred(placed(scene), p0, k, padded, bins.shape[1], limits).fetched()
 
 
 @lru_cache
@@ -212,9 +218,13 @@ def _first_safe(
 
 @partial(jax.jit, compiler_options=COMPILER)
 def _preferred(
-    asked: Placed, k: ManyParams, bins: Int[ArrayLike, "b c"], n_bins: Index, limits: Limits
+    asked: Placed,
+    p0: Positions,
+    k: ManyParams,
+    bins: Int[ArrayLike, "b c"],
+    n_bins: Index,
+    limits: Limits,
 ) -> FirstSafe:
-    p0 = jnp.broadcast_to(asked.at, (len(k), len(asked.at)))
     listed = Proposals(p0, k, bins, n_bins, jnp.ones(len(k), bool))
     return _in_turn(asked, listed, _nothing(asked, MOST), limits)
 

@@ -1,0 +1,52 @@
+"""`parc-jax live`: a page where obstacles, goal and start are dragged, and safe plans follow."""
+
+from pathlib import Path
+from typing import Annotated
+
+from parc_jax.app.cli.options import Offer, Shell
+
+
+def live(
+    model: Path,
+    scene: Path | None = None,
+    /,
+    *,
+    at: str | None = None,
+    port: int = 8080,
+    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("quiet", "cache"))],
+) -> int:
+    """Drag obstacles, goal and start in the browser, and see safe plans follow. Example: parc-jax
+    live drift_parking
+
+    While something is dragged, plans are redrawn, each verified in float64; on release the set is
+    measured, and where it is empty the page says what is in the way. The page saves the scene for
+    `solve`, and a proved answer. It is served to this machine alone. Needs the extra live.
+
+    Args:
+        model: A model of `parc-jax learn` or `parc-jax run`, or a system of `parc-jax systems`
+            whose model comes along.
+        scene: The scene, .toml or .json. Default: that of the model's system.
+        at: Where the robot is, x,y or x,y,heading, which can be dragged too. Default: anywhere in
+            the start set.
+        port: Of this machine; the next that is free where it is taken.
+    """
+    from parc_jax.app.cli.process import COMPILING, saying
+    from parc_jax.app.cli.scene import numbers_of_option
+    from parc_jax.app.cli.systems import model_of, scene_of
+    from parc_jax.app.live import live as open_page
+    from parc_jax.app.study.cache import keep_compiled
+    from parc_jax.problem.problem_file import labelled, load_problem
+
+    if shell.cache:
+        keep_compiled()
+    learned = model_of(model, None)
+    if scene is None:
+        problem = scene_of(learned)
+    else:
+        problem, learned = load_problem(scene, learned.points), labelled(learned, scene)
+    with saying(shell.quiet) as say:
+        say(COMPILING)
+        place = None if at is None else numbers_of_option("at", at)
+        page = open_page(learned, problem, place, port, wait=False)
+    page.run()
+    return 0

@@ -1,0 +1,309 @@
+"""A page in the browser where obstacles, goal and start are dragged, and safe plans follow.
+
+`Live` is all that does not depend on drawing: what was dragged, safe plans of it, its set. The page
+around it needs the extra `live` (viser), stays on this machine, and is the same for all browsers.
+"""
+
+import itertools
+import time
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.answer.answer import Answer
+from parc_jax.answer.why import SMALL, Why, why_of
+from parc_jax.app.plot import shapes
+from parc_jax.common.arrays import slices
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.common.sets.vertices import vertices
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import by_point
+from parc_jax.method import Exact
+from parc_jax.planner import Planner, Prepared
+from parc_jax.problem.body import Disc, numbered
+from parc_jax.problem.problem import Problem, box_of_rows, goal_box
+from parc_jax.problem.problem_file import problem_text
+from parc_jax.problem.robust.nominal import query
+from parc_jax.safe_set.corridors.first import MOST, preferred
+from parc_jax.safe_set.corridors.sampling import ends_from, ends_of
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import paths_of
+from parc_jax.safe_set.verdict.scene import Scene, padded, pruned_scene, scene_of, size_class
+
+HASTE = 0.03  # [s] after which no more plans are looked for while something is dragged
+PROPOSED = 4096  # new plans, beside those that were safe before and plans near them
+AT_ONCE = 64  # judged in a call, so that the clock is looked at often
+NEAR = 0.05  # [sides of K and of the goal]
+SOON = Settings(samples=64, target=0.05, work=0.1, proof=False, budget_s=0.5)  # on release
+PIECES = 12  # of a plan, in each of which the swept body is drawn as one convex set
+AROUND = 24  # directions in which a body is drawn in the plane
+
+
+class Grip(NamedTuple):
+    """What can be dragged: its set as it was told (None: a pose), the middle of that (n_p,), and
+    where it is now: place (n_p,), turn (n_p, n_p).
+    """
+
+    whole: HPolytope | None
+    middle: np.ndarray
+    place: np.ndarray
+    turn: np.ndarray
+
+    def moved(self, n_points: int = 1, heading: int | None = None) -> HPolytope:
+        """The set where it is now; of a goal all points' blocks, and its heading with them."""
+        if (self.place == self.middle).all() and (self.turn == np.eye(len(self.turn))).all():
+            return self.whole
+        A, b, n_p = self.whole.A.copy(), self.whole.b.copy(), len(self.place)
+        for block in range(0, n_points * n_p, n_p):
+            own = A[:, block : block + n_p]
+            turned = own @ self.turn.T
+            b += turned @ self.place - own @ self.middle
+            A[:, block : block + n_p] = turned
+        if heading is not None:
+            b += A[:, heading] * np.arctan2(self.turn[1, 0], self.turn[0, 0])
+        return hpolytope(A, b)
+
+
+class Drawn(NamedTuple):
+    """Safe plans (n, n_p + n_k) of a scene, the largest clearance (n,) [m] first, and the seconds
+    from what was dragged to them.
+    """
+
+    scene: Scene
+    plans: np.ndarray
+    clearance: np.ndarray
+    seconds: float
+
+
+class Live:
+    """A problem that is changed by hand, and its safe plans; no browser.
+
+    at: as of `Planner.solve`. wanted: plans to draw, 16 to 64. Raises InputError.
+    """
+
+    def __init__(self, model: TrajectoryModel, problem: Problem, at=None, wanted=32, seed=0):
+        self.planner, self.model, self.wanted = Planner(model), model, wanted
+        self._told, self._key = problem, jax.random.PRNGKey(seed)
+        self.k = np.stack([model.domain.lo, model.domain.hi])  # plans are drawn from these alone
+        eye, n_p = np.eye(model.n_p), model.n_p
+        middles = {"goal": np.mean(goal_box(problem.goal, model.layout), axis=0)[:n_p]}
+        sets: dict[str, HPolytope | None] = {"goal": problem.goal}
+        parts = [(f"obstacle {j}", o) for j, o in enumerate(problem.obstacles)]
+        if at is None and problem.start is not None:
+            parts.append(("start", problem.start))
+        for name, part in parts:
+            corners = vertices(part)
+            sets[name], middles[name] = part, (corners.min(axis=0) + corners.max(axis=0)) / 2
+        self._rng = np.random.default_rng(seed)
+        self.grips = {name: Grip(sets[name], m, m, eye) for name, m in middles.items()}
+        if at is not None:
+            at = np.asarray(at, float)
+            turn = _turn(at[n_p] if len(at) > n_p else 0.0, n_p)
+            self.grips["start"] = Grip(None, at[:n_p], at[:n_p], turn)
+        self.pose_size = None if at is None else len(at)
+        nominal = self._nominal()
+        whole = scene_of(nominal.problem, nominal.model)
+        self._last = np.zeros((0, nominal.model.n_k + n_p))  # shares of what was drawn
+        shapes_ = [part.shape for part in nominal.problem.parts]
+        own = max(0 if isinstance(s, Disc) else len(s.vertices) for s in shapes_)
+        corners = max((len(vertices(o)) for o in nominal.problem.obstacles), default=1)
+        corners = corners + own if n_p == 2 else corners * max(own, 1)
+        # one size for every place of everything: nothing compiles while something is dragged
+        self._size = size_class(len(whole.obstacles.active)), size_class(corners, 2**n_p)
+
+    def move(self, name: str, place, turn: float | np.ndarray | None = None) -> None:
+        """Drag a grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p)."""
+        own = self.grips[name]
+        turn = own.turn if turn is None else _turn(turn, len(own.place))
+        self.grips[name] = own._replace(place=np.asarray(place, float), turn=turn)
+
+    @property
+    def problem(self) -> Problem:
+        """As it was dragged. Raises InputError."""
+        grips, model = dict(self.grips), self.model
+        heading = model.labels.heading if model.n_p == 2 else None
+        heading = None if heading is None else model.n_c + heading
+        changes: dict = {"goal": grips["goal"].moved(model.n_points, heading)}
+        if self.pose_size is None and "start" in grips:
+            changes["start"] = grips["start"].moved()
+        names = [f"obstacle {j}" for j in range(len(self._told.obstacles))]
+        return self._told.replace(obstacles=[grips[n].moved() for n in names], **changes)
+
+    @property
+    def at(self) -> np.ndarray | None:
+        """The pose of the start, as it was dragged; None for any."""
+        if self.pose_size is None:
+            return None
+        place, turn = self.grips["start"].place, self.grips["start"].turn
+        return np.r_[place, np.arctan2(turn[1, 0], turn[0, 0])][: self.pose_size]
+
+    def _nominal(self):
+        return query(self.problem, self.model, self.at).nominal(self.planner._robust_models)
+
+    def scene(self) -> Scene:
+        """As it was dragged, always of one size. Raises InputError."""
+        return padded(pruned_scene(self._nominal()), *self._size)
+
+    def draw(self) -> Drawn:
+        """Safe plans, each verified in float64, with k as the sliders have it: those of before
+        where they still are, others near them, and new ones. Raises InputError.
+        """
+        begin, scene = time.perf_counter(), self.scene()
+        model = scene.model
+        near = self._last + NEAR * self._rng.standard_normal((2, *self._last.shape))
+        fresh = self._rng.uniform(0, 1, (PROPOSED, model.n_k + model.n_p))
+        share = np.concatenate([self._last, np.clip(near, 0, 1).reshape(-1, fresh.shape[1]), fresh])
+        p0, k, fits = _aimed(scene, share, *self._range(scene))
+        rows, plans, clearance = np.flatnonzero(fits), [], []
+        for some in slices(len(rows), AT_ONCE):
+            # a short call repeats its last proposal: one shape, one compiled program
+            own = rows[some][np.minimum(np.arange(AT_ONCE), len(rows[some]) - 1)]
+            safe = preferred(scene, k[own], MOST, p0=p0[own])
+            kept = np.unique(own[safe.rows], return_index=True)[1]
+            plans.append(own[safe.rows[kept]])
+            clearance.append(safe.clearance[kept])
+            found, took = sum(map(len, plans)), time.perf_counter() - begin
+            if found >= self.wanted or took > HASTE:
+                break
+        chosen = np.concatenate([np.zeros(0, int), *plans])
+        room = np.concatenate([np.zeros(0), *clearance])
+        order = np.argsort(-room, kind="stable")[: self.wanted]
+        self._last = share[chosen[order]] if len(order) else self._last
+        each = np.concatenate([p0, k], axis=1)[chosen[order]]
+        return Drawn(scene, each, room[order], time.perf_counter() - begin)
+
+    def _range(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+        """Where k is drawn from: K, or the part of it that the sliders leave."""
+        lo, hi = scene.k_lo, scene.k_hi
+        if len(lo) == self.model.n_k:
+            lo, hi = np.maximum(lo, self.k[0]), np.minimum(hi, self.k[1])
+        return lo, hi
+
+    def settle(self) -> tuple[Answer | None, Why | None]:
+        """The set within about a second, not proved, and where none was found or few are safe what
+        is in the way. Raises InputError.
+        """
+        drawn, asked, why = self.draw(), SOON, None
+        if not len(drawn.plans):  # rarer than draws find: a climb looks for one
+            why = why_of(drawn.scene)
+            if why.missing > 0:
+                return None, why
+            plan = np.split(why.plan, [self.model.n_p])
+            asked = SOON.replace(method=Exact(around=(plan[0], plan[1])))
+        answer = Prepared(drawn.scene).solve(self._key, asked)
+        few = answer.share is None or answer.share.share < SMALL
+        return answer, (why or answer.why()) if few else None
+
+    def proved(self) -> Answer:
+        """The whole set, proved: as `Planner.solve` gives it."""
+        return self.planner.solve(self.problem, self._key, at=self.at)
+
+    def toml(self) -> str:
+        """The scene as `parc-jax solve` reads it."""
+        return problem_text(self.problem, self.model.labels, self.model.points)
+
+
+def _aimed(scene: Scene, share: np.ndarray, k_lo: np.ndarray, k_hi: np.ndarray):
+    """Plans p0 (b, n_p), k (b, n_k) at shares (b, n_k + n_p) of a box of parameters and where
+    the first point may end with each of them, and which of them may be safe (b,).
+    """
+    model = scene.model
+    k = k_lo + share[:, : model.n_k] * (k_hi - k_lo)
+    ways, ends, bin = ends_from(0.0, model, k), ends_of(scene), model.tube.bin_of(k)
+    if scene.at is not None:
+        z = scene.at + ways
+        inside = ((ends.z_lo[bin] <= z) & (z <= ends.z_hi[bin])).all(axis=1)
+        return np.tile(scene.at, (len(k), 1)), k, inside & (bin >= 0)
+    lo, hi = ends.z_lo[bin], ends.z_hi[bin]
+    if scene.problem.start is not None:
+        first, last = box_of_rows(scene.problem.start)
+        lo, hi = np.maximum(lo, first + ways), np.minimum(hi, last + ways)
+    z = lo + share[:, model.n_k :] * (hi - lo)
+    return z - ways, k, (lo < hi).all(axis=1) & (bin >= 0)
+
+
+def _turn(angle: float | np.ndarray, n_p: int) -> np.ndarray:
+    if np.ndim(angle):
+        return np.asarray(angle, float)
+    out = np.eye(n_p)
+    out[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    return out
+
+
+def swept(scene: Scene, plans: np.ndarray, pieces: int = PIECES, tube: bool = False, at=None):
+    """All that the body passes on plans, piece by piece, and with a tube all that it may: vertices
+    (v, 3) in the world and triangles (f, 3) for a picture, drawn from inside along directions; and
+    the way of the first point, (n, T + 1, 3). at: knots, for the body there alone.
+    """
+    model, n_p = scene.model, scene.model.n_p
+    u, fan = _ball(n_p)
+    path = paths_of(model, plans[:, :n_p], plans[:, n_p:])
+    places = by_point(path, model.n_points)
+    last = places.shape[1] - 1
+    knots = np.unique(np.linspace(0, last, min(pieces, last) + 1).round().astype(int))
+    spans = list(itertools.pairwise(knots)) if at is None else [(t, t) for t in at]
+    half = np.zeros((len(plans), last, model.n_points, n_p))
+    if tube:
+        half = by_point(model.tube.widest_at(plans[:, n_p:])[0], model.n_points)
+    out = [np.zeros((0, len(u), n_p))]
+    for part in numbered(scene.problem.body, model.points):
+        points, shape = list(part.points), part.shape
+        corners = np.zeros((1, n_p)) if isinstance(shape, Disc) else shape.vertices
+        own = corners[(corners @ u.T).argmax(axis=0)]
+        own = own + (shape.radius * u if isinstance(shape, Disc) else 0.0)
+        for first, end in spans:
+            some = places[:, first : end + 1, points].reshape(len(plans), -1, 1, n_p)
+            wide = half[:, first : max(end, first + 1), points].max(axis=1, initial=0.0)
+            wide = np.sign(u) * np.tile(wide, (1, end + 1 - first, 1))[:, :, None]
+            reached = some + wide
+            best = (reached * u).sum(axis=-1).argmax(axis=1)
+            out.append(np.take_along_axis(reached, best[:, None, :, None], axis=1)[:, 0] + own)
+    hulls = shapes.in_world(np.concatenate(out), scene.nominal.pose)
+    faces = fan + len(u) * np.arange(len(hulls))[:, None, None]
+    way = shapes.in_world(places[:, :, 0], scene.nominal.pose)
+    return hulls.reshape(-1, 3), faces.reshape(-1, 3), way
+
+
+def _ball(n_p: int) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (d, n_p) all around, and triangles between them."""
+    if n_p == 2:
+        angle = 2 * np.pi * np.arange(AROUND) / AROUND
+        fan = [[0, i, i + 1] for i in range(1, AROUND - 1)]
+        return np.stack([np.cos(angle), np.sin(angle)], axis=1), np.array(fan)
+    from scipy.spatial import ConvexHull
+
+    side = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3)).reshape(3, -1).T
+    u = side[side.any(axis=1)]
+    u = u / np.linalg.norm(u, axis=1, keepdims=True)
+    return u, ConvexHull(u).simplices
+
+
+def live(source, problem: Problem | None = None, at=None, port: int = 8080, wait: bool = True):
+    """Open a page on this machine where obstacles, goal and start are dragged by hand: while they
+    move, safe plans are redrawn with the body on its way; on release the set is measured, and where
+    it is empty, what is in the way.
+
+    source: an answer, or a model with its problem. at: as of `Planner.solve`. port: of this machine
+    alone, or the next that is free. wait: until interrupted; False returns the page, of which
+    `run()` waits and `stop()` ends it. Needs the extra `live`. Raises InputError.
+    """
+    if isinstance(source, Answer):
+        asked = source.scene.nominal
+        of, pose = asked.query or asked, asked.pose
+        problem, source = of.problem, of.model
+        if pose is not None and at is None:
+            at = [*pose.place, *([] if pose.heading is None else [pose.heading])]
+    if not isinstance(source, TrajectoryModel) or not isinstance(problem, Problem):
+        raise InputError(
+            "live: expected an answer, or a model and a problem; got "
+            f"{type(source).__name__} and {type(problem).__name__}. pj.load(path) reads a model, "
+            "pj.exchange.load_problem(path) a problem."
+        )
+    from parc_jax.app.live_page import Page
+
+    page = Page(Live(source, problem, at), port)
+    if wait:
+        page.run()
+    return page

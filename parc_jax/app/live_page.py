@@ -1,0 +1,256 @@
+"""The page of `live`, drawn by viser: one scene for all browsers, on this machine alone."""
+
+import json
+import threading
+import time
+
+import numpy as np
+
+from parc_jax.answer.answer import answer_data
+from parc_jax.answer.why import why_of
+from parc_jax.app.live import Drawn, Grip, Live, swept
+from parc_jax.app.plot import shapes
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.vertices import vertices
+from parc_jax.learning.labels import name_of
+from parc_jax.problem.problem import goal_box
+
+LOCAL = "127.0.0.1"
+RATE = 25.0  # [1/s] pictures of a plan that is played
+COLOURS = {"goal": (60, 150, 80), "start": (70, 110, 200)}
+OBSTACLE, PLAN, BEST = (90, 90, 95), (40, 120, 220), (230, 120, 30)
+HIGH, LOW = 0.06, 0.02  # [of the scene] height of obstacles and of plans in the plane
+
+
+class Page:
+    """A server, its controls, and one thread that works out what was asked for last. Raises
+    InputError without viser.
+    """
+
+    def __init__(self, live: Live, port: int):
+        try:
+            import viser
+            from viser.transforms import SO3
+        except ImportError:
+            raise InputError(
+                "live: expected viser, which draws in the browser; it is not installed. Try "
+                "pip install 'parc_jax[live]'."
+            ) from None
+        self.live, self._rotation = live, SO3
+        live.settle()  # compiles, before anybody waits for it
+        why_of(live.scene())
+        self.server = viser.ViserServer(LOCAL, port, label="parc_jax", verbose=False)
+        self._asked, self._wake, self._over = {"draw", "settle"}, threading.Condition(), False
+        self._drawn: Drawn | None = None
+        self._controls()
+        self._scene()
+        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread.start()
+
+    def run(self) -> None:
+        """Until interrupted."""
+        print(f"http://{LOCAL}:{self.server.get_port()}  (Ctrl-C ends it)", flush=True)
+        try:
+            self._thread.join()
+        finally:
+            self.stop()
+
+    def stop(self) -> None:
+        """End the page for all browsers."""
+        self._over = True
+        self._ask()
+        self._thread.join()
+        self.server.stop()
+
+    def _ask(self, *what: str) -> None:
+        with self._wake:
+            self._asked.update(what)
+            self._wake.notify()
+
+    def _controls(self) -> None:
+        gui, live = self.server.gui, self.live
+        gui.configure_theme(
+            control_layout="collapsible",
+            control_width="small",
+            show_logo=False,
+            show_share_button=False,
+        )
+        self._told, self._set = gui.add_markdown(""), gui.add_markdown("")
+        self._play = gui.add_checkbox("play the roomiest plan", False)
+        self._play.on_update(lambda _: self._ask())
+        number = gui.add_slider("plans", 16, 64, 16, live.wanted)
+
+        def counted(_) -> None:
+            live.wanted = int(number.value)
+            self._ask("draw")
+
+        number.on_update(counted)
+        for i, label in enumerate(live.model.labels.k):
+            self._slider(i, name_of(label))
+        gui.add_button("save scene.toml").on_click(
+            lambda event: event.client.send_file_download("scene.toml", live.toml().encode())
+        )
+        gui.add_button("prove, save answer.json").on_click(self._prove)
+
+    def _slider(self, i: int, name: str) -> None:
+        lo, hi = (float(side) for side in self.live.k[:, i])
+        if lo < hi:
+            both = self.server.gui.add_multi_slider(name, lo, hi, (hi - lo) / 100, (lo, hi))
+
+            def changed(_) -> None:
+                self.live.k[:, i] = both.value
+                self._ask("draw")
+
+            both.on_update(changed)
+
+    def _prove(self, event) -> None:
+        note = event.client.add_notification("proving", "in exact arithmetic", loading=True)
+        text = json.dumps(answer_data(self.live.proved()), separators=(",", ":"))
+        note.remove()
+        event.client.send_file_download("answer.json", text.encode())
+
+    def _scene(self) -> None:
+        live, scene, n_p = self.live, self.server.scene, self.live.model.n_p
+        lo, hi = (side[:n_p] for side in goal_box(live.problem.goal, live.model.layout))
+        way = swept(live.scene(), self.live.draw().plans)[2][..., :n_p].reshape(-1, n_p)
+        seen = np.concatenate([[lo, hi], [grip.middle for grip in live.grips.values()], way])
+        lo, hi = seen.min(axis=0), seen.max(axis=0)
+        self.size = float(max((hi - lo).max(), 1e-3))
+        for name, grip in live.grips.items():
+            self._grip(name, grip)
+        middle = np.r_[(lo + hi) / 2, np.zeros(3 - n_p)]
+        away = np.array([0.0, -0.3, 0.75]) if n_p == 2 else np.array([-0.7, -1.1, 0.8])
+        scene.set_up_direction("+z")
+        self.server.initial_camera.position = tuple(middle + away * self.size)
+        self.server.initial_camera.look_at = tuple(middle)
+        cell = 10.0 ** np.floor(np.log10(self.size / 2))
+        scene.add_grid("/grid", cell_size=cell, section_size=10 * cell, infinite_grid=True)
+
+    def _grip(self, name: str, grip: Grip) -> None:
+        n_p = self.live.model.n_p
+        handle = self.server.scene.add_transform_controls(
+            f"/{name}",
+            scale=0.1 * self.size,
+            position=(*grip.middle, *[0.0] * (3 - n_p)),
+            wxyz=self._rotation.from_matrix(np.pad(grip.turn, (0, 3 - n_p)) + _z(n_p)).wxyz,
+            active_axes=(True, True, n_p == 3),
+            disable_rotations=grip.whole is None and self.live.pose_size == n_p,
+            depth_test=False,
+        )
+        colour = COLOURS.get(name, OBSTACLE)
+        for corners in self._solids(name, grip):
+            mesh = shapes.triangles(corners).reshape(-1, 3)
+            self.server.scene.add_mesh_simple(
+                f"/{name}/solid",
+                mesh,
+                np.arange(len(mesh)).reshape(-1, 3),
+                color=colour,
+                opacity=None if colour == OBSTACLE else 0.35,
+                flat_shading=True,
+                side="double",
+            )
+
+        def dragged(event) -> None:
+            turn = self._rotation(handle.wxyz).as_matrix()[:n_p, :n_p]
+            self.live.move(name, handle.position[:n_p], turn)
+            self._ask("draw", *(["settle"] if event.phase == "end" else []))
+
+        handle.on_update(dragged)
+
+    def _solids(self, name: str, grip: Grip) -> list[np.ndarray]:
+        """Corners, about the middle, of what is drawn of a grip; in the plane with some height."""
+        n_p = self.live.model.n_p
+        if grip.whole is None:
+            return []
+        try:
+            part, at = shapes.linked(grip.whole, range(n_p))
+            corners = vertices(part)[:, list(at)] - grip.middle
+        except InputError:  # not bounded
+            return []
+        top = self.size * (HIGH if name not in COLOURS else LOW / 10)
+        tops = [np.c_[corners, np.full(len(corners), z)] for z in (0.0, top)]
+        return [corners if n_p == 3 else np.concatenate(tops)]
+
+    def _work(self) -> None:
+        while not self._over:
+            with self._wake:
+                if not self._asked and not self._over:
+                    self._wake.wait(1 / RATE if self._play.value else None)
+                asked, self._asked = self._asked, set()
+            try:
+                if "draw" in asked:
+                    self._draw()
+                if "settle" in asked and not self._asked:  # nothing is dragged any more
+                    self._settle()
+                elif "settle" in asked:
+                    self._ask("settle")
+                if self._play.value and self._drawn is not None and len(self._drawn.plans):
+                    self._frame()
+            except InputError as error:
+                self._told.content, self._set.content = f"**{error}**", ""
+                self._clear("plans", "best", "set", "body")
+
+    def _draw(self) -> None:
+        drawn = self._drawn = self.live.draw()
+        self._clear("best", "set")
+        told = f"**{len(drawn.plans)} safe plans** in {1e3 * drawn.seconds:.0f} ms"
+        if len(drawn.plans):
+            self._show("plans", drawn.plans, PLAN, 0.1)
+            told += f", at most {drawn.clearance[0]:.2g} m clear"
+        else:
+            self._clear("plans", "body")
+        self._told.content = told
+
+    def _settle(self) -> None:
+        begin = time.perf_counter()
+        answer, why = self.live.settle()
+        took = time.perf_counter() - begin
+        lines = [] if why is None else list(why.sentences)
+        if answer is not None and answer.status.found:
+            held = f"at least {100 * answer.coverage.at_least:.3g} % of them"
+            lines.insert(0, f"{len(answer.corridors)} corridors hold {held}")
+            share = answer.share
+            lines.insert(0, f"**{100 * share.share:.3g} %** of the plans are safe" if share else "")
+            self._show("set", answer.samples, COLOURS["goal"], 0.05)
+        if self._drawn is not None and len(self._drawn.plans):
+            self._show("best", self._drawn.plans[:1], BEST, 0.25, tube=True)
+        self._set.content = "\n\n".join([*lines, f"measured in {took:.1f} s, not proved"])
+
+    def _clear(self, *names: str) -> None:
+        for name in names:
+            for part in ("swept", "way"):
+                self.server.scene.remove_by_name(f"/{name}/{part}")
+
+    def _show(self, name: str, plans: np.ndarray, colour, opacity: float, **how) -> None:
+        corners, faces, way = swept(self._drawn.scene, plans, **how)
+        lift = np.array([0.0, 0.0, LOW * self.size * (self.live.model.n_p == 2)])
+        lines = np.stack([way[:, :-1], way[:, 1:]], axis=2).reshape(-1, 2, 3) + 1.1 * lift
+        with self.server.atomic():
+            self.server.scene.add_mesh_simple(
+                f"/{name}/swept",
+                np.float32(corners + lift),
+                faces,
+                color=colour,
+                opacity=opacity,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            if "at" not in how:
+                self.server.scene.add_line_segments(
+                    f"/{name}/way",
+                    np.float32(lines),
+                    np.uint8(colour),
+                    thickness=1.5,
+                    thickness_units="screen",
+                )
+
+    def _frame(self) -> None:
+        """The roomiest plan at this moment."""
+        time_ = self.live.model.time
+        t = int(time.perf_counter() % (time_.t_f + 0.5) / time_.dt)
+        self._show("body", self._drawn.plans[:1], BEST, 0.9, at=[min(t, time_.n_steps)])
+
+
+def _z(n_p: int) -> np.ndarray:
+    return np.diag([0.0, 0.0, float(n_p == 2)])

@@ -1,0 +1,139 @@
+"""What is dragged, and the plans that follow: without a browser, but for the last tests."""
+
+import numpy as np
+import pytest
+from compilations import compiled_by
+from toy_bodies import points_model
+from toy_models import line_model, told
+
+import parc_jax as pj
+from parc_jax.app import live as module
+from parc_jax.app.live import Live, live, swept
+from parc_jax.common.errors import InputError
+from parc_jax.learning.network.predict import by_point
+from parc_jax.problem.body import hull
+from parc_jax.problem.problem_file import problem_of_text
+from parc_jax.safe_set.verdict.pointwise import paths_of, verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
+
+GOAL = pj.box([1.4, -0.4, -9.0], [1.9, 0.4, 9.0])
+START = pj.box([-0.4, -0.4], [0.0, 0.4])
+BLOCKS = [pj.box([x, y], [x + 0.1, y + 0.1]) for x in (0.5, 0.9) for y in (-0.8, 0.1, 0.7)]
+POLYGON = pj.hpolytope([[1.0, 0.3], [-1.0, 0.4], [0.0, -1.0], [0.1, 1.0]], [1.2, -1.0, 0.1, 0.3])
+
+
+@pytest.fixture(autouse=True)
+def any_clock(monkeypatch):
+    """A busy machine draws as many plans as an idle one."""
+    monkeypatch.setattr(module, "HASTE", 60.0)
+
+
+@pytest.fixture(scope="module")
+def dragged():
+    model = line_model(e=0.01, half=2.5)
+    return Live(model, pj.reach_avoid(GOAL, [*BLOCKS, POLYGON], 0.05, START))
+
+
+def test_every_plan_that_is_drawn_is_safe_where_things_are_and_nothing_compiles(dragged):
+    """200 of 200, and more: by the verdict on the whole problem as it was dragged."""
+    dragged.draw()
+    rng, seen = np.random.default_rng(0), 0
+
+    def drag_about() -> None:
+        nonlocal seen
+        for _ in range(12):
+            for name in ("obstacle 1", "obstacle 6", "goal", "start"):
+                grip = dragged.grips[name]
+                dragged.move(name, grip.middle + rng.uniform(-0.2, 0.2, 2), rng.uniform(-0.3, 0.3))
+            drawn = dragged.draw()
+            p0, k = np.split(drawn.plans, [2], axis=1)
+            drawings.append((dragged.problem, p0, k, drawn.clearance))
+            seen += len(p0)
+
+    drawings: list = []
+    assert compiled_by(drag_about) == 0
+    assert seen >= 200
+    for problem, p0, k, clearance in drawings:
+        verdict = verdicts(scene_of(problem, dragged.model), p0, k)
+        assert verdict.safe.all()
+        assert np.allclose(np.minimum(verdict.clearance, 9), np.minimum(clearance, 9), atol=0.3)
+
+
+def test_what_is_dragged_is_the_set_moved_and_turned():
+    dragged = Live(line_model(half=2.5), pj.reach_avoid(GOAL, [POLYGON], 0.05))
+    rng, angle = np.random.default_rng(1), 0.7
+    x = rng.uniform(-3, 3, (1000, 2))
+    before = POLYGON.contains(x)
+    assert (dragged.problem.obstacles[0].b == POLYGON.b).all()
+    middle, turn = dragged.grips["obstacle 0"].middle, np.array([[0, -1.0], [1.0, 0]])
+    dragged.move("obstacle 0", [5.0, 6.0], np.pi / 2)
+    moved = (x - middle) @ turn.T + [5.0, 6.0]
+    after = dragged.problem.obstacles[0].contains(moved)
+    assert before.any() and (after == before).mean() > 0.999
+    dragged.move("goal", dragged.grips["goal"].middle + np.array([0.5, 0.0]), angle)
+    ends = np.r_[dragged.grips["goal"].place, 0.0]
+    assert dragged.problem.goal.contains(ends[None]).all()
+
+
+def test_the_scene_that_is_saved_is_the_one_that_is_shown(dragged):
+    again = problem_of_text(dragged.toml(), "scene.toml", points=dragged.model.points)
+    for mine, other in zip(again.obstacles, dragged.problem.obstacles, strict=True):
+        assert (mine.A == other.A).all() and (mine.b == other.b).all()
+    assert (again.goal.b == dragged.problem.goal.b).all()
+
+
+def test_sliders_narrow_what_is_drawn():
+    alone = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, [POLYGON], 0.05, START))
+    alone.k[:, 0] = 1.6, 1.7
+    k = alone.draw().plans[:, 2:]
+    assert len(k) >= 8 and (k[:, 0] >= 1.6).all() and (k[:, 0] <= 1.7).all()
+
+
+def test_on_release_the_set_is_measured_or_it_is_said_what_is_in_the_way():
+    walls = [pj.box([0.7, 0.3], [0.9, 2.0]), pj.box([0.7, -2.0], [0.9, -0.3])]
+    alone = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, walls, 0.2, START))
+    answer, why = alone.settle()
+    assert answer.status.found and answer.coverage.at_least > 0.5
+    p0, k = np.split(alone.draw().plans, [2], axis=1)
+    assert answer.contains(p0, k).mean() > 0.8
+    for j, side in enumerate((-0.105, 0.105)):  # 3 cm too narrow, as in tests/answer/test_why.py
+        alone.move(f"obstacle {j}", alone.grips[f"obstacle {j}"].middle + np.array([0.0, side]))
+    answer, why = alone.settle()
+    assert answer is None and sorted(why.obstacles) == [0, 1]
+    assert why.missing == pytest.approx(0.03, abs=1e-3)
+
+
+def test_a_pose_is_dragged_and_turned():
+    turning = told(line_model(e=0.01, half=2.5), rotation=("turns",))
+    blocks = [pj.box([4.0, 4.0], [4.1, 4.1])]
+    goal = pj.box([-3.0, -3.0, -9.0], [3.0, 3.0, 9.0])
+    alone = Live(turning, pj.reach_avoid(goal, blocks, 0.05), at=(0.0, 0.0, 0.5))
+    assert alone.at == pytest.approx([0.0, 0.0, 0.5])
+    alone.move("start", [0.3, 0.2], 1.0)
+    drawn = alone.draw()
+    corners, _, way = swept(drawn.scene, drawn.plans)
+    assert len(drawn.plans) and np.allclose(way[:, 0], [0.3, 0.2, 0.0])
+    ends = drawn.plans[:, 2:] @ np.array([[np.cos(1), np.sin(1)], [-np.sin(1), np.cos(1)]])
+    assert np.allclose(way[:, -1, :2], ends + np.array([[0.3, 0.2]])) and np.isfinite(corners).all()
+
+
+@pytest.mark.parametrize("n_p", [2, 3])
+def test_the_drawn_body_holds_the_points_on_their_way(n_p):
+    """Along every direction in which it is drawn nothing of the body is beyond it."""
+    model = points_model(np.random.default_rng(3), n_p)
+    goal = pj.box([-60.0] * (model.n_c + 1), [60.0] * (model.n_c + 1))
+    scene = scene_of(pj.reach_avoid(goal, [], hull("c0", "c1", radius=0.1)), model)
+    plans = np.random.default_rng(0).uniform(-0.5, 0.5, (3, n_p + 2))
+    corners, faces, _ = swept(scene, plans, pieces=1, tube=True)
+    places = by_point(paths_of(model, plans[:, :n_p], plans[:, n_p:]), 4)[:, :, :2]
+    wide = by_point(model.tube.widest_at(plans[:, n_p:])[0], 4)[:, :, :2].max(axis=1)
+    each = corners.reshape(3, -1, 3)[:, :, :n_p]
+    for axis in range(n_p):
+        most = (places[..., axis] + wide[:, None, :, axis]).max(axis=(1, 2)) + 0.1
+        assert np.allclose(each[:, :, axis].max(axis=1), most)
+    assert faces.max() < len(corners)
+
+
+def test_what_is_no_answer_is_refused():
+    with pytest.raises(InputError, match="expected an answer, or a model and a problem"):
+        live(line_model())
