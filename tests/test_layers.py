@@ -47,6 +47,7 @@ HEAVY = (
     "tqdm",
     "tyro",
     "scipy.optimize",
+    "viser",
 )
 
 

@@ -1,5 +1,6 @@
 """What the room offers: the one list, for type checkers and for the module beside it."""
 
+from parc_jax.app.live import live as live
 from parc_jax.app.plot.episode import Truth as Truth
 from parc_jax.app.plot.errors import Entry as Entry
 from parc_jax.app.plot.errors import errors as errors

@@ -88,7 +88,7 @@ class Live:
         self._told, self._key = problem, jax.random.PRNGKey(seed)
         self.k = np.stack([model.domain.lo, model.domain.hi])  # plans are drawn from these alone
         eye, n_p = np.eye(model.n_p), model.n_p
-        middles = {"goal": np.mean(goal_box(problem.goal, model.layout), axis=0)[:n_p]}
+        middles = {"goal": sum(side[:n_p] for side in goal_box(problem.goal, model.layout)) / 2}
         sets: dict[str, HPolytope | None] = {"goal": problem.goal}
         parts = [(f"obstacle {j}", o) for j, o in enumerate(problem.obstacles)]
         if at is None and problem.start is not None:
@@ -155,7 +155,10 @@ class Live:
         near = self._last + NEAR * self._rng.standard_normal((2, *self._last.shape))
         fresh = self._rng.uniform(0, 1, (PROPOSED, model.n_k + model.n_p))
         share = np.concatenate([self._last, np.clip(near, 0, 1).reshape(-1, fresh.shape[1]), fresh])
-        p0, k, fits = _aimed(scene, share, *self._range(scene))
+        lo, hi = scene.k_lo, scene.k_hi
+        if len(lo) == self.model.n_k:  # else some are given, and others
+            lo, hi = np.maximum(lo, self.k[0]), np.minimum(hi, self.k[1])
+        p0, k, fits = _aimed(scene, share, lo, hi)
         rows, plans, clearance = np.flatnonzero(fits), [], []
         for some in slices(len(rows), AT_ONCE):
             # a short call repeats its last proposal: one shape, one compiled program
@@ -173,13 +176,6 @@ class Live:
         self._last = share[chosen[order]] if len(order) else self._last
         each = np.concatenate([p0, k], axis=1)[chosen[order]]
         return Drawn(scene, each, room[order], time.perf_counter() - begin)
-
-    def _range(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-        """Where k is drawn from: K, or the part of it that the sliders leave."""
-        lo, hi = scene.k_lo, scene.k_hi
-        if len(lo) == self.model.n_k:
-            lo, hi = np.maximum(lo, self.k[0]), np.minimum(hi, self.k[1])
-        return lo, hi
 
     def settle(self) -> tuple[Answer | None, Why | None]:
         """The set within about a second, not proved, and where none was found or few are safe what

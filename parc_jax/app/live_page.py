@@ -3,6 +3,7 @@
 import json
 import threading
 import time
+from typing import Any
 
 import numpy as np
 
@@ -42,6 +43,7 @@ class Page:
         self.server = viser.ViserServer(LOCAL, port, label="parc_jax", verbose=False)
         self._asked, self._wake, self._over = {"draw", "settle"}, threading.Condition(), False
         self._drawn: Drawn | None = None
+        self._grips: dict[str, Any] = {}
         self._controls()
         self._scene()
         self._thread = threading.Thread(target=self._work, daemon=True)
@@ -62,6 +64,19 @@ class Page:
         self._thread.join()
         self.server.stop()
 
+    @property
+    def told(self) -> str:
+        """What stands beside the scene: of the plans, then of the set."""
+        return f"{self._told.content}\n{self._set.content}"
+
+    def move(self, name: str, place, turn=None) -> None:
+        """Move a grip as by hand, and let it go; arguments as of `Live.move`."""
+        self.live.move(name, place, turn)
+        own = self.live.grips[name]
+        self._grips[name].position = _in_space(own.place)
+        self._grips[name].wxyz = self._rotation.from_matrix(_in_space(own.turn)).wxyz
+        self._ask("draw", "settle")
+
     def _ask(self, *what: str) -> None:
         with self._wake:
             self._asked.update(what)
@@ -69,12 +84,8 @@ class Page:
 
     def _controls(self) -> None:
         gui, live = self.server.gui, self.live
-        gui.configure_theme(
-            control_layout="collapsible",
-            control_width="small",
-            show_logo=False,
-            show_share_button=False,
-        )
+        gui.configure_theme(show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
         self._told, self._set = gui.add_markdown(""), gui.add_markdown("")
         self._play = gui.add_checkbox("play the roomiest plan", False)
         self._play.on_update(lambda _: self._ask())
@@ -95,7 +106,10 @@ class Page:
     def _slider(self, i: int, name: str) -> None:
         lo, hi = (float(side) for side in self.live.k[:, i])
         if lo < hi:
-            both = self.server.gui.add_multi_slider(name, lo, hi, (hi - lo) / 100, (lo, hi))
+            marks = tuple((side, f"{side:.3g}") for side in (lo, hi))
+            both = self.server.gui.add_multi_slider(
+                name, lo, hi, (hi - lo) / 100, (lo, hi), marks=marks
+            )
 
             def changed(_) -> None:
                 self.live.k[:, i] = both.value
@@ -118,21 +132,24 @@ class Page:
         self.size = float(max((hi - lo).max(), 1e-3))
         for name, grip in live.grips.items():
             self._grip(name, grip)
-        middle = np.r_[(lo + hi) / 2, np.zeros(3 - n_p)]
+        middle = _in_space((lo + hi) / 2)
         away = np.array([0.0, -0.3, 0.75]) if n_p == 2 else np.array([-0.7, -1.1, 0.8])
         scene.set_up_direction("+z")
         self.server.initial_camera.position = tuple(middle + away * self.size)
         self.server.initial_camera.look_at = tuple(middle)
         cell = 10.0 ** np.floor(np.log10(self.size / 2))
-        scene.add_grid("/grid", cell_size=cell, section_size=10 * cell, infinite_grid=True)
+        side = 4 * self.size
+        scene.add_grid(
+            "/grid", side, side, cell_size=cell, section_size=10 * cell, position=tuple(middle)
+        )
 
     def _grip(self, name: str, grip: Grip) -> None:
         n_p = self.live.model.n_p
         handle = self.server.scene.add_transform_controls(
             f"/{name}",
             scale=0.1 * self.size,
-            position=(*grip.middle, *[0.0] * (3 - n_p)),
-            wxyz=self._rotation.from_matrix(np.pad(grip.turn, (0, 3 - n_p)) + _z(n_p)).wxyz,
+            position=_in_space(grip.place),
+            wxyz=self._rotation.from_matrix(_in_space(grip.turn)).wxyz,
             active_axes=(True, True, n_p == 3),
             disable_rotations=grip.whole is None and self.live.pose_size == n_p,
             depth_test=False,
@@ -150,12 +167,13 @@ class Page:
                 side="double",
             )
 
-        def dragged(event) -> None:
+        async def dragged(event) -> None:  # in the order of the mouse, which threads would not keep
             turn = self._rotation(handle.wxyz).as_matrix()[:n_p, :n_p]
             self.live.move(name, handle.position[:n_p], turn)
             self._ask("draw", *(["settle"] if event.phase == "end" else []))
 
         handle.on_update(dragged)
+        self._grips[name] = handle
 
     def _solids(self, name: str, grip: Grip) -> list[np.ndarray]:
         """Corners, about the middle, of what is drawn of a grip; in the plane with some height."""
@@ -211,7 +229,7 @@ class Page:
             lines.insert(0, f"{len(answer.corridors)} corridors hold {held}")
             share = answer.share
             lines.insert(0, f"**{100 * share.share:.3g} %** of the plans are safe" if share else "")
-            self._show("set", answer.samples, COLOURS["goal"], 0.05)
+            self._show("set", answer.samples, COLOURS["goal"])
         if self._drawn is not None and len(self._drawn.plans):
             self._show("best", self._drawn.plans[:1], BEST, 0.25, tube=True)
         self._set.content = "\n\n".join([*lines, f"measured in {took:.1f} s, not proved"])
@@ -221,21 +239,23 @@ class Page:
             for part in ("swept", "way"):
                 self.server.scene.remove_by_name(f"/{name}/{part}")
 
-    def _show(self, name: str, plans: np.ndarray, colour, opacity: float, **how) -> None:
+    def _show(self, name: str, plans: np.ndarray, colour, opacity=0.0, **how) -> None:
+        """Plans as lines, and with an opacity all that the body passes on them."""
         corners, faces, way = swept(self._drawn.scene, plans, **how)
         lift = np.array([0.0, 0.0, LOW * self.size * (self.live.model.n_p == 2)])
         lines = np.stack([way[:, :-1], way[:, 1:]], axis=2).reshape(-1, 2, 3) + 1.1 * lift
         with self.server.atomic():
-            self.server.scene.add_mesh_simple(
-                f"/{name}/swept",
-                np.float32(corners + lift),
-                faces,
-                color=colour,
-                opacity=opacity,
-                side="double",
-                cast_shadow=False,
-                receive_shadow=False,
-            )
+            if opacity:
+                self.server.scene.add_mesh_simple(
+                    f"/{name}/swept",
+                    np.float32(corners + lift),
+                    faces,
+                    color=colour,
+                    opacity=opacity,
+                    side="double",
+                    cast_shadow=False,
+                    receive_shadow=False,
+                )
             if "at" not in how:
                 self.server.scene.add_line_segments(
                     f"/{name}/way",
@@ -252,5 +272,8 @@ class Page:
         self._show("body", self._drawn.plans[:1], BEST, 0.9, at=[min(t, time_.n_steps)])
 
 
-def _z(n_p: int) -> np.ndarray:
-    return np.diag([0.0, 0.0, float(n_p == 2)])
+def _in_space(x: np.ndarray) -> np.ndarray:
+    """A place (n_p,), or a turn (n_p, n_p), as in space."""
+    out = np.zeros(3) if x.ndim == 1 else np.eye(3)
+    out[tuple(slice(n) for n in x.shape)] = x
+    return out
