@@ -217,6 +217,7 @@ class Page:
             told += f", at most {drawn.clearance[0]:.2g} m clear"
         else:
             self._clear("plans", "body")
+        self._set.content = ""  # first: what was measured is not of these plans
         self._told.content = told
 
     def _settle(self) -> None:
@@ -227,8 +228,9 @@ class Page:
         if answer is not None and answer.status.found:
             held = f"at least {100 * answer.coverage.at_least:.3g} % of them"
             lines.insert(0, f"{len(answer.corridors)} corridors hold {held}")
-            share = answer.share
-            lines.insert(0, f"**{100 * share.share:.3g} %** of the plans are safe" if share else "")
+            share, around = answer.share, " around the first found" if answer.cover.within else ""
+            if share is not None:
+                lines.insert(0, f"**{100 * share.share:.3g} %** of the plans{around} are safe")
             self._show("set", answer.samples, COLOURS["goal"])
         if self._drawn is not None and len(self._drawn.plans):
             self._show("best", self._drawn.plans[:1], BEST, 0.25, tube=True)

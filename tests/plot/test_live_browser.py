@@ -65,7 +65,7 @@ class _Address:
 @pytest.fixture
 def page():
     need("chromium", "viser")
-    blocks = [pj.box([0.7, 0.3], [0.9, 0.9]), pj.box([0.7, -0.9], [0.9, -0.3])]
+    blocks = [pj.box([0.7, 0.3], [0.9, 2.0]), pj.box([0.7, -2.0], [0.9, -0.3])]
     goal = pj.box([1.4, -0.4, -9.0], [1.9, 0.4, 9.0])
     start = pj.box([-0.4, -0.4], [0.0, 0.4])
     problem = pj.reach_avoid(goal, blocks, 0.1, start)
