@@ -28,10 +28,9 @@ from benchmarks.result import Result, Table, milliseconds
 from benchmarks.timing import timed
 from parc_jax.common.lp.program import LinearProgram, LPStatus
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.neuralparc.answer import Tally
 from parc_jax.neuralparc.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
 from parc_jax.neuralparc.by_support import margins
-from parc_jax.neuralparc.scene import PaperScene, paper_scene
+from parc_jax.neuralparc.scene import PaperScene, Tally, paper_scene
 from parc_jax.neuralparc.sets.sampling import sample_polytopes
 from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import enumerate_regions

@@ -13,10 +13,9 @@ from parc_jax.common.lp.exact import gamma, row_bounds
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center
-from parc_jax.neuralparc.answer import Tally
 from parc_jax.neuralparc.brs import ReachSet, brs_bounds, brs_rows, offset_bounds
 from parc_jax.neuralparc.cells import Cell
-from parc_jax.neuralparc.scene import PaperScene
+from parc_jax.neuralparc.scene import PaperScene, Tally
 from parc_jax.neuralparc.sets.affine import (
     AHPolytope,
     convex_hull,

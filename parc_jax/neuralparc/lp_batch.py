@@ -69,9 +69,8 @@ def _broadcast(c, A, b, lo, hi):
     bounds = []
     for name, bound, missing in (("lo", lo, -np.inf), ("hi", hi, np.inf)):
         if bound is not None:
-            bound = as_float64(
-                f"LP batch {name}", bound, (n,) if np.ndim(bound) == 1 else (batch, n)
-            )
+            shape = (n,) if np.ndim(bound) == 1 else (batch, n)
+            bound = as_float64(f"LP batch {name}", bound, shape)
         bounds.append(np.broadcast_to(missing if bound is None else bound, (batch, n)))
     return c, np.broadcast_to(A, (batch, h, n)), np.broadcast_to(b, (batch, h)), *bounds
 
@@ -125,7 +124,7 @@ def _kernel(c, A, b):
 
 
 def _decide(c, A, b, lo, hi, x, y) -> LPBatch:
-    """Statuses from witnesses; whatever has none goes to the host."""
+    """Statuses from witnesses; programs without one go to the host."""
     low, high = row_bounds(A, b, lo, hi)
     point = violation(x, A, b, lo, hi) <= TOLERANCES.lp_feasible
     value = np.where(point, np.einsum("bn,bn->b", c, np.where(point[:, None], x, 0.0)), np.inf)

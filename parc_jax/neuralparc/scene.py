@@ -2,6 +2,7 @@
 as polytopes with fixed normals, per bin and interval.
 """
 
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -118,6 +119,14 @@ def _unit(w: np.ndarray) -> np.ndarray:
     w = w / np.linalg.norm(w, axis=1, keepdims=True)
     distinct = [i for i in range(len(w)) if not (np.abs(w[:i] - w[i]) < 1e-14).all(axis=1).any()]
     return w[distinct]
+
+
+@dataclass
+class Tally:
+    """Counts of a search: regions visited, and LPs that stayed undecided."""
+
+    regions: int = 0
+    unknown: int = 0
 
 
 class PaperScene(NamedTuple):

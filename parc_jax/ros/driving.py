@@ -45,7 +45,7 @@ class Driving(Options):
     """Radians by which a heading may be wrong, for the same reasons."""
     drift: float = 0.0
     """Metres by which a pose may be off against the one at which the manoeuvre under way began,
-    beside uncertainty_start of both: what odometry may drift meanwhile. A pose that is farther
+    beside uncertainty_start of both: the drift of odometry meanwhile. A pose that is farther
     outside of the manoeuvre's tube begins nothing."""
     drift_heading: float = 0.0
     """Radians by which a heading may be off in the same way."""

@@ -72,12 +72,12 @@ def seen_in(
     return seen_from(pose, angles, ranges, **off, **limits)
 
 
-def require_frame(message: Any, frame: str, what: str) -> None:
+def require_frame(message: Any, frame: str, name: str) -> None:
     """Raises InputError for a message in another frame."""
     got = frames_of(message)[0]
     if got != frame:
         raise InputError(
-            f"{what}: expected one in the frame {frame!r}; got {got!r}. Transforms are not "
+            f"{name}: expected one in the frame {frame!r}; got {got!r}. Transforms are not "
             "looked up: publish it in that frame, or name another frame for all."
         )
 

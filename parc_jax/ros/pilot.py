@@ -185,7 +185,7 @@ class Pilot:
 
     @property
     def premises(self) -> dict[str, str]:
-        """By name, in words with their numbers: what manoeuvres rest on beside model and tube."""
+        """Premises of manoeuvres beside model and tube: by name, in words with their numbers."""
         d = self.driving
         standing = "a map: its free cells are free, and stay so"
         if d.sensor is not None:
@@ -209,7 +209,7 @@ class Pilot:
         }
 
     def statement(self, step: Step) -> str:
-        """What is proved of a step, and what is assumed."""
+        """The guarantee of a step, and its premises."""
         now = step.committed
         if now is None:
             return f"Nothing is committed to: {step.reason}."
@@ -297,7 +297,7 @@ class Pilot:
         return step
 
     def _remembered(self) -> FreeSpace | None:
-        """What is free for sure wherever the frame has drifted since the last manoeuvre began."""
+        """The space that is free wherever the frame has drifted since the last manoeuvre began."""
         d = self.driving
         if self.seen is None or not (d.drift or d.drift_heading):
             return self.seen

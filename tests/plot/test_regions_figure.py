@@ -11,7 +11,7 @@ from parc_jax.app.plot.regions import COLORS, regions, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.status import OfRegion
-from parc_jax.neuralparc.answer import region_verdicts
+from parc_jax.neuralparc.search import region_verdicts
 from parc_jax.proof.regions.subdivide import enumerate_regions
 
 

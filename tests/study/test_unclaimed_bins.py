@@ -17,7 +17,7 @@ from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import NO_CLAIM
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.neuralparc import Published
-from parc_jax.neuralparc.answer import region_verdicts
+from parc_jax.neuralparc.search import region_verdicts
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.certificate.write import tube_part

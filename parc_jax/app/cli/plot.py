@@ -59,9 +59,8 @@ def plot(
 
     episode = is_episode(answer)
     if episode and html is None and video is None:
-        raise InputError(
-            f"{answer} is an episode: expected --html FILE, its page, or --video FILE."
-        )
+        words = "expected --html FILE, its page, or --video FILE."
+        raise InputError(f"{answer} is an episode: {words}")
     if figures is None and (html is not None or video is not None):
         figures = ()
     drawn_here = figures != () and not episode

@@ -133,10 +133,8 @@ def _gif(images: Sequence[np.ndarray], rate: float, colours: int) -> bytes:
 
     sampled = np.concatenate(images[:: max(1, len(images) // PALETTE_FRAMES)])
     palette = Image.fromarray(sampled).quantize(colours)
-    first, *others = (
-        Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE)
-        for image in images
-    )
+    how = {"palette": palette, "dither": Image.Dither.NONE}
+    first, *others = (Image.fromarray(image).quantize(**how) for image in images)
     buffer = io.BytesIO()
     looks = {"format": "gif", "save_all": True, "loop": 0, "optimize": False}
     first.save(buffer, append_images=others, duration=1000 / rate, **looks)

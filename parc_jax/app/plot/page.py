@@ -28,17 +28,8 @@ from parc_jax.safe_set.corridors.polytopes import Polytopes
 from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 FILES = Path(__file__).with_name("page")
-MARKS = {
-    "STYLE": "page.css",
-    "GEOMETRY": "geometry.js",
-    "MODEL": "model.js",
-    "VIEW": "view.js",
-    "SCENE": "scene.js",
-    "PLAYER": "player.js",
-    "MAIN": "main.js",
-    "PROOF": "proof.js",
-    "EPISODE": "episode.js",
-}
+SCRIPTS = ("geometry", "model", "view", "scene", "player", "main", "proof", "episode")
+MARKS = {"STYLE": "page.css"} | {name.upper(): f"{name}.js" for name in SCRIPTS}
 MAX_ANSWER = 20_000_000  # bytes of an answer that a page carries for the proved checker
 DIGITS = 6  # significant digits of an outline: enough for a screen
 RATE = 25.0  # [1/s] moments that one can scrub to
@@ -76,13 +67,9 @@ def write_page(
 
 def page_of(data: dict, answer: str) -> str:
     """The page around its data and the text of the answer's file."""
-    return filled(
-        "page.html",
-        data,
-        PROVED=PROVED_JS.read_text(encoding="utf-8").replace("</script", "<\\/script"),
-        ANSWER=_within(answer) if len(answer) <= MAX_ANSWER else "",
-        BYTES=str(len(answer)),
-    )
+    proved = PROVED_JS.read_text(encoding="utf-8").replace("</script", "<\\/script")
+    within = _within(answer) if len(answer) <= MAX_ANSWER else ""
+    return filled("page.html", data, PROVED=proved, ANSWER=within, BYTES=str(len(answer)))
 
 
 def filled(name: str, data: dict, **parts: str) -> str:

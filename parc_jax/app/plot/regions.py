@@ -63,7 +63,7 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
     if table.net.n_in == 2:
         every = np.arange(table.count)
         return every, [table.region_vertices(i)[:, list(axes)] for i in every]
-    at = 0.5 * (table.domain.lo + table.domain.hi) if at is None else np.asarray(at, float)
+    at = table.domain.center if at is None else np.asarray(at, float)
     others = [i for i in range(table.net.n_in) if i not in axes]
     numbers, outlines = [], []
     for i in range(table.count):
@@ -88,7 +88,7 @@ def _name(names: Sequence[str] | None, axis: int) -> str:
 def _title(table, shown, names, axes, at) -> str:
     if table.net.n_in == 2:
         return counted(table.count, "region")
-    at = 0.5 * (table.domain.lo + table.domain.hi) if at is None else at
+    at = table.domain.center if at is None else at
     others = [i for i in range(len(at)) if i not in axes]
     fixed = ", ".join(f"{_name(names, i)} = {at[i]:.3g}" for i in others)
     return f"{len(shown)} of {counted(table.count, 'region')}, cut at {fixed}"

@@ -38,7 +38,8 @@ def timeline(
         )
     names = [f"obstacle {o}" for o in range(n_o)] if names is None else names
     edges = np.arange(model.time.n_steps + 1) * model.time.dt
-    parts = _parts(answer)
+    n = len(answer.problem.parts)
+    parts = [""] if n == 1 else [f", part {part}" for part in range(n)]  # of the body
     rows = [f"{name}{part}" for name in names for part in parts]
     ratios = [2.6, 0.5 + 0.4 * len(rows)]
     size = 4.6 * len(chosen) + 0.4, 2.6 + 0.45 * len(rows)
@@ -101,12 +102,6 @@ def _clearances(answer, path: np.ndarray, errors) -> np.ndarray:
     stride = (len(path) - 1) // obstacles.active.shape[1]
     gaps = np.where(obstacles.active.repeat(stride, axis=1), gaps, np.nan)
     return gaps[: n * n_parts].reshape(n, n_parts, -1).min(axis=1)
-
-
-def _parts(answer) -> list[str]:
-    """Suffixes that name the parts of the body; empty for a single one."""
-    n = len(answer.problem.parts)
-    return [""] if n == 1 else [f", part {part}" for part in range(n)]
 
 
 def _true(ax, answer, path: np.ndarray, names) -> None:

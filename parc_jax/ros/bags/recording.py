@@ -1,5 +1,5 @@
 """Bags on disk, of any recorder: .bag, .mcap, .db3, or a folder; and the fields of a message of ROS
-by their names alone, whatever library decoded it.
+by their names alone: any library may have decoded it.
 """
 
 import math

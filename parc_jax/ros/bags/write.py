@@ -169,7 +169,7 @@ def mcap(says: Messages, lines: list[Line]) -> bytes:
 
 def write_mcap(
     path,
-    what: Answer | Sequence[Commitment] | str | Path,
+    source: Answer | Sequence[Commitment] | str | Path,
     *,
     plan=0,
     grid: GridMap | None = None,
@@ -179,7 +179,7 @@ def write_mcap(
     """Write an answer, or an episode, as MCAP with messages of ROS 2; it appears complete or not at
     all.
 
-    what: an answer or its file; commitments of a loop, or a file of `save_episode`. Files and
+    source: an answer or its file; commitments of a loop, or a file of `save_episode`. Files and
     episodes are checked in exact arithmetic first. plan: of an answer, to execute: the index of a
     sample, or (p0, k), which must be safe; None for none. grid: a map, on /map; cells that are not
     free are written as occupied. frame: of the world. begin: [s] stamp at the loop's time 0, or of
@@ -195,23 +195,23 @@ def write_mcap(
         raise InputError(f"write_mcap: expected a file that ends in .mcap; got {path.name}.")
     if not (np.isfinite(begin) and begin >= 0):
         raise InputError(f"write_mcap: expected begin >= 0 s; got {begin!r:.40}.")
-    what, says, start = _read(what), Messages(frame), round(begin * 1e9)
-    if isinstance(what, Answer):
-        lines = _answered(says, what, plan, start)
+    source, says, start = _read(source), Messages(frame), round(begin * 1e9)
+    if isinstance(source, Answer):
+        lines = _answered(says, source, plan, start)
     else:
-        lines = _episode(says, what, start)
+        lines = _episode(says, source, start)
     if grid is not None:
         lines.append(says.grid(start, grid))
     return write_atomic(path, mcap(says, lines))
 
 
-def _read(what) -> Answer | Episode:
+def _read(source) -> Answer | Episode:
     """The answer or episode to write. Raises InputError."""
-    if isinstance(what, Answer):
-        return what
-    if not isinstance(what, str | Path):
-        return episode_of(json.loads(json.dumps(episode_part(what))), "write_mcap")
-    return load_episode(what) if is_episode(what) else load_answer(what)
+    if isinstance(source, Answer):
+        return source
+    if not isinstance(source, str | Path):
+        return episode_of(json.loads(json.dumps(episode_part(source))), "write_mcap")
+    return load_episode(source) if is_episode(source) else load_answer(source)
 
 
 def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
@@ -235,10 +235,10 @@ def _plan(answer: Answer, plan) -> np.ndarray | None:
     if plan is None or (np.ndim(plan) == 0 and not len(answer.samples)):
         return None
     if np.ndim(plan) == 0:
-        if not 0 <= plan < len(answer.samples):
+        last = len(answer.samples) - 1
+        if not 0 <= plan <= last:
             raise InputError(
-                f"plan: expected the number of a sample, 0 to {len(answer.samples) - 1}; got "
-                f"{plan!r:.40}."
+                f"plan: expected the number of a sample, 0 to {last}; got {plan!r:.40}."
             )
         return answer.samples[int(plan)]
     chosen = np.asarray(plan, np.float64)
