@@ -53,8 +53,8 @@ COUNTS = (
     Fault(
         "one_run_too_few",
         "required_runs",
-        "> delta) + 1",
-        "> delta)",
+        "return discard + bisect_left",
+        "return discard - 1 + bisect_left",
         "tests/claim/test_counts.py::test_the_table_of_runs",
     ),
     Fault(
@@ -410,7 +410,7 @@ CARRIED = (
     ),
     Fault(
         "a_monitor_counts_runs_for_recordings",
-        "monitor._require_same_law",
+        "Monitor.observe",
         "unit != claim.unit",
         "False",
         "tests/claim/test_fresh.py::test_a_monitor_counts_recordings",

@@ -19,7 +19,7 @@ def run(bench: Bench) -> Result:
     name = bench.size("drift", "boat")
     data, seeds, steps = bench.learned(name).train, bench.size(2, 1), bench.size(1000, 20)
     done = timed(
-        lambda: train_report(data, (8, 8, 8, 8), key=bench.key(1), seeds=seeds, steps=steps),
+        lambda: train_report(data, (8, 8, 8, 8), bench.key(1), seeds, steps),
         bench.size(3, 1),
     )
     report = done.result[1]

@@ -1,4 +1,4 @@
-"""What coordinates are called, for people: pictures, page, films, messages. No verdict reads it."""
+"""Names of coordinates, for pictures, page, films and messages. No verdict reads them."""
 
 import math
 from collections.abc import Sequence
@@ -52,8 +52,8 @@ def labels(
 ) -> Labels:
     """Validated labels; None leaves the plain ones: x [m], y [m], z [m], then q0, q1, k0, k1.
 
-    Raises InputError for a wrong number of labels, one that is no short plain text, or a name that
-    two coordinates of a part share, or that is a number: by its name one of them is meant.
+    Raises InputError for a wrong number of labels, one that is no short plain text, and names that
+    are numbers or not unique within a part, since they refer to coordinates.
     """
     axes = ("x [m]", "y [m]", "z [m]")
     plain = {
@@ -71,7 +71,7 @@ def labels(
 
 
 def plain_k(named: Labels) -> bool:
-    """Has nobody named the parameters?"""
+    """Whether the parameters have plain names."""
     return named.k == tuple(f"k{i}" for i in range(len(named.k)))
 
 
@@ -94,7 +94,7 @@ def unit_of(label: str) -> str:
 
 
 def degrees_hint(label: str, lo: float, hi: float) -> str:
-    """A question, where an angle in rad is asked to be where only degrees are; else nothing."""
+    """A hint for a range of an angle in rad that looks like degrees; else nothing."""
     ends = [abs(end) for end in (lo, hi) if math.isfinite(end)]
     if unit_of(label) != "rad" or max(ends, default=0.0) <= 2 * math.pi:
         return ""

@@ -173,7 +173,7 @@ def fit_network(train: RolloutBatch, settings: Learning, key: jax.Array) -> ReLU
 def forecast_of(settings: Learning, quiet: bool = False, early: bool = False) -> Forecast:
     """The cost of all runs that `learn` makes. early: including those of a first bound."""
     bounds = [settings.bound, _first_bound(settings)] if early else [settings.bound]
-    n = settings.rollouts + sum(runs_ahead(bound, 1) for bound in bounds)
+    n = settings.rollouts + sum(runs_ahead(bound) for bound in bounds)
     return Forecast(n, advice(settings.bound, "--eps "), quiet)
 
 

@@ -1,5 +1,5 @@
-"""The model of a system: a network and its claim. One file holds it; loading refuses anything
-incomplete, or put together from several.
+"""The model of a system: a network and its claim, in one file; loading refuses incomplete or mixed
+ones.
 """
 
 import json
@@ -33,11 +33,10 @@ FORMAT = "parc_jax.model/2"
 
 @struct.dataclass
 class TrajectoryModel:
-    """What a query needs to know of a system: a network, and a claim that says all else. Build with
-    `trajectory_model`, which validates.
+    """A network and its claim. Build with `trajectory_model`, which validates.
 
-    net: k -> (c_1 ... c_T, q). claim: what its error bound states, and of what: system, K, time
-        grid, points and rotation are those that it was made about.
+    net: k -> (c_1 ... c_T, q). claim: its error bound, with system, K, time grid, points and
+        rotation.
     """
 
     net: ReLUNetwork
@@ -60,7 +59,7 @@ class TrajectoryModel:
 
     @property
     def labels(self) -> Labels:
-        """What the coordinates are called."""
+        """Names of the coordinates."""
         return self.claim.subject.labels
 
     @property
@@ -70,12 +69,12 @@ class TrajectoryModel:
 
     @property
     def rotation(self) -> tuple[str, ...] | None:
-        """What its system declares of the heading, as `rotation_of` has it."""
+        """Declared behaviour of the heading, as of `rotation_of`."""
         return self.claim.subject.rotation
 
     @property
     def given(self) -> tuple[int, ...]:
-        """Axes of k that its system measures at the start, as `given_of` has them."""
+        """Axes of k that are measured at the start, as of `given_of`."""
         return self.claim.subject.given
 
     @property
@@ -100,7 +99,7 @@ class TrajectoryModel:
 
     @property
     def layout(self) -> Layout:
-        """Of the network's outputs."""
+        """Layout of the network's outputs."""
         return self.tube.layout
 
     @property
@@ -121,8 +120,8 @@ class TrajectoryModel:
         return f"TrajectoryModel({self.system or 'unnamed'}: {size}, {self.net}, {self.claim})"
 
     def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "TrajectoryModel":
-        """The model with other words for its coordinates, for people: `Labels`, or a mapping of
-        some of p, q and k, as {"k": ("speed [m/s]", ...)}. Raises InputError.
+        """The model with other labels: `Labels`, or a mapping of some of p, q and k, as {"k":
+        ("speed [m/s]", ...)}. Raises InputError.
         """
         subject = self.claim.subject.with_labels(given)
         return replace(self, claim=derived(self.claim, subject=subject))
@@ -138,11 +137,8 @@ class TrajectoryModel:
 
 
 def trajectory_model(net: ReLUNetwork, claim: ErrorClaim) -> TrajectoryModel:
-    """Validated model. Raises InputError where the claim is about another network, or has a part
-    from elsewhere.
-
-    Of which system, over which K, on which time grid, of which points in which order: that is what
-    the claim was made about.
+    """Validated model; system, K, time grid and points are those of the claim. Raises InputError
+    for the claim of another network, or with a part from elsewhere.
     """
     model = TrajectoryModel(net, claim)
     check_model(model)
@@ -151,7 +147,7 @@ def trajectory_model(net: ReLUNetwork, claim: ErrorClaim) -> TrajectoryModel:
 
 def check_model(model: TrajectoryModel) -> None:
     """Refuse a network or a claim with a part from elsewhere, and a claim about one set in one
-    scene, of which its answer alone may be asked. Raises InputError.
+    scene, which is valid in its answer alone. Raises InputError.
     """
     if model.claim.kind == VALIDATED:
         raise InputError(

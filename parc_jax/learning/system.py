@@ -1,4 +1,4 @@
-"""What a black box must offer: a domain of manoeuvre parameters, a time grid, and a rollout."""
+"""Interface of a black box: a domain of manoeuvre parameters, a time grid, and a rollout."""
 
 from typing import NamedTuple, Protocol, runtime_checkable
 
@@ -23,8 +23,8 @@ class Trajectory(NamedTuple):
 
 
 class Retried(NamedTuple):
-    """A `Trajectory` with a leading axis, of runs that may have been made again. lost (B,): how
-    often each was lost with its worker, or sent once more for being slow; -1 where nobody counted.
+    """A `Trajectory` with a leading axis, of runs that may have been made again. lost: (B,) number
+    of times that each was lost with its worker, or sent again for being slow; -1 for unknown.
     """
 
     p: np.ndarray
@@ -61,9 +61,7 @@ class TimeGrid:
 
 
 def time_grid(dt: float, t_f: float, dt_record: float | None = None) -> TimeGrid:
-    """Validated grid: t_f is a whole number of dt, dt a whole number of dt_record. Raises
-    InputError.
-    """
+    """Validated grid: t_f a multiple of dt, dt a multiple of dt_record. Raises InputError."""
     dt_record = dt if dt_record is None else dt_record
     if not (0 < dt_record <= dt <= t_f):
         raise InputError(
@@ -88,28 +86,26 @@ class System(Protocol):
 
 @runtime_checkable
 class BlackBoxSystem(System, Protocol):
-    """Anything with these attributes can be certified. `rollout` takes one k and is vmapped by us.
+    """Anything with these attributes can be certified. `rollout` takes one k and is vmapped here.
 
     A system is immutable: for another gust make another object. Attributes (nested), closures and
-    the globals that its code names are compared at every call, and what was changed in place is
-    compiled anew; a change inside of an opaque object, such as a C library, is not seen.
+    the globals that its code names are compared at every call, and a system that was changed in
+    place is compiled anew; a change inside of an opaque object, such as a C library, is missed.
 
-    A system that is not JAX, or has a faster batch path, offers `rollout_batch(keys (B, 2), ks (B,
-    n_k)) -> Trajectory`
-    with a leading batch axis instead of, or beside, `rollout`.
+    A system that is not JAX, or has a faster batch path, offers, instead of or beside `rollout`,
+    `rollout_batch(keys (B, 2), ks (B, n_k)) -> Trajectory` with a leading batch axis.
 
-    A body that turns, or has several parts, is told by reference points fixed to it: corners, rotor
-    tips, the ends of a trailer. A system with several has `points`, a tuple of their names, and
-    returns the places of all of them.
+    A body that turns, or has several parts, is described by reference points fixed to it: corners,
+    rotor tips, the ends of a trailer. A system with several has `points`, a tuple of their names,
+    and returns the places of all of them.
 
     A system in the plane whose runs turn with the heading at their start (about the start, with the
-    same k and disturbance) may say so: `rotation`, one word per state of q, TURNS for an angle that
-    turns too, STAYS for all others. With `rollout_headed(key, k, heading) -> Trajectory` that is
-    tried.
+    same k and disturbance) may declare it: `rotation`, one word per state of q, TURNS for an angle
+    that turns too, STAYS for all others. `rollout_headed(key, k, heading) -> Trajectory` tries it.
 
     A system whose manoeuvres begin while it moves has parameters that are measured at the start and
-    not chosen, such as its speed: `given`, a tuple of their labels, names or numbers. Questions to
-    its models must say what they are, and its claims list HIDDEN_START; `chained` makes runs that
+    not chosen, such as its speed: `given`, a tuple of their labels, names or numbers. Problems for
+    its models must give their values, and its claims list HIDDEN_START; `chained` makes runs that
     begin where others were left. [T37]
 
     Pictures and messages use its p_labels (n_p,), q_labels (n_q,) and k_labels (n_k,), where it has
@@ -126,7 +122,7 @@ class BlackBoxSystem(System, Protocol):
 TURNS = "turns"  # a goal state that is an angle from a fixed direction
 STAYS = "stays"  # a goal state that does not depend on the heading at the start
 LARGEST = 1e100  # number of a run or a parameter: squares and sums of larger ones overflow
-ONE_POINT = ("reference",)  # what the point of a system without names is called
+ONE_POINT = ("reference",)  # name of the point of a system without names
 
 
 def points_of(system) -> tuple[str, ...]:
@@ -135,7 +131,7 @@ def points_of(system) -> tuple[str, ...]:
 
 
 def check_points(owner: str, names) -> tuple[str, ...]:
-    """Validated names of reference points of what `owner` names. Raises InputError."""
+    """Validated names of reference points. owner: for messages. Raises InputError."""
     fine = isinstance(names, tuple | list) and all(isinstance(n, str) and n for n in names)
     if not fine or len(names) == 0 or len(set(names)) < len(names):
         raise InputError(
@@ -146,7 +142,7 @@ def check_points(owner: str, names) -> tuple[str, ...]:
 
 
 def rotation_of(system) -> tuple[str, ...] | None:
-    """What a system declares of its heading: a word per goal state; None for nothing. Raises
+    """Declared behaviour of the heading: a word per goal state; None for nothing. Raises
     InputError.
     """
     words = getattr(system, "rotation", None)
@@ -167,7 +163,7 @@ def check_rotation(owner: str, words, n_p: int, n_q: int) -> tuple[str, ...]:
 
 
 def check_system(system) -> None:
-    """Refuse what is no black box. Raises InputError that names the attribute."""
+    """Refuse an object that is no black box. Raises InputError with the missing attribute."""
     kinds = {"name": str, "domain": Box, "time": TimeGrid, "n_p": int, "n_q": int}
     for attribute, kind in kinds.items():
         value = getattr(system, attribute, None)

@@ -20,7 +20,7 @@ Bins = Sequence[int] | Sequence[ArrayLike]  # per axis of K: numbers of equal bi
 
 @struct.dataclass
 class Binned:
-    """What is told bin by bin of K."""
+    """Data by bin of K."""
 
     edges: Edges
 
@@ -69,8 +69,8 @@ class Binned:
 
 
 def each_bin(edges: Edges, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Every pair of a row of k (n, n_k) and a closed bin that contains it: rows (m,), in order, and
-    bins (m,). A k outside K is paired with a bin that is near.
+    """All pairs of a row of k (n, n_k) and a closed bin that contains it: rows (m,), in order, and
+    bins (m,). A k outside K is paired with a near bin.
     """
     numbers = np.sort(closed_bins(edges, np.asarray(k, np.float64)), axis=1)
     other = np.diff(numbers, axis=1, prepend=-1) > 0
@@ -90,20 +90,19 @@ def closed_bins(edges: Edges, k: np.ndarray) -> np.ndarray:
 
 
 def open_bin_of(edges: Edges, k: Params):
-    """`Binned.bin_of` for one k in a kernel, except that a k on a border between bins has none,
-    -1, as one outside K: several tubes count there, and draws fall there with probability 0. [T28]
-    """
+    """`Binned.bin_of` for one k in a kernel, but -1 also on a border between bins. [T28]"""
+    # several tubes count on a border, and draws fall there with probability 0
     bin = jnp.asarray(0)
-    known = jnp.asarray(True)
+    inside = jnp.asarray(True)
     for axis, given in enumerate(edges):
         edge = jnp.asarray(given)
         along = jnp.clip(jnp.searchsorted(edge, k[axis], side="right") - 1, 0, len(edge) - 2)
         on_inner_edge = (k[axis] == edge[1:-1]).any()
-        known &= (k[axis] >= edge[0]) & (k[axis] <= edge[-1]) & ~on_inner_edge
+        inside &= (k[axis] >= edge[0]) & (k[axis] <= edge[-1]) & ~on_inner_edge
         bin = bin * (len(edge) - 1) + along
-    return jnp.where(known, bin, -1)
+    return jnp.where(inside, bin, -1)
 
 
 def _place(edge: np.ndarray, x: np.ndarray, side: Literal["left", "right"]) -> np.ndarray:
-    """Number of the step of increasing edges that holds x, at an edge the one on this side."""
+    """Index of the bin of increasing edges that holds x, at an edge the one on this side."""
     return np.clip(np.searchsorted(edge, x, side=side) - 1, 0, len(edge) - 2)

@@ -3,7 +3,7 @@ the risk of k drawn in a certain way. [T1, T2, T5, T6]
 """
 
 import math
-from collections.abc import Callable
+from bisect import bisect_left
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
@@ -25,8 +25,8 @@ MOST_SHARE = 0.1  # of the holdout, but for failed runs: a tube that more may le
 
 
 class Unit(NamedTuple):
-    """What is independent among runs, in words: single runs, or the recordings that they are parts
-    of. each: what a claim speaks of. many: what it counts.
+    """Independent unit of runs, in words: single runs, or recordings. each: of a claim. many: of
+    its count.
     """
 
     each: str
@@ -57,10 +57,12 @@ def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
 def required_runs(eps: float, delta: float, discard: int = 0) -> int:
     """Smallest n for (eps, delta); without discards ceil(ln delta / ln(1 - eps)). [T1, T2]"""
     _check(eps, delta, discard)
-    low, high = discard, max(2 * discard, 16)
+    high = max(2 * discard, 16)
     while wrong_claim_probability(high, eps, discard) > delta:
-        low, high = high, 2 * high
-    return _last(low, high, lambda n: wrong_claim_probability(n, eps, discard) > delta) + 1
+        high *= 2
+    return discard + bisect_left(
+        range(discard, high), True, key=lambda n: wrong_claim_probability(n, eps, discard) <= delta
+    )
 
 
 def supported_eps(n: int, delta: float, discard: int = 0) -> Fraction | None:
@@ -104,7 +106,10 @@ def least_probability(successes: int, n: int, delta: float) -> float:
 def most_discards(n: int, eps: float, delta: float) -> int:
     """The largest number of discards that n runs allow for (eps, delta); -1 when n is too small."""
     _check(eps, delta, 0)
-    return _last(-1, n, lambda discard: wrong_claim_probability(n, eps, discard) <= delta)
+    # the tail grows with the discards: the last number before it is too large
+    return -1 + bisect_left(
+        range(n), True, key=lambda discard: wrong_claim_probability(n, eps, discard) > delta
+    )
 
 
 def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
@@ -127,9 +132,10 @@ def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
 
 def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
     """The least of the sizes (m,) that all but `discard` of n runs like these keep below, with
-    probability SURE; infinite for none. One more run than was seen may be beyond each of them: a
-    first failure among the n must not make an end of all plans.
+    probability SURE; infinite for none.
     """
+    # one more run than observed may be beyond each size: a first failure among the n must not end
+    # all plans
     from scipy.special import bdtr
 
     ordered = np.sort(sizes)
@@ -139,7 +145,7 @@ def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
 
 
 def cheaper(eps: float, delta: float, spelled: str = "eps = ") -> str:
-    """What ten times the eps would cost, in words, or "" when that is none."""
+    """The number of runs for ten times the eps, in words, or "" beyond 1."""
     if 10 * eps >= 1:
         return ""
     few = required_runs(10 * eps, delta)
@@ -155,14 +161,6 @@ def as_probability(name: str, value: Fraction | float | str) -> Fraction:
     if not 0 < exact < 1:
         raise InputError(f"{name}: expected a probability strictly between 0 and 1; got {value}.")
     return exact
-
-
-def _last(low: int, high: int, holds: Callable[[int], bool]) -> int:
-    """The last number from low, where `holds` is true, to below high, where it is not."""
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low
 
 
 def _round_up(eps: float) -> float:
@@ -189,7 +187,7 @@ class Risk:
 
 @dataclass(frozen=True)
 class NoStatement:
-    """The claim says nothing about this law; `reason` says why and what to do."""
+    """No statement about this law, with the reason and a remedy."""
 
     reason: str
 

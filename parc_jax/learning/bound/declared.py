@@ -1,4 +1,4 @@
-"""Tubes of which nothing is shown here: the published maximum, and bounds from elsewhere."""
+"""Tubes without a proof here: the published maximum, and bounds from elsewhere."""
 
 from collections.abc import Mapping, Sequence
 
@@ -23,8 +23,8 @@ _HOLDS = "THE TUBE HOLDS"
 
 
 def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = None) -> ErrorClaim:
-    """The published bound: the largest error over the training data, per bin. Shows nothing and
-    says so. [paper Sec. III-C]
+    """The published bound: the largest error over the training data, per bin. Nothing is shown, as
+    its sentence says. [paper Sec. III-C]
 
     bins: per axis of K, None = one bin. A bin without finite runs has no claim. Raises InputError.
     """
@@ -64,14 +64,14 @@ def declared_claim(
     given: Sequence[str | int] = (),
 ) -> ErrorClaim:
     """A bound from elsewhere, such as an analysis of the robot or a data sheet. Nothing is shown
-    here, and every sentence says so.
+    here, as every sentence says.
 
     tube: half widths [m, .] for runs from every start and for all times; its outer edges are K.
-    why: the reason, one clause: "... no run leaves the tube, because {why}". net, time: the network
-    and the grid that the bound is about. system: name of the robot. points: names of its reference
-    points, None where it has only one. rotation: what it declares of the heading, as a system's
-    `rotation`. labels: of p, q and k, as {"k": ("speed [m/s]", ...)}. given: parameters that are
-    measured at the start, as a system's `given`. Raises InputError.
+    why: the reason, one clause: "... no run leaves the tube, because {why}".
+    net, time: network and grid of the bound. system: name of the robot. points: names of its
+        reference points, None for a single one.
+    rotation, given: as of a system. labels: of p, q and k, as {"k": ("speed [m/s]", ...)}.
+    Raises InputError.
     """
     if not isinstance(tube, Tube) or not isinstance(why, str) or not why.strip():
         raise InputError(

@@ -15,20 +15,20 @@ from parc_jax.learning.bound.bins import Bins, Edges
 from parc_jax.learning.bound.measure import Errors
 
 _CELLS = 4096  # places for cuts: a grid of about this many cells over K
-_GAIN = 0.03  # [1] a cut must shrink the tube by this share: bins cost the planner pieces
+_GAIN = 0.03  # [1] share by which a cut must shrink the tube: bins cost planning time
 _FOLDS = 4  # parts of the runs that take turns
-_TIMES = 16  # groups of intervals that the search for cuts tells apart
+_TIMES = 16  # groups of intervals in the search for cuts
 _RUNS_PER_BIN = 20  # on average, at least
-_AT_ONCE = 2**18  # numbers of the grids that are compared at once: they stay in cache
+_AT_ONCE = 2**18  # numbers of the grids that are compared at once, to fit the cache
 _JOINS = (np.maximum, np.add, np.maximum, np.add)  # of the fields of a fold
-_TRUSTED = 200  # runs in a bin from which on it takes the least of its largest neighbour
+_TRUSTED = 200  # runs in a bin above which it borrows least from its neighbours
 
 
 class _Fold(NamedTuple):
     """One part of the runs held out against the rest, by cells of axis 1, axis 2 ... of K.
 
-    fit (cells, m coordinates): largest errors of the rest, which give a profile. runs (cells): how
-    many these are. held (cells, m): largest errors of those held out, for the scale. share: of K.
+    fit: (cells, m coordinates) largest errors of the rest, for a profile. runs: (cells) their
+    numbers. held: (cells, m) largest errors of the held-out runs, for the scale. share: of K.
     """
 
     fit: np.ndarray
@@ -54,7 +54,7 @@ class _Fold(NamedTuple):
 
 
 class _Option(NamedTuple):
-    """One more cut: the logarithm of the tube's size with it, the bins it adds, and where it is."""
+    """One more cut: logarithm of the resulting tube size, number of new bins, axis and place."""
 
     size: float
     more: int
@@ -67,12 +67,12 @@ def choose_edges(
 ) -> tuple[np.ndarray, ...]:
     """Edges per axis of K that make the tube small, cut one by one where it helps most.
 
-    k (n, n_k) and errors of training runs. Each quarter of them in turn gives the scalar, the rest
-    the profile; size is the geometric mean half width over K, time and axes (what passes narrow
-    gaps in most of K counts, not a few bad bins).
-    Stops when no cut shrinks the tube by _GAIN. Edges fixed before the holdout is seen are valid.
+    k (n, n_k) and errors of training runs, in four-fold cross-validation: the fold gives the scale,
+    the rest the profile. Size is the geometric mean half width over K, time and axes, so that most
+    of K decides and not a few bad bins. Stops when no cut shrinks the tube by _GAIN.
     Raises InputError for fewer than four runs.
     """
+    # any edges are valid that are fixed before the calibration set is drawn
     if len(k) < _FOLDS:
         raise InputError(
             f"choose_edges: expected at least {_FOLDS} finite training runs to cut K; got "
@@ -128,18 +128,16 @@ def edges_of(domain: Box, bins: Bins) -> tuple[np.ndarray, ...]:
         )
     edges = []
     for axis, (lo, hi, given) in enumerate(zip(domain.lo, domain.hi, bins, strict=True)):
-        edge = (
-            np.linspace(lo, hi, int(given) + 1)
-            if np.ndim(given) == 0
-            else np.array(given, np.float64)
-        )
-        if np.ndim(given) and (edge[0] != lo or edge[-1] != hi):
-            raise InputError(
-                f"bins: expected edges of axis {axis} from {lo} to {hi}; got {edge[0]} to "
-                f"{edge[-1]}."
-            )
-        edge[0] = lo
-        edge[-1] = hi
+        if np.ndim(given) == 0:
+            edge = np.linspace(lo, hi, int(given) + 1)
+            edge[0], edge[-1] = lo, hi
+        else:
+            edge = np.array(given, np.float64)
+            if edge[0] != lo or edge[-1] != hi:
+                raise InputError(
+                    f"bins: expected edges of axis {axis} from {lo} to {hi}; got {edge[0]} to "
+                    f"{edge[-1]}."
+                )
         edges.append(edge)
     return tuple(edges)
 
@@ -163,7 +161,7 @@ def _joined(fold: _Fold, cuts: list[np.ndarray], axes: Iterable[int]) -> _Fold:
 
 def _cut_at_each(x: np.ndarray, cuts: np.ndarray, places: np.ndarray, join: np.ufunc) -> np.ndarray:
     """Cells x (cells, ...) joined between cuts (c,) and one of places (p,) each: (p, c, ...)."""
-    at = np.searchsorted(cuts, places) - 1  # between which cuts each place is
+    at = np.searchsorted(cuts, places) - 1  # the cut below each place
     parts = [x[begin:end] for begin, end in pairwise(cuts)]
     before = np.concatenate([join.accumulate(part) for part in parts])
     behind = np.concatenate([join.accumulate(part[::-1])[::-1] for part in parts])
@@ -189,8 +187,8 @@ def smoothed(
 ) -> np.ndarray:
     """Each bin at least a share of its largest neighbour: `least` where well filled, 1 if empty.
 
-    maxima: (bins of axis 1, ..., bins of axis n_k, m). counts: the same without m. sets: leading
-    axes that number sets of bins, each by itself.
+    maxima: (bins of axis 1, ..., bins of axis n_k, m). counts: the same without m. sets: number of
+        leading batch axes.
     """
     axes = tuple(range(sets, counts.ndim))
     around = maxima

@@ -1,4 +1,4 @@
-"""Sets that hold errors: a box along the axes, or pairs of parallel faces; their support. [T26]"""
+"""Error sets: a box along the axes, or pairs of parallel faces; their support. [T26]"""
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
@@ -17,7 +17,7 @@ from parc_jax.common.errors import InputError
 
 NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
 # [volume spanned by unit directions] A basis that spans less is left out: its multipliers would be
-# large, and with them what rounding adds.
+# large, and with them the rounding errors.
 FLAT = 0.05
 EQUAL = 64  # [units in the last place] supports that agree so far are of one face
 Array = Float[ArrayLike, "..."]
@@ -36,9 +36,10 @@ class ErrorBox:
         return _total(_product(abs(w), half))
 
     def support_by_axis(self, w: Sequence[ArrayLike]):
-        """`support` of many directions, told axis by axis: a tuple of n arrays, which broadcast
-        against the leading axes. A loop over them reads no array with a stride.
+        """`support` of many directions, given as a tuple of n arrays, one per axis, which broadcast
+        against the leading axes.
         """
+        # axis by axis no array is read with a stride
         along = [_product(abs(x), self.half[..., i]) for i, x in enumerate(w)]
         return sum(along[1:], along[0])
 
@@ -73,7 +74,7 @@ class ErrorTemplate:
         return _total(_product(size, abs(self.centre) + _finite(self.half))).max(axis=-1)
 
     def support_by_axis(self, w: Sequence[ArrayLike]):
-        """`support` of many directions, told axis by axis, as of a box."""
+        """`support` of many directions, axis by axis, as of a box."""
         n_bases, n = self.half.shape[-2:]
         supports = []
         for basis in range(n_bases):
@@ -165,19 +166,19 @@ def _by_basis(dual: Array, centre: Array, half: Array, w: Array):
 
 
 def _product(size: Array, half: Array):
-    """size * half, where nothing of an infinite width is nothing."""
+    """size * half, where zero times an infinite width is zero."""
     xp = _namespace(size, half)
     return size * xp.where((size == 0) & xp.isinf(half), 0, half)
 
 
 def _finite(half: Array):
-    """half, but nothing where it is infinite."""
+    """half, but zero where it is infinite."""
     xp = _namespace(half)
     return xp.where(xp.isfinite(half), half, 0)
 
 
 def _total(x: Array):
-    """Sum over the last axis, written out: it never becomes a product of reduced precision."""
+    """Sum over the last axis, written out so that it is no product of reduced precision."""
     return sum((x[..., i] for i in range(1, x.shape[-1])), x[..., 0])
 
 
@@ -210,9 +211,8 @@ class Faces:
     directions: (..., R, n)   the first n are the axes, so there is a box around every such set.
     centre:     (..., R)      middle between the two faces.
     half:       (..., R) >= 0 half their distance, times |u_j|; infinite without claim.
-    errors:     the same set as kernels ask for it; its leading axes are (...).
-    frames:     the directions are taken n by n, each n of them a basis, and no others are combined:
-                for n so large that there are too many.
+    errors:     the same set for kernels; its leading axes are (...).
+    frames:     consecutive n directions are the only bases, for n with too many combinations.
     """
 
     directions: np.ndarray
@@ -230,13 +230,13 @@ class Faces:
 
     @property
     def allow_none(self) -> np.ndarray:
-        """(...) bool: whether no error at all is one of them; a set about a far centre has none."""
+        """(...) bool: whether zero error is in the set."""
         return (self.half >= np.abs(self.centre)).all(axis=-1)
 
     @property
     def inner_box(self) -> np.ndarray:
-        """(..., n) finite half widths about zero of a box inside, in the proportions of the one
-        around it, rounded down; nothing where zero is outside.
+        """(..., n) finite half widths about zero of a box inside, in the proportions of the box
+        around the set, rounded down; zero where zero error is outside.
         """
         finite = np.minimum(self.half, NO_CLAIM)
         n = self.directions.shape[-1]
@@ -247,8 +247,8 @@ class Faces:
         return share[..., None] * around / _UP**4
 
     def half_extent(self, index: tuple[int, ...] | int, axis: int) -> float:
-        """Half of how far one set goes along an axis: of all faces together, by linear programs;
-        infinite without claim. A support in frames only bounds it from above.
+        """Half width of one set along an axis, by linear programs over all faces; infinite without
+        claim. A support in frames only bounds it from above.
         """
         from scipy.optimize import linprog  # heavy to load, and seldom needed
 
@@ -268,8 +268,8 @@ class Faces:
         return np.concatenate([size, across], axis=-1)
 
     def with_half(self, half: np.ndarray) -> "Faces":
-        """The same faces at another distance from their middle, rounded up to a short fraction, so
-        that centre and half add up without rounding. Raises InputError.
+        """The same faces with half widths rounded up to short fractions, so that centre and half
+        add up without rounding. Raises InputError.
         """
         whole = np.ceil(np.ldexp(half, HALF_BITS))
         return faces(self.directions, self.centre, np.ldexp(whole, -HALF_BITS), self.frames)
@@ -296,7 +296,7 @@ class Templates(NamedTuple):
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """What they are made of, by name; `templates_of` reads it."""
+        """All arrays by name, for `templates_of`."""
         parts = self._asdict().items()
         return {f"{part}_{name}": getattr(of, name) for part, of in parts for name in _FIELDS}
 
@@ -336,7 +336,6 @@ def faces(
 
 
 def short(values: np.ndarray, bits: int) -> np.ndarray:
-    """The values rounded to multiples of 2^-bits; none is a negative zero, which a fraction cannot
-    spell and so a file would lose, and with it the hash that binds a tube to its claim.
-    """
+    """The values rounded to multiples of 2^-bits, without negative zeros."""
+    # a fraction has no negative zero: a file would lose it, and with it the hash of the tube
     return np.round(np.ldexp(values, bits)) * 2.0**-bits + 0.0

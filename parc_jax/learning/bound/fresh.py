@@ -1,4 +1,4 @@
-"""Is a holdout fresh? Independent runs, none of them twice, none that training has seen."""
+"""Freshness of a calibration set: independent runs, none of them twice, none of training."""
 
 import numpy as np
 
@@ -42,11 +42,20 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
             "runs. Remove the copies."
         )
     if scores.law.k_law == "uniform":
-        # of a seed the word of the law is the program's own, and hardly ever to be doubted
+        # the law of a seed is that of the program itself: refuse hardly ever by chance
         level = LEVEL if scores.seed is None else REPEATS
         check_uniform("holdout", scores.k, _domain(scores), scores.groups, level=level)
     if scores.seed is None:  # the rows of a seed are independent by construction
-        _check_recorded(scores)
+        pairs = near_copies(scores.marks, None, _width(scores))
+        if scores.groups is not None:
+            pairs = pairs[scores.groups[pairs[:, 0]] != scores.groups[pairs[:, 1]]]
+        if len(pairs):
+            first, second = scores.rows[pairs[0]]
+            raise InputError(
+                f"holdout: expected independent runs; rows {first} and {second} are copies of each "
+                f"other ({_HOW_NEAR}), {len(pairs):,} pairs in all. Parts of one recording belong "
+                "to one group (groups=); remove other copies."
+            )
     elif gaps := left_out(scores, train, between=True):
         raise InputError(
             f"holdout: expected all rows from {scores.rows.min():,} to {scores.rows.max():,} of "
@@ -59,10 +68,11 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
 
 
 def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) -> int:
-    """Rows of the source of calibration runs that are neither in these nor in training runs: they
-    were left out of the runs, as failed ones are by `finite`. between: only those between the first
-    and the last of these, beyond which a seed has no end.
+    """Number of rows of the source of calibration runs that are neither in these nor in training
+    runs. between: only those between the first and the last of these, beyond which a seed has no
+    end.
     """
+    # such rows were left out of the runs, as failed ones are by `finite`
     both = [scores, train] if train is not None and _one_log(scores, train) else [scores]
     rows = np.concatenate([one.rows for one in both])
     _, first, last = joined_source(both)
@@ -71,9 +81,7 @@ def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) 
 
 
 def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
-    """(n,) bool: runs that the claim was calibrated on: rows of its seed, or recorded runs with the
-    same content.
-    """
+    """(n,) bool: calibration runs of the claim: rows of its seed, or runs with the same content."""
     evidence = claim.evidence
     if batch.seed is None or evidence.get("seed") is None:
         return np.isin(short_ids(batch.hashes()), evidence.get("runs", []))
@@ -84,22 +92,8 @@ def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
 
 
 def short_ids(hashes: np.ndarray) -> list[str]:
-    """The first 48 bits of content hashes: as much as evidence keeps of recorded runs."""
+    """The first 48 bits of content hashes, as stored in evidence of recorded runs."""
     return [text.decode()[:12] for text in hashes.tolist()]
-
-
-def _check_recorded(scores: Scores) -> None:
-    """Recorded runs that cannot be independent of each other."""
-    pairs = near_copies(scores.marks, None, _width(scores))
-    if scores.groups is not None:
-        pairs = pairs[scores.groups[pairs[:, 0]] != scores.groups[pairs[:, 1]]]
-    if len(pairs):
-        first, second = scores.rows[pairs[0]]
-        raise InputError(
-            f"holdout: expected independent runs; rows {first} and {second} are copies of each "
-            f"other ({_HOW_NEAR}), {len(pairs):,} pairs in all. Parts of one recording belong to "
-            "one group (groups=); remove other copies."
-        )
 
 
 def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
@@ -109,7 +103,8 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
         seen |= np.isin(scores.rows, train.rows)
     if scores.seed is None or train.seed is None:
         if scores.law.k_law == "uniform":
-            equal = np.isin(_row_bytes(scores.k), _row_bytes(train.k))
+            rows = [np.ascontiguousarray(k, "<f8") for k in (scores.k, train.k)]
+            equal = np.isin(*(k.view(f"V{8 * k.shape[1]}").ravel() for k in rows))
             if equal.sum() > by_chance(scores.k, len(scores.k) * train.n):
                 seen |= equal
         if scores.marks is not None:
@@ -123,9 +118,8 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     if scores.groups is None or train.groups is None:
         return
     shared = np.isin(scores.groups, train.groups)
-    named = (
-        min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
-    )  # the same in every file
+    # names, unlike numbers, mean the same recording in every file
+    named = min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
     if not (named or _one_log(scores, train) or shared.any()):
         raise InputError(
             f"holdout: expected recordings that can be told from those of training; in "
@@ -142,7 +136,7 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
 
 
 def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
-    """What is assumed of runs that training never saw, beyond what `check_fresh` can see."""
+    """Assumptions on freshness beyond the tests of `check_fresh`."""
     if scores.seed is not None or (train is not None and train.seed is not None):
         return ()
     if train is None:
@@ -153,9 +147,9 @@ def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
 
 
 def _one_log(scores: Scores, train: RolloutBatch) -> bool:
-    """Are these rows of one source, each in one of the two? Files of one name share rows."""
-    ours = scores.law.generator, scores.seed, scores.stage
-    same = ours == (train.law.generator, train.seed, train.stage)
+    """Whether these are disjoint rows of one source; two files of one name share rows."""
+    source = scores.law.generator, scores.seed, scores.stage
+    same = source == (train.law.generator, train.seed, train.stage)
     log = joined_source([scores])[0] == joined_source([train])[0]
     return same and log and not np.isin(scores.rows, train.rows).any()
 
@@ -167,8 +161,3 @@ def _width(scores: Scores) -> np.ndarray:
 
 def _domain(scores: Scores) -> Box:
     return box(hex_floats(scores.law.lo), hex_floats(scores.law.hi))
-
-
-def _row_bytes(k: np.ndarray) -> np.ndarray:
-    k = np.ascontiguousarray(k, "<f8")
-    return k.view(f"V{k.shape[1] * 8}").ravel()

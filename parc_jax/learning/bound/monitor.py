@@ -1,6 +1,4 @@
-"""After deployment: bets against a claim that ring when they won too much to be luck, and a new
-claim from new data.
-"""
+"""After deployment: an alarm by bets against a claim, and a new claim from new data. [T32]"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -32,9 +30,9 @@ class Monitor:
     """An e-process against "runs leave the tube with probability <= rate". Make it with `monitor`.
 
     log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
-    the tube. peak: largest e-value so far. alpha: if the claim is true, the alarm ever rings with
-    probability <= alpha, however long one watches. declared: whether the caller said how the k are
-    drawn. ids, groups, sources: of the runs observed, of their recordings and of their files.
+    the tube. peak: largest e-value so far. alpha: bound on the probability of an alarm, ever, under
+    a true claim. declared: whether the caller declared the law of k. ids, groups, sources: of the
+    observed runs, their recordings and their files.
     """
 
     claim: ErrorClaim
@@ -64,13 +62,24 @@ class Monitor:
 
     def observe(self, batch: RolloutBatch) -> "Monitor":
         """The monitor after the runs of the batch, one by one in order. A failed run has left the
-        tube; of a claim about recordings a group counts as one, which has left when one of its runs
-        has. Raises InputError for runs that are no new evidence: calibration runs of the claim,
-        runs or recordings that were observed before; and for runs that count otherwise than the
-        claim's, or whose k are drawn otherwise.
+        tube; of a claim about recordings a group counts as one, with its worst run. Raises
+        InputError for runs without new evidence (calibration runs of the claim, runs or recordings
+        observed before), and for another unit or another law of k than those of the claim.
         """
         left = ~inside_tube(self.claim, self.net, batch)
-        _require_same_law(self, batch)
+        claim, unit = self.claim, RUNS if batch.groups is None else RECORDINGS
+        if unit != claim.unit:
+            how = "Name the recording of each: groups=." if unit == RUNS else "Leave groups out."
+            raise InputError(
+                f"{batch.name}: expected {claim.unit.many}, as the claim counts; got {unit.many}. "
+                f"{how}"
+            )
+        if not self.declared and batch.law.k_law != claim.law.k_law:
+            raise InputError(
+                f"{batch.name}: expected k drawn as those of the claim, k {claim.law.how_drawn}; "
+                f"got k {batch.law.how_drawn}. Declare it: monitor(claim, net, share=s), of a set "
+                "that the claim's law enters with probability s, 1.0 where both laws are one."
+            )
         state = _with_new(self, batch)
         for outside in worst_by_group(left, batch.groups):
             state = state.bet(bool(outside))
@@ -88,8 +97,8 @@ class Monitor:
 
 
 def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> Monitor:
-    """A fresh monitor of a claim. law: how the k that are driven are drawn, as in
-    `ErrorClaim.risk`; by default as those of the claim's own runs.
+    """A fresh monitor of a claim. law: of the driven k, as in `ErrorClaim.risk`; by default that of
+    the claim's runs.
 
     Each bet is a likelihood ratio of a fixed larger rate against the claimed one: its wealth is a
     supermartingale whenever every run, given the past, leaves the tube with probability <= rate.
@@ -110,8 +119,8 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
 
 
 def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:
-    """(n,) bool: runs that the tube holds at all records, in every bin they touch, as calibration
-    counts.
+    """(n,) bool: runs within the tube at all records, in every bin they touch, as in
+    calibration.
     """
     check_network(claim, net)
     _require_same_robot(claim, batch)
@@ -132,25 +141,8 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
     return in_chunks(batch.n, chunk_size(batch.n), inside)
 
 
-def _require_same_law(watch: Monitor, batch: RolloutBatch) -> None:
-    """Refuse runs that are not counted, or whose k are not drawn, as those of the claim."""
-    claim = watch.claim
-    unit = RUNS if batch.groups is None else RECORDINGS
-    if unit != claim.unit:
-        how = "Name the recording of each: groups=." if unit == RUNS else "Leave groups out."
-        raise InputError(
-            f"{batch.name}: expected {claim.unit.many}, as the claim counts; got {unit.many}. {how}"
-        )
-    if not watch.declared and batch.law.k_law != claim.law.k_law:
-        raise InputError(
-            f"{batch.name}: expected k drawn as those of the claim, k {claim.law.how_drawn}; got k "
-            f"{batch.law.how_drawn}. Declare it: monitor(claim, net, share=s), of a set that the "
-            "claim's law enters with probability s, 1.0 where both laws are one."
-        )
-
-
 def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
-    """The monitor with the runs and recordings of a batch noted. Raises InputError."""
+    """The monitor with the identity of new runs. Raises InputError for runs counted before."""
     old = calibration_runs(watch.claim, batch)
     if old.any():
         raise InputError(
@@ -176,8 +168,8 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
 
 
 def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
-    """Refuse runs that the claim says nothing of. A log states neither the name of its robot nor
-    what it declares, and may not name its parameters. Raises InputError.
+    """Refuse runs outside of the claim. A log states neither its robot nor its declarations, and
+    may not name its parameters. Raises InputError.
     """
     about, runs = claim.subject, batch.subject
     free = {"K"}  # of another box, but the same in every run:
@@ -210,11 +202,10 @@ def update(
 ) -> tuple[ReLUNetwork, ErrorClaim]:
     """The network and a new claim after new data, with the eps and delta of the old one.
 
-    seen:  everything looked at before the decision to update: training runs, and those a monitor
-        watched until it rang.
-    fresh: runs of the law to be deployed, made after that decision. Neither network nor profile may
-        see them.
-    tune:  (net, seen) -> net, for example `refit`; None = keep the network.
+    seen:  all runs used before the decision to update: for training, and by a monitor until its
+        alarm.
+    fresh: runs of the law to be deployed, made after that decision, unseen by network and profile.
+    tune:  (net, seen) -> net, for example `refit`; None = the same network.
     options: of `bound_error`; eps, delta, shape, gap, intersample, bins, claims and blocks are
         those of the old claim where not given, and as many fresh runs are left outside as these
         allow.
@@ -236,7 +227,7 @@ def update(
             "recorded since."
         )
     net = net if tune is None else tune(net, seen)
-    kept = {
+    old = {
         "eps": claim.eps,
         "delta": claim.delta,
         "shape": "box" if claim.tube.templates is None else "fitted",
@@ -247,10 +238,10 @@ def update(
     }
     # else the old bins do not span the new K
     if fresh.subject.identity["domain"] == claim.subject.identity["domain"]:
-        kept["bins"] = claim.tube.edges
-    new = bound_error(net, fresh, None, train=seen, **kept | options)
-    old = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
-    return net, derived(new, evidence={"updated_from": old})
+        old["bins"] = claim.tube.edges
+    new = bound_error(net, fresh, None, train=seen, **old | options)
+    source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
+    return net, derived(new, evidence={"updated_from": source})
 
 
 def refit(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:

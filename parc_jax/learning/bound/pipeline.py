@@ -150,7 +150,7 @@ def bound_error(
         runs, start = HeldRuns(held), StartTrial(settings.gap, None)
     else:
         first_row = 0 if train is None else int(train.rows.max()) + 1
-        n = runs_ahead(settings, 1, has_train=train is not None, has_profile=profile is not None)
+        n = runs_ahead(settings, has_train=train is not None, has_profile=profile is not None)
         forecast = Forecast(n, advice(settings), quiet)
         runs = SystemRuns(system, key, first_row, path, quiet, forecast)
         start = try_starts(system, key, settings.gap)
@@ -250,10 +250,12 @@ def _measured(
 
 
 def runs_ahead(
-    settings: BoundSettings, n_nets: int, *, has_train: bool = True, has_profile: bool = False
+    settings: BoundSettings, *, has_train: bool = True, has_profile: bool = False
 ) -> int:
-    """Number of runs behind the claims; for claims by bin a lower bound, as bins are cut later."""
-    looks = settings.looks * n_nets * len(settings.claims)
+    """Number of runs behind the claims of one network; by bin a lower bound, as bins are
+    cut later.
+    """
+    looks = settings.looks * len(settings.claims)
     further = 0 if has_profile else _profile_runs(settings, has_train, looks)
     return further + (settings.fresh or _required(settings, looks))
 

@@ -1,5 +1,5 @@
-"""Error shapes: how errors are spread over time, axes and bins of K; boxes, or faces along their
-principal axes, learnt from training runs. [T26]
+"""Error shapes over time, axes and bins of K: boxes, or faces along principal axes, learnt from
+training runs. [T26]
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -30,7 +30,7 @@ from parc_jax.learning.network.predict import Layout, layout_of, trajectories
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 
-SHARE = 4  # one run of so many of those for the profile is held back
+SHARE = 4  # of the runs for the profile one in so many is held back
 
 
 def training_errors(net: ReLUNetwork, train: RolloutBatch) -> tuple[np.ndarray, Errors]:
@@ -52,10 +52,11 @@ def profile_of(
     """Per-bin maxima of measured, finite errors of k (n, n_k), smoothed over neighbours, plus a
     floor [m, rad]; n_points: reference points whose coordinates are the columns of the errors.
 
-    Any profile fixed before the holdout is valid; this one keeps the tube tight. A bin borrows from
-    its neighbours, the more the fewer runs it holds; an empty bin far from others takes the maximum
-    over all. bins: numbers per axis, edges per axis, or None = edges where the error changes.
+    A bin borrows from its neighbours, the more the fewer runs it holds; an empty bin far from
+    others takes the maximum over all. bins: numbers per axis, edges per axis, or None = edges where
+    the error changes.
     """
+    # any profile is valid that is fixed before the calibration set is drawn; this one is tight
     edges = choose_edges(k, errors, domain, floor) if bins is None else edges_of(domain, bins)
     empty, largest, counts = bin_maxima(k, errors, edges)
     widths = [
@@ -73,10 +74,9 @@ def bin_maxima(k: np.ndarray, errors: Errors, edges: Edges) -> tuple[Tube, Error
     for column in numbers.T:
         order = np.argsort(column, kind="stable")
         present, first = np.unique(column[order], return_index=True)
-        for seen, new in zip(largest, errors, strict=True):
-            seen[present] = np.maximum(
-                seen[present], np.maximum.reduceat(new[order], first, axis=0)
-            )
+        for part, new in zip(largest, errors, strict=True):
+            in_bin = np.maximum.reduceat(new[order], first, axis=0)
+            part[present] = np.maximum(part[present], in_bin)
     return empty, largest, runs_per_bin(numbers, empty.n_bins)
 
 
@@ -87,8 +87,8 @@ def runs_per_bin(numbers: np.ndarray, n_bins: int) -> np.ndarray:
 
 
 def learnt_from(batches: Iterator[RolloutBatch], n: int) -> Iterator[RolloutBatch]:
-    """The batches of the first runs, as many as a profile is learnt from that is made even with the
-    rest of n runs; these are left in the iterator.
+    """The first batches, of all but a SHARE of n runs; the rest is left in the iterator to even the
+    profile out.
     """
     left = n - n // SHARE
     while left > 0:
@@ -102,8 +102,7 @@ def learnt_from(batches: Iterator[RolloutBatch], n: int) -> Iterator[RolloutBatc
 def evened(
     nets: list[ReLUNetwork], profiles: list[Tube], batches: Iterable[RolloutBatch]
 ) -> list[Tube]:
-    """The profiles, every bin grown by the largest score in it of these runs, if above one. They
-    come before the holdout, as the profiles do, so a claim holds as it did. [T1]
+    """The profiles, every bin widened by the largest score in it of these runs, if above one.
 
     Bins without such a run stay as they are. Failed runs are left out, as of every profile.
     """
@@ -111,21 +110,20 @@ def evened(
     usable = [batch for batch in usable if batch.n]
     if not usable:
         return profiles
-    seen = scores_of(nets, profiles, usable)
-    return [_grown(profile, s.k, s.score) for profile, s in zip(profiles, seen, strict=True)]
+    out = []
+    # before the calibration set, as the profiles are, so a claim holds as before [T1]
+    for profile, scores in zip(profiles, scores_of(nets, profiles, usable), strict=True):
+        factor = np.ones(profile.n_bins)
+        numbers = profile.bins_of(scores.k)
+        np.maximum.at(factor, numbers, np.broadcast_to(scores.score[:, None], numbers.shape))
+        halves = (half * factor.reshape(-1, *[1] * (half.ndim - 1)) for half in profile.halves)
+        out.append(profile.with_halves(*halves))
+    return out
 
 
-def _grown(profile: Tube, k: np.ndarray, score: np.ndarray) -> Tube:
-    factor = np.ones(profile.n_bins)
-    numbers = profile.bins_of(k)
-    np.maximum.at(factor, numbers, np.broadcast_to(score[:, None], numbers.shape))
-    halves = (half * factor.reshape(-1, *[1] * (half.ndim - 1)) for half in profile.halves)
-    return profile.with_halves(*halves)
-
-
-# [mean half width] without it the thinnest faces, which cost least, decide the one number
+# [mean half width] without it the thinnest faces, which cost least, decide the score
 MARGIN = 0.1
-_FEW = 20.0  # [runs] of all of K that say which way the errors of a bin spread, beside its own
+_FEW = 20.0  # [runs] weight of all of K in the covariance of a bin
 
 
 def fitted_profile(net: ReLUNetwork, runs: Sequence[RolloutBatch], bins: Bins) -> Tube:
@@ -191,9 +189,9 @@ def _directions(
         error = error.reshape(batch.n, *during.shape[1:])
         for number in np.unique(bins):
             inside = (bins == number).any(axis=1)
-            for spread, seen in ((knots, error[inside]), (end, last[inside])):
-                spread.sum[number] += seen.sum(axis=0)
-                spread.outer[number] += np.einsum("n...a,n...b->...ab", seen, seen)
+            for spread, sample in ((knots, error[inside]), (end, last[inside])):
+                spread.sum[number] += sample.sum(axis=0)
+                spread.outer[number] += np.einsum("n...a,n...b->...ab", sample, sample)
     both = _Spread(
         2 * counts, knots.sum[:, :-1] + knots.sum[:, 1:], knots.outer[:, :-1] + knots.outer[:, 1:]
     )
@@ -201,11 +199,9 @@ def _directions(
 
 
 def with_principal_axes(covariance: np.ndarray) -> np.ndarray:
-    """(..., 2 n, n) the axes, then the principal ones, longest first, as short fractions.
-
-    Coordinates of different units are told apart by their own spread, a power of two.
-    """
+    """(..., 2 n, n) the axes, then the principal ones, longest first, as short fractions."""
     n = covariance.shape[-1]
+    # coordinates of different units are scaled by their spread, a power of two
     spread = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
     unit = np.exp2(np.round(np.log2(np.where(spread > 0, spread, 1.0))))
     _, principal = np.linalg.eigh(covariance / (unit[..., :, None] * unit[..., None, :]))
@@ -247,21 +243,22 @@ def _extremes(
 def _between(
     directions: np.ndarray, least: np.ndarray, most: np.ndarray, counts: np.ndarray, frames: bool
 ) -> Faces:
-    """Faces about the middle of what was seen and of no error: a proof that no plan is safe needs
-    trajectories that keep to the model. A bin without runs gets all that was seen. counts: (grid).
+    """Faces about the middle of the observed errors and zero; a bin without runs gets the widest.
+    counts: (grid).
     """
+    # zero error belongs to the set: a proof of absence needs trajectories that follow the model
     least = np.minimum(least, 0.0)
     most = np.maximum(most, 0.0)
-    seen = (counts > 0).reshape(-1)
+    filled = (counts > 0).reshape(-1)
     centre = np.zeros(least.shape)
     half = np.zeros(least.shape)
-    centre[seen] = short(0.5 * (least[seen] + most[seen]), CENTRE_BITS)
-    half[seen] = np.maximum(most[seen] - centre[seen], centre[seen] - least[seen])
+    centre[filled] = short(0.5 * (least[filled] + most[filled]), CENTRE_BITS)
+    half[filled] = np.maximum(most[filled] - centre[filled], centre[filled] - least[filled])
     # neighbours have directions of their own, so a bin that has runs enough goes by these alone
     half = smoothed(half.reshape(*counts.shape, -1), counts, least=0.0).reshape(half.shape)
-    found = faces(directions, centre, half, frames)
-    half[~seen] = found.half_around(found.box[seen].max(axis=0))[~seen]
+    fitted = faces(directions, centre, half, frames)
+    half[~filled] = fitted.half_around(fitted.box[filled].max(axis=0))[~filled]
     width = half[..., : directions.shape[-1]]
     if not frames:  # all intervals of a bin, point by point
         width = width.mean(axis=1, keepdims=True)
-    return found.with_half(half + found.half_around(MARGIN * width + TOLERANCES.profile_floor))
+    return fitted.with_half(half + fitted.half_around(MARGIN * width + TOLERANCES.profile_floor))

@@ -1,8 +1,7 @@
-"""What the errors of a tube take along directions: the only place that asks of which kind they are,
-where directions are known beforehand. [T14, T26]
+"""Support of the errors of a tube along fixed directions, for boxes and fitted faces. [T14, T26]
 
-Errors in boxes tell it in a few products, wherever it is asked; between fitted faces it takes many,
-so it is worked out once per tube and set of directions, and looked up.
+For boxes it takes a few products, computed where needed; between faces it takes many, so it is
+tabulated once per tube and set of directions.
 """
 
 import jax
@@ -20,11 +19,11 @@ from parc_jax.learning.bound.tube import Tube
 
 @struct.dataclass
 class Reach:
-    """How far errors reach against u directions, in all bins; `of` some bins alone.
+    """Error support against u directions, in all bins; `of` selects bins.
 
     half: (n_bins, n_points, n_p, T) [m] half widths of boxes; None between faces. lost: (u, n_bins,
-        n_points, T) against each direction; None for boxes. bin: (...) of those that were asked
-        for, in place of the first axis of `half`.
+        n_points, T) support against each direction; None for boxes. bin: (...) selected bins, in
+        place of the first axis of `half`.
     """
 
     half: jax.Array | None
@@ -32,30 +31,28 @@ class Reach:
     bin: jax.Array | None = None
 
     def of(self, bin: Indices) -> "Reach":
-        """In some bins (...). Kernel."""
+        """Restriction to bins (...). Kernel."""
         half = None if self.half is None else jnp.asarray(self.half)[bin]
         return self.replace(half=half, bin=bin)
 
     def along(self, number: Index, w: Vector, point: Index | slice = slice(None)):
-        """(..., n_points, T) against a direction w, which has this number, in the bins asked
-        for; of one point (..., T). Kernel.
+        """(..., n_points, T) against the direction w of this number, in the selected bins; of one
+        point (..., T). Kernel.
         """
         if self.lost is not None:
             return self.lost[number, self.bin, point]
         return sum(jnp.abs(w[axis]) * self.half[..., point, axis, :] for axis in range(len(w)))
 
-    def during(self, some: Int[ArrayLike, " s"]) -> "Reach":
-        """In some intervals alone."""
-        half, lost = (None if x is None else x[..., some] for x in (self.half, self.lost))
+    def during(self, intervals: Int[ArrayLike, " s"]) -> "Reach":
+        """Restriction to intervals."""
+        half, lost = (None if x is None else x[..., intervals] for x in (self.half, self.lost))
         return self.replace(half=half, lost=lost)
 
 
 def reach(
     tube: Tube, w: np.ndarray, size: int | None = None, dtype: DTypeLike = np.float64
 ) -> Reach:
-    """Against directions w (u, n_p), with zeros beyond those where a size asks for more. Worked out
-    once, and kept where kernels find it.
-    """
+    """Support against directions w (u, n_p), padded with zeros to `size`; cached on the device."""
     if tube.templates is None:
         return once(tube, _half, np.dtype(dtype))
     w = np.ascontiguousarray(w, np.float64)
@@ -63,8 +60,8 @@ def reach(
 
 
 def numbered(w: np.ndarray, room: int) -> tuple[np.ndarray, np.ndarray]:
-    """The different ones (u, n_p) among directions w (o, d, n_p), and the number of each among
-    them: (room, d), zero where there is only room.
+    """The distinct directions (u, n_p) among w (o, d, n_p), and the index of each: (room, d), zero
+    in the padding.
     """
     unique, which = np.unique(w.reshape(-1, w.shape[-1]), axis=0, return_inverse=True)
     number = np.zeros((room, w.shape[1]), int)
@@ -73,7 +70,7 @@ def numbered(w: np.ndarray, room: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def errors_of(tube: Tube, dtype: DTypeLike) -> ErrorSet:
-    """The errors in another precision, where kernels find them; moved there once."""
+    """The errors in another precision, cached on the device."""
     return once(tube, _errors, np.dtype(dtype))
 
 

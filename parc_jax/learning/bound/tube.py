@@ -1,4 +1,4 @@
-"""The tube: how far the black box may be from the model, per bin of k, interval and axis."""
+"""The tube: bounds on the distance of the black box from the model, by bin of k and interval."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -35,13 +35,9 @@ class Tube(Binned):
               of every reference point: n_c = n_points n_p columns, point by point.
     final:    (n_bins, n_c + n_q) [m, .] |final state - predicted|.
     n_points: number of reference points.
-    templates: faces that fit the errors better; then interval and final are boxes around them, for
-              all that asks for no more. None = the boxes are the tube.
-    A bin whose widths are infinite has no claim: nothing in it is ever safe. See `claimed`.
-
-    Ask it through its methods: `during` and `at_end` give the errors that bins allow,
-    `support_at_end` what a row of a goal loses, `bins_of` and `widest_at` what holds at a k,
-    `widest` what holds over several bins.
+    templates: faces that fit the errors better; then interval and final are boxes around them.
+              None = the boxes are the tube.
+    A bin with infinite widths has no claim: nothing in it is ever safe. See `claimed`.
     """
 
     interval: np.ndarray
@@ -51,7 +47,7 @@ class Tube(Binned):
 
     @property
     def layout(self) -> Layout:
-        """Of the outputs of a network that has this tube."""
+        """Layout of the outputs of a network with this tube."""
         return Layout(self.n_steps, self.n_p, self.n_points)
 
     @property
@@ -93,7 +89,7 @@ class Tube(Binned):
 
     @property
     def halves(self) -> tuple[np.ndarray, np.ndarray]:
-        """What a scale multiplies, bins first: half widths of the boxes, or between the faces."""
+        """Scalable half widths, bins first: of the boxes, or between the faces."""
         if self.templates is None:
             return self.interval, self.final
         return self.templates.interval.half, self.templates.final.half
@@ -106,14 +102,16 @@ class Tube(Binned):
         return fitted_tube(self.edges, during.with_half(interval), at_end.with_half(final))
 
     def at_least(self, other: "Tube") -> bool:
-        """Whether its sets are seen to hold the other's: same bins, faces, no half width less."""
+        """Sufficient test that its sets contain the other's: same bins and faces, no half width
+        less.
+        """
         ours, theirs = ({} if t.templates is None else t.templates._asdict() for t in (self, other))
-        alike = ours.keys() == theirs.keys() and all(
+        same_faces = ours.keys() == theirs.keys() and all(
             np.array_equal(getattr(ours[part], name), getattr(theirs[part], name))
             for part in ours
             for name in ("directions", "centre")
         )
-        return alike and all(
+        return same_faces and all(
             a.shape == b.shape and bool((a >= b).all())
             for a, b in zip(self.halves, other.halves, strict=True)
         )
@@ -130,36 +128,36 @@ class Tube(Binned):
 
     @property
     def finite_widths(self) -> tuple[np.ndarray, np.ndarray]:
-        """Interval and final, NO_CLAIM wide in place of infinity: obstacles there fill the world
-        and the goal is empty, so still nothing is ever safe."""
+        """Interval and final, NO_CLAIM wide in place of infinity."""
+        # obstacles there fill the world and the goal is empty, so still nothing is ever safe
         interval = np.where(np.isinf(self.interval), NO_CLAIM, self.interval)
         return interval, np.where(np.isinf(self.final), NO_CLAIM, self.final)
 
     @property
     def errors(self) -> ErrorSet:
-        """What each bin allows by interval and point: (n_bins, T, n_points) sets, n_p axes [m]."""
+        """Error sets of bins by interval and point: (n_bins, T, n_points) sets, n_p axes [m]."""
         if self.templates is not None:
             return self.templates.interval.errors
         return ErrorBox(self.interval.reshape(*self.interval.shape[:2], self.n_points, -1))
 
     @property
     def final_errors(self) -> ErrorSet:
-        """What each bin allows at the end: leading axis n_bins, n_c + n_q coordinates [m, .]."""
+        """Error sets of bins at the end: leading axis n_bins, n_c + n_q coordinates [m, .]."""
         return ErrorBox(self.final) if self.templates is None else self.templates.final.errors
 
     def during(self, bins: Indices, t: Indices | slice = slice(None)) -> ErrorSet:
-        """What bins (...) allow at each point: leading axes (..., T, n_points), or (..., n_points)
-        for intervals t (...). Also in kernels.
+        """Error sets of bins (...): leading axes (..., T, n_points), or (..., n_points) for
+        intervals t (...). Also in kernels.
         """
         return at(self.errors, (bins, t))
 
     def at_end(self, bins: Indices) -> ErrorSet:
-        """What bins (...) allow at the end. Also in kernels."""
+        """Error sets of bins (...) at the end. Also in kernels."""
         return at(self.final_errors, bins)
 
     def support_at_end(self, A: Float[ArrayLike, "h y"], bin_number: Index):
-        """(h,) largest A e over the errors e that one bin allows at the end; A (h, n_c + n_q): what
-        the rows of a goal lose. Kernel.
+        """(h,) largest A e over the errors e of one bin at the end, for the rows A (h, n_c + n_q)
+        of a goal. Kernel.
         """
         return at(self.final_errors, (bin_number, None)).support(A)
 
@@ -175,8 +173,8 @@ class Tube(Binned):
         return self.interval[bins].max(axis=0), self.final[bins].max(axis=0)
 
     def widest_at(self, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Half widths that a proof about k (n, n_k) must allow for: interval (n, T, n_c), final (n,
-        n_c + n_q), the widest of all closed bins that contain k. Raises InputError outside K.
+        """Half widths at k (n, n_k): interval (n, T, n_c), final (n, n_c + n_q), the widest of all
+        closed bins that contain k. Raises InputError outside K.
         """
         bins = self.bins_of(k)
         return self.interval[bins].max(axis=1), self.final[bins].max(axis=1)
@@ -184,12 +182,9 @@ class Tube(Binned):
     def __repr__(self) -> str:
         if not isinstance(self.interval, np.ndarray):
             return f"Tube({self.interval!r})"
-        claimed = self.claimed
-        without = int((~claimed).sum())
-        if without == self.n_bins:
-            size = "without claim"
-        else:
-            middle = np.median(self.interval[claimed])
+        without, size = int((~self.claimed).sum()), "without claim"
+        if without < self.n_bins:
+            middle = np.median(self.interval[self.claimed])
             size = f"median half width {middle:.3g} m"
             size += f", {without} without claim" if without else ""
         bins = counted(self.n_bins, "bin")
@@ -223,21 +218,20 @@ def tube(
 def fitted_tube(edges: Sequence[np.ndarray], during: Faces, at_end: Faces) -> Tube:
     """Validated tube between faces, as in `Templates`; infinite: no claim. Raises InputError."""
     lost = np.isinf(during.half).any(axis=(1, 2, 3)) | np.isinf(at_end.half).any(axis=1)
-    if lost.any():
-        during, at_end = _without_claim(during, lost), _without_claim(at_end, lost)
+    if lost.any():  # a claim of a bin as a whole, or none
+        during, at_end = (
+            faces.with_half(
+                np.where(lost.reshape(-1, *[1] * (faces.half.ndim - 1)), np.inf, faces.half)
+            )
+            for faces in (during, at_end)
+        )
     n_bins, n_steps, n_points = during.half.shape[:3]
     boxes = tube(edges, during.box.reshape(n_bins, n_steps, -1), at_end.box, n_points)
     return replace(boxes, templates=Templates(during, at_end))
 
 
-def _without_claim(given: Faces, bins: np.ndarray) -> Faces:
-    half = np.array(given.half)
-    half[bins] = np.inf
-    return given.with_half(half)
-
-
 def _widths(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...]) -> np.ndarray:
-    """Half widths >= 0, read-only. One infinite width makes its bin infinite: a claim or none."""
+    """Half widths >= 0, read-only. One infinite width makes all of its bin infinite."""
     value = np.asarray(value, np.float64)
     infinite = np.isposinf(value)
     checked = as_float64(name, np.where(infinite, 0.0, value), shape)
@@ -271,16 +265,13 @@ def tube_to_json(error_tube: Tube) -> dict:
 def tube_from_json(data: dict) -> Tube:
     """The tube of `tube_to_json`."""
     arrays = {f"edges{axis}": edge for axis, edge in enumerate(data["edges"])} | data
-    known = {name: arrays[name] for name in arrays if name not in ("edges", "points")}
-    return tube_from_arrays(
-        {name: hex_floats(values) for name, values in known.items()},
-        len(data["edges"]),
-        data.get("points", 1),
-    )
+    names = [name for name in arrays if name not in ("edges", "points")]
+    floats = {name: hex_floats(arrays[name]) for name in names}
+    return tube_from_arrays(floats, len(data["edges"]), data.get("points", 1))
 
 
 def tube_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
-    """Everything a tube is made of but n_points, by name."""
+    """All arrays of a tube, by name; n_points is missing."""
     edges = {f"edges{axis}": edge for axis, edge in enumerate(error_tube.edges)}
     boxes = {"interval": error_tube.interval, "final": error_tube.final}
     faces = {} if error_tube.templates is None else error_tube.templates.arrays
@@ -288,8 +279,8 @@ def tube_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
 
 
 def tube_from_arrays(arrays: Mapping[str, np.ndarray], n_k: int, n_points: int = 1) -> Tube:
-    """The tube of `tube_arrays`. Raises InputError, also for boxes that are not those around the
-    faces; KeyError when one is missing.
+    """The tube of `tube_arrays`. Raises InputError, also for other boxes than those around the
+    faces; KeyError for a missing array.
     """
     edges = [arrays[f"edges{axis}"] for axis in range(n_k)]
     boxes = tube(edges, arrays["interval"], arrays["final"], n_points)

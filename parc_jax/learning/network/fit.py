@@ -1,4 +1,6 @@
-"""Networks of one recipe: several seeds, refitted to the largest errors where asked."""
+"""Networks by settings: several seeds, or an affine map, and a last layer for the largest
+errors.
+"""
 
 from dataclasses import dataclass
 
@@ -21,9 +23,9 @@ LIGHTEST = 1e-3
 def fit_tail(net: ReLUNetwork, data: RolloutBatch, power: float = 8.0) -> ReLUNetwork:
     """The network, its last layer refitted: by output, the sum of |error|^power is made small.
 
-    data: the training runs; no others may be used, or the claim's runs would not be fresh. power: 2
-    is least squares; 8 is close to the midrange and still smooth. Damped reweighted least squares;
-    an output for which it does not help keeps its row. Raises InputError for a power below 2.
+    data: the training runs and no others, since calibration runs must be fresh. power: 2 is least
+    squares; 8 is close to the midrange and still smooth. Damped reweighted least squares;
+    an output without a gain retains its row. Raises InputError for a power below 2.
     """
     from parc_jax.learning.network.train import training_arrays  # flax and optax
 
@@ -67,7 +69,7 @@ def _loss(rows: np.ndarray, y: np.ndarray, last: np.ndarray, power: float) -> np
 
 @dataclass(frozen=True)
 class Training(Options):
-    """What a network is trained from, and how."""
+    """Settings of training."""
 
     rollouts: int = 10_000
     """Number of training rollouts."""
@@ -90,21 +92,21 @@ class Training(Options):
             raise InputError(f"tail: expected a power of at least 2, or None; got {self.tail!r}.")
 
 
-def fit(data: RolloutBatch, asked: Training, key: jax.Array) -> ReLUNetwork:
+def fit(data: RolloutBatch, settings: Training, key: jax.Array) -> ReLUNetwork:
     """The network of the training runs `data`. Raises InputError."""
-    from parc_jax.learning.network.train import train_report, training_arrays  # flax and optax
+    from parc_jax.learning.network.train import train, training_arrays  # flax and optax
 
-    if not asked.hidden:
+    if not settings.hidden:
         return fit_affine(*training_arrays(data))
-    net = train_report(data, asked.hidden, key=key, seeds=asked.seeds, steps=asked.steps)[0]
-    return net if asked.tail is None else fit_tail(net, data, asked.tail)
+    net = train(data, settings.hidden, key=key, seeds=settings.seeds, steps=settings.steps)
+    return net if settings.tail is None else fit_tail(net, data, settings.tail)
 
 
 def fit_affine(k: Float[np.ndarray, "N n_k"], outputs: Float[np.ndarray, "N n_out"]) -> ReLUNetwork:
     """The affine map k -> C k + d by least squares: a network without hidden layers. [PARC]
 
-    k: (N, n_k). outputs: (N, n_out), trajectories in the output layout c_1 ... c_T, q. N > n_k
-    samples in general position. Raises InputError if they do not determine the map.
+    outputs: c_1 ... c_T, q as in `Layout`. N > n_k samples in general position. Raises InputError
+    if they do not determine the map.
     """
     k = as_float64("parameters k", k, (None, None))
     outputs = as_float64("trajectory outputs", outputs, (len(k), None))

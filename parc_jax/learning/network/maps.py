@@ -1,8 +1,8 @@
-"""Affine maps of activation patterns: what the network is on each region. Float64; rounding as in
+"""Affine maps of a network on the regions of its activation patterns. Float64, rounding as in
 [T10].
 
 Two forms of the same recursion z = W h + b, h = z where active: one pattern at a time, for NumPy or
-for JAX, and many patterns at once in chunks, for whole tables. (In integers: `exact.forms`.)
+for JAX, and many patterns at once in chunks, for tables. (In integers: `exact.forms`.)
 """
 
 from collections.abc import Iterator, Sequence
@@ -59,7 +59,7 @@ def affine_maps(net: ReLUNetwork, patterns: np.ndarray) -> tuple[np.ndarray, np.
     # filled in order by one product per chunk; C and d are views of it
     joint = np.empty((r, n + 1, net.n_out))
     for rows in _chunks(net, r):
-        h = _inputs(n, len(patterns[rows]), n + 1)
+        h = _inputs(n, len(patterns[rows]))
         for _, active in _hidden_maps(net.weights[:-1], net.biases[:-1], patterns[rows]):
             h = active
         flat = joint[rows].reshape(-1, net.n_out)
@@ -83,10 +83,10 @@ def facet_rows(
     order = np.lexsort((label, region))
     sorted_region = region[order]
     for rows in _chunks(net, len(patterns)):
-        mine = order[slice(*np.searchsorted(sorted_region, (rows.start, rows.stop)))]
+        inside = order[slice(*np.searchsorted(sorted_region, (rows.start, rows.stop)))]
         first = 0
         for z, _ in _hidden_maps(net.weights[:-1], net.biases[:-1], patterns[rows]):
-            here = mine[(label[mine] >= first) & (label[mine] < first + len(z))]
+            here = inside[(label[inside] >= first) & (label[inside] < first + len(z))]
             out[here] = z[label[here] - first, region[here] - rows.start]
             first += len(z)
     _, exponent = np.frexp(np.abs(out[:, :-1]).max(axis=1, initial=0.0))
@@ -112,13 +112,11 @@ def _hidden_maps(
     weights: Sequence[np.ndarray], biases: Sequence[np.ndarray], patterns: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Per hidden layer: (width, r, n + 1) maps of the pre-activations and of the activations under
-    each pattern.
-
-    The last axis holds the gradient, then the constant.
+    each pattern; the last axis holds the gradient, then the constant.
     """
     r = len(patterns)
     n = weights[0].shape[1] if weights else 0
-    h = _inputs(n, r, n + 1)
+    h = _inputs(n, r)
     first = 0
     for W, b in zip(weights, biases, strict=True):
         last = first + len(b)
@@ -129,9 +127,9 @@ def _hidden_maps(
         first = last
 
 
-def _inputs(n: int, r: int, columns: int) -> np.ndarray:
-    """(n, r, columns) maps of the inputs themselves."""
-    return np.repeat(np.eye(n, columns)[:, None], r, axis=1)
+def _inputs(n: int, r: int) -> np.ndarray:
+    """(n, r, n + 1) maps of the inputs themselves."""
+    return np.repeat(np.eye(n, n + 1)[:, None], r, axis=1)
 
 
 def _chunks(net: ReLUNetwork, r: int) -> Iterator[slice]:

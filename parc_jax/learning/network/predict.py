@@ -1,4 +1,4 @@
-"""What the network says of an input: one kernel for JAX, one function for NumPy, for everybody."""
+"""Predictions of the network: one kernel for JAX, one function for NumPy."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from parc_jax.learning.system import BlackBoxSystem, points_of
 
 
 class Layout(NamedTuple):
-    """What the outputs of a network are: offsets from p0 of n_points reference points in n_p
+    """Order of the outputs of a network: offsets from p0 of n_points reference points in n_p
     dimensions at the knots 0 .. n_steps, knot by knot, point by point, without the first n_p (the
     first point starts at p0 itself); then further states q.
     """
@@ -34,7 +34,7 @@ class Layout(NamedTuple):
 
 
 def layout_of(source: BlackBoxSystem | RolloutBatch) -> Layout:
-    """Of a network that is learned from this black box, or batch of its runs."""
+    """Layout for a black box, or a batch of its runs."""
     return Layout(source.time.n_steps, source.n_p, len(points_of(source)))
 
 

@@ -1,4 +1,4 @@
-"""The trajectory network in plain float64 arrays: what every claim and every proof is about."""
+"""The trajectory network in plain float64 arrays, the subject of every claim and proof."""
 
 import itertools
 from collections.abc import Sequence
@@ -101,7 +101,9 @@ def features(
 
 
 def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(None)) -> np.ndarray:
-    """Network outputs (n, n_out) at k (n, n_k), on the host in float64. rows: of those wanted."""
+    """Outputs (n, n_out) at k (n, n_k), on the host in float64. rows: of the outputs, all by
+    default.
+    """
     h = features(net.weights[:-1], net.biases[:-1], k)
     return h @ net.weights[-1][rows].T + net.biases[-1][rows]
 
@@ -135,11 +137,11 @@ class Normalisation(NamedTuple):
         return cls(k.mean(axis=0), x_scale, y.mean(axis=0), scale)
 
     def inputs(self, k: np.ndarray) -> np.ndarray:
-        """Normalised inputs."""
+        """Normalised k."""
         return (k - self.x_mean) / self.x_scale
 
     def outputs(self, y: np.ndarray) -> np.ndarray:
-        """Normalised outputs."""
+        """Normalised y."""
         return (y - self.y_mean) / self.y_scale
 
 

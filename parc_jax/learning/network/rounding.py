@@ -33,8 +33,8 @@ def rounding_bound(net: ReLUNetwork, domain: Box) -> RoundingBound:
     return RoundingBound(error, size)
 
 
-PIECES = 4096  # of the box, at most: bounds of smaller ones are tighter
-ROUNDINGS = 4  # [error of an evaluation] both sums of a bound, which are no longer
+PIECES = 4096  # of the box, at most: bounds are tighter on smaller boxes
+ROUNDINGS = 4  # [error of an evaluation] both sums of a bound
 
 
 def outputs_within(

@@ -27,7 +27,7 @@ from parc_jax.learning.runs.batch import RolloutBatch
 # [mean feature power] keeps dead and twin features from making the last layer singular
 RIDGE = 1e-5
 LEARNING_RATE = 2e-2  # [normalised weights] peak step at width 8; wider layers take smaller ones
-# principal directions of the outputs that training sees; the final solve uses every output
+# principal directions of the outputs in training; the final solve uses every output
 COMPONENTS = 24
 
 
@@ -67,21 +67,18 @@ def train(
     """A ReLUNetwork k -> (c_1 ... c_T, q) fitted to `data` (RolloutBatch). [paper Sec. III-B]
 
     Trains `seeds` networks (two at a time on two cores) and returns the one with the smallest
-    held-out tail error, which is what the tube pays for. float32 inside, float64 last layer and
+    held-out tail error, which decides the width of the tube. float32 inside, float64 last layer and
     folding. The FIT stream of `key` is used.
     """
-    return train_report(
-        data, hidden, key=key, seeds=seeds, steps=steps, batch=batch, validation=validation
-    )[0]
+    return train_report(data, hidden, key, seeds, steps, batch, validation)[0]
 
 
 def train_report(
     data: RolloutBatch,
-    hidden: Sequence[int] = (8, 8, 8, 8),
-    *,
+    hidden: Sequence[int],
     key: jax.Array,
-    seeds: int = 8,
-    steps: int = 3000,
+    seeds: int,
+    steps: int,
     batch: int = 1000,
     validation: float = 0.15,
 ) -> tuple[ReLUNetwork, TrainReport]:
@@ -89,8 +86,8 @@ def train_report(
     if not isinstance(data, RolloutBatch):
         raise InputError(expected("train", "a RolloutBatch", data, "collect(system, key, n=1000)"))
     if not isinstance(hidden, tuple | list) or not hidden:
-        what = "the widths of at least one hidden layer"
-        raise InputError(expected("train", what, hidden, "hidden=(8, 8, 8, 8)"))
+        widths = "the widths of at least one hidden layer"
+        raise InputError(expected("train", widths, hidden, "hidden=(8, 8, 8, 8)"))
     for name, count in (*(("hidden", width) for width in hidden), ("seeds", seeds)):
         check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8")
     k, y = training_arrays(data)
@@ -149,6 +146,7 @@ def _fit_features(
 
     def loss(params, xb, tb):
         hidden = _with_one(model.apply(params, xb))
+        # the loss is at its minimum over the last layer: its derivative there is zero
         last = jax.lax.stop_gradient(_solve_last(hidden, tb))
         return jnp.mean((hidden @ last - tb) ** 2)
 
@@ -196,7 +194,7 @@ def _principal(targets: np.ndarray) -> np.ndarray:
 
 
 def _tail(k: np.ndarray, worst: np.ndarray) -> float:
-    """Mean over a grid of K of the largest error in each cell: one jump must not hide the rest."""
+    """Mean over a grid of K of the largest error in each cell, so that one jump does not decide."""
     bins = 6  # along every axis
     span = np.ptp(k, axis=0)
     share = (k - k.min(axis=0)) / np.where(span > 0, span, 1)

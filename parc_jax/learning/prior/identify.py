@@ -1,13 +1,14 @@
 """A prior from few real runs: a twist model, identified and corrected by their errors."""
 
-import itertools
 import math
 from collections.abc import Callable, Iterator
+from itertools import combinations_with_replacement
 from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.network.predict import by_point
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -21,12 +22,12 @@ _UNLIKE_RESIDUAL = 3.0  # [median size] residuals of runs that are larger count 
 
 
 class Corrected(NamedTuple):
-    """A prior at real runs, and what is added to it anywhere.
+    """A prior corrected by the residuals of runs.
 
-    predicted (n, m): places at all records and goal states at the k of the runs, as corrected.
-    more: what of that is added, (n, m) at any k (n, n_k). smoothing: of the residuals; None where
-    they are left out. errors (n, m): of every run as predicted from the other parts of them. alone,
-    best [m]: the typical largest error of a run, by the prior and by the best of the corrections.
+    predicted: (n, m) places at all records and goal states at the k of the runs, as corrected.
+    more: the correction, (n, m) at any k (n, n_k). smoothing: of the residuals; None without.
+    errors: (n, m) of every run as predicted from the other folds. alone, best: [m] typical largest
+        error of a run, by the prior and by the best of the corrections.
     """
 
     predicted: np.ndarray
@@ -38,21 +39,19 @@ class Corrected(NamedTuple):
 
     def details(self) -> str:
         """One sentence."""
-        seen = (
+        sizes = (
             f"predicted from others, a training run is typically off by {self.alone:.2g} m by the "
             f"prior alone and by {self.best:.2g} m when their residuals correct it"
         )
         if self.smoothing is None:
-            return f"residuals left out ({seen}, which is not clearly less)"
-        return f"corrected by residuals ({seen})"
+            return f"residuals left out ({sizes}, which is not clearly less)"
+        return f"corrected by residuals ({sizes})"
 
 
 def corrected(prior: Callable[[np.ndarray], np.ndarray], runs: RolloutBatch) -> Corrected:
-    """A prior, corrected by the residuals of finite runs where every fifth of these, as predicted
-    from the others, is clearly nearer for it.
+    """A prior, corrected by the residuals of finite runs if cross-validation shows a clear gain.
 
-    prior: from a mask (n,) of the runs that it may know to what it predicts for all of them, (n, m)
-    places at all records, then goal states.
+    prior: mask (n,) of the runs to fit -> predictions for all runs (n, m), as in `flat`.
     """
     truth = flat(runs)
     choices = (None, *SMOOTHINGS)
@@ -75,9 +74,9 @@ def corrected(prior: Callable[[np.ndarray], np.ndarray], runs: RolloutBatch) -> 
 
 
 def folds(runs: RolloutBatch) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Masks (n,) of the rows to fit and of those held out, in turn; groups stay whole."""
-    own = np.arange(runs.n) if runs.groups is None else runs.groups
-    number = np.unique(own, return_inverse=True)[1].ravel() % FOLDS
+    """Masks (n,) of the rows to fit and of those held out, in turn; groups stay together."""
+    groups = np.arange(runs.n) if runs.groups is None else runs.groups
+    number = np.unique(groups, return_inverse=True)[1].ravel() % FOLDS
     for part in range(FOLDS):
         if (number == part).any() and (number != part).any():
             yield number != part, number == part
@@ -100,15 +99,14 @@ def _smoothed(runs: RolloutBatch, residual: np.ndarray, smoothing: float | None)
     from scipy.interpolate import RBFInterpolator
 
     size = np.abs(residual).max(axis=1)
-    tame = (
-        residual
-        * np.minimum(1.0, _UNLIKE_RESIDUAL * np.median(size) / np.maximum(size, 1e-12))[:, None]
-    )
+    # a run unlike the others shall not bend the surface
+    weight = np.minimum(1.0, _UNLIKE_RESIDUAL * np.median(size) / np.maximum(size, 1e-12))
     lo, hi = runs.domain.lo, runs.domain.hi
 
     def in_unit(k):
         return (2 * k - lo - hi) / (hi - lo)
 
+    tame = residual * weight[:, None]
     plates = RBFInterpolator(in_unit(runs.k), tame, smoothing=smoothing, degree=1)
     return lambda k: plates(in_unit(k))
 
@@ -117,28 +115,22 @@ FINE = 64  # steps, at least, in which a twist is integrated
 
 
 class TwistModel:
-    """A black box without disturbance: the body moves ahead, to its left and turns as k says, and
-    its reference points with it.
+    """A black box without disturbance: a rigid body with a twist that depends on k and time.
 
-    about: what the runs are about, whose domain, time grid and points it has. order: of the
-    polynomials in k. gain (degree + 1, n_terms, 3): of every Legendre polynomial of time and every
-    monomial of the scaled k, to (ahead, left [m/s], turning [rad/s]). places (n_points, 2) [m]: of
-    the reference points in the body at the start, the first at 0. goal (n_terms, n_q): of the
-    further goal states.
+    about: subject of the runs; its domain, time grid and points. order: of the polynomials in k.
+    gain: (degree + 1, n_terms, 3), of every Legendre polynomial of time and every monomial of the
+        scaled k, to (ahead, left [m/s], turning [rad/s]).
+    places: (n_points, 2) [m] of the reference points in the body at the start, the first at 0.
+    goal: (n_terms, n_q), of the further goal states.
     """
 
     n_p = 2
 
     def __init__(self, about: Subject, order: int, gain, places, goal):
         self.name = f"{about.system}, twist"
-        self.domain = about.domain
-        self.time = about.time
-        self.points = about.points
+        self.domain, self.time, self.points = about.domain, about.time, about.points
         self.n_q = goal.shape[1]
-        self.order = order
-        self.gain = gain
-        self.places = places
-        self.goal = goal
+        self.order, self.gain, self.places, self.goal = order, gain, places, goal
 
     def rollout_batch(self, keys, ks) -> Trajectory:
         """k (B, n_k) -> p (B, n_record + 1, n_points, 2) [m], no axis of one point, q (B, n_q)."""
@@ -148,23 +140,18 @@ class TwistModel:
         return Trajectory(p[:, :, 0] if len(self.points) == 1 else p, terms @ self.goal)
 
 
-def monomials(domain, order: int, k: np.ndarray) -> np.ndarray:
+def monomials(domain: Box, order: int, k: np.ndarray) -> np.ndarray:
     """All monomials (n, n_terms) up to an order of k (n, n_k), scaled from K to [-1, 1]."""
     x = (2 * k - domain.lo - domain.hi) / (domain.hi - domain.lo)
-    chosen = (
-        list(axes)
-        for degree in range(order + 1)
-        for axes in itertools.combinations_with_replacement(range(domain.n), degree)
-    )
-    return np.stack([x[:, axes].prod(axis=1) for axes in chosen], axis=1)
+    axes = range(domain.n)
+    chosen = (combinations_with_replacement(axes, degree) for degree in range(order + 1))
+    return np.stack([x[:, list(some)].prod(axis=1) for each in chosen for some in each], axis=1)
 
 
 def driven(time: TimeGrid, terms: np.ndarray, gain: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Places (n, n_record + 1, n_points, 2) of the points of runs with these terms (n, n_terms)."""
-    shape = basis(time, len(gain))
-    ahead, left, turning = np.einsum("tj,jac,na->cnt", shape, gain, terms)
-    heading = integrated(time, turning)
-    turned = np.exp(1j * heading)
+    """Places (n, n_record + 1, n_points, 2) of reference points, from terms (n, n_terms)."""
+    ahead, left, turning = np.einsum("tj,jac,na->cnt", basis(time, len(gain)), gain, terms)
+    turned = np.exp(1j * integrated(time, turning))
     way = integrated(time, (ahead + 1j * left) * turned)[:, :: _within(time)]
     offsets = places @ np.array([1.0, 1j])
     at = way[..., None] + turned[:, :: _within(time), None] * offsets
@@ -183,19 +170,8 @@ def integrated(time: TimeGrid, rate: np.ndarray) -> np.ndarray:
     return cumulative_simpson(rate, dx=time.t_f / _fine(time), axis=-1, initial=0)
 
 
-def at_fine_times(time: TimeGrid, recorded: np.ndarray) -> np.ndarray:
-    """Records (n, n_record + 1) interpolated at the fine times (n, n_fine + 1)."""
-    fine, records = np.linspace(0, 1, _fine(time) + 1), np.linspace(0, 1, time.n_record + 1)
-    return np.stack([np.interp(fine, records, run) for run in recorded])
-
-
-def at_records(time: TimeGrid, fine: np.ndarray) -> np.ndarray:
-    """Of values (..., n_fine + 1) at the fine times those at the records."""
-    return fine[..., :: _within(time)]
-
-
 def _within(time: TimeGrid) -> int:
-    """Fine steps from one record to the next; an even number, as Simpson's rule likes it."""
+    """Fine steps from one record to the next; an even number, for Simpson's rule."""
     return 2 * int(np.ceil(FINE / time.n_record / 2))
 
 
@@ -207,14 +183,14 @@ ORDERS, DEGREES = (1, 2, 3), (0, 1, 2, 3)  # of polynomials in k, and in time
 _LEAST = 8  # runs
 _RUNS_PER_TERM = 6  # at least so many distinct k for each number of a rate
 _UNLIKE = 5.0  # [median error] larger errors of a run count as so large
-_LITTLE = 0.02  # [share of an error] that no number more is worth
+_LITTLE = 0.02  # [share of an error] below which a further coefficient is not worth it
 _RIGID = 0.1  # [share of the body] that points may move within it and still be one body
 _ROUNDS = 5  # in which runs that are unlike the others lose weight
 
 
-class Seen(NamedTuple):
-    """Finite runs as bodies that move. batch: them. way (n, n_record + 1) complex [m] of the first
-    point, heading (n, n_record + 1) [rad], places (n_points, 2) [m] of the points at the start.
+class Motion(NamedTuple):
+    """Finite runs as a moving rigid body. way: (n, n_record + 1) complex [m] of the first point.
+    heading: (n, n_record + 1) [rad]. places: (n_points, 2) [m] of the points at the start.
     """
 
     batch: RolloutBatch
@@ -230,9 +206,9 @@ class Kind(NamedTuple):
     degree: int
 
 
-def moving_body(runs: RolloutBatch) -> Seen:
-    """What the finite ones of these runs show of the body. Raises InputError for runs that are not
-    those of one rigid body in the plane, each told in the frame of its own start, or too few.
+def moving_body(runs: RolloutBatch) -> Motion:
+    """The motion of the body in the finite runs. Raises InputError for too few runs, and for runs
+    that are not of one rigid body in the plane, each in the frame of its start.
     """
     if runs.n_p != 2:
         raise InputError(
@@ -247,7 +223,7 @@ def moving_body(runs: RolloutBatch) -> Seen:
         )
     points = by_point(np.asarray(batch.p, np.float64), len(batch.points)) @ np.array([1.0, 1j])
     if len(batch.points) == 1:
-        return Seen(batch, points[..., 0], _along(points[..., 0]), np.zeros((1, 2)))
+        return Motion(batch, points[..., 0], _along(points[..., 0]), np.zeros((1, 2)))
     arms = points - points[..., :1]
     at_start = np.median(arms[:, 0].real, axis=0) + 1j * np.median(arms[:, 0].imag, axis=0)
     off = np.abs(arms[:, 0] - at_start).max(axis=1)
@@ -265,12 +241,12 @@ def moving_body(runs: RolloutBatch) -> Seen:
             "prior twist: expected reference points of one rigid body; they move against each "
             f"other by {np.median(bent):.2g} m in half of the runs. Give a simulator as the prior."
         )
-    return Seen(batch, points[..., 0], heading, np.stack([at_start.real, at_start.imag], axis=1))
+    return Motion(batch, points[..., 0], heading, np.stack([at_start.real, at_start.imag], axis=1))
 
 
 def _along(way: np.ndarray) -> np.ndarray:
-    """Headings (n, n_record + 1) of one point that does not slide sideways, from its way (n,
-    n_record + 1): forwards or backwards, whichever begins nearer to ahead.
+    """Headings (n, n_record + 1) of one point without sideslip, from its way (n, n_record + 1):
+    forwards or backwards, the one that begins nearer to ahead.
     """
     step = np.gradient(way, axis=1)
     moving = np.abs(step) > 0.05 * np.abs(step).max(axis=1, keepdims=True)
@@ -286,23 +262,22 @@ def _along(way: np.ndarray) -> np.ndarray:
     return np.stack(headings)
 
 
-def chosen_kind(seen: Seen) -> Kind:
-    """The smallest kind that is as good as the best one, but for a standard error, where every
-    fifth of the runs is predicted from the others.
-    """
-    parts = list(folds(seen.batch))
-    n = min(len(np.unique(seen.batch.k[fit], axis=0)) for fit, _ in parts)
+def chosen_kind(motion: Motion) -> Kind:
+    """The smallest kind within a standard error of the best one, by cross-validation."""
+    parts, batch = list(folds(motion.batch)), motion.batch
+    n = min(len(np.unique(batch.k[fit], axis=0)) for fit, _ in parts)
     kinds = [Kind(order, degree) for order in ORDERS for degree in DEGREES]
-    n_k = seen.batch.n_k
+    n_k = batch.n_k
     sizes = [math.comb(n_k + kind.order, n_k) * (1 + kind.degree) for kind in kinds]
     usable = [i for i, size in enumerate(sizes) if _RUNS_PER_TERM * size <= n] or [0]
     errors = []
     for i in usable:
-        error = np.zeros(seen.batch.n)
+        error = np.zeros(batch.n)
         for fit, held in parts:
-            part = Seen(seen.batch.select(fit), seen.way[fit], seen.heading[fit], seen.places)
-            model = first_guess(part, kinds[i])
-            error[held] = worst_error(model, seen.batch.select(held))
+            part = Motion(batch.select(fit), motion.way[fit], motion.heading[fit], motion.places)
+            model, runs = first_guess(part, kinds[i]), batch.select(held)
+            p = np.asarray(model.rollout_batch(None, runs.k).p).reshape(runs.p.shape)
+            error[held] = np.abs(p - runs.p).max(axis=(1, 2))
         errors.append(error)
     most = max(_UNLIKE * np.median(errors[0]), TOLERANCES.profile_floor)
     errors = [np.clip(error, TOLERANCES.profile_floor, most) for error in errors]
@@ -315,56 +290,51 @@ def chosen_kind(seen: Seen) -> Kind:
     return kinds[usable[place]]
 
 
-def worst_error(model, runs: RolloutBatch) -> np.ndarray:
-    """(n,) [m] the largest error of a model with `rollout_batch`, of any coordinate at any time."""
-    p = np.asarray(model.rollout_batch(None, runs.k).p).reshape(runs.p.shape)
-    return np.abs(p - runs.p).max(axis=(1, 2))
-
-
-def first_guess(seen: Seen, kind: Kind) -> TwistModel:
+def first_guess(motion: Motion, kind: Kind) -> TwistModel:
     """The twist by linear least squares, turning from headings; runs unlike others count less."""
-    time, domain = seen.batch.time, seen.batch.domain
-    terms = monomials(domain, kind.order, seen.batch.k)
+    time, domain = motion.batch.time, motion.batch.domain
+    terms = monomials(domain, kind.order, motion.batch.k)
     shape = basis(time, kind.degree + 1).T
-    turned = np.exp(1j * at_fine_times(time, seen.heading))
-    to_turn = at_records(time, integrated(time, shape))[:, 1:]
-    to_move = at_records(time, integrated(time, shape * turned[:, None]))[..., 1:]
-    turning = _robust(
-        np.einsum("jt,na->ntja", to_turn, terms), seen.heading[:, 1:] - seen.heading[:, :1]
-    )
-    speed = _robust(np.einsum("njt,na->ntja", to_move, terms), seen.way[:, 1:])
+    fine, records = np.linspace(0, 1, _fine(time) + 1), np.linspace(0, 1, time.n_record + 1)
+    heading = np.stack([np.interp(fine, records, run) for run in motion.heading])
+    to_turn = integrated(time, shape)[..., :: _within(time)][:, 1:]
+    moving = integrated(time, shape * np.exp(1j * heading)[:, None])
+    to_move = moving[..., :: _within(time)][..., 1:]
+    turned = motion.heading[:, 1:] - motion.heading[:, :1]
+    turning = _robust(np.einsum("jt,na->ntja", to_turn, terms), turned)
+    speed = _robust(np.einsum("njt,na->ntja", to_move, terms), motion.way[:, 1:])
     gain = np.stack([speed.real, speed.imag, turning.real], axis=-1)
-    goal = np.linalg.lstsq(terms, seen.batch.q, rcond=None)[0]
-    return TwistModel(seen.batch.subject, kind.order, gain, seen.places, goal)
+    goal = np.linalg.lstsq(terms, motion.batch.q, rcond=None)[0]
+    return TwistModel(motion.batch.subject, kind.order, gain, motion.places, goal)
 
 
-def _robust(columns: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Coefficients (j, a) of columns (n, t, j, a) for what was seen (n, t)."""
+def _robust(columns: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Coefficients (j, a) of columns (n, t, j, a) for targets (n, t), robust to odd runs."""
     n, t, *shape = columns.shape
     flat = columns.reshape(n, t, -1)
     turned = flat.conj().swapaxes(1, 2)
-    squares, products = turned @ flat, turned @ seen[..., None]  # of every run: rounds are cheap
+    squares, products = turned @ flat, turned @ target[..., None]  # per run, once
     weight = np.ones((n, 1, 1))
     for _ in range(_ROUNDS):
         whole, right = (weight * squares).sum(axis=0), (weight * products).sum(axis=0)[:, 0]
         found = np.linalg.lstsq(whole, right, rcond=None)[0]
-        error = np.abs(seen - flat @ found).max(axis=1)
+        error = np.abs(target - flat @ found).max(axis=1)
         weight = np.minimum(1.0, 2 * np.median(error) / np.maximum(error, 1e-12))[:, None, None]
     return found.reshape(shape)
 
 
-def fitted(seen: Seen, kind: Kind) -> TwistModel:
+def fitted(motion: Motion, kind: Kind) -> TwistModel:
     """The twist by least squares of all places at the knots, large errors counted linearly."""
     from scipy.optimize import least_squares
 
-    start = first_guess(seen, kind)
-    batch = seen.batch
+    start = first_guess(motion, kind)
+    batch = motion.batch
     terms = monomials(batch.domain, kind.order, batch.k)
     knots = slice(batch.time.stride, None, batch.time.stride)
     truth = by_point(np.asarray(batch.p, np.float64), len(batch.points))[:, knots]
 
     def residual(numbers):
-        p = driven(batch.time, terms, numbers.reshape(start.gain.shape), seen.places)
+        p = driven(batch.time, terms, numbers.reshape(start.gain.shape), motion.places)
         return (p[:, knots] - truth).reshape(-1)
 
     usual = float(np.median(np.abs(residual(start.gain.reshape(-1)))))
@@ -372,4 +342,4 @@ def fitted(seen: Seen, kind: Kind) -> TwistModel:
         residual, start.gain.reshape(-1), loss="soft_l1", f_scale=max(2 * usual, 1e-6), max_nfev=10
     )
     gain = found.x.reshape(start.gain.shape)
-    return TwistModel(batch.subject, kind.order, gain, seen.places, start.goal)
+    return TwistModel(batch.subject, kind.order, gain, motion.places, start.goal)

@@ -1,6 +1,5 @@
-"""From a prior and few real runs to as many runs as a network likes to be trained on."""
+"""From a prior and few real runs to training data for a network."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -21,14 +20,14 @@ from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import points_of
 
 TWIST = "twist"
-REPEATS = 8  # runs of a simulator at the k of a real run, whose mean is what it expects there
+REPEATS = 8  # runs of a simulator at the k of a real run: their mean is its prediction
 _LEAST = 10  # finite real runs, without which nothing can be corrected or tried
 
 
 class Taught(NamedTuple):
-    """What a network is trained from. runs: of the corrected prior. unseen: the finite real runs,
-    as far from it as they were when it had not seen them. size [m] (n_train,): how far at most in a
-    coordinate, infinite for a failed run. said: which prior, what became of residuals.
+    """Training data for a network. runs: of the corrected prior. unseen: the finite real runs, as
+    far from it as by cross-validation. size: (n_train,) [m] largest error of each real run in a
+    coordinate, infinite for a failed one. said: a sentence about prior and residuals.
     """
 
     runs: RolloutBatch
@@ -41,15 +40,24 @@ def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
     """n runs of a prior that is corrected by recorded runs `train`, k uniform on their domain.
 
     prior: TWIST, for a robot that is one body in the plane; or any system of the time grid, points
-    and goal states of the runs, whose domain holds theirs. Raises InputError.
+        and goal states of the runs, whose domain holds theirs. Raises InputError.
     """
     usable = ~train.failed
     _check(train, usable, " that are finite")
     rng = generator(stream(key, Stage.TRAIN))
     k = rng.uniform(train.domain.lo, train.domain.hi, (n, train.n_k))
-    if isinstance(prior, str):
+    if prior == TWIST:
         finite = train.select(usable)
-        at_runs, drawn, said = _by_twist(prior, finite, k)
+        kind = chosen_kind(moving_body(finite))
+
+        def at(rows: np.ndarray, k: np.ndarray) -> np.ndarray:
+            p, q = fitted(moving_body(finite.select(rows)), kind).rollout_batch(None, k)
+            return np.concatenate([p.reshape(len(k), -1), q], axis=1)
+
+        at_runs, drawn = lambda rows: at(rows, finite.k), at(np.ones(finite.n, bool), k)
+        said = f"prior twist, order {kind.order} in k and {kind.degree} in time"
+    elif isinstance(prior, str):
+        raise InputError(f'prior: expected "{TWIST}" or a system; got {prior!r:.40}.')
     else:
         require_like(prior, train)
         repeated = _run(prior, np.repeat(train.k, REPEATS, axis=0), key)
@@ -67,36 +75,22 @@ def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
     return Taught(runs, unseen, size, f"{said}; {better.details()}")
 
 
-def _by_twist(prior: str, runs: RolloutBatch, k: np.ndarray) -> tuple[Callable, np.ndarray, str]:
-    """Predictions for the runs from those of them that may be known; at k; which twist."""
-    if prior != TWIST:
-        raise InputError(f'prior: expected "{TWIST}" or a system; got {prior!r:.40}.')
-    kind = chosen_kind(moving_body(runs))
-
-    def at(rows: np.ndarray, k: np.ndarray) -> np.ndarray:
-        p, q = fitted(moving_body(runs.select(rows)), kind).rollout_batch(None, k)
-        return np.concatenate([p.reshape(len(k), -1), q], axis=1)
-
-    said = f"prior twist, order {kind.order} in k and {kind.degree} in time"
-    return lambda rows: at(rows, runs.k), at(np.ones(runs.n, bool), k), said
-
-
 def _run(system, k: np.ndarray, key: jax.Array) -> np.ndarray:
     return flat(collect(system, key, len(k), Stage.TRAIN, k=k, quiet=True))
 
 
 def require_like(prior, runs: RolloutBatch) -> None:
-    """Refuse a simulator whose runs are not of the kind of these. Raises InputError."""
-    for what, own, other in (
+    """Refuse a simulator that does not fit these runs. Raises InputError."""
+    for fact, its, other in (
         ("number of parameters", prior.domain.n, runs.n_k),
         ("dimension of space", prior.n_p, runs.n_p),
         ("number of goal states", prior.n_q, runs.n_q),
         ("time grid", prior.time, runs.time),
         ("reference points", points_of(prior), runs.points),
     ):
-        if own != other:
+        if its != other:
             raise InputError(
-                f"prior {prior.name}: expected the {what} of the recorded runs, {other}; got {own}."
+                f"prior {prior.name}: expected the {fact} of the recorded runs, {other}; got {its}."
             )
     if not prior.domain.contains(np.stack([runs.domain.lo, runs.domain.hi])).all():
         raise InputError(

@@ -1,4 +1,4 @@
-"""Batches of recorded runs: what every later stage learns and measures from."""
+"""Batches of recorded runs."""
 
 import dataclasses
 import hashlib
@@ -31,9 +31,9 @@ NAMED = 1 << 62  # numbers of groups that have names; below it they have nothing
 
 
 def group_numbers(groups, n: int) -> np.ndarray | None:
-    """Names of groups as int64: whole numbers, also as text, as they are; other texts by their
-    hash, equal in every file, from NAMED on. Raises InputError, also for an empty name and a number
-    that is not whole.
+    """Names of groups as int64: whole numbers, also as text, as they are; other texts by hash,
+    equal in every file, from NAMED on. Raises InputError, also for an empty name and for a
+    fraction.
     """
     if groups is None:
         return None
@@ -83,18 +83,18 @@ class RolloutBatch:
     q:      (n, n_q)             other goal states at t_f.
     domain: Box                  K.
     points: (n_points,)          names of the reference points, static.
-    groups: (n,) int64           which recording a row is part of; None = every row is its own run.
-        Rows of one group are not independent: they are split together and count as one.
-    lost: (n,) int64             how often a run was lost with its worker, or slow, and made again,
-        -1 where nobody counted; None = every run was made once.
-    rotation: what the system declares of the heading, None for nothing, static. labels: what
-        coordinates are called, None for the plain ones, static. given: axes of k that are measured
-        at the start, static.
-    source: what was loaded or collected: a hash of a log, its first row and its last, static; rows
-        of it that are not here were left out. None = these very rows.
+    groups: (n,) int64           recording of each row; None = all rows are independent. Rows of one
+        group are not: they are split together and count as one.
+    lost: (n,) int64             number of times a run was lost with its worker, or slow, and made
+        again, -1 for unknown; None = every run was made once.
+    rotation: declared behaviour of the heading, None for nothing, static. labels: of coordinates,
+        None for plain ones, static. given: axes of k that are measured at the start, static.
+    source: hash of the loaded log, its first row and its last, or of a collection, static; rows of
+        it that are missing here were left out. None = these very rows.
     time, law, seed, stage: static; seed is the data of the random key, seed and stage are None for
-    files. A run that failed holds NaN or infinities. It stays in the batch: a failure is an error
-    without bound, not a missing row.
+        files.
+    A failed run holds NaN or infinities and stays in the batch: a failure is an error without
+    bound, not a missing row.
     """
 
     rows: np.ndarray
@@ -116,7 +116,7 @@ class RolloutBatch:
 
     @property
     def subject(self) -> Subject:
-        """What the runs are about. Raises InputError."""
+        """Subject of the runs. Raises InputError."""
         about = (self.name, self.domain, self.time, self.n_p, self.n_q)
         return subject(*about, self.points, self.rotation, self.labels, self.given)
 
@@ -157,10 +157,8 @@ class RolloutBatch:
 
     @property
     def finite(self) -> "RolloutBatch":
-        """The runs that did not fail; this very batch where none did, which is why it is not kept:
-        what refers to itself stays until a search for such.
-        """
-        failed = self.failed
+        """The runs that did not fail; this very batch where none did."""
+        failed = self.failed  # no cached_property: an object that refers to itself is freed late
         return self.select(~failed) if failed.any() else self
 
     def select(self, index) -> "RolloutBatch":
@@ -176,20 +174,19 @@ class RolloutBatch:
         )
 
     def split(self, share: float, seed: int = 0) -> tuple["RolloutBatch", "RolloutBatch"]:
-        """(the rest, a random share), rows in order; a group is never torn apart. Raises
-        InputError when either would be empty.
+        """(the rest, a random share), rows in order, groups undivided. Raises InputError when
+        either would be empty.
 
-        Split recorded runs like this before anything is learned from them: the share is the
-        holdout. A K that was fitted to the runs becomes the smallest box of the rest, as `refitted`
-        has it.
+        To be called before anything is learned from recorded runs: the share is the calibration
+        set. A K that was fitted to the runs becomes the smallest box of the rest, see `refitted`.
         """
         if not 0 < share < 1:
             raise InputError(f"holdout: expected a share between 0 and 1; got {share}.")
         rng = np.random.default_rng(check_seed(seed))
-        own = np.arange(self.n) if self.groups is None else self.groups
-        names = np.unique(own)
+        groups = np.arange(self.n) if self.groups is None else self.groups
+        names = np.unique(groups)
         order = rng.permutation(len(names))
-        chosen = np.isin(own, names[order[: round(share * len(names))]])
+        chosen = np.isin(groups, names[order[: round(share * len(names))]])
         if chosen.all() or not chosen.any():
             raise InputError(
                 f"{self.name}: expected enough runs for training and a holdout; got {len(names)}"
@@ -199,9 +196,7 @@ class RolloutBatch:
 
     def hashes(self) -> np.ndarray:
         """(n,) 128-bit content hashes as 32 hex characters: k in float64, p and q rounded to
-        float32.
-
-        The same run has the same hash in either storage.
+        float32, so that the same run has the same hash in either storage.
         """
         return self._hashes
 
@@ -233,12 +228,12 @@ def rollout_batch(
     lost=None,
     source=None,
 ) -> RolloutBatch:
-    """Validated batch. k must be finite and inside the domain; p and q may hold NaN (failed
-    runs). groups: (n,) whole numbers or names, or None. points: names of the reference points,
-    whose coordinates are the columns of p. rotation: as of `rotation_of(system)`. labels: `Labels`,
-    or a mapping of some of p, q and k, as {"k": ("speed [m/s]", ...)}. given: parameters that are
-    measured at the start, by name or number. lost (n,), source: as of `RolloutBatch`; by default
-    these rows are all. Raises InputError.
+    """Validated batch, arguments as in `RolloutBatch`. k must be finite and inside the domain; p
+    and q may hold NaN (failed runs).
+
+    groups: (n,) whole numbers or names. labels: `Labels`, or a mapping of some of p, q and k, as
+        {"k": ("speed [m/s]", ...)}. given: parameters by name or number. source: by default
+        these rows are all. Raises InputError.
     """
     require_finite_k(k)
     k = as_float64("rollouts k", k, (None, domain.n))
@@ -261,13 +256,16 @@ def rollout_batch(
             f"{k[first]}. Widen it?"
         )
     rows = np.arange(n, dtype=np.int64) if rows is None else np.asarray(rows, np.int64)
-    numbers, lost = group_numbers(groups, n), _losses(np.zeros(n) if lost is None else lost, n)
+    lost = None if lost is None else np.asarray(lost).astype(np.int64)
+    if lost is not None and lost.shape != (n,):
+        raise InputError(f"rollouts lost: expected shape ({n},); got {lost.shape}.")
+    lost = lost if lost is not None and lost.any() else None
     about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels, given)
     named = (points, about.rotation, about.labels, about.given)
     if source is None and n:
         log = content_hash(k, p[:, -1], q) if law.generator.startswith(LOG) else ""
         source = (log, int(rows.min()), int(rows.max()))
-    more = numbers, *named, lost, source
+    more = group_numbers(groups, n), *named, lost, source
     return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, *more)
 
 
@@ -278,16 +276,8 @@ def joined_source(batches: Iterable) -> tuple[str, int, int]:
     return logs[0], min(first), max(last)
 
 
-def _losses(lost: np.ndarray, n: int) -> np.ndarray | None:
-    """The losses of n runs as a batch keeps them. Raises InputError."""
-    counted = np.asarray(lost).astype(np.int64)
-    if counted.shape != (n,):
-        raise InputError(f"rollouts lost: expected shape ({n},); got {counted.shape}.")
-    return counted if counted.any() else None
-
-
 def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]) -> int:
-    """The dimension of the workspace in which p (n, n_record + 1, n_c) are places of these points,
+    """Dimension of the workspace of places p (n, n_record + 1, n_c) of these points, which must be
     relative to the start of the first. Raises InputError.
     """
     if p.ndim != 3 or p.shape[:2] != (n, time.n_record + 1):
@@ -315,13 +305,13 @@ def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]
 
 
 def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, RolloutBatch]:
-    """Training runs and others; where K was fitted to the others too it becomes the smallest box of
-    the training runs, and what of the others lies outside of it is left out and counted: a claim
-    from them is then about runs whose k lies in a K that they had no part in.
+    """Training runs and others. A K that was fitted to all of them becomes the smallest box of the
+    training runs; others outside of it are left out and counted: a claim from the rest is then
+    about runs whose k lies in a K that they did not influence.
 
-    Of both halves, the training runs alone say that K is their own smallest box: split again they
-    are fitted again, and halves that changed places are refused. Raises InputError for these, and
-    when none is left.
+    Only the training runs state that K is their own smallest box: split again they are fitted
+    again, and halves in the wrong order are refused. Raises InputError for these, and when none is
+    left.
     """
     if held.law.fitted != TO_ALL:
         return train, held
@@ -349,12 +339,10 @@ def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, Rol
 
 
 def require_finite_k(k) -> None:
-    """Name the row whose parameters are not known, or too large to compute with. Raises
-    InputError.
-    """
+    """Refuse parameters that are not finite, or too large. Raises InputError with the row."""
     k = np.asarray(k)
     if k.ndim != 2 or k.dtype.kind not in "fiu" or (np.abs(k) <= LARGEST).all():
-        return  # other faults have other words
+        return  # other faults have other messages
     bad = ~np.isfinite(k).all(axis=1)
     if not bad.any():
         raise InputError(
@@ -370,9 +358,9 @@ def require_finite_k(k) -> None:
 
 def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> RolloutBatch:
     """One batch from several of the same law (and so K), time grid, reference points, rotation,
-    given parameters and labels, in order. n: rows of all together, where it is known: then batches
-    may come one after another, and none is held any longer than it takes to copy it. Raises
-    InputError when they differ, or have rows in common, as two files of one name do.
+    given parameters and labels, in order. n: total number of rows, if known: then batches may be a
+    stream, and are dropped when copied. Raises InputError when they differ, or have rows in common,
+    as two files of one name do.
     """
     if n is None:
         batches = list(batches)
@@ -384,7 +372,14 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
     whole: dict = {name: np.empty((n, *x.shape[1:]), x.dtype) for name, x in parts.items()}
     at, lost, source = 0, np.zeros(n, np.int64), joined_source([first])
     for batch in itertools.chain([first], batches):
-        _require_alike(first, batch)
+        one, two = _facts(first), _facts(batch)
+        differs = [f"{name} ({one[name]}; {two[name]})" for name in one if one[name] != two[name]]
+        if differs:
+            raise InputError(
+                "concatenate: expected batches of one source; they differ in "
+                f"{', '.join(differs)}. Load or collect them in the same way, or train and bound "
+                "with one of them."
+            )
         source = joined_source([dataclasses.replace(first, source=source), batch])
         begin, at = at, at + batch.n
         if at <= n:
@@ -400,21 +395,12 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
             "again. Two files of one name number their rows, and their groups, anew: load all "
             "their runs as one folder, with a name for each recording."
         )
-    return dataclasses.replace(first, **whole, lost=_losses(lost, n), source=source)
+    return dataclasses.replace(first, **whole, lost=lost if lost.any() else None, source=source)
 
 
-def _require_alike(first: RolloutBatch, other: RolloutBatch) -> None:
-    def facts(batch: RolloutBatch) -> dict:
-        shared = ("time", "seed", "stage", "points", "rotation", "given", "labels")
-        groups = "none" if batch.groups is None else "given"
-        own = {"law": batch.law.describe(), "storage": batch.p.dtype.name, "groups": groups}
-        own["log"] = joined_source([batch])[0][:12]
-        return own | {fact: getattr(batch, fact) for fact in shared}
-
-    one, two = facts(first), facts(other)
-    differs = [f"{name} ({one[name]}; {two[name]})" for name in one if one[name] != two[name]]
-    if differs:
-        raise InputError(
-            f"concatenate: expected batches of one source; they differ in {', '.join(differs)}. "
-            "Load or collect them in the same way, or train and bound with one of them."
-        )
+def _facts(batch: RolloutBatch) -> dict:
+    shared = ("time", "seed", "stage", "points", "rotation", "given", "labels")
+    groups = "none" if batch.groups is None else "given"
+    storage = {"law": batch.law.describe(), "storage": batch.p.dtype.name, "groups": groups}
+    storage["log"] = joined_source([batch])[0][:12]
+    return storage | {fact: getattr(batch, fact) for fact in shared}

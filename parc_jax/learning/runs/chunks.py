@@ -1,5 +1,5 @@
-"""Work in chunks: several worker threads, bounded memory, results in order, finished chunks stored
-and resumed with the same system only, and a forecast of the time.
+"""Work in chunks: worker threads, bounded memory, results in order, finished chunks stored and
+resumed with the same system only, and a forecast of the time.
 """
 
 import json
@@ -26,16 +26,16 @@ from parc_jax.learning.system import points_of
 def require_same_runs(where, stored: dict, again: dict, system) -> None:
     """Refuse stored runs that the system does not repeat. Raises InputError.
 
-    stored, again: arrays of rows, from the disk and simulated just now; those beyond the last of
-    either are left out. Another machine may round differently, hence `TOLERANCES.resumed`.
+    stored, again: arrays of rows, from the disk and simulated anew, compared up to the shorter one.
     """
+    # another machine may round differently
     single = np.dtype(getattr(system, "dtype", np.float64)) == np.float32
     within = TOLERANCES.resumed_single if single else TOLERANCES.resumed
-    kept = max(map(len, stored.values()))
+    n = max(map(len, stored.values()))
     for name, old in stored.items():
         if not np.issubdtype(old.dtype, np.floating):
             continue
-        new = np.asarray(again[name])[:kept]
+        new = np.asarray(again[name])[:n]
         old = old[: len(new)]
         same = old.shape == new.shape and np.isclose(
             new, old, rtol=within, atol=within, equal_nan=True
@@ -98,12 +98,12 @@ class ChunkStore:
         return None
 
     def put(self, index: int, arrays: Arrays) -> None:
-        """Keep a finished chunk, atomically."""
+        """Store a finished chunk, atomically."""
         write_npz(self._path(index), arrays)
         self._marker(index).unlink(missing_ok=True)
 
     def begin(self, index: int) -> int:
-        """Note that a chunk is begun. Returns how often it was begun before and never finished."""
+        """Mark a chunk as begun. Returns the number of its earlier begins without an end."""
         with open(self._marker(index), "ab") as marker:
             marker.write(b".")
             marker.flush()
@@ -118,25 +118,23 @@ class ChunkStore:
 
 
 def cores() -> int:
-    """That this process may use."""
+    """Number of CPU cores for this process."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def worker_devices(system) -> list:
-    """One entry per worker thread: the device it runs on. XLA releases the interpreter, so threads
-    use all CPU cores. However many devices a CPU is divided into, they are the same cores, and a
-    program is compiled for each device that runs it: all threads share the first.
+    """The device of each worker thread; XLA releases the interpreter, so threads use all CPU cores.
 
-    A system with its own `rollout_batch` gets one worker, or as many as its `at_once` says: its
-    parallelism is its own.
+    A system with `rollout_batch` gets one worker, or `at_once`: it is parallel by itself.
     """
     if callable(getattr(system, "rollout_batch", None)):
         return [None] * getattr(system, "at_once", 1)
     devices = jax.local_devices()
     if not backend(devices[0]).threads:
         return devices
+    # devices of one CPU are the same cores, and a program is compiled for each device
     return devices[:1] * cores()
 
 
@@ -150,9 +148,9 @@ def run_chunks(
     """Yield work(index, device) for every index, in order, at most two results per worker ahead of
     the consumer.
 
-    A chunk found in the store is not computed again. On an error or Ctrl-C, waiting chunks are
-    cancelled. count_losses: the rows of a chunk that was begun before and never finished count as
-    lost so often; for work that may end its own process, where a second attempt is a choice.
+    A stored chunk is not computed again. On an error or Ctrl-C, waiting chunks are cancelled.
+    count_losses: rows of a chunk that was begun before and never finished count as lost; for work
+        that may end its own process, where a second attempt is a choice.
     """
     free = queue.SimpleQueue()
     for device in devices:
@@ -198,23 +196,22 @@ def default_chunk(system, n: int, workers: int) -> int:
     return min(1 << (largest.bit_length() - 1), 1 << (wanted - 1).bit_length())
 
 
-LONG_S = 30.0  # what takes longer is announced
+LONG_S = 30.0  # [s] work above this is announced
 
 
 class Forecast:
-    """The cost of all runs that a command will make, said once, at the rate of the first ones.
+    """The cost of all runs of a command, announced once, at the rate of the first ones.
 
-    runs: of all stages together. advice: what would be cheaper, in words. quiet: say nothing.
+    runs: of all stages together. advice: a cheaper choice, in words. quiet: no announcement.
     """
 
     def __init__(self, runs: int, advice: str = "", quiet: bool = False):
-        self.runs = runs
-        self.advice = advice
+        self.runs, self.advice = runs, advice
         self._is_said = quiet
         self._lock = threading.Lock()
 
     def measured(self, name: str, seconds_per_run: float) -> None:
-        """Tell the forecast how long a run of the system `name` takes, all workers together."""
+        """Report the time of a run of the system `name`, all workers together."""
         with self._lock:
             if self._is_said:
                 return
@@ -226,38 +223,34 @@ class Forecast:
 
     def sentence(self, name: str, seconds_per_run: float) -> str:
         """For example "cart: 12,300 runs x 0.6 s = 2 h; eps = 0.01 needs 690 runs"."""
-        cost = (
-            f"{name}: {self.runs:,} runs x {spell(seconds_per_run)} = "
-            f"{spell(self.runs * seconds_per_run)}"
-        )
+        each, total = spell(seconds_per_run), spell(self.runs * seconds_per_run)
+        cost = f"{name}: {self.runs:,} runs x {each} = {total}"
         return f"{cost}; {self.advice}" if self.advice else cost
 
 
 class Pace:
-    """Seconds per run from the chunks that workers hand in. The first one does not count, nor what
-    ran beside it: it waits for a compiler, or for the start of a simulator's own processes, which
-    is soon over: one of LONG_S without a compiler counts. forecast: is told the pace of the system
-    `name`.
+    """Seconds per run from the chunks of workers, reported to a forecast for the system `name`.
+
+    The first chunk and those beside it wait for a compiler, or for processes that start, and do not
+    count; without a compiler one of LONG_S counts.
     """
 
     def __init__(
         self, workers: int, compiles: bool, forecast: Forecast | None = None, name: str = ""
     ):
-        self._workers = workers
-        self._compiles = compiles
-        self._forecast = forecast
-        self._name = name
+        self._workers, self._compiles = workers, compiles
+        self._forecast, self._name = forecast, name
         self._from: float | None = None
         self._lock = threading.Lock()
 
     def timed(self, runs: int, work: Callable):
-        """What work() gives, which makes so many runs."""
+        """work(), which makes so many runs."""
         began = time.perf_counter()
-        done = work()
+        result = work()
         each = self.of(runs, began, time.perf_counter())
         if each is not None and self._forecast is not None:
             self._forecast.measured(self._name, each)
-        return done
+        return result
 
     def of(self, runs: int, began: float, ended: float) -> float | None:
         """Seconds per run of one chunk that ran from `began` to `ended` [s], or None."""

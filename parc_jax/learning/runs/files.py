@@ -18,7 +18,7 @@ from parc_jax.learning.runs.law import LawSpec
 from parc_jax.learning.system import ONE_POINT, time_grid
 
 FORMAT = "parc_jax.rollouts/1"
-# what a wrong byte makes of an archive: also one of a later kind, or encrypted
+# of an archive with a wrong byte, which may also look encrypted or of a later version
 DAMAGED = (zipfile.BadZipFile, zlib.error, EOFError, OSError, AttributeError, RuntimeError)
 RAGGED = (
     "Runs of different lengths go onto one record grid first: interpolate each at the times of the "
@@ -27,8 +27,8 @@ RAGGED = (
 
 
 def write_atomic(path, data: bytes | Callable[[BinaryIO], None]) -> Path:
-    """Write bytes, or what data(file) writes, to a temporary file beside `path`, then rename: a
-    reader never sees half a file. What fails leaves nothing behind.
+    """Write bytes, or call data(file), into a temporary file beside `path`, then rename: a reader
+    never sees half a file. A failed write leaves nothing behind.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -49,33 +49,27 @@ def write_atomic(path, data: bytes | Callable[[BinaryIO], None]) -> Path:
 
 
 def write_npz(path, arrays: dict, compressed: bool = False) -> Path:
-    """Atomic .npz of named arrays. compressed: smaller and slower, for what is kept for good."""
+    """Atomic .npz of named arrays. compressed: smaller and slower."""
     write = np.savez_compressed if compressed else np.savez
     return write_atomic(path, lambda file: write(file, **arrays))
 
 
 def read_npz(path) -> dict[str, np.ndarray]:
-    """All arrays of an .npz file. Raises InputError when it is missing, truncated or not an .npz
-    file.
-    """
+    """All arrays of an .npz file. Raises InputError when it is missing or damaged."""
     try:
         with open(path, "rb") as handle, np.load(handle, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
-    except ValueError as error:
-        if "Object arrays" not in str(error):
-            raise _damaged(path, error) from None
-        raise InputError(f"{path}: expected arrays of numbers; one is a list. {RAGGED}") from None
-    except DAMAGED as error:
-        raise _damaged(path, error) from None
-
-
-def _damaged(path, error) -> InputError:
-    return InputError(
-        f"{path}: expected a complete .npz file; it is truncated or damaged ({error}). Write it "
-        "again."
-    )
+    except (ValueError, *DAMAGED) as error:
+        if isinstance(error, ValueError) and "Object arrays" in str(error):
+            raise InputError(
+                f"{path}: expected arrays of numbers; one is a list. {RAGGED}"
+            ) from None
+        raise InputError(
+            f"{path}: expected a complete .npz file; it is truncated or damaged ({error}). Write "
+            "it again."
+        ) from None
 
 
 def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Path:
@@ -96,18 +90,10 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
         "given": batch.given,
         "source": batch.source,
     }
-    arrays = {
-        "rows": batch.rows,
-        "k": batch.k,
-        "p": batch.p,
-        "q": batch.q,
-        "lo": batch.domain.lo,
-        "hi": batch.domain.hi,
-    }
-    if batch.groups is not None:
-        arrays["groups"] = batch.groups
-    if batch.lost is not None:
-        arrays["lost"] = batch.lost
+    arrays = {"rows": batch.rows, "k": batch.k, "p": batch.p, "q": batch.q}
+    arrays |= {"lo": batch.domain.lo, "hi": batch.domain.hi}
+    optional = {"groups": batch.groups, "lost": batch.lost}
+    arrays |= {name: array for name, array in optional.items() if array is not None}
     return write_npz(path, arrays | {"meta": np.array(json.dumps(meta))})
 
 

@@ -1,9 +1,9 @@
-"""Are recorded runs independent draws? Copies up to storage and printing, and tests of k that are
+"""Tests of recorded runs as independent draws: copies up to storage and printing, and k that are
 declared uniform on K.
 
-A claim about uniform k speaks of shares of K, so the declaration is tested: k that repeat, the
-range of every parameter, pairs of parameters that go together, corners of K that are left out.
-Nothing here shows that k is uniform; a log that passes was not refuted.
+A claim about uniform k speaks of shares of K, so the declaration is tested: repeated k, the range
+of every parameter, correlated pairs of parameters, corners of K that are left out. A log that
+passes is not refuted; nothing here shows that k is uniform.
 """
 
 import itertools
@@ -18,20 +18,14 @@ from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.runs.batch import RolloutBatch
 
 _TIMES = 8  # records of a run that are compared
-# With two independent uniform draws per pair, more pairs than these have at most this probability
-# of being near each other by chance.
-_CHANCE = 1e-3
+_CHANCE = 1e-3  # of more near pairs among independent uniform draws than are tolerated
 
 
 class Marks(NamedTuple):
-    """What two runs are compared by: k (n, n_k), and path (n, m): p at a few records, then q."""
+    """Features to recognise copies: k (n, n_k), and path (n, m): p at a few records, then q."""
 
     k: np.ndarray
     path: np.ndarray
-
-    def select(self, index) -> "Marks":
-        """The marks of some runs."""
-        return Marks(self.k[index], self.path[index])
 
 
 def marks_of(batch: RolloutBatch) -> Marks:
@@ -61,13 +55,11 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
         pairs = np.sort(first[pairs.reshape(-1, 2)], axis=1)
     else:
         theirs, second = _scaled(other, width, size)
-        near = (
-            cKDTree(theirs).query(ours, p=np.inf, distance_upper_bound=1.0)[1]
-            if len(theirs)
-            else []
-        )
-        hit = np.flatnonzero(np.asarray(near, int) < len(theirs))
-        pairs = np.stack([first[hit], second[np.asarray(near, int)[hit]]], axis=1)
+        near = np.full(len(ours), len(theirs))
+        if len(theirs):
+            near = cKDTree(theirs).query(ours, p=np.inf, distance_upper_bound=1.0)[1]
+        hit = np.flatnonzero(near < len(theirs))
+        pairs = np.stack([first[hit], second[near[hit]]], axis=1)
         tried = len(ours) * len(theirs)
     by_chance = tried * float(np.prod(np.full(len(width), 2 * TOLERANCES.near_k)))
     pairs = pairs[np.lexsort(pairs.T[::-1])]
@@ -82,19 +74,14 @@ def _scaled(marks: Marks, width, size) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([k, path], axis=1), rows
 
 
-# probability, about, with which one look refuses uniform k: over all tests of their distribution,
-# and of k that repeat
+# probability, about, of refusing uniform k: by all tests of their distribution, and for repeated k
 LEVEL, REPEATS = 1e-3, 1e-6
 LEAST = 20  # draws: with fewer nothing is tested
 CELLS = 10  # equal parts of a range, fewer where a part would expect less than LEAST / 2 draws
 SIDES = (1 / 4, 1 / 3, 1 / 2)  # of a corner, as shares of the ranges of its two parameters
 
 
-class Chance(NamedTuple):
-    """One test. chance: of uniform k to look like this or worse. said: what it found."""
-
-    chance: float
-    said: str
+Chance = tuple[float, str]  # p-value of a test for uniform k, and its result in words
 
 
 def check_uniform(
@@ -108,11 +95,11 @@ def check_uniform(
     """Refuse k (n, n_k) that were not drawn uniformly and independently from the domain, at level
     in all. names: of the parameters. Raises InputError with the figure that refutes it.
 
-    The chances of a rank correlation and of chi-square are approximations, good to a third from
+    The p-values of a rank correlation and of chi-square are approximations, good to a third from
     LEAST draws on; those of corners are exact. groups (n,): rows of one recording may share their k
-    or follow each other, so only the first row of each is looked at: that these are independent is
-    what a claim about recordings assumes too. The level is split evenly over the kinds of tests,
-    and within a kind over its tests.
+    or follow each other, so only the first row of each is tested, as a claim about recordings
+    assumes these independent. The level is split evenly over the kinds of tests, and within a kind
+    over its tests.
     """
     drawn = np.ascontiguousarray(k, "<f8")
     _check_distinct(owner, drawn, groups)
@@ -124,22 +111,20 @@ def check_uniform(
     u = ((drawn - domain.lo)[:, wide]) / (domain.hi - domain.lo)[wide]
     if len(u) < LEAST:
         return
-    kinds = [list(look(u, names)) for look in (_ranges, _pairs, _corners)]
+    kinds = [list(test(u, names)) for test in (_ranges, _pairs, _corners)]
     kinds = [kind for kind in kinds if kind]
-    each = [
-        Chance(chance * len(kind) * len(kinds), said) for kind in kinds for chance, said in kind
-    ]
-    worst = min(each, default=Chance(1.0, ""))
-    if worst.chance <= level:
+    scaled = ((chance * len(kind) * len(kinds), said) for kind in kinds for chance, said in kind)
+    chance, said = min(scaled, default=(1.0, ""))
+    if chance <= level:
         raise InputError(
-            f"{owner}: expected k drawn uniformly, as declared; {worst.said}, which uniform draws "
-            f"show with a probability of about {worst.chance:.1g}. Leave k_law out, so that the "
+            f"{owner}: expected k drawn uniformly, as declared; {said}, which uniform draws "
+            f"show with a probability of about {chance:.1g}. Leave k_law out, so that the "
             "claim is about k as in the log, or give the K that k was drawn from."
         )
 
 
 def by_chance(k: np.ndarray, pairs: float) -> float:
-    """Equal pairs of uniform k that the resolution of their numbers explains."""
+    """Bound on equal pairs of uniform k from the resolution of their numbers."""
     from scipy.stats import poisson
 
     bits = 23 if (k == k.astype(np.float32)).all() else 52
@@ -169,7 +154,7 @@ def _ranges(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
         held = np.histogram(u[:, axis], cells, (0.0, 1.0))[0]
         shown = ", ".join(map(str, held))
         said = f"{cells} equal parts of the range of {name} hold {shown} of {len(u):,} draws"
-        yield Chance(float(chisquare(held).pvalue), said)
+        yield float(chisquare(held).pvalue), said
 
 
 def _pairs(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
@@ -178,12 +163,12 @@ def _pairs(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
 
     for i, j in itertools.combinations(range(len(names)), 2):
         if np.ptp(u[:, i]) > 0 and np.ptp(u[:, j]) > 0:
-            found = spearmanr(u[:, i], u[:, j])
+            result = spearmanr(u[:, i], u[:, j])
             said = (
-                f"the rank correlation of {names[i]} and {names[j]} is {found.statistic:.2f} over "
+                f"the rank correlation of {names[i]} and {names[j]} is {result.statistic:.2f} over "
                 f"{len(u):,} draws"
             )
-            yield Chance(float(found.pvalue), said)
+            yield float(result.pvalue), said
 
 
 def _corners(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
@@ -204,4 +189,4 @@ def _corners(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
                     f"a corner of {100 * side**2:.2g} % of K, at {ends}, holds {held:,} of "
                     f"{len(u):,} draws"
                 )
-                yield Chance(2 * float(min(tails)), said)
+                yield 2 * float(min(tails)), said

@@ -27,9 +27,7 @@ from parc_jax.learning.system import (
 from parc_jax.learning.systems.content import Reader
 from parc_jax.learning.systems.user_code import blamed
 
-OURS = (
-    "parc_jax:"  # begins parameters that no system may declare, so that none reads as one of ours
-)
+OURS = "parc_jax:"  # prefix of parameters that no system may declare
 # parameter of a law whose k are drawn from a small box inside K, which sentences call N
 BOX = f"{OURS}box of k"
 LOG = "file:"  # begins the generator of runs that were logged
@@ -48,7 +46,7 @@ EVEN, PART = "a uniform draw", ", of which K is a part"  # as of `told_of_part`
 class LawSpec:
     """Where rollouts come from. Two laws with the same hash are the same declared distribution.
 
-    generator:  what produced the rollouts: a system's name, or file:<name>.
+    generator:  source of the rollouts: a system's name, or file:<name>.
     parameters: (name, value) pairs as text, sorted: the disturbance law of the system.
     k_law:      how k is drawn: "uniform" on [lo, hi], "given" with the values, "logged", "the
         sampler" with its name, as a chained system has it, or as of `told_of_part`.
@@ -68,7 +66,7 @@ class LawSpec:
 
     @property
     def box(self) -> str:
-        """What sentences call the box [lo, hi]: K, or N for a small box inside it."""
+        """Name of the box [lo, hi] in sentences: K, or N for a small box inside it."""
         return dict(self.parameters).get(BOX, "K")
 
     @property
@@ -78,7 +76,7 @@ class LawSpec:
 
     @property
     def fitted(self) -> str | None:
-        """What K was fitted to, in words; None where it was declared."""
+        """Runs that K was fitted to, in words; None where it was declared."""
         return dict(self.parameters).get(FITTED)
 
     def describe(self) -> str:
@@ -136,11 +134,8 @@ def law_of(system, k_law: str = "uniform") -> LawSpec:
 
 
 def identity_of(system) -> dict:
-    """JSON-able identity that outlives the process: law, grid, sizes, and a hash of the code and of
-    every public attribute.
-
-    Left out: attributes that begin with an underscore, those in `content.OPERATIONAL`, and
-    opaque objects. Raises InputError for what is no system.
+    """JSON-able identity across processes: law, grid, sizes, and a hash of the code and of every
+    public attribute, but those in `content.OPERATIONAL` and opaque objects. Raises InputError.
     """
     check_system(system)
     reader = Reader(lasting=True)
@@ -155,20 +150,20 @@ def identity_of(system) -> dict:
         "code": reader.digest(type(system)),
     }
     for name, value in reader.attributes(system):
-        if name not in ("domain", "time", "law", "points"):  # said above
+        if name not in ("domain", "time", "law", "points"):  # above
             identity[f"attribute {name}"] = reader.digest(value)
     return identity
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """What runs, a claim about them and a model that has it are about. Build with `subject`, which
+    """Subject of runs, of a claim about them and of its model. Build with `subject`, which
     validates.
 
     system: name of the black box. domain: K. time: knots, records and horizon. points: names of the
-    robot's reference points, in the order of their coordinates. rotation: what the system declares
-    of the heading, as `rotation_of` has it. labels: what coordinates are called, for people. given:
-    axes of k that are measured at the start and not chosen, as `given_of` has them. [T37]
+    robot's reference points, in the order of their coordinates. rotation: declared behaviour of the
+    heading, as of `rotation_of`. labels: names of coordinates, for people. given: axes of k that
+    are measured at the start and not chosen, as of `given_of`. [T37]
     """
 
     system: str
@@ -191,9 +186,7 @@ class Subject:
 
     @property
     def identity(self) -> dict:
-        """All but what is for people alone, as plain values: two subjects with the same identity
-        are the same.
-        """
+        """All but the labels, as plain values; equal for the same subject."""
         measured = {"given": list(self.given)} if self.given else {}
         return measured | {
             "system": self.system,
@@ -207,7 +200,7 @@ class Subject:
 
     @property
     def premises(self) -> Premises:
-        """The same for people, and the names of the parameters: what others about it agree with."""
+        """The same for people, with the names of the parameters, to be compared with others."""
         told = {
             "system": self.system,
             "K": hex_text([self.domain.lo, self.domain.hi]),
@@ -226,7 +219,7 @@ class Subject:
         return self.identity | {"labels": words}
 
     def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "Subject":
-        """The same with other labels; a mapping gives some of p, q and k. Raises InputError."""
+        """The subject with other labels; a mapping gives some of p, q, k. Raises InputError."""
         words = self.labels._asdict() | words_of(given)
         named = valid_labels(self.n_p, self.n_q, self.domain.n, **words)
         return replace(self, labels=named)
@@ -243,8 +236,8 @@ def subject(
     labels: Labels | Mapping[str, Sequence[str]] | None = None,
     given: Sequence[str | int] = (),
 ) -> Subject:
-    """Validated subject. labels: `Labels`, or a mapping of some of p, q and k; what is not given
-    has plain ones. given: parameters by label, name or number. Raises InputError.
+    """Validated subject. labels: `Labels`, or a mapping of some of p, q and k; others are plain.
+    given: parameters by label, name or number. Raises InputError.
     """
     named = valid_labels(n_p, n_q, domain.n, **words_of(labels))
     return Subject(
@@ -291,7 +284,7 @@ def words_of(given: Labels | Mapping[str, Sequence[str]] | None) -> dict[str, Se
 
 
 def subject_from_json(data: dict) -> Subject:
-    """The subject of `Subject.to_json`. Raises InputError; KeyError, TypeError for what is none."""
+    """The subject of `Subject.to_json`. Raises InputError, KeyError, TypeError."""
     lo, hi = (nearest_floats(data["domain"][side]) for side in ("lo", "hi"))
     return subject(
         data["system"],

@@ -34,7 +34,7 @@ def load_rollouts(
     labels: Labels | Mapping[str, Sequence[str]] | None = None,
     given: Sequence[str | int] = (),
 ) -> RolloutBatch:
-    """A batch from a file or folder. Raises InputError that says what is missing.
+    """A batch from a file or folder. Raises InputError with the missing part.
 
     *.npz   written by `save_rollouts`: complete as it is. Others: arrays k (n, n_k), p (n, n_record
             + 1, n_p), of m reference points (n, n_record + 1, m, n_p), and, where there are other
@@ -60,8 +60,8 @@ def load_rollouts(
     recording are not independent, and count as one. points: names of the m reference points; a
     table with a column per coordinate (CSV, .mat) has them point by point: x, y of the first, x, y
     of the second. Positions are made relative to where the first point of each run starts.
-    rotation: what is declared of the heading, as a system's `rotation`. labels: what coordinates
-    are called, as {"k": ("speed [m/s]", ...)}; they go before those of the file. given: parameters
+    rotation: declared behaviour of the heading, as of a system. labels: names of coordinates,
+    as {"k": ("speed [m/s]", ...)}; they go before those of the file. given: parameters
     that are measured at the start of a run and not chosen, by name or number. Runs with NaN stay.
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
@@ -146,7 +146,7 @@ def _assemble(
 
 
 def check_k_law(owner: str | Path, k_law: str, domain: Box | None) -> None:
-    """Refuse other laws than K_LAWS, and "uniform" on nobody knows what. Raises InputError."""
+    """Refuse other laws than K_LAWS, and "uniform" without a domain. Raises InputError."""
     if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
         raise InputError(
             f'{owner}: expected k_law "logged", or "uniform" with the domain that k was drawn '

@@ -3,7 +3,6 @@ shape.
 """
 
 import threading
-from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,90 +14,74 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, row_keys, stream
 from parc_jax.learning.runs.chunks import worker_devices
 from parc_jax.learning.system import Retried, Trajectory, check_system, points_of
-from parc_jax.learning.systems.chained import Chained, begun, links_of
+from parc_jax.learning.systems.chained import Chained, ToRun, begun, links_of
 from parc_jax.learning.systems.content import Content, content_of
 from parc_jax.learning.systems.user_code import blamed
 
 _KEPT = 8  # compiled systems held at a time: enough for a few plants side by side, bounded memory
 
 
-class ToRun(NamedTuple):
-    """What is to be run: keys (B, 2) of the systems and k (B, n_k) float64, exactly as the system
-    will see it. states: in which the last manoeuvres of chains begin; None = as k says.
-    """
-
-    keys: jax.Array
-    k: np.ndarray
-    states: Any = None
-
-
 class Simulator:
-    """A system as it is now, compiled once for every chunk shape. Get it from `simulator`, which
-    remembers the last few systems.
+    """The present content of a system, compiled once per chunk shape. Made by `simulator`, which
+    caches the last few.
     """
 
     def __init__(self, system):
         check_system(system)
         self.system = system
         self.traceable = is_traceable(system)
-        # named to every call: to XLA the device that is meant and the one that is not named differ,
-        # and each has a program of its own
+        # named in every call: XLA compiles for a named and for the default device separately
         self._device = worker_devices(system)[0]
         self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
         self._many = jitted_rollouts(system) if self.traceable else system.rollout_batch
         self._links = links_of(system, self.traceable) if isinstance(system, Chained) else None
-        # what is not compiled reads its attributes at every run, and may hold a fleet
+        # a system that is not compiled reads its attributes at every run, and may hold a fleet
         self._content = content_of(system) if self.traceable else Content("", [])
         self._compiled: set = set()
         self._compiling = threading.Lock()
 
     @property
     def content(self) -> str:
-        """Digest of what the compiled program was made from."""
+        """Digest of the system that the compiled program was made from."""
         return self._content.digest
 
     def is_current(self) -> bool:
-        """Does the system still hold what the program was made from, if there is one?"""
+        """Whether a compiled program is still that of the system."""
         with self._compiling:  # while it is traced, a system may fill caches of its own
             return not self.traceable or content_of(self.system).digest == self.content
 
     def rows(self, key: jax.Array, stage: Stage, rows: np.ndarray, k=None, device=None) -> ToRun:
-        """Keys and parameters of global rows (B,). k: None = uniform on K, or what the chain of a
-        chained system leads to, run on the device; (n_k,) = that one, (B, n_k) = as given, a
-        function key -> (n_k,) = drawn by it. Depends on (key, stage, row) alone. Raises InputError.
+        """Keys and parameters of global rows (B,), from (key, stage, row) alone.
+
+        k: None = uniform on K, or as the chain of a chained system leads to, run on the device;
+            (n_k,) = that one; (B, n_k) = as given; a function key -> (n_k,) = its draws.
+        Raises InputError.
         """
         lo, hi = self._bounds()
         with x64():
-            own, numbers = stream(key, stage), np.asarray(rows, np.uint32)
-            if k is None and self._links is not None:
-                return self._begun(*_row_keys(own, numbers), device)
-            if k is None:
-                keys, drawn = _drawn(own, numbers, lo, hi)
-                drawn = np.asarray(drawn)
-            elif callable(k):
-                k_keys, keys = _row_keys(own, numbers)
+            of_stage, numbers = stream(key, stage), np.asarray(rows, np.uint32)
+            if k is None and self._links is None:
+                keys, drawn = _drawn(of_stage, numbers, lo, hi)
+                return ToRun(keys, self.as_run(np.asarray(drawn)))
+            k_keys, keys = _row_keys(of_stage, numbers)
+            if callable(k):
                 drawn = np.asarray(jax.vmap(k)(k_keys), np.float64)
-            else:
-                _, keys = _row_keys(own, numbers)
+            elif k is not None:
                 drawn = np.broadcast_to(np.asarray(k, np.float64), (len(rows), len(lo)))
-        return ToRun(keys, self.as_run(drawn))
-
-    def _begun(self, k_keys, keys, device) -> ToRun:
-        """The last manoeuvres of chains."""
+            if k is not None:
+                return ToRun(keys, self.as_run(drawn))
         device = device or self._device
         k_keys, keys = jax.device_put((k_keys, keys), device)
 
         def run():
             with jax.enable_x64(self.double):
-                return begun(self.system, self._links, k_keys, keys, *self._bounds())
+                return begun(self.system, self._links, k_keys, keys, lo, hi)
 
         last = self._once(("chain", keys.shape, device), run)
-        return ToRun(last.keys, self.as_run(last.k), last.states)
+        return last._replace(k=self.as_run(last.k))
 
     def as_run(self, k: np.ndarray) -> np.ndarray:
-        """k (B, n_k) as the system will see it: inside K, rounded to float32 for a float32
-        system.
-        """
+        """k (B, n_k) as the system gets it: inside K, rounded for a float32 system."""
         k = np.clip(k, *self._bounds())
         return k if self.double else k.astype(np.float32).astype(np.float64)
 
@@ -111,16 +94,14 @@ class Simulator:
         return self._once(shape, lambda: self._run(rows, device))
 
     def _once(self, shape, run):
-        """What run() gives. The first run of a shape compiles, after which the system must stay as
-        it is; two workers that meet a new shape would both compile it.
-        """
+        """run(), after which the system must stay as it is: the first run of a shape compiles."""
         if self.traceable and shape not in self._compiled:
-            with self._compiling:
+            with self._compiling:  # else two workers would compile a new shape twice
                 if shape not in self._compiled:
-                    found = run()
+                    result = run()
                     self._compiled.add(shape)
                     self._content = content_of(self.system)
-                    return found
+                    return result
         return run()
 
     def _run(self, rows: ToRun, device) -> Trajectory | Retried:
@@ -145,10 +126,8 @@ class Simulator:
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Corners of K; for a float32 system the outermost float32 numbers inside K."""
-        lo, hi = (
-            np.asarray(self.system.domain.lo, np.float64),
-            np.asarray(self.system.domain.hi, np.float64),
-        )
+        domain = self.system.domain
+        lo, hi = (np.asarray(corner, np.float64) for corner in (domain.lo, domain.hi))
         if self.double:
             return lo, hi
         lo32, hi32 = lo.astype(np.float32), hi.astype(np.float32)
@@ -158,8 +137,8 @@ class Simulator:
 
 
 def simulator(system) -> Simulator:
-    """The compiled form of a system as it is now; the last few systems are remembered, so later
-    calls do not compile again. A system that was changed in place is compiled anew.
+    """The compiled form of a system as it is now; the last few are cached, so later calls do not
+    compile again. A system that was changed in place is compiled anew.
     """
     with _REMEMBERING:
         for place, known in enumerate(_RECENT):
@@ -178,18 +157,15 @@ def simulator(system) -> Simulator:
 
 
 def remembered(system) -> Simulator:
-    """The compiled form that the last call of `simulator` gave, without another look at the
-    system.
-    """
+    """The result of the last call of `simulator`, without reading the system again."""
     with _REMEMBERING:
-        known = next((s for s in _RECENT if s.system is system), None)
-    return known or simulator(system)
+        cached = next((s for s in _RECENT if s.system is system), None)
+    return cached or simulator(system)
 
 
 def in_columns(system, trajectory: Trajectory | Retried) -> Trajectory | Retried:
     """Trajectories (B, ...) with p as columns (B, n_record + 1, n_c): the coordinates of all
-    reference points, point by point. Raises InputError for a rollout that does not keep its word
-    about shapes.
+    reference points, point by point. Raises InputError for other shapes than declared.
     """
     n_record, n_points = system.time.n_record, len(points_of(system))
     each = (system.n_p,) if n_points == 1 else (n_points, system.n_p)
@@ -214,7 +190,7 @@ def jitted_rollouts(system):
 
 
 def is_traceable(system) -> bool:
-    """Is it run by JAX? A system with its own `rollout_batch` is not."""
+    """Whether JAX runs it: a system without `rollout_batch`."""
     return not callable(getattr(system, "rollout_batch", None))
 
 

@@ -1,5 +1,5 @@
-"""Runs that begin in what manoeuvres before them left behind: a chain of manoeuvres with random
-commands, each left for the next while it is under way, of which the last is recorded. [T37]
+"""Runs that begin while the robot moves: a chain of manoeuvres with random commands, each left for
+the next while it is under way, of which the last is recorded. [T37]
 """
 
 import re
@@ -21,17 +21,17 @@ from parc_jax.learning.runs.law import given_of
 from parc_jax.learning.system import check_system
 from parc_jax.learning.systems.user_code import blamed
 
-LEFT = "each left after "  # how a law of k says when, in seconds
+LEFT = "each left after "  # before the times [s] in a law of k
 METHODS = ("start_state", "measured", "rollout_from_state")
 
 
 @dataclass(frozen=True, eq=False)
 class Chained:
     """A system whose runs begin as the last of a chain of manoeuvres. Build with `chained`, which
-    validates. All else is the system's own, runs of k that somebody gives as well.
+    validates. All else is that of the system, runs of given k as well.
 
-    before: manoeuvres before the one that is recorded. hand_over: [s] from when on, and until when,
-    a manoeuvre is left for the next.
+    before: manoeuvres before the recorded one. hand_over: [s] first and last time at which a
+        manoeuvre is left for the next.
     """
 
     system: Any
@@ -58,12 +58,14 @@ class Chained:
         return (begin <= record) & (record <= end)
 
 
-class Begun(NamedTuple):
-    """Where last manoeuvres begin: keys (B, 2) of the systems, k (B, n_k), their states."""
+class ToRun(NamedTuple):
+    """Runs to be made: keys (B, 2) of the systems and k (B, n_k) float64, exactly as the system
+    gets it. states: begins of the last manoeuvres of chains; None = at rest, as k says.
+    """
 
     keys: jax.Array
     k: np.ndarray
-    states: Any
+    states: Any = None
 
 
 class Links(NamedTuple):
@@ -76,13 +78,13 @@ class Links(NamedTuple):
 
 
 def chained(system, before: int = 3, hand_over: tuple[float, float] | None = None) -> Chained:
-    """The system with runs that begin in states that manoeuvres leave behind: whoever takes a
-    system, such as `collect` and `bound_error`, takes this one. [T37]
+    """The system with runs that begin in states that manoeuvres leave behind, for `collect`,
+    `bound_error` and all others that take a system. [T37]
 
-    A run is the last of a chain of its own, so runs are independent: `before` manoeuvres with
+    Each run is the last of a separate chain, so runs are independent: `before` manoeuvres with
     commands uniform on K follow a start at rest, each left at a record drawn uniformly among those
-    at which what is measured lies in K. hand_over: [s] the first and last time at which one is
-    left; None = from the first record to its end.
+    whose measured parameters lie in K. hand_over: [s] the first and last time at which one is left;
+    None = from the first record to its end.
 
     The system declares `given`, and offers, as JAX functions of one run,
         start_state(key) -> state: at rest; any pytree of arrays,
@@ -122,32 +124,24 @@ def hand_over_of(k_law: str) -> tuple[Fraction, Fraction] | None:
 def links_of(chain: Chained, traceable: bool) -> Links:
     """The parts, compiled where the system is JAX."""
     system = chain.system
-    if not traceable:
+    measured = jax.vmap(system.measured) if traceable else system.measured
 
-        def go_on(keys, states, k):
-            trajectory, states = system.rollout_from_state(keys, states, k)
-            return trajectory, states, system.measured(states)
+    def go_on(keys, states, k):
+        trajectory, states = system.rollout_from_state(keys, states, k)
+        return trajectory, states, measured(states)
 
-        def begin(keys):
-            states = system.start_state(keys)
-            return states, system.measured(states)
+    def begin(keys):
+        states = system.start_state(keys)
+        return states, system.measured(states)
 
-        return Links(begin, go_on)
-
-    def one(key, state, k):
-        trajectory, states = system.rollout_from_state(key, state, k)
-        return trajectory, states, jax.vmap(system.measured)(states)
-
-    def at_rest(key):
-        state = system.start_state(key)
-        return state, system.measured(state)
-
-    return Links(jax.jit(jax.vmap(at_rest)), jax.jit(jax.vmap(one)))
+    if traceable:
+        return Links(jax.jit(jax.vmap(begin)), jax.jit(jax.vmap(go_on)))
+    return Links(begin, go_on)
 
 
-def begun(chain: Chained, links: Links, k_keys, keys, lo: np.ndarray, hi: np.ndarray) -> Begun:
+def begun(chain: Chained, links: Links, k_keys, keys, lo: np.ndarray, hi: np.ndarray) -> ToRun:
     """Run all of a chain but its last manoeuvre, from keys (B, 2) of its commands and of its
-    systems. lo, hi (n_k,): corners of K. Raises InputError where what is measured leaves K.
+    systems. lo, hi (n_k,): corners of K. Raises InputError where measured parameters leave K.
     """
     given = list(given_of(chain.system))
     with blamed(f"{chain.name}: expected start_state and measured to run"):
@@ -155,25 +149,24 @@ def begun(chain: Chained, links: Links, k_keys, keys, lo: np.ndarray, hi: np.nda
     inside = partial(_inside, chain, lo[given], hi[given])
     _pick(chain, inside(np.asarray(g)[:, None], 1), np.zeros(len(keys)))
     for turn in range(chain.before + 1):
-        drawn, share, own = (np.asarray(x) for x in _draws(k_keys, keys, np.uint32(turn), lo, hi))
+        draws = _draws(k_keys, keys, np.uint32(turn), lo, hi)
+        drawn, share, run_keys = map(np.asarray, draws)
         k = np.array(drawn, np.float64)
         k[:, given] = np.asarray(g, np.float64)
         if turn == chain.before:
             break
         with blamed(f"{chain.name}: expected rollout_from_state(key, state, k) to run"):
-            _, along, measured = links.go_on(own, states, k)
+            _, along, measured = links.go_on(run_keys, states, k)
         measured = np.asarray(measured)
         record = _pick(chain, inside(measured, len(chain.leaves)) & chain.leaves, share)
         rows = np.arange(len(record))
         states = jax.tree.map(lambda x, at=(rows, record): np.asarray(x)[at], along)
         g = measured[rows, record]
-    return Begun(own, k, states)
+    return ToRun(run_keys, k, states)
 
 
 def _inside(chain: Chained, lo, hi, g: np.ndarray, n: int) -> np.ndarray:
-    """(B, n) bool: whether g (B, n, n_given) at n records lies in its side of K. Raises
-    InputError.
-    """
+    """(B, n) bool: whether g (B, n, n_given) at n records lies in K. Raises InputError."""
     if g.shape[1:] != (n, len(lo)):
         raise InputError(
             f"{chain.name}: expected measured(state) to give {len(lo)} numbers, as many as `given` "

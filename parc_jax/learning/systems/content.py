@@ -1,6 +1,7 @@
-"""Digests of objects by what they contain: code, numbers, and whatever these refer to.
+"""Digests of objects by content: code, numbers, and everything that these refer to.
 
-Loads NumPy alone: worker processes read what they were sent.
+A compiled program and a folder of finished runs belong to one system. Both are given up when any of
+this has changed, though name and law are the same. Loads NumPy alone, for worker processes.
 """
 
 import dis
@@ -17,11 +18,11 @@ import numpy as np
 
 from parc_jax.learning.systems.user_code import is_own
 
-# how fast it runs and what its numbers are called, not what it is
+# speed and labels, which change no number
 OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels", "k_labels")
-_MOST = 20_000  # objects looked at; what lies beyond counts as opaque
+_MOST = 20_000  # objects read; those beyond count as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
-_MAIN = ("__main__", "__mp_main__")  # what spawned processes call the first
+_MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
 
 
@@ -48,14 +49,12 @@ def lasting_digest(x) -> str:
 
 
 class Reader:
-    """Digests of objects by what they contain. lasting: the digest must be the same in another
-    process.
-    """
+    """Digests of objects by content. lasting: the digest is the same in another process."""
 
     def __init__(self, lasting: bool):
         self.lasting = lasting
         self.held: list = []
-        self._known: dict[object, str] = {}
+        self._cached: dict[object, str] = {}
 
     def digest(self, x) -> str:
         """Equal content, equal digest."""
@@ -64,7 +63,7 @@ class Reader:
         return self._once(id(x), x, lambda: self._parts(x))
 
     def attributes(self, x) -> Iterator[tuple[str, object]]:
-        """Attributes of an instance that make it what it is."""
+        """Attributes of an instance that decide its numbers."""
         names = dict.fromkeys(f.name for f in fields(x)) if is_dataclass(x) else {}
         names |= dict.fromkeys(getattr(x, "__dict__", {}))
         for cls in type(x).__mro__:
@@ -77,18 +76,18 @@ class Reader:
                 yield name, getattr(x, name)
 
     def _once(self, key, x, parts) -> str:
-        if key in self._known:
-            return self._known[key]
+        if key in self._cached:
+            return self._cached[key]
         self.held.append(x)
         if len(self.held) > _MOST:
             return self._opaque(x)
-        self._known[key] = "itself"  # a cycle
-        found = hashlib.blake2b(digest_size=16)
+        self._cached[key] = "itself"  # a cycle
+        digest = hashlib.blake2b(digest_size=16)
         for part in parts():
-            found.update(part if isinstance(part, bytes) else str(part).encode())
-            found.update(b"\0")
-        self._known[key] = found.hexdigest()
-        return self._known[key]
+            digest.update(part if isinstance(part, bytes) else str(part).encode())
+            digest.update(b"\0")
+        self._cached[key] = digest.hexdigest()
+        return self._cached[key]
 
     def _opaque(self, x) -> str:
         name = _name_of(type(x))
@@ -96,11 +95,14 @@ class Reader:
 
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__
-        jax = sys.modules.get("jax")  # what is of JAX was made by it
+        jax = sys.modules.get("jax")  # an object of JAX was made by it
         if jax is not None and isinstance(x, jax.core.Tracer):
             yield self._opaque(x)
+        elif jax is not None and isinstance(x, jax.Array) and not self.lasting:
+            yield id(x)  # cannot change
         elif jax is not None and isinstance(x, jax.Array):
-            yield from self._device_array(jax, x)
+            is_key = jax.dtypes.issubdtype(x.dtype, jax.dtypes.prng_key)
+            yield from self._array(np.asarray(jax.random.key_data(x) if is_key else x))
         elif isinstance(x, np.ndarray | np.generic):
             yield from self._array(np.asarray(x))
         elif isinstance(x, Mapping):
@@ -112,15 +114,7 @@ class Reader:
         elif isinstance(x, list | tuple):
             yield from (self.digest(item) for item in list(x))
         else:
-            yield from self._code(x) if _is_code(x) else self._object(x)
-
-    def _device_array(self, jax, x) -> Iterator:
-        if not self.lasting:  # cannot change
-            yield id(x)
-            return
-        if jax.dtypes.issubdtype(x.dtype, jax.dtypes.prng_key):
-            x = jax.random.key_data(x)
-        yield from self._array(np.asarray(x))
+            yield from self._code(x)
 
     def _array(self, x: np.ndarray) -> Iterator:
         yield x.shape
@@ -130,22 +124,10 @@ class Reader:
             yield x.dtype.str
             yield np.ascontiguousarray(x).tobytes()
 
-    def _object(self, x) -> Iterator:
-        inner = getattr(x, "__wrapped__", None)  # jitted and cached functions
-        if inner is not None:
-            yield self.digest(inner)
-            return
-        named = list(self.attributes(x))
-        if not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
-            yield self._opaque(x)
-            return
-        yield self.digest(type(x))
-        for name, value in named:
-            yield name
-            yield self.digest(value)
-
     def _code(self, x) -> Iterator:
-        """Functions, methods, classes, modules: what they do, when they are the user's own."""
+        """Functions, methods, classes, modules, by their code where it is the user's; other objects
+        by their attributes.
+        """
         if isinstance(x, types.FunctionType):
             yield from self._function(x)
         elif isinstance(x, types.CodeType):
@@ -165,8 +147,24 @@ class Reader:
             yield self.digest(x.func)
         elif isinstance(x, type):
             yield from self._class(x)
-        else:  # modules and built-in functions
+        elif isinstance(x, types.BuiltinFunctionType | types.ModuleType):
             yield getattr(x, "__name__", "")
+        else:
+            yield from self._object(x)
+
+    def _object(self, x) -> Iterator:
+        inner = getattr(x, "__wrapped__", None)  # jitted and cached functions
+        if inner is not None:
+            yield self.digest(inner)
+            return
+        named = list(self.attributes(x))
+        if not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
+            yield self._opaque(x)
+            return
+        yield self.digest(type(x))
+        for name, value in named:
+            yield name
+            yield self.digest(value)
 
     def _class(self, cls: type) -> Iterator:
         yield _name_of(cls)
@@ -191,23 +189,21 @@ class Reader:
         yield self.digest(f.__defaults__)
         yield self.digest(f.__kwdefaults__)
         if not is_own(f.__code__.co_filename):
-            inner = getattr(f, "__wrapped__", None)
-            yield self.digest(inner)
+            yield self.digest(getattr(f, "__wrapped__", None))
             return
         yield self.digest(f.__code__)
         meant = {x: f.__globals__[x] for x in _globals(f.__code__) if x in f.__globals__}
         yield from self._named(meant, frozenset(_names(f.__code__)))
 
     def _named(self, space: dict, names: frozenset) -> Iterator:
-        """What the names of a function mean in its module."""
+        """Values of the names of a function in its module."""
         for name in sorted(names & space.keys()):
             value = space[name]
             yield name
             if isinstance(value, types.ModuleType) and is_own(getattr(value, "__file__", "") or ""):
-                # only what is named of it: `params.GUST`
-                yield self._once(
-                    (id(value), names), value, lambda v=value: self._named(vars(v), names)
-                )
+                # of a module of the user's the named values alone: `params.GUST`
+                inner = partial(self._named, vars(value), names)
+                yield self._once((id(value), names), value, inner)
             else:
                 yield self.digest(value)
 
@@ -222,33 +218,16 @@ def _names(code: types.CodeType) -> Iterator[str]:
 
 @lru_cache(maxsize=4096)  # a system is looked at before every chunk of its runs
 def _globals(code: types.CodeType) -> tuple[str, ...]:
-    """Global names alone, of those in `_names`: what a function takes along to another process."""
-    own = (step.argval for step in dis.get_instructions(code) if step.opname in _GLOBAL)
+    """Global names alone, of those in `_names`: all that a function takes to another process."""
+    outer = (step.argval for step in dis.get_instructions(code) if step.opname in _GLOBAL)
     inner = (_globals(x) for x in code.co_consts if isinstance(x, types.CodeType))
-    return *own, *chain.from_iterable(inner)
+    return *outer, *chain.from_iterable(inner)
 
 
 def _name_of(x) -> str:
-    """Where a class or function is defined, called alike in every process that it is sent to."""
+    """Module and name of a class or function, the same in every process that it is sent to."""
     module = _MAIN[0] if x.__module__ in _MAIN else x.__module__
     return f"{module}.{x.__qualname__}"
-
-
-def _is_code(x) -> bool:
-    kinds = (
-        types.FunctionType,
-        types.CodeType,
-        types.MethodType,
-        types.BuiltinFunctionType,
-        types.ModuleType,
-        type,
-        partial,
-        staticmethod,
-        classmethod,
-        property,
-        cached_property,
-    )
-    return isinstance(x, kinds)
 
 
 def _file_of(cls: type) -> str:

@@ -15,8 +15,8 @@ class EnvironmentRun:
     (observation, reward, terminated, truncated, info), as Gymnasium's have; Gymnasium itself is not
     needed.
     policy: (observation, k (n_k,)) -> action. n_record: steps per episode, one record each.
-    position: (environment, observation) -> workspace position (n_p,), of a robot with several
-        reference points (m, n_p). final: (environment, observation) -> q (n_q,).
+    position: (environment, observation) -> workspace position (n_p,), of m reference points (m,
+        n_p). final: (environment, observation) -> q (n_q,).
     options: k -> the options of reset; an environment that knows k at reset gets it here.
     An episode that ends early counts as a failed run: say in `make` when it must not end.
     """

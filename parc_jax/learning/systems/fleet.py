@@ -1,7 +1,7 @@
 """Runs on workers: processes of our own, or any `concurrent.futures.Executor`, here or elsewhere.
 
 A run that is lost with its worker has failed, since the robot may have ended it. Where the user
-declares that workers go away whatever their runs do it is made again, and counted.
+declares that workers go away independently of their runs it is made again, and counted.
 """
 
 import multiprocessing
@@ -84,14 +84,14 @@ def _process() -> ProcessPoolExecutor:
 
 RUNS_PER_PART = 4  # of runs that are made again; others go alone, so that none is lost with another
 LOSSES = 3  # of a part, then its runs go out alone; of a run alone, then the work ends
-SLOW = 3.0  # times as long as the longest so far: a part that is out as long is sent once more
-LEAST_S = 1.0  # [s] what is out for less is not slow; time between two looks
-UNKNOWN = 64  # workers of an executor that does not say how many it has
-MAKE_AGAIN = ("distributed",)  # packages whose executors make lost calls again and tell nobody
+SLOW = 3.0  # [longest time of a part so far] after which a part is sent once more
+LEAST_S = 1.0  # [s] least time of a slow part, and between two checks for some
+UNKNOWN = 64  # workers of an executor that does not report their number
+MAKE_AGAIN = ("distributed",)  # packages whose executors make lost calls again in silence
 
 
 class Sent(NamedTuple):
-    """What comes of a call, and the executor that was asked."""
+    """A call on its way, and its executor."""
 
     future: Future
     executor: Executor
@@ -99,8 +99,8 @@ class Sent(NamedTuple):
 
 @dataclass
 class Share:
-    """Some runs of a batch. places: in the batch. lost: how often. copies: sent for being slow.
-    since: when it was sent last [s].
+    """Some runs of a batch. places: in the batch. lost: number of losses. copies: sent for being
+    slow. since: [s] time of the last sending.
     """
 
     places: range
@@ -112,9 +112,9 @@ class Share:
 class Fleet:
     """An executor, or a function that makes one, and so another when it broke.
 
-    name: of the system, for messages. workers: None = as many as the executor says. again: are lost
-    runs made again, and slow ones twice? Else each of them is begun once at most. own: processes of
-    ours, which hold our code.
+    name: of the system, for messages. workers: None = as many as the executor reports. again: lost
+    runs are made again, and slow ones twice; else each of them is begun once at most. own:
+    processes started here, which hold the same code.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class Fleet:
         self._beginning, self._has_begun = threading.Lock(), False
         self._longest_s = 0.0  # that a part took
         self.workers: int = workers or getattr(self._current(), "_max_workers", UNKNOWN)
-        # no run waits in a queue of the executor, where it would be lost with those that are run
+        # no run waits in the queue of an executor, where it would be lost with a running one
         self._room = threading.Semaphore(sys.maxsize if again else self.workers)
         self._uncounted = not own and type(self._current()).__module__.startswith(MAKE_AGAIN)
         if self._uncounted and not again:
@@ -167,9 +167,7 @@ class Fleet:
         return [found[place] for place in range(len(seeds))]
 
     def _begin(self, send: Callable[[range], Sent]) -> None:
-        """An empty call before the first run: what goes wrong with it is no run's fault. Raises
-        InputError.
-        """
+        """An empty call before the first run, whose failure is no run's. Raises InputError."""
         with self._beginning:
             for _ in range(LOSSES if self.again else 1):
                 if self._has_begun:
@@ -195,10 +193,10 @@ class Fleet:
                 self._executor = None
 
     def _together(self, send: Callable[[range], Sent], n: int) -> dict[int, Call | str]:
-        """What the parts of n runs bring; for lost runs what became of their worker, where they are
-        made again nothing for those that were lost LOSSES times.
+        """Finished runs of n by place; of lost ones the fate of their worker, or nothing where they
+        are made again and were lost LOSSES times.
         """
-        found: dict[int, Call | str] = {}
+        calls_at: dict[int, Call | str] = {}
         out: dict[Future, tuple[Sent, Share]] = {}
         each = RUNS_PER_PART if self.again else 1
         waiting = deque(Share(range(i, min(i + each, n))) for i in range(0, n, each))
@@ -213,41 +211,41 @@ class Fleet:
             sent.future.add_done_callback(lambda _: self._room.release())
             out[sent.future] = sent, part
 
-        # what is out and found was sent twice
-        while waiting or any(part.places[0] not in found for _, part in out.values()):
+        # a part that is out and has come back was sent twice
+        while waiting or any(part.places[0] not in calls_at for _, part in out.values()):
             while waiting and self._room.acquire(blocking=not out):
                 go(waiting.popleft())
             done, _ = wait(out, timeout=LEAST_S, return_when=FIRST_COMPLETED)
             for future in done:
                 sent, part = out.pop(future)
                 calls = self._brought(sent)
-                if part.places[0] in found:
+                if part.places[0] in calls_at:
                     continue
                 if calls is not None:
                     self._longest_s = max(self._longest_s, time.monotonic() - part.since)
                     lost = part.lost + part.copies
                     calls = [call._replace(lost=lost) for call in calls]
-                    found.update(zip(part.places, calls, strict=True))
+                    calls_at.update(zip(part.places, calls, strict=True))
                 elif not self.again:
-                    found[part.places[0]] = said(_error_of(future))
+                    calls_at[part.places[0]] = said(_error_of(future))
                 elif part.lost + 1 < LOSSES:
                     part.lost += 1
                     waiting.append(part)
-            for part in self._slow(out, found):
+            for part in self._slow(out, calls_at):
                 part.copies += 1
                 waiting.append(part)
-        return found
+        return calls_at
 
-    def _slow(self, out: dict, found: dict) -> list[Share]:
-        """Parts of which nobody knows whether their worker still works on them."""
+    def _slow(self, out: dict, calls_at: dict) -> list[Share]:
+        """Parts whose worker may have stopped in silence."""
         if not self.again or self._longest_s == 0.0:
-            return []  # or how long one takes is not known yet
+            return []  # or no part has come back yet
         latest = time.monotonic() - max(LEAST_S, SLOW * self._longest_s)
-        parts = {id(part): part for _, part in out.values() if part.places[0] not in found}
+        parts = {id(part): part for _, part in out.values() if part.places[0] not in calls_at}
         return [part for part in parts.values() if part.since < latest and part.copies < LOSSES]
 
     def _alone(self, send: Callable[[range], Sent], place: int, given: tuple) -> Call:
-        """A run by itself, so that what is lost is lost by it."""
+        """A run by itself, so that a loss is its own."""
         for lost in range(LOSSES):
             sent = send(range(place, place + 1))
             wait([sent.future])
@@ -280,7 +278,7 @@ class Fleet:
         return brought
 
     def _sent(self, *call) -> Sent:
-        """The call on its way: what an executor refuses has not begun, and goes to the next. Raises
+        """The call on its way. A refused call has not begun, and goes to the next executor. Raises
         InputError.
         """
         for _ in range(LOSSES):

@@ -38,16 +38,16 @@ def fmu_system(
 ) -> PythonSystem:
     """A black box around an FMU for co-simulation (FMI 2 or 3). Needs the extra `fmu`.
 
-    path: the file; workers on other machines find the same file there.
-    parameters (n_k,): variables that k sets before a run, in order; inputs stay as they are set.
+    path: the file; workers on other machines need it at the same path.
+    parameters (n_k,): variables that k sets before a run, in order; inputs stay constant.
     outputs: variables that are the coordinates of p [m], of several reference points point by
         point; relative to the first one's start. q: variables that are other goal states, at t_f.
     points: names of the reference points. seed: a variable for a whole number that decides all that
         is random in the model; without one nothing may be.
     start: further variables with their values. step: communication step [s], a whole part of the
         time between records, which it is by default.
-    name: of the system, the model's own by default. workers, executor, lost, law: as of
-        `python_system`; the law tells the file's hash. A run that the FMU ends early or discards
+    name: of the system, by default that of the model. workers, executor, lost, law: as of
+        `python_system`; the law includes the file's hash. A run that the FMU ends early or discards
         has failed.
     Raises InputError.
     """
@@ -55,7 +55,11 @@ def fmu_system(
     described = _described(path)
     names = check_points(str(path), points)
     known = {variable.name: variable for variable in described.modelVariables}
-    settable = [variable.name for variable in described.modelVariables if _is_settable(variable)]
+    settable = [
+        variable.name
+        for variable in described.modelVariables
+        if variable.causality in SETTABLE and variable.variability != "constant"
+    ]
     fixed = tuple((start or {}).items())
     _require(path, "parameters", parameters, known, settable, REAL)
     _require(path, "start", [word for word, _ in fixed], known, settable, ())
@@ -77,19 +81,9 @@ def fmu_system(
             f"got {step}."
         )
     digest = digest_of(path)
-    run = FmuRun(
-        str(path),
-        digest,
-        tuple(parameters),
-        tuple(outputs),
-        tuple(q),
-        fixed,
-        seed,
-        time.t_f,
-        time.dt_record,
-        substeps,
-        len(names),
-    )
+    variables = tuple(parameters), tuple(outputs), tuple(q), fixed, seed
+    grid = time.t_f, time.dt_record, substeps
+    run = FmuRun(str(path), digest, *variables, *grid, len(names))
     return python_system(
         run,
         domain,
@@ -108,7 +102,7 @@ def fmu_system(
 
 
 def _described(path: Path):
-    """What an FMU says of itself. Raises InputError where it cannot be run here."""
+    """Model description of an FMU. Raises InputError where it cannot be run here."""
     fmpy = package("fmpy", str(path), "fmu")
     if not path.is_file():
         raise InputError(f"{path}: no such file.")
@@ -134,16 +128,10 @@ def _described(path: Path):
     return described
 
 
-def _is_settable(variable) -> bool:
-    return variable.causality in SETTABLE and variable.variability != "constant"
-
-
-def _require(path: Path, what: str, words, known: dict, fit: list[str], types: tuple) -> None:
-    """Refuse variables that are not there, cannot be set, or hold other values. Raises
-    InputError.
-    """
+def _require(path: Path, role: str, words, known: dict, fit: list[str], types: tuple) -> None:
+    """Refuse variables that are missing, cannot be set, or hold other values. Raises InputError."""
     if isinstance(words, str):
-        raise InputError(f"{path}: expected {what} as a list of names; got {words!r:.40}.")
+        raise InputError(f"{path}: expected {role} as a list of names; got {words!r:.40}.")
     for word in words:
         variable = known.get(word)
         fits = word in fit and (not types or variable.type in types)
@@ -152,7 +140,7 @@ def _require(path: Path, what: str, words, known: dict, fit: list[str], types: t
         kind = f"of type {' or '.join(types)}" if types else "of any type"
         can = [name for name in fit if not types or known[name].type in types]
         raise InputError(
-            f"{path}: expected {what} among its scalar variables {kind}: {', '.join(can):.200}; "
+            f"{path}: expected {role} among its scalar variables {kind}: {', '.join(can):.200}; "
             f"got {word!r:.60}."
         )
 

@@ -1,4 +1,4 @@
-"""One run of an FMU, in the process that is asked for it. Loads NumPy alone until then."""
+"""One run of an FMU, for worker processes. Loads NumPy alone until then."""
 
 import functools
 import hashlib
@@ -10,18 +10,18 @@ from pathlib import Path
 
 import numpy as np
 
-ORDERLY = 10  # among what a process does when it ends: before its folders for temporary files go
+ORDERLY = 10  # exit priority: before the folders for temporary files go
 SEEDS = 2**31 - 1  # of them, such that they fit every kind of whole number that FMI has
 
 
 @dataclass(frozen=True)
 class FmuRun:
-    """simulate(rng, k): one co-simulation from time 0, with an instance of its own.
+    """simulate(rng, k): one co-simulation from time 0, in a new instance.
 
-    _path, sha256: of the FMU; workers must find the same bytes there. parameters: that k sets.
-    p, q: outputs. start: (name, value) of further variables. seed: the whole number that decides
-    all that is random in there, or None. t_f, dt_record [s]. substeps: communication steps per
-    record. n_points: reference points, over which p is laid out.
+    _path, sha256: of the FMU, the same bytes on every worker. parameters: set by k. p, q: outputs.
+    start: (name, value) of further variables. seed: variable for a whole number that decides all
+    randomness, or None. t_f, dt_record [s]. substeps: communication steps per record. n_points:
+    reference points, over which p is laid out.
     """
 
     _path: str
@@ -69,10 +69,10 @@ def unpacked(path: str, sha256: str):
     """
     import fmpy
 
-    found = digest_of(path) if Path(path).is_file() else "no file"
-    if found != sha256:  # nothing that the robot did
+    present = digest_of(path) if Path(path).is_file() else "no file"
+    if present != sha256:  # no failure of the robot
         raise ImportError(
-            f"{path}: expected the FMU with sha256 {sha256[:12]}; {found[:12]} is there"
+            f"{path}: expected the FMU with sha256 {sha256[:12]}; {present[:12]} is there"
         )
     folder = tempfile.mkdtemp(prefix="parc_jax_fmu_")
     Finalize(None, shutil.rmtree, (folder, True), exitpriority=ORDERLY)

@@ -21,7 +21,7 @@ from parc_jax.learning.systems.user_code import said
 
 RUNS_PER_WORKER = 16  # per chunk: the progress bar moves and finished work is kept this often
 LOST = ("failed", "again")
-AT_ONCE = 3  # chunks that a fleet works on: nobody waits for the slowest part of one
+AT_ONCE = 3  # chunks that a fleet works on, so that the slowest part delays none
 
 
 class PythonSystem:
@@ -62,7 +62,7 @@ class PythonSystem:
         """Runs (B, ...) of keys (B, 2) and ks (B, n_k), in float64. A run that raised or ended its
         process is NaN.
 
-        Raises InputError with file and line of the fault when not one run has worked so far.
+        Raises InputError with file and line of the fault while no run has worked.
         """
         return self._run(self.simulate, keys, [(k,) for k in np.asarray(ks, np.float64)])
 
@@ -119,30 +119,36 @@ def python_system(
     """A black box around a plain Python function.
 
     simulate: (rng, k (n_k,)) -> (p (n_record + 1, n_p) [m], q (n_q,)). All randomness comes from
-    rng, a NumPy generator seeded by the row alone. Positions are made relative to the first one. An
-    exception counts as a failed run.
+        rng, a NumPy generator seeded by the row alone. Positions are made relative to the first
+        one. An exception counts as a failed run.
     points: names of the reference points; with m of them p is (n_record + 1, m, n_p).
-    simulate_from: (rng, k, p0) -> the same from another start: with it, translation invariance can
-        be measured.
-    workers: processes, None = one per core, 0 = none (runs in this process; anything callable will
-        do). With workers
-    the function is pickled: define it at the top level of a module, and guard a script's own start
-    with `if __name__ == "__main__":`, since every worker imports it.
+    simulate_from: (rng, k, p0) -> the same from another start, to measure translation invariance.
+    workers: processes, None = one per core, 0 = none (runs in this process, of any callable). With
+        workers the function is pickled: define it at the top level of a module, and guard the
+        start of a script with `if __name__ == "__main__":`, since every worker imports it.
     executor: runs are made there instead: any `concurrent.futures.Executor`, of other packages too,
-        or a function that makes one, which is called again when one broke. workers: how many it
-        has, None = as it says. A worker with other code is refused.
-    lost: of an executor, what becomes of a run whose worker was lost: "failed", since the run may
-        have ended it; or "again", where machines go away whatever their runs do. Slow runs are then
-        made twice too, both are counted, and claims list `WORKERS_LOST`.
-    law: parameters of the disturbances, to have them on record. q_labels, k_labels: names with
-    units, such as "speed [m/s]". Raises InputError.
+        or a function that makes one, which is called again when one broke. workers: their number,
+        None = as it reports. A worker with other code is refused.
+    lost: of an executor, fate of a run whose worker was lost: "failed", since the run may have
+        ended it; or "again", where machines go away independently of their runs. Slow runs are
+        then made twice too, both are counted, and claims list `WORKERS_LOST`.
+    law: parameters of the disturbances, for the record. q_labels, k_labels: names with units, such
+        as "speed [m/s]". Raises InputError.
     """
     if lost not in LOST or (lost == "again" and executor is None):
         raise InputError(
             f'{name}: expected lost = "failed", or "again" beside an executor whose machines go '
             f"away; got {lost!r}. A run that ends a process of this machine has failed."
         )
-    fleet = None if executor is None else _fleet(name, executor, workers, lost == "again")
+    fleet: Fleet | None = None
+    if executor is not None:
+        made = hasattr(executor, "submit")
+        if not (made or callable(executor)) or workers == 0:
+            raise InputError(
+                f"{name}: expected an executor with `submit`, or a function that makes one, and "
+                f"one or more workers; got {type(executor).__name__} and {workers}."
+            )
+        fleet = Fleet(name, executor, workers, lost == "again")
     workers = cores() if workers is None else workers
     if n_p < 1 or n_q < 0 or workers < 0:
         raise InputError(
@@ -151,9 +157,14 @@ def python_system(
     for function in (simulate, simulate_from):
         if function is not None and not callable(function):
             raise InputError(f"{name}: expected a function; got {type(function).__name__}.")
-        if workers and fleet is None:
-            _require_picklable(name, function)
-    if workers and fleet is None:
+        try:
+            pickle.dumps(function if workers and executor is None else None)
+        except Exception as error:  # the hooks of an object raise anything
+            raise InputError(
+                f"{name}: expected a function that can be sent to worker processes; {error}. "
+                "Define it at the top level of a module, or pass workers=0."
+            ) from None
+    if executor is None and workers:
         fleet = Fleet(name, partial(Processes, workers), workers, own=True)
     named = check_points(name, points)
     black_box = (name, domain, time, n_p, n_q)
@@ -161,23 +172,3 @@ def python_system(
     system.q_labels = q_labels
     system.k_labels = k_labels
     return system
-
-
-def _fleet(name: str, executor, workers: int | None, again: bool) -> Fleet:
-    if (not hasattr(executor, "submit") and not callable(executor)) or workers == 0:
-        raise InputError(
-            f"{name}: expected an executor with `submit`, or a function that makes one, and one or "
-            f"more workers; got {type(executor).__name__} and {workers}."
-        )
-    return Fleet(name, executor, workers, again)
-
-
-def _require_picklable(name: str, function) -> None:
-    try:
-        pickle.dumps(function)
-    except Exception as error:  # pickle raises whatever the object's own hooks do
-        raise InputError(
-            f"{name}: expected a function that can be sent to worker processes; {error}. Define it "
-            "at the top level of "
-            "a module, or pass workers=0."
-        ) from None

@@ -1,5 +1,5 @@
-"""What runs in the worker processes of a plain Python system. Imports NumPy alone, so that workers
-start at once.
+"""Code of the worker processes of a plain Python system. Imports NumPy alone, so that workers start
+at once.
 """
 
 import os
@@ -15,9 +15,9 @@ UNCOUNTED = -1  # losses of a run, where an executor makes lost ones again and t
 
 
 class Call(NamedTuple):
-    """One finished call. p (n_record + 1, n_p), of a robot with several reference points (n_record
-    + 1, m, n_p), q (n_q,), both NaN when it failed; why: where and with which error, or "". lost:
-    how often it was lost before, and made again; UNCOUNTED where nobody knows.
+    """One finished call. p: (n_record + 1, n_p), of m reference points (n_record + 1, m, n_p). q:
+    (n_q,). Both are NaN when it failed; why: place and error, or "". lost: number of losses before,
+    after which it was made again; UNCOUNTED where it is unknown.
     """
 
     p: np.ndarray
@@ -27,7 +27,7 @@ class Call(NamedTuple):
 
 
 class OtherCode(NamedTuple):
-    """A worker does not hold what it was to run. where: which one, in words."""
+    """Refusal of a worker with other code. where: process and machine, in words."""
 
     where: str
 
@@ -36,13 +36,11 @@ def run_one(
     simulate, seed: tuple[int, ...], arguments: tuple, shape_p: tuple, shape_q: tuple
 ) -> Call:
     """simulate(rng, *arguments), rng made from the seed alone; an exception or a wrong shape is a
-    failed run. What cannot be imported is missing on the machine, and no failure of the robot:
-    raises ImportError.
+    failed run. Raises ImportError: a missing package is no failure of the robot.
     """
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     try:
-        p, q = simulate(rng, *arguments)
-        p, q = np.asarray(p, np.float64), np.asarray(q, np.float64)
+        p, q = (np.asarray(x, np.float64) for x in simulate(rng, *arguments))
         if p.shape != shape_p or q.shape != shape_q:
             raise ValueError(
                 f"expected p {shape_p} on the record grid and q {shape_q}; got {p.shape} and "
@@ -58,7 +56,7 @@ def run_one(
 
 
 def failed(shape_p: tuple, shape_q: tuple, why: str) -> Call:
-    """A run that came to nothing."""
+    """A failed run."""
     return Call(np.full(shape_p, np.nan), np.full(shape_q, np.nan), why)
 
 
@@ -72,9 +70,10 @@ def run_many(simulate, seeds, arguments, shape_p: tuple, shape_q: tuple) -> list
 def run_sent(
     sending: str, code: str, simulate, seeds, arguments, shape_p: tuple, shape_q: tuple
 ) -> list[Call] | OtherCode:
-    """The same for a process that may hold another program than the one that sent it this.
-    sending: a word of its own, since dask takes equal calls for one. code: `code_of` the function
-    there, "" where none is compared.
+    """`run_many`, for a process that may hold another program than the sender.
+
+    sending: unique, since dask takes equal calls for one. code: `code_of` the sender's function, ""
+    where none is compared.
     """
     if code and code not in _HELD:
         _HELD[code] = code_of(simulate)  # before its first run, which may fill caches of its own
@@ -84,10 +83,10 @@ def run_sent(
 
 
 def code_of(simulate) -> str:
-    """What decides the numbers of a run, but for its row: the function with all that it refers to,
-    what calls it, and the version of the generators.
+    """Digest of all that decides the numbers of a row: the function with everything that it refers
+    to, its caller, and the version of the generators.
     """
     return f"{Reader(lasting=True).digest([simulate, run_one.__code__])} numpy {np.__version__}"
 
 
-_HELD: dict[str, str] = {}  # code asked for, code held
+_HELD: dict[str, str] = {}  # code of the sender -> code here

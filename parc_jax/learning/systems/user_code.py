@@ -1,4 +1,4 @@
-"""Which code is the user's own, and errors in it said in one sentence.
+"""The user's code, apart from libraries, and one sentence for an error in it.
 
 Standard library only: worker processes import it.
 """
@@ -17,13 +17,13 @@ _LIBRARIES = tuple(
     {str(Path(sysconfig.get_path(name))) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
     | {str(Path(__file__).parents[2])}
 )
-_LONGEST = 300  # characters of somebody else's message
+_LONGEST = 300  # characters of a foreign message
 _IN_TEXT = re.compile(r'File "([^"]+)", line (\d+)')  # tracebacks that come as text, of callbacks
 
 
 @lru_cache(maxsize=4096)
 def is_own(filename: str) -> bool:
-    """Is this a file of the user's, not of Python, an installed library or this package?"""
+    """Whether a file is the user's: not of Python, an installed library or this package."""
     path = Path(filename)
     if filename.startswith("<frozen") or {"site-packages", "dist-packages"} & set(path.parts):
         return False
@@ -31,7 +31,7 @@ def is_own(filename: str) -> bool:
 
 
 def own_place(error: BaseException) -> str | None:
-    """File, line and text of the innermost line of the user's own code that the error passed."""
+    """File, line and text of the innermost line of the user's code that the error passed."""
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         if is_own(frame.filename):
             text = f" (`{frame.line}`)" if frame.line else ""
@@ -49,11 +49,9 @@ def said(error: BaseException) -> str:
 
 
 @contextlib.contextmanager
-def blamed(what: str) -> Iterator[None]:
-    """An error that comes out of the user's own code in here becomes an InputError with their file
-    and line.
-
-    what: what was expected of their code. Errors of ours pass as they are.
+def blamed(expected: str) -> Iterator[None]:
+    """Turns an error in the user's code into an InputError with file and line; errors of this
+    package pass. expected: the beginning of the message.
     """
     try:
         yield
@@ -63,4 +61,4 @@ def blamed(what: str) -> Iterator[None]:
         place = own_place(error)
         if place is None:
             raise
-        raise InputError(f"{what}; it fails in {place}: {said(error)}.") from error
+        raise InputError(f"{expected}; it fails in {place}: {said(error)}.") from error
