@@ -234,6 +234,8 @@ def swept(scene: Scene, plans: np.ndarray, pieces: int = PIECES, tube: bool = Fa
     the way of the first point, (n, T + 1, 3). at: knots, for the body there alone.
     """
     model, n_p = scene.model, scene.model.n_p
+    if not len(plans):
+        return np.zeros((0, 3)), np.zeros((0, 3), int), np.zeros((0, model.time.n_steps + 1, 3))
     u, fan = _ball(n_p)
     path = paths_of(model, plans[:, :n_p], plans[:, n_p:])
     places = by_point(path, model.n_points)

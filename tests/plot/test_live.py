@@ -101,6 +101,8 @@ def test_on_release_the_set_is_measured_or_it_is_said_what_is_in_the_way():
     answer, why = alone.settle()
     assert answer is None and sorted(why.obstacles) == [0, 1]
     assert why.missing == pytest.approx(0.03, abs=1e-3)
+    corners, faces, way = swept(alone.scene(), alone.draw().plans)  # of nothing
+    assert len(corners) == len(faces) == len(way) == 0 and way.shape[2] == 3
 
 
 def test_a_pose_is_dragged_and_turned():
