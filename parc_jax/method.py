@@ -83,7 +83,12 @@ class Exact:
             return rare.later(spent), no_plan
         if no_plan is None or no_plan.safe_plan is None:
             return found, no_plan
-        return _around(found, no_plan, scene, rng, begin), no_plan
+        # corridors around the plan that branch and bound came across
+        p0, k = (x[None] for x in no_plan.safe_plan)
+        plan = points(p0, k, verdicts(scene, p0, k))
+        corridors, first = corridors_around(scene, rng, plan), time.perf_counter() - begin
+        found = found._replace(points=plan, corridors=corridors, first_corridor_s=first)
+        return found._replace(first_sample_s=no_plan.seconds), no_plan
 
     def _drawn(
         self, scene: Scene, key, rng, settings: Settings, limit: Limit, within=None
@@ -127,15 +132,3 @@ def _elsewhere(
     if hopeless or no_plan.kind == PROVED or limit.over():
         return None
     return where_safe(scene, rng, work.population, limit)
-
-
-def _around(found: Cover, no_plan: NoPlan, scene: Scene, rng, begin: float) -> Cover:
-    """Corridors around the plan that branch and bound came across."""
-    p0, k = (x[None] for x in no_plan.safe_plan)
-    plan = points(p0, k, verdicts(scene, p0, k))
-    return found._replace(
-        points=plan,
-        corridors=corridors_around(scene, rng, plan),
-        first_sample_s=no_plan.seconds,
-        first_corridor_s=time.perf_counter() - begin,
-    )

@@ -2,13 +2,12 @@
 model and its tube (C), the error bound of the tube (E), the risk of a drawn plan.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from fractions import Fraction
 
-from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
-from parc_jax.safe_set.corridors.sampling import FEW
+from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import Reason
@@ -57,9 +56,10 @@ def about_spans(some: int, of: int) -> str:
     )
 
 
-def about_place(k_lo, k_hi) -> str:
+def about_place(within: Place, n_k: int) -> str:
     """The place that coverage is about, where plans are so rare that only a box was drawn from."""
-    box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in zip(k_lo, k_hi, strict=True))
+    sides = zip(*(side[-n_k:] for side in within.box), strict=True)
+    box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in sides)
     return (
         "Safe plans are rare: hardly a uniform draw met one, a search did. Coverage and volume are "
         f"of the safe set around what it found, with k in {box}; beyond that box nothing is known."
@@ -171,57 +171,36 @@ def about_share(
     return f"{text}: the tube leaves {_percent(share.reaching)}, obstacles {_percent(left)} of that"
 
 
-def about_assumptions(p: Premises) -> str:
-    """The names of all premises that nothing shows; `details()` has each with its words."""
-    # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
-    names = [
-        f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
-        for entry in p
-        if entry.standing == ASSUMED
-    ]
-    return f"Holds if ({counted(len(names), 'assumption')}): {', '.join(names)}."
-
-
 def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"
 
 
-def about_loop() -> str:
-    """The sentence (C) of a loop. [T38]"""
-    return (
-        "(C) Whatever happens inside the tubes, nothing is ever touched, while every pose is "
-        "inside its uncertainty, what was said of obstacles is so, and a robot rests where a "
-        "manoeuvre ends. What moves is told of until that rest: it may run into a robot that rests."
-    )
+# the sentence (C) of a loop [T38]
+LOOP = (
+    "(C) Whatever happens inside the tubes, nothing is ever touched, while every pose is inside "
+    "its uncertainty, what was said of obstacles is so, and a robot rests where a manoeuvre ends. "
+    "What moves is told of until that rest: it may run into a robot that rests."
+)
 
 
-def about_episodes(
-    n: int,
-    bad: int,
-    counts: Mapping[str, int | None],
-    eps: Fraction,
-    look,
-    contradictions: list[int],
-    law: str = "",
-) -> str:
-    """Both sentences of a loop. [T40]
-
-    counts: of episodes in which each event happened, None where it was not watched. look: with its
-    share of delta. contradictions: numbers of episodes that contradict the sentence (C). law: its
-    name, empty for none.
-    """
-    of = f" ({law})" if law else ""
-    watched = counts["a tube was left"] is not None
-    event = "leaves a tube, or touches anything," if watched else "touches anything"
-    events = listed([f"in {m:,} {words}" for words, m in counts.items() if m is not None])
+def about_episodes(episodes) -> str:
+    """Both sentences of a loop, from its `Episodes`. [T40]"""
+    left, look, contradictions = episodes.left, episodes.look, episodes.contradictions
+    of = f" ({episodes.law})" if episodes.law else ""
+    event = "touches anything" if left is None else "leaves a tube, or touches anything,"
+    events = [] if left is None else [f"in {left:,} a tube was left"]
+    events.append(f"in {episodes.touched:,} something was touched")
+    events.append(f"in {episodes.failed:,} there was no outcome")
     sentences = [
-        about_loop(),
-        f"(E) Of {counted(n, 'fresh episode')} {bad:,} were bad: {events}.",
+        LOOP,
+        f"(E) Of {counted(episodes.n, 'fresh episode')} {episodes.bad:,} were bad: "
+        f"{listed(events)}.",
         f"With confidence {look.sure} over them, an episode of this law {event} with probability "
-        f"at most {rounded_up(eps)}{look.numbered(', look')}, for whatever reason. What runs into "
-        "a robot that rests is not counted. Assumes: worlds, starts and disturbances of use come "
-        f"from this law{of}; robot and all that decides were settled before the first episode and "
-        "stay so; what stopped the work, if anything, had nothing to do with how episodes went.",
+        f"at most {rounded_up(episodes.eps)}{look.numbered(', look')}, for whatever reason. What "
+        "runs into a robot that rests is not counted. Assumes: worlds, starts and disturbances of "
+        f"use come from this law{of}; robot and all that decides were settled before the first "
+        "episode and stay so; what stopped the work, if anything, had nothing to do with how "
+        "episodes went.",
     ]
     if contradictions:
         first = [str(i) for i in contradictions[:MOST_NUMBERS]]

@@ -1,4 +1,4 @@
-"""The answer to a query: plans, the corridors that hold them, and what both are worth."""
+"""The answer to a query: plans, the corridors that hold them, and the worth of both."""
 
 import html
 import json
@@ -17,6 +17,7 @@ from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.why import Why, why_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
+from parc_jax.common.premises import ASSUMED
 from parc_jax.common.spelling import counted, hex_text, rounded_down, rounded_up
 from parc_jax.common.status import Status
 from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
@@ -37,7 +38,6 @@ from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.scene import Scene, volume_of_all
 from parc_jax.statement import (
-    about_assumptions,
     about_coverage,
     about_place,
     about_plans,
@@ -312,12 +312,18 @@ class Answer:
         if cover.ended is not None:
             lines.append(cover.ended.sentence)
         if asked.pose is not None:
-            lines.append(about_pose(asked.pose.place, asked.pose.heading))
+            lines.append(about_pose(*asked.pose))
         if asked.uncertainty is not None:
             lines.append(f"Robust to: {asked.uncertainty.words}.")
         if self.validation is not None:
             lines.append(self.validation.summary())
-        lines.append(about_assumptions(self.model.claim.premises))
+        # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
+        assumed = [
+            f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
+            for entry in self.model.claim.premises
+            if entry.standing == ASSUMED
+        ]
+        lines.append(f"Holds if ({counted(len(assumed), 'assumption')}): {', '.join(assumed)}.")
         return "\n".join([*lines, self.unchecked] if self.unchecked else lines)
 
     def details(self, polytopes: Polytopes | None = None) -> str:
@@ -327,12 +333,27 @@ class Answer:
         polytopes: of this answer, to be included in (C).
         """
         ended, uncertainty, absence = self.cover.ended, self.scene.nominal.uncertainty, self.absence
+        pose, claim = self.scene.nominal.pose, self.model.claim
+        tube = [] if pose is None else [about_pose(*pose)]
+        if self.status.found and uncertainty is not None:
+            tube.append(about_uncertainty(uncertainty.words))
+        tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")
+        if polytopes is not None and polytopes.scene is not self.scene:
+            raise InputError(
+                "polytopes: expected polytopes of this answer; got those of another. Cut them with "
+                "`answer.polytopes(key)`."
+            )
         if self.status.found:
-            robust = [] if uncertainty is None else [about_uncertainty(uncertainty.words)]
-            lines = [f"(C) {self._about_plans(polytopes)}", *self._about_tube(robust)]
-            lines.append(self._about_draw())
+            counts = len(self.samples), 0 if polytopes is None else len(polytopes)
+            plans = about_plans(*counts, len(self.corridors), self.cover.proved)
+            spans, all_time = self.problem.all_spans, (0, self.model.time.n_steps - 1)
+            some = sum(span is not None and tuple(span) != all_time for span in spans)
+            lines = [f"(C) {plans}" + (f" {about_spans(some, len(spans))}" if some else "")]
+            if self.cover.within is not None:
+                lines.append(about_place(self.cover.within, self.model.n_k))
+            lines += [*tube, self._about_draw()]
         elif absence is not None:
-            lines = [absence.details(), *self._about_tube(())]
+            lines = [absence.details(), *tube]
             if absence.ended is ended:  # which the sentence of the proof has already
                 ended = None
         else:
@@ -342,30 +363,6 @@ class Answer:
             lines.append(ended.sentence)
         lines += [] if self.validation is None else [self.validation.details()]
         return "\n".join([*lines, self.unchecked] if self.unchecked else lines)
-
-    def _about_plans(self, polytopes: Polytopes | None) -> str:
-        if polytopes is not None and polytopes.scene is not self.scene:
-            raise InputError(
-                "polytopes: expected polytopes of this answer; got those of another. Cut them with "
-                "`answer.polytopes(key)`."
-            )
-        cut = 0 if polytopes is None else len(polytopes)
-        counts = len(self.samples), cut, len(self.corridors)
-        text = about_plans(*counts, self.cover.proved)
-        spans, whole = self.problem.all_spans, (0, self.model.time.n_steps - 1)
-        some = sum(span is not None and tuple(span) != whole for span in spans)
-        if some:
-            text = f"{text} {about_spans(some, len(spans))}"
-        if self.cover.within is None:
-            return text
-        k_lo, k_hi = (side[-self.model.n_k :] for side in self.cover.within.box)
-        return f"{text}\n{about_place(k_lo, k_hi)}"
-
-    def _about_tube(self, robust: Sequence[str]) -> list[str]:
-        pose = self.scene.nominal.pose
-        here = [] if pose is None else [about_pose(pose.place, pose.heading)]
-        label = "V" if self.model.claim.kind == VALIDATED else "E"
-        return [*here, *robust, f"({label}) {self.model.claim.details()}"]
 
     def _about_draw(self) -> str:
         risk, uncertainty = self.risk(), self.scene.nominal.uncertainty
@@ -445,6 +442,7 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
     to be trusted. polytopes: as of `Answer.save`.
     """
     cover, asked = answer.cover, answer.scene.nominal
+    uncertainty, pose, at = asked.uncertainty, asked.pose, answer.scene.at
     meta: dict = {
         "status": answer.status.label,
         "ended": None if cover.ended is None else cover.ended.label,
@@ -454,18 +452,15 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
         "volume_of_all": cover.total_volume,
         "coverage": cover.coverage._asdict(),
     }
-    if polytopes is not None:
-        meta["polytope_coverage"] = polytopes.coverage._asdict()
-    if cover.within is not None:
-        meta["within"] = [hex_text(side) for side in cover.within]
-    if asked.uncertainty is not None:
-        meta["doubt"] = asked.uncertainty.to_json()
-    if answer.scene.at is not None:
-        meta["at"] = hex_text(answer.scene.at)
-    if answer.looks.delta is not None:
-        meta["looks"] = answer.looks.to_json()
-    if asked.pose is not None:
-        meta["pose"] = [*asked.pose.place.tolist(), asked.pose.heading]
+    optional = {
+        "polytope_coverage": None if polytopes is None else polytopes.coverage._asdict(),
+        "within": None if cover.within is None else [hex_text(side) for side in cover.within],
+        "doubt": None if uncertainty is None else uncertainty.to_json(),
+        "at": None if at is None else hex_text(at),
+        "looks": answer.looks.to_json(),
+        "pose": None if pose is None else [*pose.place.tolist(), pose.heading],
+    }
+    meta |= {name: value for name, value in optional.items() if value is not None}
     return answer_part(
         answer.problem,
         answer.model,

@@ -67,8 +67,8 @@ class NominalPath:
         path = Path(path)
         if path.suffix not in (".csv", ".json"):
             raise InputError(f"path: expected a file .csv or .json to write; got {path}.")
-        is_json = path.suffix == ".json"
-        text = json.dumps(self.to_json(), allow_nan=False) if is_json else self.to_csv()
+        as_json = path.suffix == ".json"
+        text = json.dumps(self.to_json(), allow_nan=False) if as_json else self.to_csv()
         return write_atomic(path, text.encode())
 
 

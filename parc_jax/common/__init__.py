@@ -1,1 +1,1 @@
-"""What every folder stands on: arrays, keys, tolerances, exact numbers, premises, errors."""
+"""Foundations of all folders: arrays, keys, tolerances, exact numbers, premises, errors."""

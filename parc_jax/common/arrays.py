@@ -1,5 +1,5 @@
-"""Array doors: everything that ends in a verdict is float64, whatever the user's global JAX flag
-says; compiled calls over many rows, on all cores.
+"""Array doors: everything that ends in a verdict is float64, under any global JAX flag of the user;
+compiled calls over many rows, on all cores.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ def x64():
 def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
     """A finite, read-only float64 copy of `value` with the given shape (None = any length).
 
-    Raises InputError that says what was expected and what came.
+    Raises InputError with the expected shape and the given one.
     """
     wanted = str(shape).replace("None", "any")
     try:
@@ -85,7 +85,7 @@ def in_chunks(n: int, size: int, call: Callable):
 
     rows: (size,) int, always as many, so that one program is compiled; the last chunk is filled up
     by repeating its last row. call returns arrays, or a tuple of them, with leading axis `size`;
-    they are put together and cut to n rows. n must be positive. See `map_rows` for whole arrays.
+    they are put together and cut to n rows. n must be positive. See `map_rows` for arrays.
     """
     rows = np.minimum(np.arange(-(-n // size) * size), n - 1).reshape(-1, size)
     parts = on_all_cores(call, rows)
@@ -95,7 +95,7 @@ def in_chunks(n: int, size: int, call: Callable):
 def map_rows(size: int, kernel: Callable, *batch, only: Callable | None = None):
     """A compiled, vectorised kernel over n >= 0 rows of arrays (n, ...), `size` a call, in float64.
 
-    only: of what a call found, (size,) bool the rows to be kept; others are never put together.
+    only: of the results of a call, (size,) bool the rows to return; others are never put together.
     """
     n = len(batch[0])
     if n == 0:
@@ -103,14 +103,14 @@ def map_rows(size: int, kernel: Callable, *batch, only: Callable | None = None):
 
     def one(rows):
         with x64():
-            found = jax.device_get(kernel(*(np.asarray(x)[rows] for x in batch)))
+            out = jax.device_get(kernel(*(np.asarray(x)[rows] for x in batch)))
         if only is None:
-            return found
-        kept = only(found) & (np.diff(rows, prepend=-1) > 0)  # what fills up repeats the last row
-        return jax.tree.map(lambda x: x[kept], found)
+            return out
+        chosen = only(out) & (np.diff(rows, prepend=-1) > 0)  # the last row is repeated to fill up
+        return jax.tree.map(lambda x: x[chosen], out)
 
-    found = in_chunks(max(n, 1), size, one)
-    return jax.tree.map(lambda x: x[:n], found)
+    out = in_chunks(max(n, 1), size, one)
+    return jax.tree.map(lambda x: x[:n], out)
 
 
 def dot(a, b):
@@ -122,9 +122,8 @@ def dot(a, b):
 
 
 def least(x: np.ndarray | jax.Array, axis: int | tuple[int, ...] | None = None):
-    """Least along axes, -inf where one is undefined: not every version of JAX keeps NaN in a
-    minimum, and what is not known must not look like room. Kernel, NumPy or JAX.
-    """
+    """Least along axes, -inf where one is undefined. Kernel, NumPy or JAX."""
+    # some versions of JAX lose NaN in a minimum, and an undefined number must not look like room
     xp = jnp if isinstance(x, jax.Array) else np
     return xp.where(xp.isnan(x), -np.inf, x).min(axis=axis)
 
@@ -136,7 +135,7 @@ def most(x: np.ndarray | jax.Array, axis: int | tuple[int, ...] | None = None):
 
 
 def single(x: ArrayLike) -> jax.Array:
-    """Floats as float32, all else as it is: for what proposes and decides nothing. Kernel."""
+    """Floats as float32, all else as it is: for proposals, which decide nothing. Kernel."""
     x = jnp.asarray(x)
     return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x
 

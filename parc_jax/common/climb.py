@@ -1,5 +1,5 @@
-"""Climbing by chance: what is best so far has children, closer and closer to it. It says where to
-look; nothing is proved of what it does not find.
+"""Stochastic local search: the best candidates so far have children, closer and closer to them. It
+says where to look; that it misses a candidate proves nothing.
 """
 
 from collections.abc import Callable, Iterable
@@ -36,9 +36,9 @@ def climb(
 ) -> Ranked:
     """The best candidates after a round of children for every spread.
 
-    begin: where it starts. children: of the best so far, how far apart from them; there may be
-    none. value: of candidates (n, ...) -> (n,), -inf where it is not known: these are dropped.
-    kept: how many stay from round to round, None = all.
+    begin: the first candidates. children: (best so far, spread) -> new ones, or none.
+    value: of candidates (n, ...) -> (n,); those of -inf are dropped. kept: number that stays from
+    round to round, None = all.
     """
     best = begin
     for spread in spreads:

@@ -1,4 +1,4 @@
-"""Errors people can act on: what was expected, what came, what to try."""
+"""Errors people can act on: the expectation, the given value, a way out."""
 
 
 class ParcError(Exception):
@@ -22,6 +22,6 @@ class SoundnessError(ParcError, RuntimeError):
 
 
 def expected(call: str, what: str, got: object, hint: str) -> str:
-    """The sentence for an argument of a wrong type: what was expected, what came, what to try."""
+    """The sentence for an argument of a wrong type, with a hint."""
     shown = f"{got!r:.60}" if isinstance(got, str | int | float) else type(got).__name__
     return f"{call}: expected {what}; got {shown}. Try {hint}."

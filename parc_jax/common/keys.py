@@ -17,7 +17,7 @@ SEEDS = 2**32  # so many: a larger number would lose its upper half without 64-b
 
 
 class Stage(enum.IntEnum):
-    """What a stream is for. Two stages never share random numbers."""
+    """The purpose of a stream. Two stages never share random numbers."""
 
     TRAIN = 1
     BOUND = 2
@@ -45,7 +45,7 @@ def as_key(key) -> jax.Array:
 
 
 def check_seed(seed: int) -> int:
-    """The seed itself. Raises InputError for what is none."""
+    """The seed itself. Raises InputError for anything else."""
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed < SEEDS:
         raise InputError(f"seed: expected a whole number from 0 to {SEEDS - 1}; got {seed!r:.40}.")
     return int(seed)
@@ -53,7 +53,7 @@ def check_seed(seed: int) -> int:
 
 def key_of(seed: int) -> np.ndarray:
     """The random key of a seed: `jax.random.PRNGKey`, without a compiled program. Raises InputError
-    for what is none.
+    for anything else.
     """
     return np.array([0, check_seed(seed)], np.uint32)
 
@@ -69,7 +69,7 @@ def generator(key) -> np.random.Generator:
 
 
 def stream(key: jax.Array, stage: Stage) -> jax.Array:
-    """The key of one stage. Does not consume `key`. Raises InputError for what is no key."""
+    """The key of one stage. Does not consume `key`. Raises InputError for anything else."""
     return _of_stage(as_key(key), int(stage))
 
 

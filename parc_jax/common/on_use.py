@@ -1,4 +1,4 @@
-"""What is loaded on first use: names that a package offers, listed in the stub beside it, the
+"""Loaded on first use: names that a package offers, listed in the stub beside it, the
 one that type checkers read too, and packages of extras.
 """
 

@@ -1,5 +1,5 @@
 """Records of options: each option is one field of one frozen dataclass, and the docstring under it
-is all that is told of it: in the shell's help, on the page of the API, to who reads the source.
+is its only description: in the shell's help, on the page of the API, in the source.
 """
 
 import ast
@@ -18,7 +18,7 @@ class Options:
     """Base of the records. Values without meaning are refused where a record is made."""
 
     def __post_init__(self) -> None:
-        """Refuse values without meaning; a record adds its own. Raises InputError."""
+        """Refuse values without meaning; records extend it. Raises InputError."""
 
     def replace(self, **changes) -> Self:
         """The same but for the given fields. Raises InputError."""
@@ -32,7 +32,7 @@ class Options:
 
 
 def part_of(record: Options, kind: type) -> dict:
-    """The values of a record for the fields of another kind, which it has among its own."""
+    """The values of a record for the fields of another kind, all of which it has."""
     return {f.name: getattr(record, f.name) for f in dataclasses.fields(kind)}
 
 
@@ -51,6 +51,6 @@ def told(kind: type) -> dict[str, str]:
 
 
 def check_count(name: str, value, least: int, hint: str) -> None:
-    """Refuse what is no whole number, or too small a one. Raises InputError."""
+    """Raises InputError for a value that is no whole number, or too small a one."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
         raise InputError(expected(name, f"a whole number >= {least}", value, hint))

@@ -28,7 +28,7 @@ NAMES = {"float64", "nan", "subnormals", "full precision dots", "batched rows"}
 
 
 class Finding(NamedTuple):
-    """One probe: its name, whether it passed, and what was seen."""
+    """The result of one probe."""
 
     name: str
     ok: bool
@@ -47,14 +47,9 @@ def require_sound_arithmetic() -> None:
 
 def probe_all() -> list[Finding]:
     """Run every quick probe now."""
+    quick = (probe_float64, probe_nan, probe_subnormal_margin)
     with x64():
-        return [
-            probe_float64(),
-            probe_nan(),
-            probe_subnormal_margin(),
-            probe_full_precision(),
-            probe_batched_rows(),
-        ]
+        return [probe() for probe in (*quick, probe_full_precision, probe_batched_rows)]
 
 
 def probe_float64() -> Finding:
@@ -65,8 +60,8 @@ def probe_float64() -> Finding:
 
 
 def probe_nan() -> Finding:
-    """NaN passes relu and no comparison. Whether it passes the largest and least of many numbers,
-    which versions of JAX do differently, is told: no verdict rests on it.
+    """NaN passes relu and no comparison. The detail says whether it passes the largest and least of
+    many numbers, which versions of JAX do differently: no verdict rests on it.
     """
     x = jnp.full(REDUCED, jnp.nan)
     relu, compared, largest, least = jax.jit(
@@ -85,7 +80,7 @@ def probe_nan() -> Finding:
 
 
 def probe_subnormal_margin() -> Finding:
-    """A margin as large as the engine's is positive, whatever happens to subnormal numbers."""
+    """A margin as large as the engine's is positive, also where subnormal numbers are flushed."""
     margin, tiny = jax.jit(lambda x: (x * 2.0**-40 > 0, x * 5e-310 > 0))(jnp.asarray(1.0))
     flushed = "kept" if bool(tiny) else "flushed to zero (allowed for in every bound)"
     return Finding("subnormals", bool(margin), f"subnormal numbers are {flushed}.")
@@ -102,7 +97,7 @@ def probe_full_precision() -> Finding:
 
 
 def probe_batched_rows() -> Finding:
-    """jit(vmap(max(M x))) against NumPy at the batch sizes where a known compiler fault shows."""
+    """jit(vmap(max(M x))) against NumPy at the batch sizes where a compiler fault shows."""
     rng = np.random.default_rng(0)
     M = rng.normal(size=(3, 3))
     kernel = jax.jit(jax.vmap(lambda x: jnp.max(product(M, x))))
@@ -134,8 +129,8 @@ def probe_options(options: dict[str, str | bool]) -> Finding:
 
 
 def probe_hang() -> Finding:
-    """Batched factorisations side by side finish, in a process of their own with a time limit
-    (jaxlib 0.10 hangs).
+    """Batched factorisations side by side finish, in a process with a time limit (jaxlib 0.10
+    hangs).
     """
     try:
         done = subprocess.run(

@@ -1,5 +1,5 @@
-"""Shapes of what most kernels take, in the axis letters of docs/notation.md: n_c = n_points n_p
-columns. A size has one value in a call, `_` any.
+"""Shapes of the arguments of most kernels, in the axis letters of docs/notation.md: n_c = n_points
+n_p columns. A size has one value in a call, `_` any.
 """
 
 from jaxtyping import ArrayLike, Bool, Float, Int

@@ -1,5 +1,5 @@
 """Exact numbers as text: certificates, claims and questions hold no JSON floats. A float is the
-rational that it holds, and every spelling here is that rational; but for `rounded_up` and
+rational that it holds, and its text here is that rational; but for `rounded_up` and
 `rounded_down`, for people, which say on which side of it they are. And counts, for people.
 """
 
@@ -28,8 +28,8 @@ def hex_floats(values):
 
 def decimal_text(values):
     """Floats of any shape as nested lists of exact decimals without exponent, a single one as a
-    string: 0.1 gives 0.1000000000000000055511151231257827…. What would take more than
-    LONGEST_DECIMAL characters is spelled in hexadecimal.
+    string: 0.1 gives 0.1000000000000000055511151231257827…; hexadecimal where it would take more
+    than LONGEST_DECIMAL characters.
     """
     values = np.asarray(values, np.float64)
     if values.ndim:
@@ -39,7 +39,7 @@ def decimal_text(values):
 
 
 def fraction_text(values):
-    """Exact rationals in nested lists as "p/q", whole ones as "p"."""
+    """Exact rationals in nested lists as "p/q", integers as "p"."""
     if isinstance(values, list | tuple):
         return [fraction_text(v) for v in values]
     return str(Fraction(values))
@@ -47,13 +47,13 @@ def fraction_text(values):
 
 def rounded_up(value, digits: int = 2) -> str:
     """A bound for people: so many significant digits, never below the value. value: a rational,
-    a float, or a decimal as somebody wrote it.
+    a float, or a decimal in text.
     """
     return _rounded(value, digits, ROUND_CEILING)
 
 
 def rounded_down(value, digits: int = 2) -> str:
-    """What is at least so much, for people: never above the value. See `rounded_up`."""
+    """A lower bound for people: never above the value. See `rounded_up`."""
     return _rounded(value, digits, ROUND_FLOOR)
 
 
@@ -77,7 +77,7 @@ def plain(value):
 
 
 def nearest_floats(value):
-    """The nearest floats of nested lists of spelled numbers. Zeros keep their sign, for hashes."""
+    """The nearest floats of nested lists of numbers as text. Zeros keep their sign, for hashes."""
     if isinstance(value, list):
         return [nearest_floats(v) for v in value]
     if not isinstance(value, str):

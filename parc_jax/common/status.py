@@ -1,4 +1,4 @@
-"""What is known at the end of a query."""
+"""The state at the end of a query."""
 
 from enum import Enum, IntEnum
 
@@ -15,7 +15,7 @@ class Told(Enum):
 
 
 class Status(Told):
-    """What a query ended with. The text says it to people, and what to try next."""
+    """The end of a query. The text says it to people, with advice."""
 
     PROVED = (
         "exact-proved",
@@ -44,7 +44,7 @@ class Status(Told):
 
 
 class Ended(Told):
-    """What ended a search. The text says it to people, and what to try next."""
+    """The reason for the end of a search. The text says it to people, with advice."""
 
     TARGET = "target", "which is reached"
     WORK = "work", "done before what was asked is reached; more may reach it"
@@ -61,7 +61,7 @@ class Ended(Told):
 
 
 class OfRegion(IntEnum):
-    """What is known of a region of K."""
+    """The verdict on a region of K."""
 
     SAFE = 0
     NOT_FOUND = 1

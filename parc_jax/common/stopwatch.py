@@ -1,4 +1,4 @@
-"""Wall time of every stage with the compiler's share apart."""
+"""Wall time of every stage, and the compiler's share of it."""
 
 import logging
 import time
@@ -26,7 +26,7 @@ jax.monitoring.register_event_duration_secs_listener(_listen)
 class Stopwatch:
     """Stages: {name: {"seconds": wall, "compile_seconds": in the compiler, over all threads}}.
 
-    during: what is entered for each stage, by its name.
+    during: a context for each stage, by its name.
     """
 
     def __init__(self, during: Callable[[str], AbstractContextManager] = nullcontext):

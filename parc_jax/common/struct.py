@@ -1,4 +1,4 @@
-"""Frozen dataclasses that JAX passes through `jit` and `vmap`: what `flax.struct` offers, without
+"""Frozen dataclasses that JAX passes through `jit` and `vmap`, as those of `flax.struct`, without
 the time that loading flax takes, which only training needs.
 """
 
@@ -17,7 +17,7 @@ def field(*, pytree_node: bool = True, **options):
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def dataclass(kind):
-    """The class as a frozen dataclass, a pytree, with `replace(**changes)`, or its own."""
+    """The class as a frozen dataclass, a pytree, with `replace(**changes)` unless it has one."""
     kind = dataclasses.dataclass(frozen=True)(kind)
     arrays, static = [], []
     for each in dataclasses.fields(kind):

@@ -22,7 +22,7 @@ class Tolerances:
         float32, may differ by this; a larger difference refuses them.
     near_k, near_p: [range of the parameter], [largest |value| of the coordinate] two recorded runs
         that agree this closely in k, and in p and q, are copies of each other; copies are refused.
-    outline: [m] obstacles of outlines and maps grow by this, and what was seen free shrinks by it:
+    outline: [m] obstacles of outlines and maps grow by this, and measured free space shrinks by it:
         more than floats round places of up to 1e5 m by.
     """
 

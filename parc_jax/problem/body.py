@@ -64,12 +64,22 @@ def hull(*points: str | int, radius: float = 0.0) -> Body:
 
 def body_of(parts: Sequence[Part | Body]) -> Body:
     """A validated body of several parts. Raises InputError."""
-    flat = []
+    flat, valid = [], []
     for part in parts:
         flat += part.parts if isinstance(part, Body) else [part]
     if not flat:
         raise InputError("body: expected at least one part; got none.")
-    return Body(tuple(_valid(part, f"part {i} of the body") for i, part in enumerate(flat)))
+    for i, part in enumerate(flat):
+        name = f"part {i} of the body"
+        if not isinstance(part, Part):
+            raise InputError(f"{name}: expected a Part; got {type(part).__name__}.")
+        if len(part.points) == 0:
+            raise InputError(f"{name}: expected at least one reference point; got none.")
+        for point in part.points:
+            if not isinstance(point, str | int | np.integer):
+                raise InputError(f"{name}: expected names or numbers of points; got {point!r}.")
+        valid.append(Part(tuple(part.points), shape(name, part.shape)))
+    return Body(tuple(valid))
 
 
 def shape(name: str, value) -> Disc | Polygon:
@@ -115,14 +125,3 @@ def number_of(point: str | int, points: Sequence[str], name: str) -> int:
     raise InputError(
         f"{name}: expected reference points of the robot ({', '.join(points)}); got {point!r}."
     )
-
-
-def _valid(part: Part, name: str) -> Part:
-    if not isinstance(part, Part):
-        raise InputError(f"{name}: expected a Part; got {type(part).__name__}.")
-    if len(part.points) == 0:
-        raise InputError(f"{name}: expected at least one reference point; got none.")
-    for point in part.points:
-        if not isinstance(point, str | int | np.integer):
-            raise InputError(f"{name}: expected names or numbers of points; got {point!r}.")
-    return Part(tuple(part.points), shape(name, part.shape))

@@ -101,11 +101,7 @@ def reach_avoid(
     if not isinstance(body, Body):
         body = shape("body", body)
     n_p = _workspace(goal, obstacles, body, start)
-    for name, part in [*((f"obstacle {i}", o) for i, o in enumerate(obstacles)), ("start", start)]:
-        if part is not None and part.n != n_p:
-            raise InputError(
-                f"{name}: expected a set in the {n_p}-D workspace; got {part.n} dimensions."
-            )
+    _require_in_workspace(obstacles, start, n_p)
     if goal.n < n_p:
         raise InputError(
             f"goal: expected at least the {n_p} workspace coordinates (p, q); got {goal.n} "
@@ -123,13 +119,34 @@ def reach_avoid(
             f"spans: expected one entry per obstacle ({len(obstacles)}); got {len(spans)}."
         )
     for j, span in enumerate(spans):
-        if span is not None and not _is_span(span):
+        pair = span if isinstance(span, tuple | list) and len(span) == 2 else (1, 0)
+        whole = all(isinstance(i, int | np.integer) for i in pair)
+        if span is not None and not (whole and 0 <= pair[0] <= pair[1]):
             raise InputError(
                 f"span of obstacle {j}: expected whole numbers 0 <= first <= last; got {span}."
             )
     if uncertainty is not None:
-        _check_uncertainty(uncertainty, n_p, obstacles)
+        if not isinstance(uncertainty, Uncertainty):
+            kind = type(uncertainty).__name__
+            raise InputError(f"uncertainty: expected an Uncertainty; got {kind}.")
+        uncertainty.shifts(n_p)
+        errors = uncertainty.of_obstacles(len(obstacles))
+        _require_in_workspace(errors, None, n_p, "uncertainty of obstacle")
     return Problem(goal, obstacles, body, start, spans, uncertainty, points)
+
+
+def _require_in_workspace(
+    obstacles: Sequence[HPolytope | None],
+    start: HPolytope | None,
+    n_p: int,
+    kind: str = "obstacle",
+) -> None:
+    """Raises InputError for sets of another dimension; None for no set."""
+    for name, part in [*((f"{kind} {j}", o) for j, o in enumerate(obstacles)), ("start", start)]:
+        if part is not None and part.n != n_p:
+            raise InputError(
+                f"{name}: expected a set in the {n_p}-D workspace; got {part.n} dimensions."
+            )
 
 
 def require_points(problem: Problem, points: Sequence[str]) -> None:
@@ -161,12 +178,7 @@ def require_dimensions(problem: Problem, n_p: int, n_q: int, points: Sequence[st
             f"{n_q} further goal coordinates of this model ({n_y}); got {problem.goal.n} "
             f"dimensions. {hint}"
         )
-    named = [(f"obstacle {j}", o) for j, o in enumerate(problem.obstacles)]
-    for name, part in [*named, *([("start", problem.start)] if problem.start else [])]:
-        if part.n != n_p:
-            raise InputError(
-                f"{name}: expected a set in the {n_p}-D workspace; got {part.n} dimensions."
-            )
+    _require_in_workspace(problem.obstacles, problem.start, n_p)
 
 
 def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
@@ -189,17 +201,12 @@ def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
                 f"goal: expected sets of one dimension for all points; {points[i]} has {region.n}, "
                 f"not {n_p}."
             )
-    blocks = [(i * n_p, region) for i, region in regions]
-    extra = None if q is None else _polytope("goal of q", q)
-    n = len(points) * n_p + (0 if extra is None else extra.n)
-    if extra is not None:
-        blocks.append((len(points) * n_p, extra))
-    A = np.zeros((sum(len(region.b) for _, region in blocks), n))
-    first = 0
-    for column, region in blocks:
-        A[first : first + len(region.b), column : column + region.n] = region.A
-        first += len(region.b)
-    rows = hpolytope(A, np.concatenate([region.b for _, region in blocks]))
+    blocks, n = [(i * n_p, region) for i, region in regions], len(points) * n_p
+    if q is not None:
+        blocks.append((n, _polytope("goal of q", q)))
+        n += blocks[-1][1].n
+    A = [np.pad(r.A, ((0, 0), (first, n - first - r.n))) for first, r in blocks]
+    rows = hpolytope(np.concatenate(A), np.concatenate([r.b for _, r in blocks]))
     return GoalOfPoints(rows.A, rows.b, tuple(points))
 
 
@@ -238,6 +245,7 @@ def _goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     needed = np.ones(goal.n, bool)
     needed[layout.n_p : layout.n_c] = False
     lo, hi = box_of_rows(goal)
+    # rows along single axes suffice, and are quicker than LPs
     if (np.isfinite(lo) & np.isfinite(hi))[needed].all():
         return _bounded(lo, hi, needed, "goal")
     return finite_box(goal, "goal", needed)
@@ -247,12 +255,11 @@ def box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:
     """The box of the rows along one axis each, as corners lo, hi (n,); infinite where none is."""
     lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
     single = np.count_nonzero(poly.A, axis=1) == 1
-    for row, offset in zip(poly.A[single], poly.b[single], strict=True):
-        axis = int(np.flatnonzero(row)[0])
-        if row[axis] > 0:
-            hi[axis] = min(hi[axis], offset / row[axis])
-        else:
-            lo[axis] = max(lo[axis], offset / row[axis])
+    row, axis = np.nonzero(poly.A * single[:, None])
+    slope = poly.A[row, axis]
+    bound, above = poly.b[row] / slope, slope > 0
+    np.minimum.at(hi, axis[above], bound[above])
+    np.maximum.at(lo, axis[~above], bound[~above])
     return lo, hi
 
 
@@ -273,34 +280,12 @@ def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
     return lo, hi
 
 
-def _check_uncertainty(uncertainty: Uncertainty, n_p: int, obstacles) -> None:
-    """Raises InputError for uncertainty of another dimension or number of obstacles."""
-    if not isinstance(uncertainty, Uncertainty):
-        raise InputError(f"uncertainty: expected an Uncertainty; got {type(uncertainty).__name__}.")
-    uncertainty.shifts(n_p)
-    for j, seen in enumerate(uncertainty.of_obstacles(len(obstacles))):
-        if seen is not None and seen.n != n_p:
-            raise InputError(
-                f"uncertainty of obstacle {j}: expected a set in the {n_p}-D workspace; got "
-                f"{seen.n} dimensions."
-            )
-
-
 def _workspace(goal: HPolytope, obstacles, body, start) -> int:
     """Dimension of the workspace: of obstacles, start, body or goal."""
     if obstacles or start is not None:
         return obstacles[0].n if obstacles else start.n
     polygons = [p.shape for p in parts_of(body) if isinstance(p.shape, Polygon)]
     return polygons[0].vertices.shape[1] if polygons else goal.n
-
-
-def _is_span(span) -> bool:
-    pair = (
-        isinstance(span, tuple | list)
-        and len(span) == 2
-        and all(isinstance(i, int | np.integer) for i in span)
-    )
-    return pair and 0 <= span[0] <= span[1]
 
 
 def _polytope(name: str, value) -> HPolytope:

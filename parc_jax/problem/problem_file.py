@@ -2,7 +2,6 @@
 that a float64 does not print again is refused.
 """
 
-import dataclasses
 import json
 import tomllib
 from collections.abc import Sequence
@@ -20,7 +19,7 @@ from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.system import check_points
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
 from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid, require_points
-from parc_jax.problem.scene_values import grown_set_of, numbers_of, set_of, spelled_set, table_of
+from parc_jax.problem.scene_values import grown_set_of, numbers_of, set_of, table_of, written_set
 from parc_jax.problem.uncertainty import FREE, Uncertainty
 
 # the fields of a problem, but that an interval of time stands with its obstacle
@@ -51,15 +50,14 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
     points: names of the robot's reference points, as `model.points`, for a goal that names some in
     a file that does not have them all; and to be compared with those that it has.
     """
-    return problem_of_text(_text(path), str(path), Path(path).suffix == ".json", points)
+    return _named(str(path), _data(path), points)
 
 
 def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
     """The model with the labels of a scene file, where it has any, in place of its own. Raises
     InputError.
     """
-    data = _data(_text(path), str(path), Path(path).suffix == ".json")
-    return model.with_labels(data.get("labels", {}))
+    return model.with_labels(_data(path).get("labels", {}))
 
 
 def problem_of_text(
@@ -68,47 +66,48 @@ def problem_of_text(
     """The problem in the text of a file called `name`. points: as of `load_problem`. Raises
     InputError.
     """
-    data = _data(text, name, is_json)
+    return _named(name, _parsed(text, name, is_json), points)
+
+
+def _named(name: str, data, points: Sequence[str] | None) -> Problem:
+    """The problem of the data of a file, whose name begins all messages."""
     try:
         return _problem(data, points)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
 
-def _text(path) -> str:
+def _data(path):
     path = Path(path)
     try:
-        return path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: expected a text file in TOML or JSON; {error}.") from None
+    return _parsed(text, str(path), path.suffix == ".json")
 
 
-def _data(text: str, name: str, is_json: bool):
+def _parsed(text: str, name: str, is_json: bool):
     """The data of a file called `name`, with exact decimals."""
     try:
-        return (
-            json.loads(text, parse_float=Decimal, object_pairs_hook=_once)
-            if is_json
-            else tomllib.loads(text, parse_float=Decimal)
-        )
+        if is_json:
+            return json.loads(text, parse_float=Decimal, object_pairs_hook=_unique)
+        return tomllib.loads(text, parse_float=Decimal)
     except ValueError as error:
-        raise InputError(
-            f"{name}: expected a scene in {'JSON' if is_json else 'TOML'}; {error}."
-        ) from None
+        kind = "JSON" if is_json else "TOML"
+        raise InputError(f"{name}: expected a scene in {kind}; {error}.") from None
     except InvalidOperation:
         raise InputError(f"{name}: a number in it cannot be read.") from None
 
 
-def _once(pairs: list) -> dict:
+def _unique(pairs: list) -> dict:
     """A table of JSON without duplicate entries."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"the entry {twice!r} stands twice in a table")
-    return found
+    names = [name for name, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"the entry {name!r} stands twice in a table")
+    return dict(pairs)
 
 
 def save_problem(
@@ -155,16 +154,16 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
     obstacles = data.get("obstacles", [])
     if not isinstance(obstacles, list):
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
-    own = ("steps", "uncertainty")
-    sets = [grown_set_of(f"obstacle {i}", part, own) for i, part in enumerate(obstacles)]
-    spans = [part.get("steps") for part in obstacles]
+    further = ("steps", "uncertainty")
+    sets = [grown_set_of(f"obstacle {i}", part, further) for i, part in enumerate(obstacles)]
     body = _body(data["body"])
     if points is not None:
         numbered(body, points)  # names what is unknown
     start = None if data.get("start") is None else set_of("start", data["start"])
     goal = _goal(data["goal"], points)
-    asked = [tuple(s) if s else None for s in spans]
-    problem = reach_avoid(goal, sets, body, start, asked, uncertainty_of(data, obstacles))
+    uncertainty = _uncertainty_of(data, obstacles)
+    spans = [tuple(s) if s else None for s in (part.get("steps") for part in obstacles)]
+    problem = reach_avoid(goal, sets, body, start, spans, uncertainty)
     return replace(problem, points=made_for) if made_for else problem
 
 
@@ -233,21 +232,20 @@ def _names(name: str, value) -> tuple[str | int, ...]:
 def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None) -> dict:
     require_points(problem, problem.points if points is None else points)
     points = problem.points or points
+    uncertainty, errors = _written_uncertainty(problem.uncertainty, len(problem.obstacles))
     obstacles = []
-    uncertainty, sets = (
-        ({}, []) if problem.uncertainty is None else spelled_uncertainty(problem.uncertainty)
-    )
-    own = own_uncertainty(sets, len(problem.obstacles))
-    for part, span, seen in zip(problem.obstacles, problem.all_spans, own, strict=True):
-        more = {} if span is None else {"steps": [int(i) for i in span]}
-        obstacles.append(spelled_set(part) | more | ({} if seen is None else {"uncertainty": seen}))
+    for part, span, error in zip(problem.obstacles, problem.all_spans, errors, strict=True):
+        steps = {} if span is None else {"steps": [int(i) for i in span]}
+        own = {} if error is None else {"uncertainty": error}
+        obstacles.append(written_set(part) | steps | own)
     by_point = None if points is None else _goal_by_point(problem, points)
-    goal = spelled_set(problem.goal) if by_point is None else by_point
+    goal = written_set(problem.goal) if by_point is None else by_point
+    # a robot of one point needs no names, unless the problem was made for them
     parts: dict = {"points": list(points)} if points and (problem.points or len(points) > 1) else {}
-    parts |= {"goal": goal, "body": _spelled_body(problem.body)}
+    parts |= {"goal": goal, "body": _written_body(problem.body)}
     if named is not None:
         parts["labels"] = {part: list(words) for part, words in named._asdict().items() if words}
-    parts |= {} if problem.start is None else {"start": spelled_set(problem.start)}
+    parts |= {} if problem.start is None else {"start": written_set(problem.start)}
     parts |= {"uncertainty": uncertainty} if uncertainty else {}
     return parts | {"obstacles": obstacles}
 
@@ -270,21 +268,21 @@ def _goal_by_point(problem: Problem, points: Sequence[str]) -> dict | None:
         for block, rows in zip(columns, used, strict=True)
     )
     named = zip(points, regions, strict=True)
-    asked = {name: spelled_set(part) for name, part in named if len(part.b)}
+    asked = {name: written_set(part) for name, part in named if len(part.b)}
     if not asked or any(part != next(iter(asked.values())) for part in asked.values()):
         return None
-    spelled = {"points": list(asked), **next(iter(asked.values()))}
-    return spelled | ({"q": spelled_set(further)} if len(further.b) else {})
+    written = {"points": list(asked), **next(iter(asked.values()))}
+    return written | ({"q": written_set(further)} if len(further.b) else {})
 
 
-def _spelled_body(body: Disc | Polygon | Body) -> dict | list[dict]:
+def _written_body(body: Disc | Polygon | Body) -> dict | list[dict]:
     if isinstance(body, Body):
-        parts = [{"points": list(part.points), **_spelled_shape(part)} for part in body.parts]
+        parts = [{"points": list(part.points), **_written_shape(part)} for part in body.parts]
         return parts[0] if len(parts) == 1 else parts
-    return _spelled_shape(parts_of(body)[0])
+    return _written_shape(parts_of(body)[0])
 
 
-def _spelled_shape(part: Part) -> dict:
+def _written_shape(part: Part) -> dict:
     if isinstance(part.shape, Disc):
         return {"radius": float(part.shape.radius)}
     return {"vertices": np.asarray(part.shape.vertices).tolist()}
@@ -297,12 +295,10 @@ def _toml(parts: dict):
     further = goal.pop("q", None)
     tables = [("[goal]", goal)]
     tables += [] if further is None else [("[goal.q]", further)]
-    body = parts["body"]
-    tables += [("[[body]]", p) for p in body] if isinstance(body, list) else [("[body]", body)]
-    tables += [
-        (f"[{name}]", parts[name]) for name in ("start", "labels", "uncertainty") if name in parts
-    ]
-    tables += [("[[obstacles]]", part) for part in parts["obstacles"]]
+    for name in ("body", "start", "labels", "uncertainty", "obstacles"):
+        part = parts.get(name, [])
+        several = isinstance(part, list)
+        tables += [(f"[[{name}]]", one) for one in part] if several else [(f"[{name}]", part)]
     for head, part in tables:
         yield f"{head}\n"
         for key, value in part.items():
@@ -318,10 +314,46 @@ def _inline(value) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-UNCERTAINTY_ENTRIES = tuple(field.name for field in dataclasses.fields(Uncertainty))
+def _numbers(name: str, value):
+    """A number, a list of numbers, or a table of such by name."""
+    if isinstance(value, dict):
+        return tuple((key, _numbers(f"{name} of {key}", part)) for key, part in value.items())
+    if value == FREE:
+        return FREE
+    array = numbers_of(name, value, 1 if isinstance(value, list) else 0)
+    return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
 
 
-def uncertainty_of(data: dict, obstacles: list) -> Uncertainty | None:
+def _number(name: str, value) -> float:
+    return float(numbers_of(name, value, 0))
+
+
+def _exact(name: str, value):
+    """A probability, for a rational: its decimal."""
+    return value if isinstance(value, list | dict) else str(value)
+
+
+def _by_name(pairs: tuple) -> dict:
+    """A table of pairs (parameter, value); an interval of one value is that value."""
+    single = {p: v[0] if isinstance(v, tuple) and v[0] == v[1] else v for p, v in pairs}
+    return {str(p): list(v) if isinstance(v, tuple) else v for p, v in single.items()}
+
+
+# fields of an uncertainty in a file, in its order: how an entry is read, and how it is written
+UNCERTAINTY = {
+    "start": (_numbers, list),
+    "heading": (_number, float),
+    "goal": (_numbers, list),
+    "k": (_numbers, _by_name),
+    "given": (_numbers, _by_name),
+    "unknown": (_numbers, _by_name),
+    "sensing_eps": (_exact, float),
+    "obstacles": (grown_set_of, None),  # written with each obstacle
+}
+UNCERTAINTY_ENTRIES = tuple(field.name for field in fields(Uncertainty))
+
+
+def _uncertainty_of(data: dict, obstacles: list) -> Uncertainty | None:
     """The uncertainty of a scene file, None where it has none. Raises InputError.
 
     [uncertainty] the fields of `Uncertainty`: numbers and lists, parameters by name in tables,
@@ -331,67 +363,30 @@ def uncertainty_of(data: dict, obstacles: list) -> Uncertainty | None:
     own = [part.get("uncertainty") for part in obstacles]
     if data.get("uncertainty") is None and not any(own):
         return None
-    entries = table_of("uncertainty", data.get("uncertainty") or {}, UNCERTAINTY_ENTRIES)
-    seen = None
-    if "obstacles" in entries:
-        seen = grown_set_of("uncertainty obstacles", entries["obstacles"])
-    sets = [
-        seen if o is None else grown_set_of(f"uncertainty of obstacle {i}", o)
-        for i, o in enumerate(own)
-    ]
-    words = {
-        name: _numbers(f"uncertainty {name}", entries[name])
-        for name in ("start", "goal", "k", "given", "unknown")
-        if name in entries
+    table = table_of("uncertainty", data.get("uncertainty") or {}, UNCERTAINTY_ENTRIES)
+    values = {
+        name: UNCERTAINTY[name][0](f"uncertainty {name}", part) for name, part in table.items()
     }
-    eps = entries.get("sensing_eps", 0)
-    return Uncertainty(
-        **words,
-        heading=float(numbers_of("uncertainty heading", entries.get("heading", 0), 0)),
-        obstacles=sets if any(s is not None for s in sets) else (),
-        sensing_eps=str(eps) if not isinstance(eps, list | dict) else eps,
-    )
+    of_all = values.pop("obstacles", None)
+    sets = [
+        of_all if part is None else grown_set_of(f"uncertainty of obstacle {i}", part)
+        for i, part in enumerate(own)
+    ]
+    if any(part is not None for part in sets):
+        values["obstacles"] = sets
+    return Uncertainty(**values)
 
 
-def spelled_uncertainty(uncertainty: Uncertainty) -> tuple[dict, list]:
-    """The table of an uncertainty, and that of each obstacle, None for an exact one; one entry is
-    for all.
+def _written_uncertainty(uncertainty: Uncertainty | None, n: int) -> tuple[dict, list]:
+    """The table of an uncertainty without exact fields, and that of each of n obstacles, None for
+    an exact one. Raises InputError for another number of sets.
     """
-    spelled: dict = {}
-    if any(uncertainty.start):
-        spelled["start"] = list(uncertainty.start)
-    if uncertainty.heading:
-        spelled["heading"] = uncertainty.heading
-    if any(uncertainty.goal):
-        spelled["goal"] = list(uncertainty.goal)
-    for name in ("k", "given", "unknown"):
-        pairs = getattr(uncertainty, name)
-        if pairs:
-            spelled[name] = {str(p): _listed(value) for p, value in pairs}
-    if uncertainty.sensing_eps:
-        spelled["sensing_eps"] = float(uncertainty.sensing_eps)
-    return spelled, [None if s is None else spelled_set(s) for s in uncertainty.obstacles]
-
-
-def _numbers(name: str, value):
-    """A number, a list of numbers, or a table of such by name."""
-    if isinstance(value, dict):
-        pairs = value.items()
-        return tuple((key, _numbers(f"{name} of {key}", part)) for key, part in pairs)
-    if value == FREE:
-        return FREE
-    array = numbers_of(name, value, 1 if isinstance(value, list) else 0)
-    return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
-
-
-def _listed(value):
-    if isinstance(value, tuple):
-        return value[0] if value[0] == value[1] else list(value)
-    return value
-
-
-def own_uncertainty(sets: list, n: int) -> list:
-    """The table of each of n obstacles."""
-    if sets and len(sets) not in (1, n):
-        raise InputError(f"uncertainty: expected a set for each of {n} obstacles; got {len(sets)}.")
-    return sets * n if len(sets) == 1 else sets or [None] * n
+    if uncertainty is None:
+        return {}, [None] * n
+    table = {}
+    for name, (_, write) in UNCERTAINTY.items():
+        value = getattr(uncertainty, name)
+        if write is not None and (any(value) if isinstance(value, tuple) else value):
+            table[name] = write(value)
+    sets = uncertainty.of_obstacles(n)
+    return table, [None if part is None else written_set(part) for part in sets]

@@ -88,7 +88,7 @@ def numbers_of(name: str, value, ndim: int) -> np.ndarray:
     return array
 
 
-def spelled_set(part: HPolytope) -> dict:
+def written_set(part: HPolytope) -> dict:
     """lo and hi where the rows are exactly those of a box, else the rows."""
     n, eye = part.n, np.eye(part.n)
     if part.A.shape == (2 * n, n) and (part.A == np.concatenate([eye, -eye])).all():

@@ -3,7 +3,7 @@ goals, parameters that no plan chooses. [T21, T22]
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -52,25 +52,16 @@ class Uncertainty:
     """Probability that a true value lies outside of these boxes."""
 
     def __post_init__(self) -> None:
-        self._set("start", _widths("uncertainty start", self.start))
-        self._set("goal", _widths("uncertainty goal", self.goal))
-        self._set("k", _by_name("uncertainty k", self.k, lambda n, v: _widths(n, v, 1)[0], True))
-        self._set("heading", _heading(self.heading))
-        self._set("given", _by_name("uncertainty given", self.given, _value_or_box))
-        self._set("unknown", _by_name("uncertainty unknown", self.unknown, _box))
-        self._set("obstacles", _seen(self.obstacles))
-        self._set("sensing_eps", _probability(self.sensing_eps))
-
-    def _set(self, name: str, value) -> None:
-        object.__setattr__(self, name, value)
+        for name, valid in _VALID.items():
+            object.__setattr__(self, name, valid(f"uncertainty {name}", getattr(self, name)))
 
     @property
     def is_nothing(self) -> bool:
         """All is exact: the problem is its own nominal problem."""
         wide = [*self.start, *self.goal, *(width for _, width in self.k), self.heading]
         exact = all(s is None for s in self.obstacles)
-        known = [value for _, value in self.given if value != FREE]
-        return not any(wide) and exact and not known and not self.unknown
+        fixed = [value for _, value in self.given if value != FREE]
+        return not any(wide) and exact and not fixed and not self.unknown
 
     @property
     def of_model(self) -> tuple:
@@ -83,7 +74,7 @@ class Uncertainty:
 
     def of_goal(self, n_p: int, n_q: int) -> np.ndarray:
         """(n_p + n_q,) half widths of the goal. Raises InputError."""
-        if n_q and len(self.goal) == n_p + n_q:
+        if n_q and len(self.goal) == n_p + n_q:  # else that of q is exact
             return np.array(self.goal)
         return np.concatenate(
             [_fitted("uncertainty goal", self.goal, n_p, "one per axis, or with q"), np.zeros(n_q)]
@@ -113,31 +104,37 @@ def _widths(name: str, value, n: int | None = None) -> tuple[float, ...]:
         raise InputError(f"{name}: expected finite half widths; got {value!r:.60}.")
     if (array < 0).any():
         raise InputError(f"{name}: expected half widths >= 0; got {array.min():g}.")
-    return tuple(float(x) for x in array)
+    return tuple(array.tolist())
 
 
-def _fitted(name: str, widths: tuple[float, ...], n: int, what: str) -> np.ndarray:
+def _fitted(name: str, widths: tuple[float, ...], n: int, meaning: str) -> np.ndarray:
     if len(widths) <= 1:
         return np.full(n, widths[0] if widths else 0.0)
     if len(widths) != n:
-        raise InputError(f"{name}: expected one half width, or {n}, {what}; got {len(widths)}.")
+        raise InputError(f"{name}: expected one half width, or {n}, {meaning}; got {len(widths)}.")
     return np.array(widths)
 
 
-def _by_name(name: str, given, read, listed: bool = False) -> tuple:
-    """((parameter, value), ...), each parameter once, from a mapping, pairs or a list."""
-    if isinstance(given, Mapping):
-        pairs = list(given.items())
-    elif isinstance(given, tuple) and all(isinstance(e, tuple) and len(e) == 2 for e in given):
-        pairs = list(given)  # as it is stored
-    elif listed and not isinstance(given, str) and np.ndim(given) == 1:
-        pairs = list(enumerate(given))
-    else:
-        example = ' such as {"speed": ...}'
-        raise InputError(f"{name}: expected parameters by name,{example}; got {given!r:.60}.")
-    named = [(_parameter(name, p), value) for p, value in pairs]
-    require_once(name, [p for p, _ in named])
-    return tuple((p, read(f"{name} of {p}", value)) for p, value in named)
+def _by_name(read: Callable, listed: bool = False) -> Callable:
+    """A reader of ((parameter, value), ...), each parameter once, from a mapping, pairs or, if
+    `listed`, a list; values by `read`.
+    """
+
+    def valid(name: str, given) -> tuple:
+        if isinstance(given, Mapping):
+            pairs = list(given.items())
+        elif isinstance(given, tuple) and all(isinstance(e, tuple) and len(e) == 2 for e in given):
+            pairs = list(given)  # as it is stored
+        elif listed and not isinstance(given, str) and np.ndim(given) == 1:
+            pairs = list(enumerate(given))
+        else:
+            example = ' such as {"speed": ...}'
+            raise InputError(f"{name}: expected parameters by name,{example}; got {given!r:.60}.")
+        named = [(_parameter(name, p), value) for p, value in pairs]
+        require_once(name, [p for p, _ in named])
+        return tuple((p, read(f"{name} of {p}", value)) for p, value in named)
+
+    return valid
 
 
 def require_once(name: str, parameters: Sequence[Parameter]) -> None:
@@ -161,9 +158,8 @@ def _parameter(name: str, given) -> Parameter:
 def _value_or_box(name: str, value) -> Interval | str:
     if isinstance(value, str) and value == FREE:
         return FREE
-    if np.ndim(value) == 0 and not isinstance(value, str) and value is not None:
-        return _box(name, (value, value))
-    return _box(name, value)
+    single = np.ndim(value) == 0 and not isinstance(value, str) and value is not None
+    return _box(name, (value, value) if single else value)
 
 
 def _box(name: str, value) -> Interval:
@@ -178,33 +174,41 @@ def _box(name: str, value) -> Interval:
     return lo, hi
 
 
-def _heading(value) -> float:
-    angle = _widths("uncertainty heading", value, 1)[0]
+def _heading(name: str, value) -> float:
+    angle = _widths(name, value, 1)[0]
     if angle >= 1:
-        raise InputError(f"uncertainty heading: expected a half angle below 1 rad; got {angle:g}.")
+        raise InputError(f"{name}: expected a half angle below 1 rad; got {angle:g}.")
     return angle
 
 
-def _seen(value) -> tuple[HPolytope | None, ...]:
+def _sets(name: str, value) -> tuple[HPolytope | None, ...]:
     sets = [value] if isinstance(value, Box | HPolytope) else list(value)
-    out: list[HPolytope | None] = []
     for i, one in enumerate(sets):
         if not (one is None or isinstance(one, Box | HPolytope)):
             raise InputError(
                 f"uncertainty of obstacle {i}: expected a Box or HPolytope, or None; got "
                 f"{type(one).__name__}."
             )
-        out.append(from_box(one) if isinstance(one, Box) else one)
-    return tuple(out)
+    return tuple(from_box(one) if isinstance(one, Box) else one for one in sets)
 
 
-def _probability(value) -> Fraction:
+def _probability(name: str, value) -> Fraction:
     try:
         exact = Fraction(str(value))
     except (ValueError, ZeroDivisionError):
         exact = Fraction(-1)
     if not 0 <= exact < 1:
-        raise InputError(
-            f"uncertainty sensing_eps: expected a probability in [0, 1); got {value!r:.60}."
-        )
+        raise InputError(f"{name}: expected a probability in [0, 1); got {value!r:.60}.")
     return exact
+
+
+_VALID = {
+    "start": _widths,
+    "heading": _heading,
+    "k": _by_name(lambda name, value: _widths(name, value, 1)[0], listed=True),
+    "goal": _widths,
+    "obstacles": _sets,
+    "given": _by_name(_value_or_box),
+    "unknown": _by_name(_box),
+    "sensing_eps": _probability,
+}

@@ -1,4 +1,4 @@
-"""Dual bounds in rational arithmetic, for polytopes without known bounds.
+"""Dual bounds in rational arithmetic, for polytopes that may be unbounded.
 
 Without bounds on x the multipliers must satisfy c + A'mu = 0 exactly, which floats never do. The
 solver's multipliers are nudged onto that subspace in rationals; if they stay nonnegative, -mu.b is
@@ -7,7 +7,7 @@ a bound with nothing left to check.
 Witnesses: the few inequalities of every LP verdict, in float64 with rounding accounted for.
 
 A solver's output is a hint. A point is checked against the rows; multipliers are turned into a
-bound that is valid whatever they are (Neumaier and Shcherbina's self-correcting bound, [T12]):
+bound that is valid for any of them (Neumaier and Shcherbina's self-correcting bound, [T12]):
 there is no equality to miss. All functions take leading batch axes.
 """
 
@@ -157,7 +157,7 @@ def _repaired(c, A, multipliers) -> dict[int, Fraction] | None:
 
 
 class Basis:
-    """Independent vectors v of Q^n, added one by one, kept as M: each M v is a unit vector."""
+    """Independent vectors v of Q^n, added one by one, as a matrix M: each M v is a unit vector."""
 
     def __init__(self, n: int):
         self._matrix = [[Fraction(int(i == j)) for j in range(n)] for i in range(n)]
@@ -168,7 +168,7 @@ class Basis:
 
     @property
     def full(self) -> bool:
-        """Do the vectors span the whole space?"""
+        """Do the vectors span all of Q^n?"""
         return len(self) == len(self._matrix)
 
     def add(self, vector: Sequence[Fraction], least: Fraction = Fraction(0)) -> bool:

@@ -2,7 +2,7 @@
 
 The simplified homogeneous self-dual embedding (Xu, Hung, Ye 1996) with Mehrotra's predictor and
 corrector: it needs no feasible start, and ends either at an optimum (tau > kappa) or at a Farkas
-ray (tau < kappa). The number of iterations is fixed, so the whole batch runs in one compiled loop.
+ray (tau < kappa). The number of iterations is fixed, so a batch runs in one compiled loop.
 Its answers are hints; `batch` checks them.
 
 Layout: a vector over the n variables is a list of n arrays, a vector over the h rows is one array
@@ -104,7 +104,7 @@ def _iterate(c, A, b, st: State) -> State:
 
 
 def _longest_step(st: State, step: State):
-    """Largest step that keeps y, s, tau and kappa nonnegative."""
+    """Largest step after which y, s, tau and kappa are nonnegative."""
     limit = jnp.minimum(_limit(st.y, step.y).min(0), _limit(st.s, step.s).min(0))
     return jnp.minimum(limit, jnp.minimum(_limit(st.tau, step.tau), _limit(st.kappa, step.kappa)))
 

@@ -1,7 +1,4 @@
-"""A linear program as plain arrays.
-
-What an LP verdict says, and what it rests on.
-"""
+"""A linear program as plain arrays, and a verdict on it with its witnesses."""
 
 import enum
 from dataclasses import dataclass
@@ -26,7 +23,7 @@ class LPStatus(enum.IntEnum):
 
     @property
     def advice(self) -> str:
-        """One sentence for the user: what is proved, and what to try next."""
+        """One sentence for the user: the proof, and what to try next."""
         return (
             "A point satisfies the rows; a dual witness shows that no point is better by more than "
             "lp_gap.",
@@ -47,17 +44,15 @@ class LPResult:
 
     status: LPStatus.
     x: (n,) a point that satisfies the rows to lp_feasible; NaN where there is none.
-    multipliers: (h,) of the rows, >= 0, and equality_multipliers: (e,): the dual hint; NaN where
-        there is none.
+    multipliers: (h,) of the rows, >= 0: the dual hint; NaN where there is none.
     lower: proved lower bound of the minimum, -inf where none was proved (+inf: proved empty).
     upper: c.x at the point, +inf where there is no point.
-    words: what the solver said, for people.
+    words: of the solver, for people.
     """
 
     status: LPStatus
     x: np.ndarray
     multipliers: np.ndarray
-    equality_multipliers: np.ndarray
     lower: float
     upper: float
     words: str

@@ -18,7 +18,7 @@ _KINDS = {"Solved": "solved", "PrimalInfeasible": "empty", "DualInfeasible": "un
 
 @dataclass(frozen=True)
 class Hint:
-    """What the solver claims.
+    """The claim of the solver.
 
     kind: "solved", "empty", "unbounded", or "trouble" (limits, stalls, "almost", exceptions).
     x: (n,) point or ray. y: (h + 2e,) multipliers of the stacked rows, y_bounds: of the bound rows.
@@ -38,8 +38,9 @@ def clarabel_hint(lp: LinearProgram) -> Hint:
 
     rows, offsets = lp.bound_rows()
     matrix = np.concatenate([lp.E, lp.A, rows])
-    e = lp.E.shape[0]
-    h = lp.A.shape[0]
+    indices = np.tile(np.arange(len(matrix)), lp.n)
+    starts = np.arange(lp.n + 1) * len(matrix)
+    e, h = len(lp.f), len(lp.b)
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = _MAX_ITERATIONS
@@ -54,7 +55,8 @@ def clarabel_hint(lp: LinearProgram) -> Hint:
         solution = clarabel.DefaultSolver(
             sparse.csc_matrix((lp.n, lp.n)),
             lp.c,
-            _dense_to_csc(matrix),
+            # columns with every entry stored: faster to build than by searching for zeros
+            sparse.csc_matrix((matrix.T.ravel(), indices, starts), shape=matrix.shape),
             np.concatenate([lp.f, lp.b, offsets]),
             cones,
             settings,
@@ -77,22 +79,11 @@ def _trouble(lp: LinearProgram, words: str) -> Hint:
     return Hint("trouble", *(np.full(size, np.nan) for size in sizes), words)
 
 
-def _dense_to_csc(matrix: np.ndarray):
-    """Sparse columns with every entry stored: faster to build than by searching for zeros."""
-    import scipy.sparse as sparse
-
-    rows, columns = matrix.shape
-    indices = np.tile(np.arange(rows), columns)
-    return sparse.csc_matrix(
-        (matrix.T.ravel(), indices, np.arange(columns + 1) * rows), shape=matrix.shape
-    )
-
-
 def solve(c, A, b, E=None, f=None, lo=None, hi=None) -> LPResult:
     """min c.x over {A x <= b, E x = f, lo <= x <= hi}.
 
     c: (n,). A: (h, n), b: (h,). E: (e, n), f: (e,) or None. lo, hi: (n,), may be infinite, or None.
-    Returns LPResult; its `lower` is proved whatever the status. Bounds make proofs cheap; without
+    Returns LPResult; its `lower` is proved under any status. Bounds make proofs cheap; without
     them the dual witness is repaired in rational arithmetic. Raises InputError on wrong shapes or
     non-finite data, never on solver trouble.
     """
@@ -191,13 +182,9 @@ def _by_elastic_rows(lp: LinearProgram, words: str) -> LPResult:
 
 
 def _result(lp: LinearProgram, status: LPStatus, x, hint: Hint, lower: float) -> LPResult:
-    h = lp.A.shape[0]
-    e = lp.E.shape[0]
     x = np.full(lp.n, np.nan) if x is None else x
     upper = float(lp.c @ x) if np.isfinite(x).all() else np.inf
-    multipliers = np.full(h, np.nan)
-    of_equalities = np.full(e, np.nan)
+    multipliers = np.full(len(lp.b), np.nan)
     if status is not LPStatus.UNKNOWN:
-        multipliers = np.maximum(hint.y[:h], 0.0)
-        of_equalities = hint.y[h : h + e] - hint.y[h + e :]
-    return LPResult(status, x, multipliers, of_equalities, float(lower), upper, hint.words)
+        multipliers = np.maximum(hint.y[: len(lp.b)], 0.0)
+    return LPResult(status, x, multipliers, float(lower), upper, hint.words)

@@ -1,1 +1,1 @@
-"""Boxes and polytopes, and what the engine asks of them; more of it is in `published`."""
+"""Boxes and polytopes, and the operations on them that the engine needs; more in `neuralparc`."""

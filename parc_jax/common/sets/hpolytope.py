@@ -13,7 +13,7 @@ from parc_jax.common.sets.box import Box
 class HPolytope:
     """The set {x : A x <= b}. Build with `hpolytope`, which validates.
 
-    A: (h, n) outward normals, kept as given: nothing is rescaled. b: (h,) offsets.
+    A: (h, n) outward normals as given: nothing is rescaled. b: (h,) offsets.
     """
 
     A: Float[np.ndarray, "... h n"]

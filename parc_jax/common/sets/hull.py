@@ -1,13 +1,10 @@
 """A polytope around vertices: rows of their convex hull, which hold every vertex exactly.
 
-Qhull, in one place: each call gives what Qhull found, or None where it gives up.
+All calls of Qhull: its result, or None where it gives up. It works in floats, and nothing that must
+be exact rests on it.
 
-Qhull works in floats. Nothing that must be exact rests on it.
-
-Corners of many polygons at once, in float64, where it is known how far off they are.
-
-Where two rows that follow one another meet at a small angle, or one cuts nothing off, nothing is
-said of a polygon: exact arithmetic (`rational`) is asked then.
+Corners of many polygons at once, in float64, with a bound of their error. Where two consecutive
+rows meet at a small angle, or one cuts nothing off, a polygon needs exact arithmetic (`rational`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -98,7 +95,7 @@ def alike(polytopes: Sequence[HPolytope]) -> Iterator[tuple[np.ndarray, np.ndarr
 
 
 def _corners(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (m, h, 2) of polygons A (m, h, 2), b (m, h), and of which they are known."""
+    """Corners (m, h, 2) of polygons A (m, h, 2), b (m, h), and (m,) bool: they are within OFF."""
     length = np.hypot(A[..., 0], A[..., 1])
     normal = A / length[..., None]
     order = np.argsort(np.arctan2(normal[..., 1], normal[..., 0]), axis=1, kind="stable")
@@ -144,16 +141,13 @@ def _in_plane(exact: list[Point]) -> np.ndarray:
     edges = [(u - x, v - y) for (x, y), (u, v) in pairs]
     if len(corners) == 1:
         edges = [(Fraction(1), Fraction(0)), (Fraction(-1), Fraction(0))]
-    along = np.array([(a / _size(a, b), b / _size(a, b)) for a, b in edges], float) + 0.0
+    sizes = [max(abs(a), abs(b)) for a, b in edges]
+    along = np.array([(a / s, b / s) for (a, b), s in zip(edges, sizes, strict=True)], float) + 0.0
     normals = np.stack([along[:, 1], -along[:, 0]], axis=1) + 0.0
     after = np.roll(along, -1, axis=0)
     turn = (np.roll(normals, -1, axis=0) * along).sum(axis=1)
     sharp = (np.abs(turn) < SHARP) & ((along * after).sum(axis=1) < 0)
     return np.unique(np.concatenate([normals, along[sharp], -along[sharp]]), axis=0)
-
-
-def _size(a: Fraction, b: Fraction) -> Fraction:
-    return max(abs(a), abs(b))
 
 
 def _in_space(points: np.ndarray, name: str) -> np.ndarray:

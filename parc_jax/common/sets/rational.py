@@ -36,6 +36,18 @@ def _in_plane(p: HPolytope, name: str) -> list[Point]:
     rows = [row for row in rows if row[0] or row[1] or row[2] < 0]
     if any(not (a or c) for a, c, _ in rows):
         return []  # a row 0 <= b with b < 0
+    found = _corners(rows)
+    # extreme directions d with A d <= 0 are perpendicular to a row
+    rays = [ray for a, c, _ in rows for ray in ((-c, a), (c, -a))]
+    open_ = [(x, y) for x, y in rays if all(u * x + v * y <= 0 for u, v, _ in rows)]
+    far = [(a, c, FAR) for a, c in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+    if (open_ or not rows) and (found or _corners([*rows, *far])):
+        raise _unbounded(name)
+    return convex_polygon(list(found))
+
+
+def _corners(rows: list[tuple[int, ...]]) -> set[Point]:
+    """Points where two lines meet, inside of all rows (a, c, e): a x + c y <= e."""
     found = set()
     for (a, c, e), (f, g, h) in combinations(rows, 2):
         det = a * g - c * f
@@ -45,9 +57,7 @@ def _in_plane(p: HPolytope, name: str) -> list[Point]:
         x, y, det = sign * (e * g - c * h), sign * (a * h - e * f), sign * det
         if all(u * x + v * y <= w * det for u, v, w in rows):
             found.add((Fraction(x, det), Fraction(y, det)))
-    if _is_unbounded(rows) and (found or _has_point_without_vertex(rows)):
-        raise _unbounded(name)
-    return convex_polygon(list(found))
+    return found
 
 
 def convex_polygon(points: list[Point]) -> list[Point]:
@@ -70,7 +80,7 @@ def convex_polygon(points: list[Point]) -> list[Point]:
 
 
 def whole(values: Iterable[float | Fraction]) -> tuple[int, ...]:
-    """All values times what makes them whole: products of these ask for no common divisors."""
+    """All values times their common denominator: products of these need no common divisors."""
     ratios = [value.as_integer_ratio() for value in values]
     scale = math.lcm(*(below for _, below in ratios))
     return tuple(above * (scale // below) for above, below in ratios)
@@ -89,28 +99,6 @@ def area(vertices: list[Point]) -> Fraction:
     return sum((x * v - u * y for (x, y), (u, v) in pairs), Fraction(0)) / 2
 
 
-def _is_unbounded(rows) -> bool:
-    """Is there d != 0 with A d <= 0? The extreme ones are perpendicular to a row."""
-    if not rows:
-        return True
-    rays = [ray for a, c, _ in rows for ray in ((-c, a), (c, -a))]
-    return any(all(u * x + v * y <= 0 for u, v, _ in rows) for x, y in rays)
-
-
-def _has_point_without_vertex(rows) -> bool:
-    """All normals parallel: a strip, a half-plane or the plane; is it non-empty?"""
-    if any(a * g - c * f != 0 for (a, c, _), (f, g, _) in combinations(rows, 2)):
-        return False  # two crossing lines: a non-empty set of this kind has a vertex
-    if not rows:
-        return True
-    a, c, _ = rows[0]
-    # row k reads share * (a x + c y) <= w
-    along = [(Fraction(u * a + v * c, a * a + c * c), w) for u, v, w in rows]
-    above = [w / share for share, w in along if share > 0]
-    below = [w / share for share, w in along if share < 0]
-    return not (above and below) or max(below) <= min(above)
-
-
 def _turn(a: tuple[int, ...], b: tuple[int, ...], c: tuple[int, ...]) -> int:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
@@ -124,7 +112,9 @@ def _in_space(p: HPolytope, name: str) -> list[Point]:
         return []  # a row 0 <= b with b < 0
     rows = [(a, b) for a, b in rows if any(a)]
     found = _vertices(rows)
-    if _is_open(rows) and (found or _vertices([*rows, *_far_box()])):
+    eye = np.eye(3, dtype=int).tolist()
+    far = [(tuple(Fraction(s * x) for x in e), Fraction(FAR)) for e in eye for s in (-1, 1)]
+    if _is_open(rows) and (found or _vertices([*rows, *far])):
         raise _unbounded(name)
     return found
 
@@ -190,14 +180,6 @@ def _unit_rows(rows: list[Row]) -> tuple[np.ndarray, np.ndarray]:
     A = np.array([[float(x) for x in a] for a, _ in rows]).reshape(-1, 3)
     size = np.linalg.norm(A, axis=1)
     return A / size[:, None], np.array([float(b) for _, b in rows]) / size
-
-
-def _far_box() -> list[Row]:
-    return [
-        (tuple(Fraction(s * (i == axis)) for i in range(3)), Fraction(FAR))
-        for axis in range(3)
-        for s in (-1, 1)
-    ]
 
 
 def _cross(u, v) -> Point:

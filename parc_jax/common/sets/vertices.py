@@ -1,5 +1,5 @@
 """Vertices of H-polytopes in up to six dimensions, through Qhull; empty and flat sets included.
-And the Chebyshev centre: the deepest point of a polytope, from which they are found.
+And the Chebyshev centre: the deepest point of a polytope, from which they are computed.
 """
 
 from typing import NamedTuple
@@ -20,7 +20,7 @@ _SAME = 1e-10  # [size of the set] vertices closer than this are one
 
 
 class Ball(NamedTuple):
-    """Largest inscribed ball found.
+    """A largest inscribed ball.
 
     status: FEASIBLE (a ball of this radius fits), INFEASIBLE (the set is proved empty) or UNKNOWN.
     center: (n,). radius: () >= 0, measured from the rows at the centre and not taken from the
@@ -54,7 +54,7 @@ def chebyshev_center(p: HPolytope, largest: float | None = None) -> Ball:
 def vertices(p: HPolytope) -> Float[np.ndarray, "v n"]:
     """Vertices (v, n) of a bounded polytope, in no particular order; (0, n) if it is proved empty.
 
-    Floats: a vertex misses its rows by rounding. What must be exact uses `rational_vertices` or the
+    Floats: a vertex misses its rows by rounding. For exact ones use `rational_vertices`, or
     supports.
     Raises InputError if p is unbounded or n > 6, SoundnessError if emptiness could not be decided.
     """

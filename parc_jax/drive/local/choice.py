@@ -237,17 +237,15 @@ def run_plan(
     """
     if n is None:
         n = required_runs(float(eps), float(look.delta))
-    failures = 0
-    alike = True
-    first = None
-    lost = []
+    failures, alike, first, lost = 0, True, None, []
     fresh = fresh_key(key, look, p0, k)
     for batch in stream_rollouts(system, fresh, n, Stage.VALIDATE, k=k, chunk=CHUNK, quiet=quiet):
         if first is None:
             first = batch.select([0])
             (fails,), nearest = _judged(scene, first, p0)
         # without a disturbance all runs equal the first to the last bit: judged once, all counted
-        same = _equal(batch, first)
+        moved = (batch.p != first.p).reshape(batch.n, -1).any(axis=1)
+        same = ~moved & (batch.q == first.q).all(axis=1) & (batch.failed == first.failed)
         failures += int(same.sum()) * int(fails)
         others = batch.select(~same)
         if others.n:
@@ -268,9 +266,3 @@ def _judged(scene: Scene, runs: RolloutBatch, p0: np.ndarray) -> tuple[np.ndarra
     # NaN is a contact: not above 0, and nearer than any distance
     nearest = np.where(np.isnan(distance), -np.inf, distance).min()
     return runs.failed | ~reached | ~(distance > distance_of(scene, off)), float(nearest)
-
-
-def _equal(runs: RolloutBatch, first: RolloutBatch) -> np.ndarray:
-    """(n,) bool, the runs that equal the first to the last bit."""
-    moved = (runs.p != first.p).reshape(runs.n, -1).any(axis=1)
-    return ~moved & (runs.q == first.q).all(axis=1) & (runs.failed == first.failed)

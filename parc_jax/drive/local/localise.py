@@ -189,11 +189,10 @@ def localise(
     look = looks.take()
     about = (box.lo, box.hi) if plan is None else (plan, box.lo, box.hi)
     fresh = fresh_key(key, look, *about)
-    selected_for = question.problem if plan is None else None
-    whole = question.model
+    whole, runs = question.model, LocalRuns(system, fresh, box, local.rollouts, quiet)
     between = intersample_of(whole.claim.assumptions)
-    sizes = (look.delta, local, selected_for, quiet, between)
-    model = local_model(system, start, box, fresh, *sizes)
+    selected_for = question.problem if plan is None else None
+    model = local_model(runs, look.delta, local, start, between, selected_for)
     share = share_of(model.domain, whole.domain)
     near = Near(model, look, share, *_narrowing(whole.tube, model.tube, model.domain))
     query = question.of(model)
@@ -234,68 +233,36 @@ def start_trial(system: System, key: jax.Array, local: Local, whole: ErrorClaim)
 
 
 def local_model(
-    system: System,
-    start: StartTrial,
-    box: Box,
-    key: jax.Array,
-    delta: Fraction,
-    local: Local,
-    problem: Problem | None = None,
-    quiet: bool = True,
-    between: Intersample = DISCRETE_TIME,
-) -> TrajectoryModel:
-    """Learn the system on a box and bound its error there with confidence 1 - delta. [T1, T23]
-
-    start: result of `start_trial`. key: of this look alone, see `fresh_key`.
-    problem: network and shape of the tube are those that leave it the largest margin; None for an
-    affine map or `local.hidden`, and `local.shape`. between: what the claim over the whole of K
-    declares of the time between records. Raises InputError.
-    """
-    runs = LocalRuns(system, key, box, local.rollouts, quiet)
-    train = runs.train()
-    net, profile = fit(train, local, key), None
-    if problem is not None:
-        net, profile = _select(runs, train, net, local, problem)
-    return claimed_model(runs, train, net, delta, local, start, profile, between)
-
-
-def _select(
-    runs: "LocalRuns", train: RolloutBatch, net: ReLUNetwork, local: Local, problem: Problem
-) -> tuple[ReLUNetwork, Tube]:
-    """The network and the error shape with the largest margin in a problem.
-
-    They are compared by training and shape runs; the calibration set sees the selected pair alone,
-    so that the claim is one look. [T1]
-    """
-    further = list(runs.further(local.profile_runs))
-    nets = [net] if local.hidden else [net, fit_tail(net, train)]
-    rng = np.random.default_rng(0)
-    tried = []
-    for net in nets:
-        for shape in SHAPES:
-            profile = learn_profiles([net], train, further, runs.bins, shape=shape)[0]
-            scene = scene_of(problem, _guessed(net, train, profile))
-            tried.append((rank_plans(scene, rng).score, net, profile))
-    return max(tried, key=lambda one: one[0])[1:]
-
-
-def claimed_model(
     runs: "LocalRuns",
-    train: RolloutBatch,
-    net: ReLUNetwork,
     delta: Fraction,
     local: Local,
     start: StartTrial,
-    profile: Tube | None = None,
     between: Intersample = DISCRETE_TIME,
+    problem: Problem | None = None,
 ) -> TrajectoryModel:
-    """The model on the box of its runs, with the claim that fresh ones support.
+    """Learn a system on the box of its runs and bound its error there with confidence 1 - delta.
+    [T1, T23]
 
-    profile: error shape; None to learn it from shape runs. between: as of `local_model`.
+    start: result of `start_trial`. between: declared by the claim over K about the time between
+    records. problem: network and shape of the tube are those that leave it the largest margin; None
+    for an affine map or `local.hidden`, and `local.shape`. Raises InputError.
     """
+    train = runs.train()
+    net, profiles = fit(train, local, runs.key), None
+    if problem is not None:
+        # by training and shape runs alone: calibration runs see the selected pair, for one look
+        further = list(runs.further(local.profile_runs))
+        nets = [net] if local.hidden else [net, fit_tail(net, train)]
+        rng = np.random.default_rng(0)
+        tried = []
+        for net in nets:
+            for shape in SHAPES:
+                profile = learn_profiles([net], train, further, runs.bins, shape=shape)[0]
+                scene = scene_of(problem, _guessed(net, train, profile))
+                tried.append((rank_plans(scene, rng).score, net, [profile]))
+        _, net, profiles = max(tried, key=lambda one: one[0])
     about = {"delta": delta, "bins": runs.bins, "intersample": between}
     bound = BoundSettings(**part_of(local, Sizing), **about)
-    profiles = None if profile is None else [profile]
     claim = bound_errors([net], runs, train, bound, start, profiles=profiles)[0][0]
     return trajectory_model(net, claim)
 

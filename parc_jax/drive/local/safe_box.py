@@ -56,13 +56,17 @@ def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None
     Its sides are in the ratio of those of `within`. Large, not largest: sampled plans propose its
     size, the exact checker accepts or refuses it.
     """
-    model = scene.model
-    rng = np.random.default_rng(0)
+    model, rng = scene.model, np.random.default_rng(0)
     scene = unpruned_scene(scene)  # the checker tests all obstacles, pruned ones too
     if not verdicts(scene, p0[None], k[None]).safe.all():
         return None
-    scale = _scale(scene, p0, k, within, rng)
-    if scale is None:
+    scale = 2.0
+    for _ in range(HALVINGS):
+        x = _plans_of(*_cut(k, scale, within), rng)
+        if verdicts(scene, np.broadcast_to(p0, (len(x), len(p0))), x).safe.all():
+            break
+        scale *= 0.5**0.5
+    else:
         return None
     for _ in range(ATTEMPTS):
         box = _cut(k, scale, within)
@@ -87,36 +91,12 @@ def box_around(k: np.ndarray, scale: float | np.ndarray, within: Box) -> Box:
 def _cut(k: Float[np.ndarray, " n_k"], scale: float, within: Box) -> tuple[np.ndarray, np.ndarray]:
     """Middle and half widths of the box around k, cut to `within`; exactly inside of it."""
     side = scale * (within.hi - within.lo) / 2
-    lo = np.maximum(k - side, within.lo)
-    hi = np.minimum(k + side, within.hi)
-    middle = (lo + hi) / 2
-    half = (hi - lo) / 2
+    lo, hi = np.maximum(k - side, within.lo), np.minimum(k + side, within.hi)
+    middle, half = (lo + hi) / 2, (hi - lo) / 2
     # middle ± half rounds: a side that leaves `within` by an ulp is drawn inwards
-    return middle, np.where(_inside(middle, half, within), half, half * INWARD)
-
-
-def _inside(
-    middle: Float[np.ndarray, " n_k"], half: Float[np.ndarray, " n_k"], within: Box
-) -> np.ndarray:
-    """(n_k,) bool: the box is inside `within` along an axis, in exact arithmetic."""
-    exact = [
-        (Fraction(float(m)), Fraction(float(h)), Fraction(float(lo)), Fraction(float(hi)))
-        for m, h, lo, hi in zip(middle, half, within.lo, within.hi, strict=True)
-    ]
-    return np.array([lo <= m - h and m + h <= hi for m, h, lo, hi in exact])
-
-
-def _scale(
-    scene: Scene, p0: Vector, k: Params, within: Box, rng: np.random.Generator
-) -> float | None:
-    """The largest scale of boxes whose sampled plans are all safe, or None."""
-    scale = 2.0
-    for _ in range(HALVINGS):
-        x = _plans_of(*_cut(k, scale, within), rng)
-        if verdicts(scene, np.broadcast_to(p0, (len(x), len(p0))), x).safe.all():
-            return scale
-        scale *= 0.5**0.5
-    return None
+    m, h, least, most = (_exact(x) for x in (middle, half, within.lo, within.hi))
+    inside = ((least <= m - h) & (m + h <= most)).astype(bool)
+    return middle, np.where(inside, half, half * INWARD)
 
 
 def _plans_of(middle: np.ndarray, half: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -146,11 +126,11 @@ def _certificates(
         yield {"p0": hex_text(p0), "k": hex_text(box[0]), "room": margin, "sep": part["sep"]}
 
 
-def share_of(part: Box, whole: Box) -> Fraction:
-    """Exact share of the volume of the box `whole` that the box `part` in it takes."""
-    share = Fraction(1)
-    for lo, hi, least, most in zip(part.lo, part.hi, whole.lo, whole.hi, strict=True):
-        share *= (Fraction(float(hi)) - Fraction(float(lo))) / (
-            Fraction(float(most)) - Fraction(float(least))
-        )
-    return share
+def share_of(part: Box, domain: Box) -> Fraction:
+    """Exact share of the volume of a domain that the box `part` in it takes."""
+    lo, hi, least, most = (_exact(x) for x in (part.lo, part.hi, domain.lo, domain.hi))
+    return ((hi - lo) / (most - least)).prod()
+
+
+def _exact(x: np.ndarray) -> np.ndarray:
+    return np.array([Fraction(float(value)) for value in x], object)

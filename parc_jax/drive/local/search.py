@@ -6,8 +6,9 @@ leave when all plans of a box are meant to end at one place and an affine map of
 each starts.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -171,25 +172,24 @@ def _pilot_sample(
     scene: Scene, aim: Aim, runs: RolloutBatch, rng: np.random.Generator
 ) -> PilotSample:
     """The sample of a box, its end moved to where the runs have the largest margin."""
-    ends = _ends(runs)
+    ends, n_p = _ends(runs), len(aim.end)
     left = _residuals(runs.k, ends)
-    starts = left[:, : len(aim.end)] - ends[:, : len(aim.end)]  # of plans that end at the origin
-    size = scene.z_hi - scene.z_lo
-    few = slice(FEW)
+    starts = (left - ends)[:, :n_p]  # of plans that end at the origin
+    size, few = scene.z_hi - scene.z_lo, slice(FEW)
 
     def closer(best: Ranked, spread: float) -> np.ndarray:
-        moves = spread * size * rng.uniform(-1, 1, (ENDS, len(aim.end)))
-        return np.concatenate([best.x, best.x + moves])
-
-    def margins(ends: np.ndarray) -> np.ndarray:
-        return margins_of(scene, runs.select(few), ends[:, None] + starts[few])
+        return np.concatenate([best.x, best.x + spread * size * rng.uniform(-1, 1, (ENDS, n_p))])
 
     end = aim.end
     # where a box is still so large that runs jump, a few of them predict nothing of the others:
     # first their median decides, then the least
     for worth, spreads in ((np.median, (1, 1 / 2)), (np.min, (1 / 4, 1 / 8))):
+
+        def value(ends: np.ndarray, worth: Callable = worth) -> np.ndarray:
+            margins = margins_of(scene, runs.select(few), ends[:, None] + starts[few])
+            return worth(margins, axis=1)
+
         begin = Ranked(end[None], np.array([-np.inf]))
-        value = lambda ends: worth(margins(ends), axis=1)  # noqa: B023, E731
         end = climb(begin, closer, value, SPREAD * np.array(spreads), kept=1).x[0]
     margin = float(margins_of(scene, runs, end[None, None] + starts).min())
     return PilotSample(aim.box, end, runs, margin, _half_width(left))
@@ -204,21 +204,18 @@ def smaller_boxes(
     They are smaller along all axes by one factor, or along one axis: a robot may jump along one
     parameter and hardly feel another.
     """
-    whole = sample.box
-    n = whole.n
+    whole, n, n_p = sample.box, sample.box.n, len(sample.end)
     shapes = [np.full(n, part ** (1 / n)), *np.where(np.eye(n) > 0, part, 1.0)]
     k, ends = sample.runs.k, _ends(sample.runs)
-    n_p = len(sample.end)
-    size = scene.z_hi - scene.z_lo
     spread = np.repeat([SPREAD / 2, SPREAD / 8], ENDS)[:, None]
-    moves = spread * size * rng.uniform(-1, 1, (2 * ENDS, n_p))
+    moves = spread * (scene.z_hi - scene.z_lo) * rng.uniform(-1, 1, (2 * ENDS, n_p))
     tried = sample.end + np.concatenate([np.zeros((1, n_p)), moves])
     margins = margins_of(scene, sample.runs, tried[:, None] - ends[:, :n_p])
     boxes = []
     for shape in shapes:
         for centre in k[rng.permutation(len(k))[:CENTRES]]:
             box = box_around(centre, shape, whole)
-            inside = ((box.lo <= k) & (k <= box.hi)).all(axis=1)
+            inside = box.contains(k)
             if inside.sum() >= ENOUGH * (n + 1):
                 least = margins[:, inside].min(axis=1)
                 scatter = _half_width(_residuals(k[inside], ends[inside]))
@@ -236,30 +233,26 @@ def margins_of(scene: Scene, runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
     """Least margins (m, n) of n runs from starts p0 (m, n, n_p), as they ran: straight between
     knots, in a tube that holds the bends.
     """
-    path = np.asarray(runs.p[:, :: runs.time.stride], np.float64)
-    bend = _bends(runs, path)
-    which = np.tile(np.arange(runs.n), len(p0))
-    arrays = scene.arrays
+    stride, n = runs.time.stride, runs.n
+    path = np.asarray(runs.p[:, ::stride], np.float64)
+    # half widths by which runs leave the straight line between knots
+    steps = np.asarray(runs.p[:, :-1], np.float64).reshape(n, path.shape[1] - 1, stride, -1)
+    share = (np.arange(stride) / stride)[:, None]
+    straight = path[:, :-1, None] * (1 - share) + path[:, 1:, None] * share
+    bend = np.abs(steps - straight).max(axis=2).reshape(n, path.shape[1] - 1, -1, runs.n_p)
+    which, arrays = np.tile(np.arange(n), len(p0)), scene.arrays
     margins = map_rows(
         CHUNK,
         lambda start, run: _margins(arrays, start, path[run], bend[run], runs.q[run]),
         p0.reshape(len(which), -1),
         which,
     )
-    return margins.reshape(len(p0), runs.n)
+    return margins.reshape(len(p0), n)
 
 
-def _bends(runs: RolloutBatch, path: np.ndarray) -> np.ndarray:
-    """(n, T, n_points, n_p) half widths by which runs leave the straight line between knots."""
-    n, knots, n_c = path.shape
-    stride = runs.time.stride
-    steps = np.asarray(runs.p[:, :-1], np.float64).reshape(n, knots - 1, stride, n_c)
-    share = (np.arange(stride) / stride)[:, None]
-    straight = path[:, :-1, None] * (1 - share) + path[:, 1:, None] * share
-    return np.abs(steps - straight).max(axis=2).reshape(n, knots - 1, -1, runs.n_p)
-
-
-def _margin(
+@jax.jit
+@partial(jax.vmap, in_axes=(None, 0, 0, 0, 0))
+def _margins(
     scene: Scene, p0: Vector, path: Path, bend: Float[ArrayLike, "intervals n_points n_p"], q: State
 ):
     """Least margin of one run: its path about the start, half widths bend around it. Kernel."""
@@ -268,9 +261,6 @@ def _margin(
     goal = row_margin(scene.goal_A, scene.goal_b, end, scene.slack)
     start = row_margin(scene.start_A, scene.start_b, p0, scene.slack)
     return jnp.minimum(jnp.minimum(goal, start), clearance(scene, moved, ErrorBox(bend)))
-
-
-_margins = jax.jit(jax.vmap(_margin, in_axes=(None, 0, 0, 0, 0)))
 
 
 def _ends(runs: RolloutBatch) -> np.ndarray:

@@ -19,7 +19,7 @@ from scipy.stats import qmc
 from parc_jax.common.arrays import as_float64, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import listed
-from parc_jax.drive.loop.commitment import Commitment
+from parc_jax.drive.loop.commitment import Commitment, turned
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
@@ -70,10 +70,8 @@ def even_candidates(model: TrajectoryModel, given: tuple[int, ...], n: int) -> n
     """(n, n_k) even over the chosen parameters, none of them on an edge between bins."""
     chosen = [axis for axis in range(model.n_k) if axis not in given]
     share = qmc.Sobol(len(chosen), seed=0).random_base2(int(np.ceil(np.log2(n))))[:n]
-    k = np.zeros((n, model.n_k))
     lo, hi = model.domain.lo[chosen], model.domain.hi[chosen]
-    k[:, chosen] = lo + share * (hi - lo)
-    return k
+    return listed_candidates(model, given, lo + share * (hi - lo))
 
 
 def listed_candidates(
@@ -117,13 +115,10 @@ def outlook(model: TrajectoryModel, pose: Pose, k: np.ndarray, leave: int) -> Ou
     path = np.concatenate([np.zeros((len(k), 1, n_p)), path], axis=1)
     if pose.heading is None:
         return Outlook(k, path + pose.place, q, None, leave)
-    cosine, sine = np.cos(pose.heading), np.sin(pose.heading)
-    x, y = path[..., 0], path[..., 1]
-    turned = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
     turns = np.array([word == TURNS for word in model.rotation], bool)
     q = q + pose.heading * turns
     heading = q[:, turns.argmax()] if turns.any() else None
-    return Outlook(k, turned + pose.place, q, heading, leave)
+    return Outlook(k, turned(path, -pose.heading) + pose.place, q, heading, leave)
 
 
 def moved_last(

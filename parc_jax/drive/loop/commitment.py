@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.measure import allowance, score_arrays
-from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import Disc, parts_of
 from parc_jax.problem.robust.nominal import NominalProblem
@@ -66,13 +65,9 @@ class Commitment:
 
     def certificate(self) -> dict:
         """A file for the checker: the question from this pose, and the plan as its one sample."""
-        asked = self.asked
-        pose = asked.pose
-        meta = {
-            "pose": [*pose.place.tolist(), pose.heading],
-            "begin": str(self.begin),
-            "end": str(self.end),
-        }
+        asked, pose = self.asked, self.asked.pose
+        times = {"begin": str(self.begin), "end": str(self.end)}
+        meta = {"pose": [*pose.place.tolist(), pose.heading]} | times
         parts = [self.part]
         return answer_part(asked.problem, asked.model, parts, [], [], no_plan=None, meta=meta)
 
@@ -114,16 +109,38 @@ def left_tube(
     if any(one.asked.query.model is not model for one in commitments):
         raise InputError("left_tube: expected commitments of one loop; got some of another model.")
     turns = commitments[0].asked.pose.heading is not None
-    path = _path(model, path)
+    # places that are not finite are outside of every tube
+    path, points, n_p = np.asarray(path, np.float64), model.n_points, model.n_p
+    shapes = [(points, n_p)] + [(n_p,)] * (points == 1)
+    if path.ndim < 2 or path.shape[1:] not in shapes:
+        raise InputError(
+            f"left_tube: expected places of {points} points in {n_p} axes at each record, "
+            f"(n, {points}, {n_p}); got shape {path.shape}."
+        )
+    path = path.reshape(len(path), points, n_p)
     heading = np.zeros(len(path)) if heading is None else heading
     heading = as_float64("left_tube: heading", np.where(turns, heading, 0.0), (len(path),))
-    begin = [_record(one, model.time.dt_record, len(path)) for one in commitments]
+    step, begin = model.time.dt_record, []
+    for one in commitments:  # the record at which each began
+        exact = float(one.begin) / step
+        begin.append(round(exact))
+        if abs(exact - begin[-1]) > WHOLE * max(1.0, abs(exact)) or not 0 <= begin[-1] < len(path):
+            raise InputError(
+                f"left_tube: expected manoeuvres that began at records of the path, every {step:g} "
+                f"s from 0 to {step * (len(path) - 1):g} s; number {one.number} began at "
+                f"{float(one.begin):g} s."
+            )
     k = np.stack([one.k for one in commitments])
     knots, q = trajectories(model.net, model.layout, k)
-    p = _between(knots, model.time.stride)
+    # at all records, straight between knots
+    share = (np.arange(model.time.stride) / model.time.stride)[:, None]
+    within = knots[:, :-1, None] * (1 - share) + knots[:, 1:, None] * share
+    p = np.concatenate([within.reshape(len(k), -1, model.n_c), knots[:, -1:]], axis=1)
     for i, (first, last) in enumerate(zip(begin, [*begin[1:], len(path) - 1], strict=True)):
         n = min(last - first, model.time.n_record) + 1
-        p[i, :n] = _seen_from(path[first : first + n], heading[first])
+        # from the place of the first point at the start, with the heading there
+        away = path[first : first + n] - path[first, 0]
+        p[i, :n] = turned(away, heading[first]).reshape(n, -1)
     slack = allowance(model.net, model.domain, model.layout)
     score = []
     for i in range(0, len(k), AT_ONCE):
@@ -149,16 +166,15 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     before = min(int(passed), steps - 1)
     way = knots[before] + (passed - before) * (knots[before + 1] - knots[before])
     heading = begun.heading or 0.0
-    around = _turned(starts[0].reshape(-1, n_p), heading - (pose.heading or 0.0))
-    there = _turned(pose.place - begun.place, heading) + around
+    around = turned(starts[0].reshape(-1, n_p), heading - (pose.heading or 0.0))
+    there = turned(pose.place - begun.place, heading) + around
     at_start = tube.interval[tube.bins_of(k[None])[0], 0].max(axis=0)
     at_start[:n_p] = 0.0  # of the first point, which is where the pose is
     allowed = tube.interval[tube.bins_of(last.k[None])[0], before].max(axis=0) + at_start
     allowed = allowed.reshape(-1, n_p) + ROUNDED
     if uncertainty is not None:
         far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
-        turned = float(uncertainty.heading or 0.0) * far[:, None]
-        allowed = allowed + 2 * uncertainty.shifts(n_p).sum() + turned
+        allowed = allowed + 2 * uncertainty.shifts(n_p).sum() + uncertainty.heading * far[:, None]
     beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)
     return float(np.linalg.norm(beyond, axis=1).max())
 
@@ -175,7 +191,7 @@ def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
     model, uncertainty = asked.model, asked.problem.uncertainty
     knots, _ = trajectories(model.net, model.layout, last.k[None])
     away = knots[0].reshape(-1, model.n_points, model.n_p)
-    places = begun.place + _turned(away, -(begun.heading or 0.0))
+    places = begun.place + turned(away, -(begun.heading or 0.0))
     shapes = [part.shape for part in parts_of(asked.problem.body)]
     grown = max(
         one.radius if isinstance(one, Disc) else np.linalg.norm(one.vertices, axis=1).max()
@@ -192,44 +208,7 @@ def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
     return False
 
 
-def _path(model: TrajectoryModel, path: ArrayLike) -> np.ndarray:
-    """(n, points, n_p); places that are not finite are outside every tube. Raises InputError."""
-    path = np.asarray(path, np.float64)
-    shape = (model.n_points, model.n_p)
-    if path.ndim < 2 or path.shape[1:] not in (shape, (model.n_p,) if shape[0] == 1 else shape):
-        raise InputError(
-            f"left_tube: expected places of {shape[0]} points in {shape[1]} axes at each record, "
-            f"(n, {shape[0]}, {shape[1]}); got shape {path.shape}."
-        )
-    return path.reshape(len(path), *shape)
-
-
-def _record(one: Commitment, step: float, n: int) -> int:
-    """The record at which a manoeuvre began. Raises InputError."""
-    number = float(one.begin) / step
-    nearest = round(number)
-    if abs(number - nearest) > WHOLE * max(1.0, abs(number)) or not 0 <= nearest < n:
-        raise InputError(
-            f"left_tube: expected manoeuvres that began at records of the path, every {step:g} s "
-            f"from 0 to {step * (n - 1):g} s; number {one.number} began at {float(one.begin):g} s."
-        )
-    return nearest
-
-
-def _between(knots: np.ndarray, stride: int) -> np.ndarray:
-    """(n, n_record + 1, n_c) from knots (n, T + 1, n_c), straight in between."""
-    share = (np.arange(stride) / stride)[:, None]
-    a, b = knots[:, :-1, None], knots[:, 1:, None]
-    within = (a * (1 - share) + b * share).reshape(len(knots), -1, knots.shape[-1])
-    return np.concatenate([within, knots[:, -1:]], axis=1)
-
-
-def _seen_from(path: np.ndarray, heading: float) -> np.ndarray:
-    """(n, n_c) from the place of the first point at the start, with the heading there."""
-    return _turned(path - path[0, 0], heading).reshape(len(path), -1)
-
-
-def _turned(away: np.ndarray, heading: float) -> np.ndarray:
+def turned(away: np.ndarray, heading: float) -> np.ndarray:
     """(..., n_p) from the world into a frame with this heading."""
     if not heading:
         return away

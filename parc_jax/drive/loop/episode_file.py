@@ -43,8 +43,7 @@ def episode_part(
     if not (np.isfinite(drift) and drift >= 0):
         raise InputError(f"episode: expected a drift >= 0 m; got {drift!r:.40}.")
     manoeuvres = [manoeuvre_part(one) for one in commitments]
-    pairs = zip(commitments, manoeuvres, strict=True)
-    common = [_common(one.asked, entry) for one, entry in pairs]
+    common = [_common(one.asked, part) for one, part in zip(commitments, manoeuvres, strict=True)]
     for one, other in itertools.pairwise(common):
         agree("episode: commitments of one loop", one, other)
     numbers = [one.number for one in commitments]
@@ -116,9 +115,8 @@ def save_episode(
     drift: float = 0.0,
     assumed: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write an episode, whole or not at all; `parc-jax check` verifies it. meta: plain values that
-    need no proof. drift: [m] by which odometry may be off from one pose to the next. assumed:
-    further assumptions by name. Raises InputError.
+    """Write an episode, whole or not at all; `parc-jax check` verifies it. Arguments as of
+    `episode_part`. Raises InputError.
     """
     text = json.dumps(episode_part(commitments, meta, drift, assumed), separators=(",", ":"))
     return write_atomic(path, text.encode())
@@ -190,17 +188,16 @@ def episode_of(data: dict, name: str) -> Episode:
     try:
         entries = data["manoeuvres"]
         model = model_of_file(data | {"problem": entries[0]["problem"]})
-        manoeuvres = tuple(_manoeuvre(entry, model.n_p) for entry in entries)
+        manoeuvres = []
+        for entry in entries:
+            sample, values = entry["sample"], np.array(nearest_floats(entry["pose"]))
+            pose = Pose(values[: model.n_p], *values[model.n_p :].tolist())
+            p0, k = (np.array(nearest_floats(sample[name])) for name in ("p0", "k"))
+            problem = problem_of_file(entry["problem"])
+            manoeuvres.append(Manoeuvre(number(entry["begin"]), pose, problem, p0, k))
     except (KeyError, TypeError, IndexError, AttributeError, json.JSONDecodeError) as error:
         raise InputError(
             f"{name}: expected a file of `save_episode`; {type(error).__name__}: {error}."
         ) from None
-    return Episode(model, manoeuvres, "\n".join(summary_of_episode(report)), data.get("meta"))
-
-
-def _manoeuvre(entry: dict, n_p: int) -> Manoeuvre:
-    values = np.array(nearest_floats(entry["pose"]))
-    pose = Pose(values[:n_p], float(values[n_p]) if len(values) > n_p else None)
-    p0, k = (np.array(nearest_floats(entry["sample"][name])) for name in ("p0", "k"))
-    problem = problem_of_file(entry["problem"])
-    return Manoeuvre(number(entry["begin"]), pose, problem, p0, k)
+    statement = "\n".join(summary_of_episode(report))
+    return Episode(model, tuple(manoeuvres), statement, data.get("meta"))

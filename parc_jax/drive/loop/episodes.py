@@ -3,7 +3,7 @@
 import fcntl
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -78,11 +78,7 @@ class Episodes:
 
     def details(self) -> str:
         """The sentences (C) and (E) of a loop."""
-        counts = {"a tube was left": self.left, "something was touched": self.touched}
-        counts["there was no outcome"] = self.failed
-        return about_episodes(
-            self.n, self.bad, counts, self.eps, self.look, list(self.contradictions), self.law
-        )
+        return about_episodes(self)
 
 
 def drive_episodes(
@@ -117,42 +113,62 @@ def drive_episodes(
     Assumed: the cause and time of a killed run do not depend on how its episodes were going.
     Raises InputError.
     """
+    from tqdm import tqdm
+
     check_count("episodes", n, 1, "how many to drive")
     workers = cores() if workers is None else workers
     check_count("workers", workers, 0, "processes")
     for name, given in (("drive", drive), ("law", law)):
         if not callable(given):
             raise InputError(f"episodes: expected {name} to be a function; got {given!r:.60}.")
-    look = _look(n, looks, as_probability("delta", delta))
+    delta, declared = as_probability("delta", delta), sorted(looks) or [n]
+    if n not in declared or len(set(declared)) < len(declared):
+        raise InputError(
+            f"looks: expected the numbers of episodes, each once, at which the claim may be "
+            f"evaluated, {n} among them; got {', '.join(map(str, declared))}."
+        )
+    look = Look(declared.index(n) + 1, len(declared), delta / len(declared))
     words = key_data(stream(key, Stage.EPISODE))
-    if folder is None:
-        done: dict[int, Driven] = {}
-        _drive(drive, law, words, n, workers, done, lambda one: None, quiet)
-        return _of(done, n, look, law)
-    meta = {
-        "format": FORMAT,
-        "drive": lasting_digest(drive),
-        "law": lasting_digest(law),
-        "seed": list(seed_of(key)),
-        "delta": str(look.delta * look.planned),
-        "looks": sorted(looks) or [n],
-    }
+    meta = {}
+    if folder is not None:
+        meta = {
+            "format": FORMAT,
+            "drive": lasting_digest(drive),
+            "law": lasting_digest(law),
+            "seed": list(seed_of(key)),
+            "delta": str(delta),
+            "looks": declared,
+        }
     with Ledger(folder, meta) as ledger:
-        _drive(drive, law, words, n, workers, ledger.done, ledger.add, quiet)
-        return _of(ledger.done, n, look, law)
+        done = ledger.done
+        tasks = [task_of(words, i) for i in range(n) if i not in done]
+        with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
+            for one in driven(drive, law, tasks, workers):
+                ledger.add(one)
+                bar.update()
+                if len(done) >= min(n, HOPELESS) and all(each.failed for each in done.values()):
+                    raise InputError(
+                        f"episodes: expected drive(world, seed) to work; all {len(done)} so far "
+                        f"failed, the last {one.failed}."
+                    )
+        named = getattr(law, "__name__", type(law).__name__)
+        return Episodes(tuple(done[i] for i in range(n)), look, named)
 
 
 class Ledger:
     """Open while it is written: `with Ledger(folder, meta) as ledger`.
 
-    meta: identity of the episodes; a folder of others is refused. done: episodes by their number.
+    folder: None to keep nothing on disk. meta: identity of the episodes; a folder of others is
+    refused. done: episodes by their number.
     """
 
-    def __init__(self, folder: str | Path, meta: dict):
-        self.folder, self.meta = Path(folder), meta
+    def __init__(self, folder: str | Path | None, meta: dict):
+        self.folder, self.meta = None if folder is None else Path(folder), meta
         self.done: dict[int, Driven] = {}
 
     def __enter__(self) -> "Ledger":
+        if self.folder is None:
+            return self
         self.folder.mkdir(parents=True, exist_ok=True)
         self._file = os.open(self.folder / LINES, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
@@ -163,13 +179,14 @@ class Ledger:
         return self
 
     def __exit__(self, *_) -> None:
-        os.close(self._file)
+        if self.folder is not None:
+            os.close(self._file)
 
     def add(self, one: Driven) -> None:
         """Append an episode; it is on disk when this returns."""
-        line = json.dumps(one._asdict()) + "\n"
-        os.write(self._file, line.encode())
-        os.fsync(self._file)
+        if self.folder is not None:
+            os.write(self._file, (json.dumps(one._asdict()) + "\n").encode())
+            os.fsync(self._file)
         self.done[one.number] = one
 
     def _open(self) -> None:
@@ -189,7 +206,13 @@ class Ledger:
         whole = text.rfind(b"\n") + 1
         os.ftruncate(self._file, whole)
         for i, line in enumerate(text[:whole].splitlines()):
-            one = _read(self.folder / LINES, i, line)
+            try:
+                one = Driven(**json.loads(line))
+            except (ValueError, TypeError):
+                raise InputError(
+                    f"{self.folder / LINES}: expected an episode in every line; line {i + 1} is "
+                    "none. Lines are not to be changed: take the folder away and drive again."
+                ) from None
             if one.number in self.done:
                 raise InputError(
                     f"{self.folder / LINES}: expected every episode once; {one.number} stands "
@@ -198,61 +221,8 @@ class Ledger:
             self.done[one.number] = one
 
 
-def _read(path: Path, i: int, line: bytes) -> Driven:
-    try:
-        return Driven(**json.loads(line))
-    except (ValueError, TypeError):
-        raise InputError(
-            f"{path}: expected an episode in every line; line {i + 1} is none. Lines are not to be "
-            "changed: take the folder away and drive again."
-        ) from None
-
-
-def _look(n: int, looks: Sequence[int], delta: Fraction) -> Look:
-    """Which of the declared looks this is. Raises InputError where it is none of them."""
-    declared = sorted(looks) or [n]
-    if n not in declared or len(set(declared)) < len(declared):
-        listed = ", ".join(f"{m}" for m in declared)
-        raise InputError(
-            f"looks: expected the numbers of episodes, each once, at which the claim may be asked "
-            f"for, {n} among them; got {listed}."
-        )
-    return Look(declared.index(n) + 1, len(declared), delta / len(declared))
-
-
 def task_of(words: np.ndarray, number: int) -> Task:
     """The seeds of one episode: hashed from the key of the stream and its number."""
     entropy = [*(int(word) for word in words.ravel()), number]
     seeds = np.random.SeedSequence(entropy).generate_state(4)
     return Task(number, seeds[:2], seeds[2:])
-
-
-def _drive(
-    drive: Callable[..., Outcome],
-    law: Callable,
-    words: np.ndarray,
-    n: int,
-    workers: int,
-    done: Mapping[int, Driven],
-    store: Callable[[Driven], None],
-    quiet: bool,
-) -> None:
-    """All that are not done yet. Raises InputError where not one of the first has an outcome."""
-    from tqdm import tqdm
-
-    tasks = [task_of(words, i) for i in range(n) if i not in done]
-    with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
-        for one in driven(drive, law, tasks, workers):
-            store(one)
-            done[one.number] = one
-            bar.update()
-            if len(done) >= min(n, HOPELESS) and all(each.failed for each in done.values()):
-                raise InputError(
-                    f"episodes: expected drive(world, seed) to work; all {len(done)} so far "
-                    f"failed, the last {one.failed}."
-                )
-
-
-def _of(done: dict[int, Driven], n: int, look: Look, law: Callable) -> Episodes:
-    name = getattr(law, "__name__", type(law).__name__)
-    return Episodes(tuple(done[i] for i in range(n)), look, name)

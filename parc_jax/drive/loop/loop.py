@@ -130,8 +130,16 @@ class Loop:
             self._leaves = of_runs
             self._require_left(self.leave_after, "leave")
             self._leaves = (max(of_runs[0], self.leave_after), of_runs[1])
-        self._command = None if thinking is None else UnderWay(thinking, model, self.given)
-        self._require_time_to_think()
+        self._command = None
+        if thinking is not None:
+            self._command = UnderWay(thinking, model, self.given)
+            seconds, left = float(self._command.seconds), float(self.leave_after)
+            # else a step could end, or the next one begin, before its command
+            if not self.effort.deadline <= seconds <= left:
+                raise InputError(
+                    f"Loop: expected a deadline within the {seconds:g} s of thinking, and a time "
+                    f"to leave no earlier; got {self.effort.deadline:g} s and {left:g} s."
+                )
         self.candidates = even_candidates(model, self.given, self.effort.candidates)
         if candidates is not None:
             self.candidates = listed_candidates(model, self.given, candidates)
@@ -139,7 +147,14 @@ class Loop:
         self.under_way: Commitment | None = None
         self._before: Commitment | None = None
         self._n = 0
-        self._warm_up()
+        # compile everything that a step may need
+        pose = np.zeros(model.n_p + (model.rotation is not None))
+        scene = self._scenes.scene(pose_of(pose, model), ())
+        k = self._all_of_k(model.domain.lo[list(self.given)])
+        preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
+        if prover is not None:
+            zero = Fraction(0)
+            prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.nominal))
 
     def step(
         self,
@@ -207,9 +222,15 @@ class Loop:
                 )
             if len(safe.rows):
                 i = int(np.argmax(np.minimum(safe.clearance, self.effort.room)))
-                chosen = k[rows[safe.rows[i]]]
-                seen = float(safe.clearance[i]), judged, scene.nominal, float(drift)
-                return self._commit(at, chosen, *seen)
+                chosen, clear = k[rows[safe.rows[i]]], float(safe.clearance[i])
+                until = at + self.lasts
+                about = clear, judged, scene.nominal, float(drift)
+                one = Commitment(self._n, at, until, chosen, *about)
+                if self.prover is not None:
+                    self.prover.add(one)
+                self._before, self.under_way = self.under_way, one
+                self._n += 1
+                return Step(one, True)
         more = ""
         if judged < len(order):
             which = "looks" if judged < most else "judged"
@@ -235,25 +256,6 @@ class Loop:
         if self.under_way is not None and gone is not None and leads_to(self.under_way, gone):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
         return Step(self.under_way, False, reason)
-
-    def _warm_up(self) -> None:
-        """Compile everything that a step may need."""
-        pose = np.zeros(self.model.n_p + (self.model.rotation is not None))
-        scene = self._scenes.scene(pose_of(pose, self.model), ())
-        k = self._all_of_k(self.model.domain.lo[list(self.given)])
-        preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
-        if self.prover is not None:
-            zero = Fraction(0)
-            self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.nominal))
-
-    def _commit(self, at: Fraction, k: np.ndarray, *seen) -> Step:
-        """seen: further fields of a `Commitment`."""
-        one = Commitment(self._n, at, at + self.lasts, k, *seen)
-        if self.prover is not None:
-            self.prover.add(one)
-        self._before, self.under_way = self.under_way, one
-        self._n += 1
-        return Step(one, True)
 
     def _time(self, at: float | None) -> Fraction:
         """[s] of the clock, exact, after the manoeuvre under way began. Raises InputError."""
@@ -282,18 +284,6 @@ class Loop:
             f"after its beginning, or at rest; this is after {float(passed):g} s."
         )
 
-    def _require_time_to_think(self) -> None:
-        """Raises InputError where a step could end, or the next one begin, before the command."""
-        if self._command is None:
-            return
-        seconds = float(self._command.seconds)
-        if not (self.effort.deadline <= seconds <= float(self.leave_after)):
-            raise InputError(
-                f"Loop: expected a deadline within the {seconds:g} s of thinking, and a time to "
-                f"leave no earlier; got {self.effort.deadline:g} s and "
-                f"{float(self.leave_after):g} s."
-            )
-
     def _with_command(self, given: ArrayLike, at: Fraction):
         """Values of all given parameters: the measured ones, and the command under way. [T39]
         Raises InputError.
@@ -302,9 +292,10 @@ class Loop:
         if command is None:
             return given
         measured = [axis for axis in self.given if axis not in command.axes]
-        values = dict(zip(measured, as_float64("given", given, (len(measured),)), strict=True))
-        values |= dict(zip(command.axes, command.command(self.under_way, at), strict=True))
-        return [values[axis] for axis in self.given]
+        values = np.zeros(self.model.n_k)
+        values[measured] = as_float64("given", given, (len(measured),))
+        values[command.axes] = command.command(self.under_way, at)
+        return values[list(self.given)]
 
     def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray, drift: float) -> None:
         """Raises InputError for a pose to which the manoeuvre under way cannot have led. [T38]"""
@@ -314,13 +305,10 @@ class Loop:
             raise InputError(f"drift: expected 0 m or more; got {drift:g}.")
         if last is None or (outside := outside_tube(last, pose, at, k)) <= drift:
             return
+        late, before = "", self._before
+        earlier = (last, pose, last.begin) if before is None else (before, pose, at)
         # inside of the tube before: the robot does not follow the last command yet
-        late = ""
-        if self._before is None:
-            moved = outside_tube(last, pose, last.begin, k)
-        else:
-            moved = outside_tube(self._before, pose, at, k)
-        if moved <= drift:
+        if outside_tube(*earlier, k) <= drift:
             late = ", and where it would be without the last command, which came late: see thinking"
         raise InputError(
             f"at: expected a pose to which the manoeuvre under way may have led by {float(at):g} "

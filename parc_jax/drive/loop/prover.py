@@ -158,28 +158,25 @@ class Packer:
     """Packs commitments; the model, which is large, goes once."""
 
     def __init__(self):
-        self._models: list[TrajectoryModel] = []
+        self._models: dict[int, tuple[int, TrajectoryModel]] = {}  # number of each, by identity
 
     def pack(self, one: Commitment, rehearsal: bool = False) -> Packed:
         """The bytes of a commitment."""
-        new: list[TrajectoryModel] = []
+        models, new = self._models, []
 
         class Pickler(pickle.Pickler):
-            def persistent_id(pickler: pickle.Pickler, x: object):
+            def persistent_id(self, x: object):
+                if not isinstance(x, TrajectoryModel):
+                    return None
                 # by identity: a model is megabytes, and each commitment holds two
-                return self._number(x, new) if isinstance(x, TrajectoryModel) else None
+                if id(x) not in models:
+                    models[id(x)] = len(models), x
+                    new.append(x)
+                return models[id(x)][0]
 
         buffer = BytesIO()
         Pickler(buffer).dump(one)
         return Packed(buffer.getvalue(), pickle.dumps(new) if new else None, rehearsal)
-
-    def _number(self, model: TrajectoryModel, new: list) -> int:
-        for number, known in enumerate(self._models):
-            if known is model:
-                return number
-        self._models.append(model)
-        new.append(model)
-        return len(self._models) - 1
 
 
 class Unpacker:
@@ -194,8 +191,7 @@ class Unpacker:
             self._models += pickle.loads(packed.model)
 
         class Unpickler(pickle.Unpickler):
-            def persistent_load(unpickler: pickle.Unpickler, number: int):
-                return self._models[number]
+            persistent_load = staticmethod(self._models.__getitem__)
 
         return Unpickler(BytesIO(packed.commitment)).load()
 
@@ -206,33 +202,28 @@ class Proving:
     """
 
     def __init__(self):
-        self._about: tuple = ()
+        self._model: TrajectoryModel | None = None
+        self._robust: tuple | None = None
         self._chain: checker.Chain | None = None
 
     def proof(self, one: Commitment) -> Proof:
         """Serialise and check it in exact arithmetic; an error proves nothing."""
         begin = time.process_time()
         follows, why = False, ""
+        uncertainty = one.asked.query.problem.uncertainty
+        model, robust = one.asked.model, None if uncertainty is None else uncertainty.of_model
         try:
-            follows = self._chain_of(one).add(manoeuvre_part(one))
+            if self._chain is None or model is not self._model or robust != self._robust:
+                chain = checker.Chain(head_part(one.asked))
+                self._model, self._robust, self._chain = model, robust, chain
+            if one.number == 0:  # another episode: the robot was moved, so it follows no manoeuvre
+                self._chain.last = None
+            follows = self._chain.add(manoeuvre_part(one))
         except checker.Rejected as error:
             why = str(error)
         except Exception as error:
             why = f"{type(error).__name__}: {error}"
-        seconds = time.process_time() - begin
-        return Proof(one.number, not why, follows, why, seconds)
-
-    def _chain_of(self, one: Commitment) -> checker.Chain:
-        """The chain that it continues; a first commitment follows nothing."""
-        uncertainty = one.asked.query.problem.uncertainty
-        about = one.asked.model, None if uncertainty is None else uncertainty.of_model
-        known = self._about and about[0] is self._about[0] and about[1] == self._about[1]
-        if self._chain is None or not known:
-            self._about, self._chain = about, checker.Chain(head_part(one.asked))
-        # another episode: the robot was moved, so it follows no manoeuvre
-        if one.number == 0:
-            self._chain.last = None
-        return self._chain
+        return Proof(one.number, not why, follows, why, time.process_time() - begin)
 
 
 def serve(tasks: Queue, answers: Connection) -> None:

@@ -15,7 +15,7 @@ from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.rounding import rounding_bound
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.robust.nominal import query
+from parc_jax.problem.robust.nominal import Query
 from parc_jax.problem.robust.pose import ROUNDING, Pose
 from parc_jax.problem.robust.vertex_model import copied_problem
 from parc_jax.problem.uncertainty import FREE, Uncertainty
@@ -54,14 +54,18 @@ class Scenes:
         """The scene at a measured pose. Raises InputError."""
         # given parameters are exact at every step: they come with the candidates
         uncertainty = replace(self.uncertainty, given={axis: FREE for axis in self.model.given})
-        goal = any_goal(self.model)
-        problem = reach_avoid(goal, obstacles, self.body, spans=spans, uncertainty=uncertainty)
-        asked = query(problem, self.model)
-        # the goal is set only now: in the robot's frame, for the model under uncertainty
-        asked = replace(asked, pose=pose).nominal(self._models)
-        goal = moved_goal(self._end(asked.model), asked.model, asked.at)
-        asked = replace(asked, problem=asked.problem.replace(goal=goal))
-        return padded(lowered(asked), ROOM, CORNERS)
+        # a goal of one row, a placeholder until the problem is in the robot's frame
+        row = np.eye(1, self.model.n_c + self.model.n_q)
+        anything = hpolytope(row, [1e6])
+        problem = reach_avoid(anything, obstacles, self.body, spans=spans, uncertainty=uncertainty)
+        nominal = Query(problem, self.model, pose).nominal(self._models)
+        model, end = nominal.model, None
+        if self.end is not None:  # of all vertex realisations
+            copies = model.n_points // self.model.n_points
+            end = copied_problem(reach_avoid(self.end, (), self.body), self.model, 1, copies).goal
+        goal = moved_goal(everywhere(model) if end is None else end, model, nominal.at)
+        nominal = replace(nominal, problem=nominal.problem.replace(goal=goal))
+        return padded(lowered(nominal), ROOM, CORNERS)
 
     def why_none(self, scene: Scene, k: np.ndarray) -> str:
         """A reason why none of k (b, n_k) is safe, as the end of a sentence; empty without one."""
@@ -76,21 +80,6 @@ class Scenes:
         # of the predictions alone: it explains, the verdicts above decided
         met = (np.concatenate(parts) @ self.end.A.T <= self.end.b).all(axis=1).any()
         return "" if met else ": none ends where a manoeuvre may end"
-
-    def _end(self, model: TrajectoryModel) -> HPolytope:
-        """The goal of a manoeuvre for the model under uncertainty: for all its vertex
-        realisations."""
-        if self.end is None:
-            return everywhere(model)
-        copies = model.n_points // self.model.n_points
-        return copied_problem(reach_avoid(self.end, (), self.body), self.model, 1, copies).goal
-
-
-def any_goal(model: TrajectoryModel) -> HPolytope:
-    """A goal of one row, a placeholder until the problem is in the robot's frame."""
-    row = np.zeros((1, model.n_c + model.n_q))
-    row[0, 0] = 1.0
-    return hpolytope(row, [1e6])
 
 
 def moved_goal(goal: HPolytope, model: TrajectoryModel, place: np.ndarray) -> HPolytope:

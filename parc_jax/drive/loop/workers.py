@@ -57,10 +57,23 @@ class Task(NamedTuple):
 
 
 def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
-    """drive(law(seed), seed); any exception in it is a failed episode."""
+    """drive(law(seed), seed); any exception in it, or another result, is a failed episode."""
     try:
         outcome = drive(law(task.of_world), task.of_drive)
-        return _checked(task.number, outcome)
+        if not isinstance(outcome, Outcome):
+            kind = type(outcome).__name__
+            raise InputError(
+                f"episodes: expected drive(world, seed) to return an Outcome; got {kind}."
+            )
+        touched, left, told = outcome
+        kind = bool | np.bool_
+        if not isinstance(touched, kind) or not isinstance(left, kind | None):
+            raise InputError(
+                f"Outcome: expected touched True or False, and left too or None; got "
+                f"{touched!r:.40} and {left!r:.40}."
+            )
+        told = json.loads(json.dumps(dict(told), default=_of_numpy))
+        return Driven(task.number, bool(touched), None if left is None else bool(left), "", told)
     except Exception as error:
         place = own_place(error)
         where = f"in {place}: " if place else ""
@@ -70,25 +83,6 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
 def failed(number: int, why: str) -> Driven:
     """An episode without an outcome."""
     return Driven(number, None, None, why, {})
-
-
-def _checked(number: int, outcome: object) -> Driven:
-    """The episode of an outcome. Raises InputError for another type."""
-    if not isinstance(outcome, Outcome):
-        kind = type(outcome).__name__
-        raise InputError(f"episodes: expected drive(world, seed) to return an Outcome; got {kind}.")
-    touched, left, told = outcome
-    if not _is_bool(touched) or not (left is None or _is_bool(left)):
-        raise InputError(
-            f"Outcome: expected touched True or False, and left too or None; got {touched!r:.40} "
-            f"and {left!r:.40}."
-        )
-    told = json.loads(json.dumps(dict(told), default=_of_numpy))
-    return Driven(number, bool(touched), None if left is None else bool(left), "", told)
-
-
-def _is_bool(value: object) -> bool:
-    return isinstance(value, bool | np.bool_)
 
 
 def _of_numpy(value: object):
@@ -123,7 +117,14 @@ def driven(drive: Callable, law: Callable, tasks: Iterable[Task], workers: int) 
     if not workers:
         yield from (run_one(drive, law, task) for task in tasks)
         return
-    crew = _Crew(_pickled(drive, law), deque(tasks))
+    try:
+        pickled = pickle.dumps((drive, law))
+    except Exception as error:  # hooks of an object may raise anything
+        raise InputError(
+            "episodes: expected a drive and a law that can be sent to worker processes; "
+            f"{error}. Define them at the top level of a module, or pass workers=0."
+        ) from None
+    crew = _Crew(pickled, deque(tasks))
     with closing(crew):
         for _ in range(min(workers, len(crew.waiting))):
             crew.begin()
@@ -161,16 +162,12 @@ class _Crew:
                 yield message
             elif message != READY:
                 raise InputError(f"episodes: expected to be sent to a worker process; {message}.")
-            self._go_on(here, process)
-
-    def _go_on(self, here: Connection, process: BaseProcess) -> None:
-        if not self.waiting:
-            del self.at_work[here]
-            here.close()
-            return
-        task = self.waiting.popleft()
-        self.at_work[here] = process, task
-        here.send(task)
+            if self.waiting:
+                self.at_work[here] = process, self.waiting.popleft()
+                here.send(self.at_work[here][1])
+            else:
+                del self.at_work[here]
+                here.close()
 
     def _lost(self, here: Connection, process: BaseProcess, task: Task | None) -> Driven:
         """An episode that ended its process; another process takes its place."""
@@ -192,13 +189,3 @@ class _Crew:
             process.kill()
             process.join()
             here.close()
-
-
-def _pickled(drive: Callable, law: Callable) -> bytes:
-    try:
-        return pickle.dumps((drive, law))
-    except Exception as error:  # hooks of an object may raise anything
-        raise InputError(
-            f"episodes: expected a drive and a law that can be sent to worker processes; {error}. "
-            "Define them at the top level of a module, or pass workers=0."
-        ) from None

@@ -70,40 +70,36 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     table = tables(answer)
     require_fitting(table, answer.model)
     require_paid(table, answer.model, float(answer.scene.slack))
-    return write_atomic(path, "\n".join(_lines(answer, table, name)).encode())
-
-
-def _lines(answer: Answer, table: Tables, name: str) -> Iterator[str]:
     guard = f"{name.upper()}_H"
-    yield from _comment(f"{answer.details()}\n{WARNING}")
-    yield f"#ifndef {guard}\n#define {guard}\n"
-    yield GUARDS
-    for what, number in _sizes(answer, table):
-        yield f"#define {name}_{what} {number}"
-    yield ""
-    for kind, what, array in _arrays(answer, table):
-        yield from _table(kind, f"{name}_{what}", array)
-    yield CODE.read_text().replace("NAME", name)
-    yield "#endif"
-    yield ""
+    lines = [*_comment(f"{answer.details()}\n{WARNING}")]
+    lines += [f"#ifndef {guard}\n#define {guard}\n", GUARDS]
+    lines += [f"#define {name}_{size} {number}" for size, number in _sizes(answer, table).items()]
+    lines.append("")
+    for kind, of, array in _arrays(answer, table):
+        lines += _table(kind, f"{name}_{of}", array)
+    lines += [CODE.read_text().replace("NAME", name), "#endif", ""]
+    return write_atomic(path, "\n".join(lines).encode())
 
 
-def _sizes(answer: Answer, table: Tables) -> Iterator[tuple[str, int]]:
+def _sizes(answer: Answer, table: Tables) -> dict[str, int]:
     model = answer.model
-    yield "N_P", model.n_p
-    yield "N_C", model.n_c
-    yield "N_Q", model.n_q
-    yield "N_K", model.n_k
-    yield "N_STEPS", model.time.n_steps
-    yield "N_LAYERS", len(model.net.weights)
-    yield "WIDEST", max(model.n_k, *(len(b) for b in model.net.biases[:-1]), 1)
-    yield "N_CORRIDORS", len(table.probes)
-    yield "N_PROBES", table.probes.shape[1]
-    yield "N_PART", table.pair_points.shape[1]
-    yield "N_BASES", 0 if isinstance(table.errors, ErrorBox) else table.errors.half.shape[-2]
-    yield "N_START", len(table.start_b)
-    yield "N_GOAL", len(table.goal_A)
-    yield "N_PLANS", len(table.plans)
+    boxes = isinstance(table.errors, ErrorBox)
+    return {
+        "N_P": model.n_p,
+        "N_C": model.n_c,
+        "N_Q": model.n_q,
+        "N_K": model.n_k,
+        "N_STEPS": model.time.n_steps,
+        "N_LAYERS": len(model.net.weights),
+        "WIDEST": max(model.n_k, *(len(b) for b in model.net.biases[:-1]), 1),
+        "N_CORRIDORS": len(table.probes),
+        "N_PROBES": table.probes.shape[1],
+        "N_PART": table.pair_points.shape[1],
+        "N_BASES": 0 if boxes else table.errors.half.shape[-2],
+        "N_START": len(table.start_b),
+        "N_GOAL": len(table.goal_A),
+        "N_PLANS": len(table.plans),
+    }
 
 
 def _arrays(answer: Answer, table: Tables) -> Iterator[tuple[str, str, np.ndarray]]:

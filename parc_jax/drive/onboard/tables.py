@@ -82,17 +82,20 @@ def tables(answer: Answer) -> Tables:
     order = np.argsort([outside.any(axis=(1, 2)).sum() for outside in left], kind="stable")
     corridors = [answer.corridors[i] for i in order]
     runs = _runs(corridors)
-    goal_A, goal_b = _asked(scene.goal_A, scene.goal_b, scene)
+    goal_A, goal_b = _real_rows(scene.goal_A, scene.goal_b, scene)
+    # how far out a plan can start that ends in the goal, rounded up
+    moved = rounding_bound(model.net, model.domain).magnitude.max()
+    far = SAFETY * (np.maximum(np.abs(scene.z_lo), np.abs(scene.z_hi)) + moved)
     at_end = model.tube.final_errors
     lost_at_end = np.stack([at_end.support(row) for row in goal_A], axis=1)
-    start_A, start_b = _asked(scene.start_A, scene.start_b, scene)
+    start_A, start_b = _real_rows(scene.start_A, scene.start_b, scene)
     return Tables(
         edges=model.tube.edges,
         errors=in_numbers(model.tube.errors),
         runs=runs,
         probes=np.array([_probes(left[i], runs, place) for place, i in enumerate(order)]),
         pair_points=np.asarray(scene.obstacles.points),
-        far=_farthest_start(scene),
+        far=far,
         start_A=start_A,
         start_b=start_b,
         goal_A=goal_A,
@@ -116,13 +119,7 @@ def in_numbers(errors: ErrorSet) -> ErrorSet:
     )
 
 
-def _farthest_start(scene: Scene) -> np.ndarray:
-    """(n_p,) [m] how far out a plan can start that ends in the goal, rounded up."""
-    moved = rounding_bound(scene.model.net, scene.model.domain).magnitude.max()
-    return SAFETY * (np.maximum(np.abs(scene.z_lo), np.abs(scene.z_hi)) + moved)
-
-
-def _asked(A, b, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+def _real_rows(A, b, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """The rows that are not padding, each less the float slack."""
     real = np.abs(A).sum(axis=1) > 0
     A = np.asarray(A)[real]

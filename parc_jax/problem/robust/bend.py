@@ -90,12 +90,15 @@ def bend(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndarray) ->
         off = (slope.largest @ half[..., None])[..., 0] * UP + pad
         below, above = np.maximum(below, middle - off), np.minimum(above, middle + off)
         varies = np.minimum((slope.largest @ width) * UP, above - below)
+        # a kink lies at most a quarter of the variation below the mixture of the ends, and no
+        # deeper than the input reaches to either side of it
         gap = np.minimum(varies / 4, np.minimum(-below, above))
         gaps.append(np.maximum(gap, 0) * UP)
         on, off_ = below >= 0, above <= 0
         slopes.append(_Intervals(np.where(on, 1.0, 0.0), np.where(off_, 0.0, 1.0)))
         slope = _masked(slope, slopes[-1], rows=True)
         least, most, middle = (np.maximum(x, 0) for x in (below, above, middle))
+    # backwards: the gap of each neuron times the slopes of all that comes after it
     more = less = np.zeros((len(lo), net.n_out))
     if not gaps:
         return more

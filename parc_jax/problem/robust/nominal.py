@@ -26,14 +26,12 @@ from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.problem import Problem, require_dimensions
 from parc_jax.problem.robust.pose import Pose, from_here, pose_of, require_rotation
 from parc_jax.problem.robust.realisations import (
-    Executions,
     Robustness,
     Turn,
     executions_of,
-    no_turn,
     require_given,
     turn_by,
-    withstood,
+    words,
 )
 from parc_jax.problem.robust.vertex_model import copied_model, copied_problem
 from parc_jax.problem.uncertainty import Uncertainty
@@ -84,7 +82,11 @@ class Query:
         require_dimensions(problem, model.n_p, model.n_q, model.points)
         robust, promise, at = model, None, None
         if uncertainty is not None:
-            executions, turn = executions_of(uncertainty, model), _turn(uncertainty, model)
+            executions = executions_of(uncertainty, model)
+            turn = Turn(np.eye(model.n_p)[None], 0.0, np.zeros(model.n_q))
+            if uncertainty.heading:
+                require_rotation(model, "uncertainty heading")
+                turn = turn_by(uncertainty.heading, model.rotation or ())
             problem = robust_scene(problem, uncertainty, model.layout, whole=pose is not None)
         if pose is not None:
             problem = from_here(problem, model, pose)
@@ -99,9 +101,21 @@ class Query:
             if key not in cache:
                 while len(cache) >= CACHED:
                     cache.pop(next(iter(cache)))
-                cache[key] = _robust_model(model, executions, turn, start)
+                if not executions.nominal or n_r > 1:
+                    robust = copied_model(model, executions, turn)
+                if start.any():
+                    wider, off = moved_tube(robust.tube, start), start.tolist()
+                    claim = weaker(robust.claim, wider, start_uncertainty=off)
+                    robust = robust.replace(claim=claim)
+                cache[key] = robust
             robust = cache[key]
-            promise = withstood(uncertainty, executions, model, copies=max(n_v, n_r) > 1)
+            promise = Robustness(
+                words(uncertainty, executions),
+                uncertainty.sensing_eps,
+                (model.n_k, len(executions.chosen)),
+                float(model.domain.volume),
+                copies=max(n_v, n_r) > 1,
+            )
         return NominalProblem(problem, robust, promise, at, pose, self)
 
 
@@ -155,25 +169,6 @@ def nominal_problems(
     return [one.problem for one in nominal], (nominal[0].model if nominal else model)
 
 
-def _turn(uncertainty: Uncertainty, model: TrajectoryModel) -> Turn:
-    if not uncertainty.heading:
-        return no_turn(model.n_p, model.n_q)
-    require_rotation(model, "uncertainty heading")
-    return turn_by(uncertainty.heading, model.rotation or ())
-
-
-def _robust_model(
-    model: TrajectoryModel, executions: Executions, turn: Turn, start: np.ndarray
-) -> TrajectoryModel:
-    """The model of all vertex realisations, from every start within half widths (n_p,) [m]."""
-    if not executions.plain or len(turn.maps) > 1:
-        model = copied_model(model, executions, turn)
-    if not start.any():
-        return model
-    wider = moved_tube(model.tube, start)
-    return model.replace(claim=weaker(model.claim, wider, start_uncertainty=start.tolist()))
-
-
 def moved_tube(given: Tube, start: np.ndarray) -> Tube:
     """The tube of points that all move by one vector within half widths start (n_p,) [m].
 
@@ -198,9 +193,7 @@ def robust_scene(
     """
     n_p, n_q = layout.n_p, problem.goal.n - layout.n_c
     start = uncertainty.shifts(n_p)
-    seen_goal = uncertainty.of_goal(n_p, n_q)
-    seen = uncertainty.of_obstacles(len(problem.obstacles))
-    goal = _shrunken_goal(problem.goal, layout, start, seen_goal)
+    goal = _shrunken_goal(problem.goal, layout, start, uncertainty.of_goal(n_p, n_q))
     starts = problem.start
     if starts is not None and start.any():
         rows = [[Fraction(x) for x in row] for row in starts.A]
@@ -208,42 +201,40 @@ def robust_scene(
     obstacles = list(problem.obstacles)
     if whole and start.any():
         obstacles = _around_box(obstacles, start)
-    for j, by in enumerate(seen):
+    for j, by in enumerate(uncertainty.of_obstacles(len(obstacles))):
         if by is not None:
             obstacles[j] = _sum(obstacles[j], by, f"obstacle {j}")
     return replace(problem, goal=goal, obstacles=tuple(obstacles), start=starts, uncertainty=None)
 
 
 def _shrunken_goal(
-    goal: HPolytope, layout: Layout, start: np.ndarray, seen: np.ndarray
+    goal: HPolytope, layout: Layout, start: np.ndarray, off: np.ndarray
 ) -> HPolytope:
-    """The goal that is met from every start, wherever it truly is. start, seen: half widths."""
+    """The goal that is met from every start, wherever it truly is. start, off: half widths of the
+    start, and of the goal's error.
+    """
     # all points move equally with the start, and with the goal: of a row only their sum counts
-    if not (start.any() or seen.any()):
+    if not (start.any() or off.any()):
         return goal
     n_p, n_c = layout.n_p, layout.n_c
     widths = [Fraction(x) for x in np.concatenate([start + 0.0, np.zeros(goal.n - n_c)])]
-    widths = [a + Fraction(b) for a, b in zip(widths, seen, strict=True)]
+    widths = [a + Fraction(b) for a, b in zip(widths, off, strict=True)]
     rows = []
     for row in goal.A:
         sums = [sum(map(Fraction, filter(None, row[axis:n_c:n_p]))) for axis in range(n_p)]
         rows.append([*sums, *map(Fraction, row[n_c:])])
     shrunken = _less_a_box(goal, rows, widths)
-    _require_room(shrunken, goal)
-    return shrunken
-
-
-def _require_room(shrunken: HPolytope, goal: HPolytope) -> None:
-    """Raises InputError where two rows of the goal that face each other leave nothing."""
-    rows = {tuple(row): i for i, row in enumerate(goal.A.tolist())}
+    # two rows that face each other must leave some room
+    number = {tuple(row): i for i, row in enumerate(goal.A.tolist())}
     for i, row in enumerate(goal.A):
-        j = rows.get(tuple((-row).tolist()))
+        j = number.get(tuple((-row).tolist()))
         if j is not None and shrunken.b[i] + shrunken.b[j] < 0:
             wide, taken = goal.b[i] + goal.b[j], (goal.b - shrunken.b)[[i, j]].sum()
             raise InputError(
                 "uncertainty: expected less uncertainty of start and goal than the goal is wide; "
                 f"row {i} of the goal leaves {wide:.3g}, and {taken:.3g} of it are uncertain."
             )
+    return shrunken
 
 
 def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
@@ -275,6 +266,7 @@ def _around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]
         ends = np.concatenate([corners.max(axis=1), -corners.min(axis=1)], axis=1)
         off = 2 * OFF * np.abs(corners).max(axis=(1, 2))[:, None]
         beside = np.nextafter(ends + (np.tile(half, 2) + off) * UP, np.inf)
+        # sides of the box that the obstacle has already would come twice
         there = (A[:, :, None] == axes).all(axis=3).any(axis=1)
         for i, rows, own, new, more in zip(some, A, farther, beside, ~there, strict=True):
             out[planar[i]] = HPolytope(
@@ -287,6 +279,7 @@ def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
     """The Minkowski sum of an obstacle and a set; in space a little more (rows of both, without
     those that cross two edges). Offsets are rounded up.
     """
+    # the support of a sum is the sum of supports, along the normals of both
     corners = [rational_vertices(s, name) for s in (obstacle, by)]
     if not all(corners):
         raise InputError(

@@ -85,8 +85,11 @@ def from_here(problem: Problem, model: TrajectoryModel, pose: Pose) -> Problem:
         )
     cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
     turn = np.array([[cosine, -sine], [sine, cosine]])
-    far = _farthest(problem, model)
-    n_c = model.n_c
+    # [m] bound of the coordinates of all points of the robot, from its start
+    tube, n_c = model.tube, model.n_c
+    widest = max(w[tube.claimed].max(initial=0.0) for w in (tube.interval, tube.final))
+    body = max(float(part.shape.radius) for part in problem.parts)
+    far = float(rounding_bound(model.net, model.domain).magnitude.max()) + widest + body
     rows = problem.goal.A[:, :n_c].reshape(-1, model.n_points, 2)
     further = problem.goal.A[:, n_c:]
     turned = (rows @ turn).reshape(-1, n_c)
@@ -102,7 +105,7 @@ def from_here(problem: Problem, model: TrajectoryModel, pose: Pose) -> Problem:
 def _turned(
     obstacles: tuple[HPolytope, ...], turn: np.ndarray, place: np.ndarray, far: float
 ) -> tuple[HPolytope, ...]:
-    """All obstacles in the robot's frame. far: [m] bound of coordinates, as of `_farthest`."""
+    """All obstacles in the robot's frame. far: [m] bound of coordinates of the robot."""
     if not obstacles:
         return ()
     A = np.concatenate([o.A for o in obstacles])
@@ -112,11 +115,3 @@ def _turned(
     last = np.cumsum([len(o.b) for o in obstacles])[:-1]
     own = zip(np.split(A @ turn, last), np.split(bounds, last), strict=True)
     return tuple(HPolytope(rows, offsets) for rows, offsets in own)
-
-
-def _farthest(problem: Problem, model: TrajectoryModel) -> float:
-    """[m] bound of the coordinates of all points of the robot, from its start."""
-    tube = model.tube
-    widths = [w[tube.claimed].max(initial=0.0) for w in (tube.interval, tube.final)]
-    body = max(float(part.shape.radius) for part in problem.parts)
-    return float(rounding_bound(model.net, model.domain).magnitude.max()) + max(widths) + body

@@ -24,19 +24,17 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.uncertainty import FREE, Interval, Uncertainty, require_once
 
-MOST = 64  # reference points that the checker takes, each execution with its own
-
 
 class Parameter(NamedTuple):
     """One parameter while a plan is executed; queries and sentences both come from this record.
 
-    known: "measured" or "unknown" within value; None of a parameter that a plan chooses.
+    source: "measured" or "unknown" within value; None of a parameter that a plan chooses.
     value: its lowest and highest value; (0, 0) of a chosen one.
     off: half width of its execution error.
     """
 
     name: str
-    known: str | None
+    source: str | None
     value: Interval
     off: float
 
@@ -51,14 +49,14 @@ class Parameter(NamedTuple):
     @property
     def words(self) -> str:
         """Of a parameter that no plan chooses: "every load from 1 to 2 (measured)"."""
-        lo, hi = self.value
-        if not self.off and lo == hi:
-            return f"{self.name} = {told(lo)} ({self.known})"
-        values = told(lo) if lo == hi else f"what is from {told(lo)} to {told(hi)}"
+        (lo, hi), off = map(told, self.value), told(self.off)
         if self.off:
-            off = told(self.off)
-            return f"every {self.name} within ±{off} of {values} ({self.known}, executed roughly)"
-        return f"every {self.name} from {told(lo)} to {told(hi)} ({self.known})"
+            values = lo if lo == hi else f"what is from {lo} to {hi}"
+            how = f"{self.source}, executed roughly"
+            return f"every {self.name} within ±{off} of {values} ({how})"
+        if lo == hi:
+            return f"{self.name} = {lo} ({self.source})"
+        return f"every {self.name} from {lo} to {hi} ({self.source})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +68,7 @@ class Executions:
     @cached_property
     def chosen(self) -> tuple[int, ...]:
         """Axes of k that a plan chooses."""
-        return tuple(axis for axis, p in enumerate(self.parameters) if p.known is None)
+        return tuple(axis for axis, p in enumerate(self.parameters) if p.source is None)
 
     @cached_property
     def lo(self) -> np.ndarray:
@@ -83,9 +81,9 @@ class Executions:
         return np.array([p.box[1] for p in self.parameters])
 
     @property
-    def plain(self) -> bool:
+    def nominal(self) -> bool:
         """All parameters are chosen, and executed exactly."""
-        return not any(p.known or p.off for p in self.parameters)
+        return not any(p.source or p.off for p in self.parameters)
 
     @property
     def exact(self) -> bool:
@@ -111,14 +109,6 @@ class Executions:
         ends = [(a,) if a == b else (a, b) for a, b in zip(self.lo, self.hi, strict=True)]
         return np.array(list(itertools.product(*ends)))
 
-    @property
-    def words(self) -> tuple[list[str], list[str]]:
-        """Sentence parts about execution errors, and about parameters that no plan chooses."""
-        of_chosen = [p for p in self.parameters if p.known is None and p.off]
-        off = ", ".join(f"{p.name} off by up to {told(p.off)}" for p in of_chosen)
-        known = [p.words for p in self.parameters if p.known is not None]
-        return [f"every execution with {off}"] if off else [], known
-
 
 def executions_of(uncertainty: Uncertainty, model: TrajectoryModel) -> Executions:
     """The executions of a model's plans under an uncertainty. Raises InputError for parameters that
@@ -135,11 +125,11 @@ def executions_of(uncertainty: Uncertainty, model: TrajectoryModel) -> Execution
         )
     parameters = []
     for axis, name in enumerate(names):
-        known = "measured" if axis in given else "unknown" if axis in unknown else None
+        source = "measured" if axis in given else "unknown" if axis in unknown else None
         value = (given | unknown).get(axis, (0.0, 0.0))
-        parameters.append(Parameter(name, known, value, off.get(axis, 0.0)))
+        parameters.append(Parameter(name, source, value, off.get(axis, 0.0)))
         _require_inside(parameters[-1], model.domain.lo[axis], model.domain.hi[axis])
-    if all(p.known for p in parameters):
+    if all(p.source for p in parameters):
         raise InputError("uncertainty: expected at least one parameter to choose; all are given.")
     return Executions(tuple(parameters))
 
@@ -149,11 +139,11 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
     at the start: no plan chooses it, unless the query calls it free. [T37]
     """
     names = [name_of(label) for label in model.labels.k]
-    said: set[int] = set()
+    stated: set[int] = set()
     if uncertainty is not None:
         for word in ("given", "unknown"):
-            said |= _by_axis(f"uncertainty {word}", getattr(uncertainty, word), names).keys()
-    missing = [names[axis] for axis in model.given if axis not in said]
+            stated |= _by_axis(f"uncertainty {word}", getattr(uncertainty, word), names).keys()
+    missing = [names[axis] for axis in model.given if axis not in stated]
     if missing:
         raise InputError(
             f"uncertainty given: expected {listed(missing)}, which {model.system or 'this robot'} "
@@ -166,16 +156,6 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
 def told(x: float) -> str:
     """The shortest decimal that reads back as this float."""
     return repr(float(x)).removesuffix(".0")
-
-
-def require_few(points: int, executions: int) -> None:
-    """Raises InputError for more points than a certificate may have."""
-    if points * executions > MOST:
-        raise InputError(
-            f"uncertainty: expected at most {MOST} reference points, each with all its "
-            f"executions; got {points} with {executions}. Bound the uncertainty of fewer "
-            "parameters, or use fewer points."
-        )
 
 
 def _by_axis(word: str, pairs: tuple, names: Sequence[str]) -> dict:
@@ -196,17 +176,17 @@ def _by_axis(word: str, pairs: tuple, names: Sequence[str]) -> dict:
 def _require_inside(p: Parameter, lo: float, hi: float) -> None:
     """Raises InputError for executions that leave K, which is [lo, hi] here."""
     low, high = p.box
-    if p.known is None and 2 * p.off >= hi - lo:
+    if p.source is None and 2 * p.off >= hi - lo:
         raise InputError(
             f"uncertainty k of {p.name}: expected less than half of the range of K, "
             f"{(hi - lo) / 2:g}; got {p.off:g}."
         )
-    if p.known is not None and not (lo <= low and high <= hi):
+    if p.source is not None and not (lo <= low and high <= hi):
         rough = f", executed within ±{told(p.off)}" if p.off else ""
         value = ", ".join(told(x) for x in p.value)
         raise InputError(
             f"uncertainty of {p.name}: expected a box within K, [{lo:g}, {hi:g}]; got [{value}] "
-            f"({p.known}{rough}). Narrow it, or learn a model of more."
+            f"({p.source}{rough}). Narrow it, or learn a model of more."
         )
 
 
@@ -228,14 +208,7 @@ class Turn(NamedTuple):
 
     def widened(self, widths: np.ndarray) -> np.ndarray:
         """Half widths (..., n_p) [m] of errors that turn with the robot."""
-        if not self.sine:
-            return widths
-        return widths + self.sine * widths[..., ::-1]
-
-
-def no_turn(n_p: int, n_q: int) -> Turn:
-    """The turn of an exact heading."""
-    return Turn(np.eye(n_p)[None], 0.0, np.zeros(n_q))
+        return widths + self.sine * widths[..., ::-1] if self.sine else widths
 
 
 def turn_by(angle: float, rotation: tuple[str, ...]) -> Turn:
@@ -309,31 +282,21 @@ class Robustness(NamedTuple):
         return self._asdict() | {"sensing_eps": str(self.sensing_eps)}
 
 
-def withstood(
-    uncertainty: Uncertainty, executions: Executions, model: TrajectoryModel, copies: bool
-) -> Robustness:
-    """The record of an uncertainty about a model's plans. copies: as of `Robustness`."""
-    volume = float(np.prod(model.domain.hi - model.domain.lo))
-    parameters = (model.n_k, len(executions.chosen))
-    return Robustness(
-        words(uncertainty, executions), uncertainty.sensing_eps, parameters, volume, copies
-    )
-
-
 def words(uncertainty: Uncertainty, executions: Executions) -> str:
     """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
-    rough, known = executions.words
+    chosen = [p for p in executions.parameters if p.source is None and p.off]
+    off = ", ".join(f"{p.name} off by up to {told(p.off)}" for p in chosen)
     parts = []
     if any(uncertainty.start):
         parts.append(f"every start within {_spread(uncertainty.start)} m of the one asked about")
     if uncertainty.heading:
         parts.append(f"every heading within ±{told(uncertainty.heading)} rad")
-    parts += rough
+    parts += [f"every execution with {off}"] if off else []
     if any(uncertainty.goal):
         parts.append(f"every goal moved by up to {_spread(uncertainty.goal)}")
     if any(s is not None for s in uncertainty.obstacles):
         parts.append("every place of the obstacles that fits what was seen of them")
-    return "; ".join([*parts, *known])
+    return "; ".join([*parts, *(p.words for p in executions.parameters if p.source is not None)])
 
 
 def _spread(widths: Sequence[float]) -> str:
@@ -344,7 +307,9 @@ def robustness_of_json(data: dict | None) -> Robustness | None:
     """The record that `to_json` wrote."""
     if data is None:
         return None
-    n_k, chosen = data["parameters"]
-    eps = Fraction(data["sensing_eps"])
-    copies = data.get("copies", False)
-    return Robustness(data["words"], eps, (n_k, chosen), float(data["k_volume"]), copies)
+    exact = {
+        "sensing_eps": Fraction(data["sensing_eps"]),
+        "parameters": tuple(data["parameters"]),
+        "k_volume": float(data["k_volume"]),
+    }
+    return Robustness(**(data | exact))

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
@@ -29,8 +30,9 @@ from parc_jax.learning.network.rounding import TINY, UNIT
 from parc_jax.problem.body import Body, Part, numbered
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.bend import bend_by_bin
-from parc_jax.problem.robust.realisations import Executions, Turn, require_few
+from parc_jax.problem.robust.realisations import Executions, Turn
 
+MOST = 64  # reference points that the checker takes, each execution with its own
 UP_WIDTH = 1 + 2.0**-30  # pays for the sums that make a width
 UP_BOUND = 1 + 2.0**-10  # pays for evaluating a bound in float64
 MOST_BINS = 256  # new bins, unless there are more old ones
@@ -68,7 +70,12 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     Raises InputError where these points are more than a certificate may have.
     """
     n_v, n_r = len(executions.corners), len(turn.maps)
-    require_few(model.n_points, n_v * n_r)
+    if model.n_points * n_v * n_r > MOST:
+        raise InputError(
+            f"uncertainty: expected at most {MOST} reference points, each with all its executions; "
+            f"got {model.n_points} with {n_v * n_r}. Bound the uncertainty of fewer parameters, or "
+            "use fewer points."
+        )
     axes = axes_of(model.tube.edges, executions)
     edges = tuple(axis.edges for axis in axes if axis.edges is not None)
     domain = Box(np.array([e[0] for e in edges]), np.array([e[-1] for e in edges]))
@@ -148,6 +155,7 @@ def _tube(
     lo, hi = boxes(axes, executions)
     missed = bend_by_bin(model.net, lo, hi, executions.widths)
     at_knots, missed_q = _knots(missed, layout)
+    # between two knots the prediction is straight, so its gap is no larger than at one of them
     both = np.maximum(at_knots[:, :-1], at_knots[:, 1:])
     rounding = np.maximum(one.rounding[:-1], one.rounding[1:])
     shape = (n_bins, n_t, m, n_v, n_r, n_p)
@@ -163,11 +171,14 @@ def _tube(
 
 
 def _knots(values: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
-    """Outputs (b, n_out) as (b, T + 1, m, n_p), zero where the first point starts, and q."""
-    start = np.zeros((len(values), layout.n_p))
+    """Outputs (b, n_out, ...) as (b, T + 1, m, n_p, ...), zero where the first point starts, and
+    (b, n_q, ...).
+    """
+    rest = values.shape[2:]
+    start = np.zeros((len(values), layout.n_p, *rest))
     knots = np.concatenate([start, values[:, : layout.n_offsets]], axis=1)
-    knots = knots.reshape(len(values), layout.n_steps + 1, layout.n_points, layout.n_p)
-    return knots, values[:, layout.n_offsets :]
+    shape = (len(values), layout.n_steps + 1, layout.n_points, layout.n_p, *rest)
+    return knots.reshape(shape), values[:, layout.n_offsets :]
 
 
 def _eps(claim: ErrorClaim, old: Tube, axes: list[Axis]):
@@ -200,54 +211,35 @@ def copied(
     domain: of the chosen parameters.
     Returns outputs in the order knot, point (m), execution (V), map (R); then q of every execution.
     """
-    corners = executions.corners
-    chosen = list(executions.chosen)
-    n_v, n_r = len(corners), len(turns)
+    corners, chosen = executions.corners, list(executions.chosen)
+    n_v = len(corners)
     shifted = [_shifted(net.weights[0], net.biases[0], corner) for corner in corners]
     first = np.concatenate([net.weights[0][:, chosen]] * n_v)
-    weights = [first, *(_side_by_side(W, n_v) for W in net.weights[1:])]
+    weights = [first, *(np.kron(np.eye(n_v), W) for W in net.weights[1:])]
     biases = [np.concatenate([b for b, _ in shifted]), *(np.tile(b, n_v) for b in net.biases[1:])]
     error = np.concatenate([e for _, e in shifted])
     size = np.maximum(np.abs(domain.lo), np.abs(domain.hi))
     for depth, (W, b) in enumerate(zip(weights, biases, strict=True)):
-        if depth:
+        if depth:  # errors of the first layer grow by at most |W| in every later one
             error = np.abs(W) @ error * UP_BOUND
         if depth + 1 < len(weights):
             size = (np.abs(W) @ size + np.abs(b)) * UP_BOUND
-    W, b = _by_knot(weights[-1], layout, n_v), _by_knot(biases[-1][:, None], layout, n_v)
-    knots = W.points.shape[:4]
-    out = [np.einsum("rpa,tmvac->tmvrpc", turns, part.points) for part in (W, b)]
-    wide = np.einsum("rpa,tmvac->tmvrpc", np.abs(turns), np.abs(W.points)) @ size
-    wide = wide + np.einsum("rpa,tmvac->tmvrpc", np.abs(turns), np.abs(b.points))[..., 0]
-    own = _by_knot(error[:, None], layout, n_v)
-    turned = np.einsum("rpa,tmva->tmvrp", np.abs(turns), own.points[..., 0])
+    W, b, e = (x.reshape(n_v, net.n_out, -1) for x in (weights[-1], biases[-1], error))
+    # rows of the output layer (V, T + 1, m, n_p, c), and of q (V, n_q, c)
+    (W, W_q), (b, b_q), (e, e_q) = (_knots(x, layout) for x in (W, b, e))
+    turned = "rpa,vtmac->tmvrpc"
+    out = [np.einsum(turned, turns, part) for part in (W, b)]
+    wide = np.einsum(turned, np.abs(turns), np.abs(W)) @ size
+    wide = wide + np.einsum(turned, np.abs(turns), np.abs(b))[..., 0]
+    error = np.einsum(turned, np.abs(turns), e)[..., 0]
     exact = np.isin(turns, (0.0, 1.0)).all() and (turns.sum(axis=2) == 1).all()
+    # a map of zeros and ones rounds nothing
     rounds = 0.0 if exact else 8 * UNIT * wide + 8 * TINY
-    last = np.concatenate([out[0].reshape(-1, W.points.shape[-1])[layout.n_p :], W.q])
-    offsets = np.concatenate([out[1].reshape(-1)[layout.n_p :], b.q[:, 0]])
-    assert knots[2] == n_v and out[0].shape[3] == n_r
-    return Copied(
-        relu_network([*weights[:-1], last], [*biases[:-1], offsets]),
-        (turned + rounds) * UP_BOUND,
-        own.q.reshape(n_v, -1) * UP_BOUND,
-    )
-
-
-class _ByKnot(NamedTuple):
-    """Rows of an output layer: points (T + 1, m, V, n_p, c), zero at p0; q (V n_q, c)."""
-
-    points: np.ndarray
-    q: np.ndarray
-
-
-def _by_knot(rows: np.ndarray, layout: Layout, n_v: int) -> _ByKnot:
-    """rows (V n_out, c)."""
-    by_copy = rows.reshape(n_v, -1, rows.shape[1])
-    start = np.zeros((n_v, layout.n_p, rows.shape[1]))
-    knots = np.concatenate([start, by_copy[:, : layout.n_offsets]], axis=1)
-    knots = knots.reshape(n_v, layout.n_steps + 1, layout.n_points, layout.n_p, -1)
-    q = by_copy[:, layout.n_offsets :].reshape(-1, rows.shape[1])
-    return _ByKnot(np.moveaxis(knots, 0, 2), q)
+    n_c = W.shape[-1]
+    last = np.concatenate([out[0].reshape(-1, n_c)[layout.n_p :], W_q.reshape(-1, n_c)])
+    offsets = np.concatenate([out[1].ravel()[layout.n_p :], b_q.ravel()])
+    net = relu_network([*weights[:-1], last], [*biases[:-1], offsets])
+    return Copied(net, (error + rounds) * UP_BOUND, e_q[..., 0] * UP_BOUND)
 
 
 def _shifted(W: np.ndarray, b: np.ndarray, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -261,11 +253,6 @@ def _shifted(W: np.ndarray, b: np.ndarray, corner: np.ndarray) -> tuple[np.ndarr
         values.append(float(exact))
         errors.append(float(abs(exact - Fraction(values[-1]))) * UP_BOUND)
     return np.array(values), np.array(errors)
-
-
-def _side_by_side(W: np.ndarray, n: int) -> np.ndarray:
-    """(n r, n c) with W (r, c) in every block of the diagonal."""
-    return np.kron(np.eye(n), W)
 
 
 def axis_of(edges: np.ndarray, lo: float, hi: float, chosen: bool, finest: float = np.inf) -> Axis:
@@ -282,6 +269,7 @@ def axis_of(edges: np.ndarray, lo: float, hi: float, chosen: bool, finest: float
     if low == high == 0:
         return Axis(edges, [(i, i) for i in range(len(edges) - 1)])
     first, last = round_up(exact[0] - low), round_down(exact[-1] - high)
+    # around every old edge a new bin of its own, whose executions may be on both sides of it
     inner = [f for e in exact[1:-1] for f in (round_down(e - high), round_up(e - low))]
     n_even = int(np.ceil((last - first) / finest))
     even = np.linspace(first, last, n_even + 1)[1:-1] if n_even > 1 else []
@@ -292,12 +280,11 @@ def axis_of(edges: np.ndarray, lo: float, hi: float, chosen: bool, finest: float
 
 def _met(edges: list[Fraction], lo: Fraction, hi: Fraction, closed: bool) -> tuple[int, int]:
     """First and last bin that meets [lo, hi], closed or open."""
-    meets = []
-    for i, (a, b) in enumerate(itertools.pairwise(edges)):
-        inside = a < hi and lo < b
-        touches = closed and a <= hi and lo <= b
-        if inside or touches:
-            meets.append(i)
+    meets = [
+        i
+        for i, (a, b) in enumerate(itertools.pairwise(edges))
+        if (a < hi and lo < b) or (closed and a <= hi and lo <= b)
+    ]
     return meets[0], meets[-1]
 
 
@@ -330,13 +317,9 @@ def widest(values: np.ndarray, grid: tuple[int, ...], axes: list[Axis]) -> np.nd
 def boxes(axes: list[Axis], executions: Executions) -> tuple[np.ndarray, np.ndarray]:
     """Corners lo, hi (new bins, n_k) of all k in executions of a bin's plans."""
     ends = []
-    for i, axis in enumerate(axes):
-        low, high = executions.lo[i], executions.hi[i]
-        if axis.edges is None:
-            ends.append([(low, high)])
-        else:
-            pairs = itertools.pairwise(axis.edges)
-            ends.append([(a + low, b + high) for a, b in pairs])
+    for axis, low, high in zip(axes, executions.lo, executions.hi, strict=True):
+        pairs = [(0.0, 0.0)] if axis.edges is None else itertools.pairwise(axis.edges)
+        ends.append([(a + low, b + high) for a, b in pairs])
     places = np.meshgrid(*(np.arange(len(e)) for e in ends), indexing="ij")
     picked = [np.array(e)[place.ravel()] for e, place in zip(ends, places, strict=True)]
     both = np.stack(picked, axis=1)

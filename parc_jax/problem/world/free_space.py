@@ -75,7 +75,7 @@ class Beams:
     def _behind(self, region: "shapely.Geometry", dark: np.ndarray) -> "shapely.Geometry":
         """The area beyond the free part, in the gaps beside beams (n,) bool."""
         shapely = package("shapely", "free space")
-        if self.closed:
+        if self.closed:  # the first beam stands at both ends
             dark[[0, -1]] = dark[0] | dark[-1]
         for _ in range(self.more):
             ring = np.pad(dark[:-1] if self.closed else dark, 1, "wrap" if self.closed else "edge")
@@ -85,26 +85,24 @@ class Beams:
         x0, y0, x1, y1 = region.bounds
         beyond = np.abs([[x0, y0], [x1, y1]] - self.place).max(axis=0)
         share = np.linspace(0, 1, SPLIT + 1)
-        found = []
+        parts = []
         for i in gaps:
             one, other = self.angles[i : i + 2]
             angles = one + share * (other - one)
             far = max(np.hypot(*beyond), *self.reach[i : i + 2])
+            # chords between these points stay beyond the region
             rim = (far + 1.0) / np.cos((other - one) / SPLIT / 2)
             outer = self.place + rim * np.stack([np.cos(angles), np.sin(angles)], axis=1)
             inner = self._at(self.reach)[[i + 1, i]]
-            found.append(shapely.Polygon(np.concatenate([outer, inner])))
-        return shapely.union_all(found)
+            parts.append(shapely.Polygon(np.concatenate([outer, inner])))
+        return shapely.union_all(parts)
 
     def _at(self, ranges: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
         along = np.stack([np.cos(self.angles), np.sin(self.angles)], axis=1)
         return self.place + ranges[:, None] * along
 
 
-NOTHING = np.zeros(0)
-STANDS = Beams(np.zeros(2), NOTHING, NOTHING, NOTHING, NOTHING, 0.0, 0, False)
-
-
+STANDS = Beams(np.zeros(2), *[np.zeros(0)] * 4, 0.0, 0, False)
 CALL = "free space"
 FLATTEST = 100.0  # ratio of the axes of an ellipse, at most, so that rounding stays small
 
@@ -146,6 +144,7 @@ class FreeSpace:
         gone = left.union(leaves)
         for one, now in ((self, other), (other, self)):
             gone = gone.union(one.gone if now.beams is None else one.gone.difference(now.region))
+        # holes are filled before refuted parts leave, which would look like holes
         region = _filled(_areas(self.region.union(other.region)), width)
         for away in (ends, others, gone):
             if not away.is_empty:
@@ -166,7 +165,8 @@ class FreeSpace:
     def _refuted(self, region: "shapely.Geometry"):
         """`Beams.refuted` of its beams, if any."""
         if self.beams is None or self.beams is STANDS:
-            return package("shapely", CALL).Polygon(), package("shapely", CALL).Polygon(), 0
+            nothing = package("shapely", CALL).Polygon()
+            return nothing, nothing, 0
         return self.beams.refuted(region)
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
@@ -343,16 +343,14 @@ def _filled(region: "shapely.Geometry", width: float):
     shapely = package("shapely", CALL)
     if not width or not shapely.get_num_interior_rings(shapely.get_parts(region)).any():
         return region
-    kept = []
+    out = []
     for part in shapely.get_parts(region):
-        holes = shapely.polygons(shapely.get_rings(part)[1:])
-        x0, y0, x1, y1 = shapely.bounds(holes).T if len(holes) else np.zeros((4, 0))
-        room = (shapely.area(holes) >= np.pi / 4 * width**2) & (
-            np.minimum(x1 - x0, y1 - y0) >= width
-        )
-        rings = [hole.exterior for hole in holes[room]]
-        kept.append(shapely.Polygon(part.exterior, rings))
-    return shapely.union_all(kept)
+        x0, y0, x1, y1 = shapely.bounds(part.interiors).T if part.interiors else np.zeros((4, 0))
+        area = np.array([shapely.Polygon(hole).area for hole in part.interiors])
+        large = (area >= np.pi / 4 * width**2) & (np.minimum(x1 - x0, y1 - y0) >= width)
+        holes = [hole for hole, stays in zip(part.interiors, large, strict=True) if stays]
+        out.append(shapely.Polygon(part.exterior, holes))
+    return shapely.union_all(out)
 
 
 def _place(place: npt.ArrayLike) -> np.ndarray:

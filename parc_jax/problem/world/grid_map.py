@@ -1,4 +1,4 @@
-"""Occupancy grids, also those of ROS's map_server: cells not known to be free are obstacles."""
+"""Occupancy grids, also those of ROS's map_server: cells that are not surely free are obstacles."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +22,7 @@ CALL = "occupancy_grid"
 
 @dataclass(frozen=True, eq=False)
 class GridMap:
-    """Which cells of a map are known to be free. From `load_map` or `occupancy_grid`.
+    """The free cells of a map. From `load_map` or `occupancy_grid`.
 
     free: (rows, columns) bool, row 0 at the origin, as in nav_msgs/OccupancyGrid. resolution: [m]
     side of a cell. origin: (x, y, yaw) [m, rad] of the outer corner of cell (0, 0); rows are
@@ -37,7 +37,7 @@ class GridMap:
         self, place: npt.ArrayLike | None = None, reach: float | None = None
     ) -> tuple[HPolytope, ...]:
         """Rectangles that cover every cell that is not free, and a frame of one cell around all of
-        it, as nothing is known of what lies beyond: a robot begins inside. Raises InputError.
+        it, as nothing is known beyond: a robot begins inside. Raises InputError.
 
         place, reach: keep the cells that meet the square of half width reach [m] around a place
         (x, y), along the map's axes, with the frame around these.
@@ -46,7 +46,7 @@ class GridMap:
         columns, whichever are fewer. Each is grown by the named tolerance `outline`.
         """
         cells, (row, column) = self._around(place, reach)
-        blocked = np.pad(~cells, 1, constant_values=True)
+        blocked = np.pad(~cells, 1, constant_values=True)  # beyond the map nothing is known
         found = _rectangles(blocked)
         other = _rectangles(blocked.T)[:, [2, 3, 0, 1]]
         found = min(found, other, key=len) + np.array([row, row, column, column]) - 1
@@ -79,7 +79,7 @@ class GridMap:
     def _around(
         self, place: npt.ArrayLike | None, reach: float | None
     ) -> tuple[np.ndarray, tuple[int, int]]:
-        """The cells that are asked for, and the number of the first row and column of them."""
+        """The cells around a place, and the number of their first row and column."""
         if place is None and reach is None:
             return self.free, (0, 0)
         if place is None or reach is None or not (np.isfinite(reach) and reach > 0):
@@ -140,10 +140,10 @@ def occupancy_grid(
 
     data: (height, width) whole numbers: -1, or 255 unsigned, unknown; 0 ... 100 percent occupied.
     The message has them flat: np.array(data).reshape(height, width). resolution: [m]. origin: (x,
-    y, yaw) [m, rad] of the outer corner of cell (0, 0). free_thresh: free is what is occupied with
-    less than this; unknown is never free.
-    inflated: a costmap is refused, as under what it inflates it hides what is unknown, and robots
-    come out larger than they are. It is known by raw costs (101 ... 254) and by the value 99, which
+    y, yaw) [m, rad] of the outer corner of cell (0, 0). free_thresh: free are cells occupied
+    with less than this; unknown is never free.
+    inflated: a costmap is refused, as its inflation hides unknown cells, and robots come out
+    larger than they are. It is recognised by raw costs (101 ... 254) and by the value 99, which
     costmap_2d publishes next to obstacles; with False you say that 99 is a probability.
     """
     cells = np.asarray(data)
@@ -193,12 +193,20 @@ def load_map(path: str | Path) -> GridMap:
 
     Free are cells occupied with a probability p < free_thresh; the rest, occupied or unknown, is
     not. p = 1 - shade, or the shade itself with `negate`; in the mode raw the value of a pixel is
-    p in percent, and above 100 it is unknown. What is transparent is unknown. In the mode trinary
-    map_server averages the alpha channel with the colours: free is then what is free with and
-    without it. The origin's yaw turns the map. Raises InputError.
+    p in percent, and above 100 it is unknown. Transparent pixels are unknown. In the mode trinary
+    map_server averages the alpha channel with the colours: free is then a pixel that is free
+    with and without it. The origin's yaw turns the map. Raises InputError.
     """
-    path = Path(path)
-    said = _said(path)
+    path, yaml = Path(path), package("yaml", "load_map")
+    try:
+        said = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(
+            f"{path}: expected a YAML file of map_server; got {type(error).__name__}."
+        ) from None
+    missing = [key for key in NEEDED if not isinstance(said, dict) or key not in said]
+    if missing:
+        raise InputError(f"{path}: expected an entry {missing[0]!r}; there is none.")
     mode = said.get("mode", "trinary")
     free, taken = said["free_thresh"], said["occupied_thresh"]
     if not all(isinstance(v, int | float) for v in (free, taken)) or not 0 <= free <= taken <= 1:
@@ -214,21 +222,6 @@ def load_map(path: str | Path) -> GridMap:
     colours, alpha = _pixels(path, path.parent / str(said["image"]))
     occupied = _occupied(colours, alpha, mode, bool(said["negate"]))
     return grid_map(str(path), (occupied < free)[::-1], said["resolution"], said["origin"])
-
-
-def _said(path: Path) -> dict:
-    """The entries of the YAML file. Raises InputError."""
-    yaml = package("yaml", "load_map")
-    try:
-        said = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(
-            f"{path}: expected a YAML file of map_server; got {type(error).__name__}."
-        ) from None
-    missing = [key for key in NEEDED if not isinstance(said, dict) or key not in said]
-    if missing:
-        raise InputError(f"{path}: expected an entry {missing[0]!r}; there is none.")
-    return said
 
 
 def _pixels(path: Path, image: Path) -> tuple[np.ndarray, np.ndarray | None]:

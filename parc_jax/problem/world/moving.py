@@ -57,7 +57,9 @@ def moving(
     rows = [(exact_support(vertices, w), _fastest(w, v, off_by)) for w in A]
     step = Fraction(float(dt))
     ends = [(first * step, (last + 1) * step) for first, last in spans]
-    return [hpolytope(A, [_farthest(*row, end) for row in rows]) for end in ends], spans
+    # w . x grows evenly, so it reaches most at one of the ends of a span
+    bounds = [[round_up(now + max(rate * t for t in end)) for now, rate in rows] for end in ends]
+    return [hpolytope(A, b) for b in bounds], spans
 
 
 def _sides(vertices: list[Point], v: np.ndarray) -> np.ndarray:
@@ -90,8 +92,3 @@ def _fastest(w: np.ndarray, v: np.ndarray, off_by: float) -> Fraction:
         length = math.nextafter(length, math.inf)
     known = sum(c * Fraction(float(each)) for c, each in zip(exact, v, strict=True))
     return known + Fraction(length) * Fraction(float(off_by))
-
-
-def _farthest(now: Fraction, rate: Fraction, ends: tuple[Fraction, Fraction]) -> float:
-    """Most that w . x reaches between two times: at one of them, since it grows evenly."""
-    return round_up(now + max(rate * t for t in ends))

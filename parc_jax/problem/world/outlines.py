@@ -43,7 +43,18 @@ def outlines(name: str, value: object) -> list:
     while any(hasattr(part, "geoms") for part in parts):
         parts = [one for part in parts for one in shapely.get_parts(part)]
     for part in parts:
-        _check_part(name, part, shapely)
+        kind = part.geom_type
+        if kind not in ("Polygon", "LineString", "LinearRing"):
+            raise InputError(f"{name}: expected polygons and lines; got a {kind}.")
+        if part.is_empty:
+            raise InputError(f"{name}: expected a {kind} with corners; got an empty one.")
+        require_near(name, shapely.get_coordinates(part))
+        if not part.is_valid:
+            why = shapely.is_valid_reason(part)
+            raise InputError(
+                f"{name}: expected a valid {kind}; got one with {why}. Try shapely.make_valid, and "
+                "look at what it makes of it."
+            )
     if not parts:
         raise InputError(f"{name}: expected at least one polygon or line; got none.")
     return parts
@@ -62,7 +73,10 @@ def require_near(name: str, places: np.ndarray) -> None:
 def _read(name: str, value: object, shapely: ModuleType):
     value = getattr(value, "__geo_interface__", value)
     if not isinstance(value, dict):
-        return shapely.Polygon(_corners(name, value))
+        corners = as_float64(f"{name} corners", value, (None, 2))
+        if len(corners) < 3:
+            raise InputError(f"{name}: expected at least three corners; got {len(corners)}.")
+        return shapely.Polygon(corners)
     features = value.get("features", [value])
     try:
         shapes = [shapely.geometry.shape(one.get("geometry", one)) for one in features]
@@ -72,27 +86,6 @@ def _read(name: str, value: object, shapely: ModuleType):
             f"({type(error).__name__}: {error!s:.60})."
         ) from None
     return shapely.GeometryCollection(shapes)
-
-
-def _corners(name: str, value: npt.ArrayLike) -> np.ndarray:
-    corners = as_float64(f"{name} corners", value, (None, 2))
-    if len(corners) < 3:
-        raise InputError(f"{name}: expected at least three corners; got {len(corners)}.")
-    return corners
-
-
-def _check_part(name: str, part: "shapely.Geometry", shapely: ModuleType) -> None:
-    if part.geom_type not in ("Polygon", "LineString", "LinearRing"):
-        raise InputError(f"{name}: expected polygons and lines; got a {part.geom_type}.")
-    if part.is_empty:
-        raise InputError(f"{name}: expected a {part.geom_type} with corners; got an empty one.")
-    require_near(name, shapely.get_coordinates(part))
-    if not part.is_valid:
-        why = shapely.is_valid_reason(part)
-        raise InputError(
-            f"{name}: expected a valid {part.geom_type}; got one with {why}. Try "
-            "shapely.make_valid, and look at what it makes of it."
-        )
 
 
 Corner = tuple[float, float]
@@ -109,7 +102,7 @@ def convex_pieces(outline: object, tolerance: float = 0.0) -> tuple[HPolytope, .
 
     Algorithm: a constrained triangulation, of which neighbours are merged as long as they stay
     convex: at most four times as many pieces as there must be (Hertel and Mehlhorn 1983). That the
-    triangles are the whole polygon is checked by their areas, in exact rationals.
+    triangles cover the polygon is checked by their areas, in exact rationals.
     """
     if not (np.isfinite(tolerance) and tolerance >= 0):
         raise InputError(f"convex_pieces: expected a tolerance >= 0 m; got {tolerance!r:.40}.")
@@ -126,7 +119,17 @@ def convex_pieces(outline: object, tolerance: float = 0.0) -> tuple[HPolytope, .
 
 def convex_parts(polygon: "shapely.Polygon") -> list[list[Corner]]:
     """A valid polygon as convex parts, counter-clockwise, with corners of the polygon only."""
-    return _merged(_triangles(polygon))
+    # neighbours are joined across their common edge as long as the result stays convex
+    pieces = dict(enumerate(_triangles(polygon)))
+    home = {edge: i for i, piece in pieces.items() for edge in _edges(piece)}
+    inner = {tuple(sorted(edge)) for edge in home if edge[::-1] in home}
+    for a, b in sorted(inner, key=lambda edge: -np.hypot(*np.subtract(*edge))):
+        one, other = home[a, b], home[b, a]
+        joined = _joined(pieces[one], pieces[other], a, b)
+        if one != other and _is_convex(joined):
+            pieces[one] = joined
+            home |= dict.fromkeys(_edges(pieces.pop(other)), one)
+    return list(pieces.values())
 
 
 def thin_pieces(segments: npt.ArrayLike, half_width: float = THIN) -> list[HPolytope]:
@@ -148,6 +151,7 @@ def _simpler(polygon: "shapely.Polygon", tolerance: float):
     """A polygon around this one, within the tolerance of it, with fewer corners; or this one."""
     shapely = package("shapely", "convex_pieces")
     wide = polygon.buffer(tolerance / 2, quad_segs=2)
+    # half of the tolerance outwards, then less than that back in: `contains` has the last word
     simple = wide.simplify(0.45 * tolerance)
     around = simple.is_valid and simple.contains(polygon)
     fewer = shapely.get_num_coordinates(simple) < shapely.get_num_coordinates(polygon)
@@ -177,20 +181,6 @@ def _exact_area(ring: list[Corner]) -> Fraction:
     return area([(Fraction(x), Fraction(y)) for x, y in ring])
 
 
-def _merged(triangles: list[list[Corner]]) -> list[list[Corner]]:
-    """Neighbours joined across their common edge as long as what comes is convex."""
-    pieces = dict(enumerate(triangles))
-    home = {edge: i for i, piece in pieces.items() for edge in _edges(piece)}
-    inner = {tuple(sorted(edge)) for edge in home if edge[::-1] in home}
-    for a, b in sorted(inner, key=lambda edge: -np.hypot(*np.subtract(*edge))):
-        one, other = home[a, b], home[b, a]
-        joined = _joined(pieces[one], pieces[other], a, b)
-        if one != other and _is_convex(joined):
-            pieces[one] = joined
-            home |= dict.fromkeys(_edges(pieces.pop(other)), one)
-    return list(pieces.values())
-
-
 def _edges(piece: list) -> list[tuple]:
     return list(zip(piece, piece[1:] + piece[:1], strict=True))
 
@@ -204,7 +194,7 @@ def _joined(one: list[Corner], other: list[Corner], a: Corner, b: Corner) -> lis
 
 
 def _is_convex(corners: list) -> bool:
-    """In floats: what they get wrong makes a piece its hull, which is more."""
+    """In floats: where they are wrong a piece becomes its hull, which is more."""
     p = np.array(corners)
     ahead, after = np.roll(p, -1, axis=0) - p, np.roll(p, -2, axis=0) - np.roll(p, -1, axis=0)
     return bool((ahead[:, 0] * after[:, 1] - ahead[:, 1] * after[:, 0] >= 0).all())
@@ -244,7 +234,7 @@ def read_footprint(outline: str | npt.ArrayLike) -> Footprint:
     """A body with corner points from a Nav2 footprint.
 
     outline: "[[0.2, 0.1], [0.2, -0.1], ...]" [m], or the numbers (n, 2), in order, either way
-    round; base_link is at (0, 0). What is not convex becomes several parts. Raises InputError.
+    round; base_link is at (0, 0). Several convex parts cover another shape. Raises InputError.
     """
     if isinstance(outline, str):
         try:

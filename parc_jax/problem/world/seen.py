@@ -1,7 +1,5 @@
 """The region that a lidar scan proves free under bounded errors. [T41, T44]"""
 
-from types import ModuleType
-
 import numpy as np
 import numpy.typing as npt
 from jaxtyping import Float
@@ -50,47 +48,54 @@ def seen_from(
     Algorithm: a polygon with a corner a beam; the uncertainty of heading and beams by the least of
     all gaps that a direction may lie in, the uncertainty of place by `shrunk`. [T41c]
     """
-    shapely = package("shapely", CALL)
     pose = as_float64(f"{CALL} pose (x, y, heading)", pose, (3,))
     require_near(f"{CALL} pose", pose[:2])
     angles = as_float64(f"{CALL} angles", angles, (None,))
-    ranges = _finite(ranges, angles.shape)
+    lost = ~np.isfinite(np.asarray(ranges, np.float64))
+    if lost.any():
+        raise InputError(
+            f"{CALL} ranges: expected finite numbers; got {lost.sum()} that are not. A beam that "
+            "came back from nowhere reads max_range, one that failed reads 0."
+        )
+    ranges = as_float64(f"{CALL} ranges", ranges, angles.shape)
     moved, turned = as_float64(f"{CALL} uncertainty ([m], [rad])", uncertainty, (2,))
-    _check(angles, ranges, moved, turned)
-    limits = {"noise": noise, "angle_error": angle_error, "tolerance": tolerance}
-    for name, value in limits.items():
+    if len(angles) < 2 or not (np.diff(angles) > 0).all() or np.ptp(angles) > 2 * np.pi + SAME:
+        raise InputError(
+            f"{CALL}: expected two or more increasing angles, over a full turn at most [rad]; got "
+            f"{len(angles)} over {np.ptp(angles) if len(angles) else 0:g}. Are they degrees, or a "
+            "lidar that turns clockwise?"
+        )
+    least = {"ranges >= 0 m": ranges.min(), "noise >= 0": noise, "angle_error >= 0": angle_error}
+    least |= {"tolerance >= 0": tolerance, "uncertainty >= 0": min(moved, turned)}
+    for condition, value in least.items():
         if not (np.isfinite(value) and value >= 0):
-            raise InputError(f"{CALL}: expected {name} >= 0; got {value!r:.40}.")
+            raise InputError(f"{CALL}: expected {condition}; got {value:g}.")
     for name, value in {"max_range": max_range, "width": width}.items():
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{CALL}: expected {name} > 0 m; got {value!r:.40}.")
     sure = np.maximum(np.minimum(ranges, max_range) - noise, 0.0)
     ends = np.where((0 < ranges) & (ranges < max_range), ranges, np.inf)
-    _, ends, _ = _closed(angles, ends)
-    angles, sure, closed = _closed(angles, sure)
-    more = _off(angles, angle_error + turned)
+    angles, (sure, ends), closed = _closed(angles, np.stack([sure, ends]))
+    # the bound of the error of a direction, in beams
+    more = int(min(np.ceil((angle_error + turned) / np.diff(angles).min() - 1e-9), len(angles) - 1))
     reach = _between(angles, sure, angle_error, more, width, closed)
-    star = _star(shapely, pose, angles, reach, closed)
+    star = _star(pose, angles, reach, closed)
     off = noise + moved + (angle_error + turned) * np.where(np.isfinite(ends), ends, 0.0)
     place, directions = pose[:2], pose[2] + angles
     beams = Beams(place, directions, reach, ends, off, moved, more, closed)
     return FreeSpace(shrunk(star, moved + TOLERANCES.outline, tolerance), width, beams=beams)
 
 
-def _off(angles: Float[np.ndarray, " n"], by: float) -> int:
-    """The bound of the error of a direction [rad], in beams."""
-    return int(min(np.ceil(by / np.diff(angles).min() - 1e-9), len(angles) - 1))
-
-
-def _closed(angles: Float[np.ndarray, " n"], sure: Float[np.ndarray, " n"]):
+def _closed(angles: Float[np.ndarray, " n"], ranges: Float[np.ndarray, "2 n"]):
     """Beams with the first one repeated after a full turn, if that gap is like the others."""
     rest = angles[0] + 2 * np.pi - angles[-1]
     if rest > 1.5 * np.diff(angles).max():
-        return angles, sure, False
+        return angles, ranges, False
     if rest < SAME:
-        first = min(sure[0], sure[-1])
-        angles, sure = angles[:-1], np.append(first, sure[1:-1])
-    return np.append(angles, angles[0] + 2 * np.pi), np.append(sure, sure[0]), True
+        first = np.minimum(ranges[:, :1], ranges[:, -1:])
+        angles, ranges = angles[:-1], np.concatenate([first, ranges[:, 1:-1]], axis=1)
+    ranges = np.concatenate([ranges, ranges[:, :1]], axis=1)
+    return np.append(angles, angles[0] + 2 * np.pi), ranges, True
 
 
 def _between(
@@ -115,14 +120,13 @@ def _between(
 
 
 def _star(
-    shapely: ModuleType,
     pose: np.ndarray,
     angles: Float[np.ndarray, " n"],
     reach: Float[np.ndarray, " n"],
     closed: bool,
 ):
     """The polygons between beams that reach anywhere."""
-    directions = pose[2] + angles
+    shapely, directions = package("shapely", CALL), pose[2] + angles
     ends = pose[:2] + reach[:, None] * np.stack([np.cos(directions), np.sin(directions)], axis=1)
     if closed and (reach > 0).all():
         return shapely.Polygon(ends[:-1])
@@ -130,28 +134,3 @@ def _star(
     runs = [run[reach[run] > 0] for run in runs]
     fans = [np.concatenate([pose[None, :2], ends[run]]) for run in runs if len(run) > 1]
     return shapely.union_all([shapely.Polygon(fan) for fan in fans])
-
-
-def _finite(ranges: npt.ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
-    lost = ~np.isfinite(np.asarray(ranges, np.float64))
-    if lost.any():
-        raise InputError(
-            f"{CALL} ranges: expected finite numbers; got {lost.sum()} that are not. A beam that "
-            "came back from nowhere reads max_range, one that failed reads 0."
-        )
-    return as_float64(f"{CALL} ranges", ranges, shape)
-
-
-def _check(angles: np.ndarray, ranges: np.ndarray, moved: float, turned: float) -> None:
-    if len(angles) < 2 or not (np.diff(angles) > 0).all() or np.ptp(angles) > 2 * np.pi + SAME:
-        raise InputError(
-            f"{CALL}: expected two or more increasing angles, over a full turn at most [rad]; got "
-            f"{len(angles)} over {np.ptp(angles) if len(angles) else 0:g}. Are they degrees, or a "
-            "lidar that turns clockwise?"
-        )
-    if (ranges < 0).any():
-        raise InputError(f"{CALL}: expected ranges >= 0 m; got {ranges.min():g}.")
-    if moved < 0 or turned < 0:
-        raise InputError(
-            f"{CALL}: expected an uncertainty of lengths >= 0; got ({moved:g}, {turned:g})."
-        )
