@@ -49,7 +49,7 @@ def load(folder) -> tuple:
 
 
 def answer(task: kit.Task, folder, scene_path, answer_path) -> None:
-    """Boxes of plans whose predicted runs, as wide as the tube, succeed."""
+    """Polytopes of plans whose predicted runs, as wide as the tube, succeed."""
     net, width = load(folder)
     points, n_q = len(task.told["points"]), len(task.told["q"])
     n_out = len(width) - n_q
@@ -63,10 +63,15 @@ def answer(task: kit.Task, folder, scene_path, answer_path) -> None:
         p = y[:, :n_out].reshape(len(k), -1, points, task.n_p) + p0[:, None, None]
         return scene.succeeds(p, y[:, n_out:])
 
-    found = kit.boxes(predicted_to_succeed, *task.bounds(scene), np.random.default_rng(0))
+    rng, bounds = np.random.default_rng(0), task.bounds(scene)
+    some = rng.uniform(*bounds, (4000, bounds.shape[1]))
+    p0, k = np.split(some, [task.n_p], axis=1)
+    ends = predict(task, net, k)[:, n_out - points * task.n_p : n_out][:, : task.n_p] + p0
+    along = kit.sheared(task, p0, k, ends)
+    found = kit.boxes(predicted_to_succeed, *bounds, rng, along)
     if found:
         kit.first(0.5 * (np.array(found[0]["lo"]) + found[0]["hi"]))
-    kit.answer(answer_path, boxes=found)
+    kit.answer(answer_path, polytopes=found)
 
 
 def shrunk(scene: Scene, at_end, q, anywhere) -> Scene:

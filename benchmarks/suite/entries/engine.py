@@ -1,6 +1,5 @@
 """What the entries by parc_jax share: runs as it takes them, models, scenes, sets as answers."""
 
-import math
 from pathlib import Path
 
 import jax
@@ -8,7 +7,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 import parc_jax as pj
-from benchmarks.suite.answer import Piece, Sets
+from benchmarks.suite.answer import Piece
 from benchmarks.suite.entries import kit
 from parc_jax.common.sets.hull import halfspace_intersection, scaled_around
 from parc_jax.learning.bound.settings import DISCRETE_TIME, SpeedBound
@@ -18,21 +17,13 @@ from parc_jax.neuralparc.cells import cells_outward
 from parc_jax.neuralparc.scene import paper_scene
 from parc_jax.neuralparc.search import SAMPLES_PER_REGION, paper_search
 from parc_jax.proof.regions import regions_of
-from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.polytopes import cut_around
-from parc_jax.safe_set.corridors.sampling import points
-from parc_jax.safe_set.corridors.search import corridors_around
-from parc_jax.safe_set.verdict.pointwise import verdicts
 
 KNOTS = 40  # of a model, at most
 AS_PUBLISHED = SAMPLES_PER_REGION
 KEY = jax.random.PRNGKey(0)
 DIGITS = 6  # of a row of length 1 in an answer; what is rounded away is taken from its set
-AROUND = {4: 2000, 5: 500, 6: 150}  # plans around which polytopes are cut, by their dimensions
-PIECES = 100  # polytopes of an answer: the largest
 PLANS = 500  # of an answer
 FAR = 100.0  # no further state ends beyond
-LOOKS = 4  # at fresh runs of an answer, at most
 
 
 def domain(task: kit.Task) -> pj.types.Box:
@@ -51,11 +42,14 @@ def runs(task: kit.Task, rng, n: int, k=None) -> RolloutBatch:
     """n runs from the origin, of parameters k (n, n_k) or uniform ones."""
     law = "uniform" if k is None else "given"
     k = task.draw(rng, n) if k is None else k
-    p, q = task.runs(np.zeros((len(k), task.n_p)), k)
-    points = tuple(task.told["points"])
+    return batch(task, k, *task.runs(np.zeros((len(k), task.n_p)), k), domain(task), law)
+
+
+def batch(task: kit.Task, k, p, q, box: pj.types.Box, law: str = "uniform") -> RolloutBatch:
+    """Runs as parc_jax takes them: parameters k in a box, places p from where they began."""
     p = p.reshape(*p.shape[:2], -1)
-    about = {"time": grid(task), "domain": domain(task), "points": points}
-    return rollout_batch(k, p, q, law=law_spec(task.told["name"], domain(task), law), **about)
+    about = {"time": grid(task), "domain": box, "points": tuple(task.told["points"])}
+    return rollout_batch(k, p, q, law=law_spec(task.told["name"], box, law), **about)
 
 
 def between(task: kit.Task):
@@ -76,40 +70,7 @@ def scene(task: kit.Task, path) -> pj.types.Problem:
     return asked.replace(goal=asked.goal.replace(A=A, b=b))
 
 
-def looks(task: kit.Task) -> tuple[int, int]:
-    """How often fresh runs of plans drawn from an answer may be looked at, and how many runs none
-    of which fails refute at delta, shared by all looks, that they fail with eps.
-    """
-    n = math.ceil(math.log(task.delta / LOOKS) / math.log1p(-task.eps))
-    return max(1, min(LOOKS, task.budget // 2 // n)), n
-
-
-def reserve(task: kit.Task) -> int:
-    """Runs that a model leaves for the answer: for all looks at it, or to say that there is no
-    plan where that takes no more than a third of the budget.
-    """
-    none = kit.enough(task)
-    return max(math.prod(looks(task)), none if none <= task.budget // 3 else 0)
-
-
-def polytopes(planner: pj.Planner, asked: pj.types.Problem, few: pj.Settings, rng) -> list[dict]:
-    """The largest of the safe polytopes around safe plans, as the suite writes them. They are
-    compared by the boxes around them: to triangulate them takes minutes in six dimensions, and so
-    do the looks of `Answer.polytopes` that measure their coverage. few: settings for a few plans.
-    """
-    n_p = planner.model.n_p
-    around = AROUND[n_p + planner.model.n_k]
-    safe = planner.solve(asked, KEY, few.replace(samples=around)).samples
-    scene, p0, k = planner.prepare(asked).scene, safe[:, :n_p], safe[:, n_p:]
-    plans = points(p0, k, verdicts(scene, p0, k))
-    corridors = Corridors(planner.model.tube, corridors_around(scene, rng, plans))
-    cut = cut_around(scene, corridors, np.zeros(len(corridors)), plans)
-    found = [_spelled(one.halfspaces, np.concatenate([one.p0, one.k])) for one in cut]
-    found = [one for one in found if one is not None]
-    return sorted(found, key=lambda one: -np.prod(np.subtract(one["hi"], one["lo"])))[:PIECES]
-
-
-def _spelled(polytope: pj.types.HPolytope, inside: np.ndarray) -> dict | None:
+def spelled(polytope: pj.types.HPolytope, inside: np.ndarray) -> dict | None:
     """Without redundant rows; None where it is too thin for floats."""
     scaled = scaled_around(polytope.A, polytope.b, inside)
     cut = scaled and halfspace_intersection(*scaled[:2], np.zeros(len(inside)))
@@ -137,25 +98,8 @@ def published(
     return found.samples[some].round(DIGITS).tolist()
 
 
-def borne_out(found: list[dict], succeed, task: kit.Task, rng) -> list[dict]:
-    """What is left of polytopes after looks at fresh runs of plans drawn evenly from them: those
-    with a plan that failed are left out until a look sees no failure. succeed: plans -> bool (n,).
-    """
-    left = [(one, _piece(one)) for one in found]
-    times, n = looks(task)
-    for _ in range(times):
-        union = Sets(tuple(piece for _, piece in left), rng) if left else None
-        if not union:
-            break
-        plans = union.draw(n)
-        failed = plans[~succeed(plans)]
-        if not len(failed):
-            return [one for one, _ in left]
-        left = [(one, piece) for one, piece in left if not piece.holds(failed).any()]
-    return []
-
-
-def _piece(one: dict) -> Piece:
+def piece(one: dict) -> Piece:
+    """A spelled polytope as the scorer reads it."""
     lo, hi, b = (np.array(one[word], float) for word in ("lo", "hi", "b"))
     return Piece(lo, hi, np.array(one["A"], float).reshape(len(b), len(lo)), b)
 

@@ -14,6 +14,7 @@ from benchmarks.suite.scene import Scene, load_scene
 
 MOST = 1 << 16  # runs of one request
 SETS = 2000  # of an answer
+DEEP, FULL = 24, 24  # cuts of a tree in a row; draws in a leaf that is answered
 SCARCE = 1 / 200  # of plans drawn evenly succeed in every scene that has a plan: so says the suite
 
 
@@ -129,27 +130,92 @@ def _gradients(weights, x, y) -> list:
     return found
 
 
-def boxes(safe, lo, hi, rng: np.random.Generator, n=150_000, fewest=24, again=400) -> list[dict]:
-    """Boxes between lo and hi (d,) in which all that is drawn is safe: cut in halves, side by side,
-    until all draws in a piece agree; what is kept is drawn anew. The largest, if they are too many.
-    safe: plans (n, d) -> bool (n,).
+def cells(x, bad, lo, hi, fewest: int, worth: float, cuts: int, wide=0.0, rows=None) -> list[tuple]:
+    """A tree of cells (lo, hi, numbers of points) between lo and hi (d,), cut where that tells best
+    which of points x (n, d) are bad (n,).
+
+    fewest: points of a side. worth: log-likelihood that a cut must gain. cuts: in a row, at most.
+    wide: log-likelihood that a cut may lose by making the worse side larger.
     """
+    rows = np.arange(len(x)) if rows is None else rows
+    best = worth, None, None
+    n, of_all = len(rows), bad[rows].sum()
+    if cuts and 2 * fewest <= n and 0 < of_all < n:
+        i = np.arange(fewest, n - fewest + 1)
+        for axis in range(x.shape[1]):
+            order = rows[np.argsort(x[rows, axis], kind="stable")]
+            below = np.cumsum(bad[order])[i - 1]
+            gain = _likelihood(i, below) + _likelihood(n - i, of_all - below)
+            gain -= _likelihood(np.array([n]), np.array([of_all]))
+            most = int(np.argmax(gain))
+            if gain[most] > best[0]:
+                near = np.flatnonzero(gain >= gain[most] - wide)
+                above = below[most] / i[most] < of_all / n  # is the worse side
+                j = (
+                    (near[near <= most].min() if above else near[near >= most].max())
+                    if wide
+                    else most
+                )
+                best = gain[most], axis, 0.5 * (x[order[i[j] - 1], axis] + x[order[i[j]], axis])
+    _, axis, at = best
+    if axis is None:
+        return [(np.array(lo), np.array(hi), rows)]
+    middle_lo, middle_hi = np.array(lo), np.array(hi)
+    middle_lo[axis] = middle_hi[axis] = at
+    left = x[rows, axis] <= at
+    about = fewest, worth, cuts - 1, wide
+    low = cells(x, bad, lo, middle_hi, *about, rows[left])
+    return low + cells(x, bad, middle_lo, hi, *about, rows[~left])
+
+
+def _likelihood(n: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """The log-likelihood of x failures of n, at their own share."""
+    p = x / n
+    some, others = np.where(x > 0, p, 1.0), np.where(x < n, 1 - p, 1.0)
+    return x * np.log(some) + (n - x) * np.log(others)
+
+
+def boxes(safe, lo, hi, rng, along=None, n=150_000, fewest=6, again=400) -> list[dict]:
+    """Sets between lo and hi (d,) in which all that is drawn is safe, the leaves of a tree; what is
+    kept is drawn anew. The largest, if they are too many.
+
+    safe: plans (n, d) -> bool (n,). along (d, d): pieces are boxes of along @ plan, polytopes of
+    the plan; by default they are boxes.
+    """
+    along = np.eye(len(lo)) if along is None else along
+    back = np.linalg.inv(along)
     plans = rng.uniform(lo, hi, (n, len(lo)))
-    good = safe(plans)
-    found, left = [], [(np.array(lo), np.array(hi), plans, good, 0)]
-    while left:
-        low, high, some, fine, depth = left.pop()
-        if len(some) < fewest or not fine.any():
+    good, x = safe(plans), plans @ along.T
+    found = []
+    for low, high, rows in cells(x, ~good, x.min(axis=0), x.max(axis=0), fewest, 0.0, DEEP):
+        if len(rows) < FULL or not good[rows].all():
             continue
-        if fine.all():
-            if safe(rng.uniform(low, high, (again, len(low)))).all():
-                found.append({"lo": low.tolist(), "hi": high.tolist()})
-            continue
-        axis = depth % len(low)
-        middle = 0.5 * (low[axis] + high[axis])
-        above = some[:, axis] > middle
-        below_high, above_low = high.copy(), low.copy()
-        below_high[axis] = above_low[axis] = middle
-        left.append((low, below_high, some[~above], fine[~above], depth + 1))
-        left.append((above_low, high, some[above], fine[above], depth + 1))
-    return sorted(found, key=lambda one: -np.prod(np.subtract(one["hi"], one["lo"])))[:SETS]
+        drawn = rng.uniform(low, high, (again, len(low))) @ back.T
+        drawn = drawn[((lo <= drawn) & (drawn <= hi)).all(axis=1)]
+        if len(drawn) and safe(drawn).all():
+            found.append((len(rows), _piece(low, high, along, back, lo, hi)))
+    return [piece for _, piece in sorted(found, key=lambda one: -one[0])[:SETS]]
+
+
+def _piece(low, high, along, back, lo, hi) -> dict:
+    """{z: low <= along @ z <= high} between lo and hi."""
+    middle, reach = back @ (0.5 * (low + high)), np.abs(back) @ (0.5 * (high - low))
+    around = {
+        "lo": np.maximum(lo, middle - reach).tolist(),
+        "hi": np.minimum(hi, middle + reach).tolist(),
+    }
+    turned = (along != np.eye(len(lo))).any(axis=1)
+    A = np.vstack([along[turned], -along[turned]])
+    return {**around, "A": A.tolist(), "b": [*high[turned], *-low[turned]]}
+
+
+def sheared(task: "Task", p0, k, ends) -> np.ndarray:
+    """(d, d): a plan (p0, k) as where it ends, by least squares of the ends (n, n_p), and k. Sets
+    of plans that reach a goal are boxes of these rather than of plans.
+    """
+    d = task.n_p + k.shape[1]
+    x = np.hstack([p0, k, np.ones((len(k), 1))])
+    fine = np.isfinite(ends).all(axis=1)
+    found = np.eye(d)
+    found[: task.n_p] = np.linalg.lstsq(x[fine], ends[fine], rcond=None)[0][:d].T
+    return found if abs(np.linalg.det(found)) > 0.1 else np.eye(d)

@@ -1,12 +1,15 @@
-"""What the entries by parc_jax share: scenes for it, and looks at fresh runs of answers."""
+"""What entries share: scenes for parc_jax, trees of cells, sets that fresh runs bear out."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from benchmarks.suite.entries import engine, kit
+from benchmarks.suite.answer import Sets, read
+from benchmarks.suite.entries import engine, kit, validated
 from benchmarks.suite.instances import instances
+from parc_jax.common.sets.hpolytope import HPolytope
 
 
 def task(one, folder) -> kit.Task:
@@ -25,48 +28,78 @@ def test_a_goal_bounds_every_state_that_a_model_has(name, tmp_path):
     assert goal.n == ends + len(box.q) and bounded[: box.n_p].all() and bounded[ends:].all()
 
 
-def sets(*sides):
-    """Boxes of plans [0, 1] x side, as polytopes are spelled."""
-    rows = {"A": [[1, 0]], "b": [1]}
-    return [rows | {"lo": [0, lo], "hi": [1, hi]} for lo, hi in sides]
+def test_cells_find_a_corner_that_fails_and_leave_it_out():
+    """Plans fail in a fiftieth of the runs of a corner: what is left of the square holds none of
+    it, and most of the others.
+    """
+    rng = np.random.default_rng(0)
+    z = rng.uniform(size=(20_000, 2))
+    corner = (z[:, 0] < 0.4) & (z[:, 1] > 0.6)
+    bad = corner & (rng.uniform(size=len(z)) < 0.02)
+    leaves = kit.cells(z, bad, np.zeros(2), np.ones(2), 30, 6.0, 6, wide=2.0)
+    kept = np.concatenate([rows for _, _, rows in leaves if bad[rows].mean() < 0.002])
+    assert sum(len(rows) for _, _, rows in leaves) == len(z)
+    assert corner[kept].mean() < 0.001 and len(kept) > 0.95 * (~corner).sum()
+    for lo, hi, rows in leaves:
+        assert ((lo <= z[rows]) & (z[rows] <= hi)).all()
 
 
-def test_what_fails_afresh_is_left_out_until_a_look_sees_no_failure(tmp_path):
+def test_sets_along_where_plans_end_hold_what_boxes_of_plans_cannot():
+    """Plans whose end p0 + k is in a goal: an oblique slab of the square."""
+    rng, lo, hi = np.random.default_rng(0), np.zeros(2), np.ones(2)
+
+    def reaches(z):
+        return np.abs(z.sum(axis=1) - 1.0) <= 0.1
+
+    z = rng.uniform(lo, hi, (4000, 2))
+    one = SimpleNamespace(n_p=1)
+    along = kit.sheared(one, z[:, :1], z[:, 1:], z.sum(axis=1, keepdims=True))
+    np.testing.assert_allclose(along, [[1, 1], [0, 1]], atol=1e-9)
+    held = {}
+    for name, T in (("boxes", None), ("sheared", along)):
+        found = kit.boxes(reaches, lo, hi, rng, T, n=20_000)
+        pieces = read(json.dumps({"verdict": "some", "polytopes": found}), lo, hi).pieces
+        inside = Sets(pieces, rng).holds(z)
+        assert reaches(z[inside]).all()
+        held[name] = inside.sum() / reaches(z).sum()
+    assert held["sheared"] > 0.98 > 0.95 > held["boxes"]
+
+
+def nested_slabs():
+    """What the entry tests, of plans in a unit square: a set that grows to the right as the tube
+    falls.
+    """
+    rows = [
+        HPolytope(np.vstack([np.eye(2), -np.eye(2)]), np.array([0.5 + 0.05 * j, 1.0, 0.0, 0.0]))
+        for j in range(len(validated.SCALES))
+    ]
+    nested = object.__new__(validated.Nested)
+    nested.cut, nested.rows = [None], [rows]
+    nested.pieces = [engine.piece(engine.spelled(rows[-1], np.array([0.4, 0.5])))]
+    return nested
+
+
+@pytest.mark.parametrize("border", [0.62, 0.3])
+def test_the_largest_set_that_runs_bear_out_is_answered_or_none(tmp_path, border):
+    """Plans beyond a border fail: it lies in the fourth set, or in the first."""
     (one,) = instances("large", ["puck_01"])
-    asked, rng, seen = task(one, tmp_path), np.random.default_rng(0), []
+    asked, rng = task(one, tmp_path), np.random.default_rng(0)
+    square = SimpleNamespace(start=np.array([[0.0], [1.0]]))
+    asked.n_p, asked.k_lo, asked.k_hi = 1, np.zeros(1), np.ones(1)
 
     def succeed(plans):
-        seen.append(len(plans))
-        return plans[:, 1] < 1.9
+        asked.used += len(plans)
+        return plans[:, 0] < border
 
-    good, bad = sets((0, 1), (1.2, 1.8)), sets((1.5, 2.0))
-    assert engine.borne_out(good + bad, succeed, asked, rng) == good
-    times, n = engine.looks(asked)
-    assert seen == [n] * 2 and (1 - asked.eps) ** n <= asked.delta / times
-    assert engine.borne_out(bad, succeed, asked, rng) == []
-    assert engine.borne_out([], succeed, asked, rng) == []
-    seen.clear()
-    never = engine.borne_out(good, lambda plans: seen.append(0) or plans[:, 0] > 0.5, asked, rng)
-    assert never == [] and len(seen) <= times
-
-
-def test_looks_leave_runs_to_learn_from(tmp_path):
-    for one in instances("large", ("puck", "bar")):
-        times, n = engine.looks(task(one, tmp_path))
-        assert times >= 1 and times * n <= 0.5 * one.budget
-
-
-def test_what_a_model_leaves_is_enough_to_say_none_where_it_can_be_spared(tmp_path):
-    for name, spared in (
-        ("puck_05", True),
-        ("asv_09", True),
-        ("drone_09", True),
-        ("f110_09", False),
-    ):
-        (one,) = instances("large", [name])
-        asked = task(one, tmp_path)
-        assert (kit.enough(asked) <= engine.reserve(asked)) is spared
-        assert engine.reserve(asked) <= one.budget // 3
+    found = validated.answer(nested_slabs(), square, succeed, asked, rng)
+    assert asked.used == asked.budget
+    z = Sets(tuple(engine.piece(one) for one in found), rng).draw(20_000)
+    assert (z[:, 0] >= border).mean() <= asked.eps and z[:, 0].max() > border - 0.05
+    asked.used = 0
+    found = validated.answer(
+        nested_slabs(), square, lambda z: rng.uniform(size=len(z)) > 0.05, asked, rng
+    )
+    assert found == []
 
 
 def test_none_is_said_after_enough_runs_without_success_and_not_before(tmp_path, monkeypatch):

@@ -1,0 +1,256 @@
+"""Learn, then test: polytopes under falling scales of a tube, of which runs first show where plans
+fail and how far the tube may be scaled down, and fresh runs then bear out eps. [T42]
+"""
+
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+import parc_jax as pj
+from benchmarks.suite.answer import ROWS, Sets
+from benchmarks.suite.entries import engine, kit
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.drive.local.validate import fixed_sequence
+from parc_jax.learning.bound.calibrate import scaled
+from parc_jax.learning.bound.claim import stand_in
+from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.safe_set.corridors.corridors import Corridors
+from parc_jax.safe_set.corridors.polytopes import SafePolytope, cut_around
+from parc_jax.safe_set.corridors.sampling import points
+from parc_jax.safe_set.corridors.search import corridors_around
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import Scene, lowered, padded
+
+SCALES = (1.3, 1.15, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3)  # of the tube, falling
+TRAIN, PROFILE, DESIGN = 0.2, 0.2, 0.3  # of the budget; the rest tests
+MOST = 8000  # runs of training and of the profile, each
+BINS = {1: 8, 2: 4, 3: 2, 4: 2, 5: 1, 6: 1}  # per axis of what a network reads
+MATTERS = (
+    0.1  # of what a network is off by, explained by the start, from which on it reads that too
+)
+FAR_OFF = 0.005  # of the runs of a profile are left out, the farthest from the network
+SEEDS = {4: 2000, 5: 600, 6: 200}  # plans around which polytopes are cut, by their dimensions
+DRAWS, RARE, LONGEST = 1 << 13, 8, 80  # plans judged together; times where none is safe, at most
+PIECES = 400  # polytopes: the largest
+POOL = 20_000  # plans drawn to tell which polytopes and which scales hold what
+EVEN = 0.8  # of the runs of the design are of plans as they are drawn
+HOPE = 0.7  # of eps: what the design expects of the last set that is tested
+CUTS, FEWEST = 6, 30  # between plans in a row; plans of a side
+WORTH, WIDE = (6.0, 3.0, 1.5), 2.0  # log-likelihood that a cut must gain; may lose to be careful
+
+
+class Learnt(NamedTuple):
+    """A model, and whether it reads the start too: then its k is (p0, k)."""
+
+    model: pj.types.TrajectoryModel
+    anchored: bool
+
+
+def learn(task: kit.Task, scene, rng: np.random.Generator) -> Learnt:
+    """From runs that begin where the scene's plans do."""
+    sizes = [min(MOST, max(30, int(share * task.budget))) for share in (TRAIN, PROFILE)]
+    drawn = [(rng.uniform(*scene.start, (n, task.n_p)), task.draw(rng, n)) for n in sizes]
+    seen = [task.runs(*plans) for plans in drawn]
+
+    def batches(anchored: bool) -> list[RolloutBatch]:
+        return [
+            engine.batch(task, np.hstack([p0, k]) if anchored else k, p - p0[:, None, None], q, box)
+            for (p0, k), (p, q) in zip(drawn, seen, strict=True)
+        ]
+
+    k_box = engine.domain(task)
+    for anchored in (False, True):
+        both = np.array([[*scene.start[0], *k_box.lo], [*scene.start[1], *k_box.hi]])
+        box = pj.box(*both) if anchored else k_box
+        train, profile = batches(anchored)
+        net = pj.learning.train(train, hidden=(16, 16), key=engine.KEY, seeds=2, steps=3000)
+        if anchored or not _start_matters(net, profile, drawn[1][0]):
+            break
+    profile = profile.select(_near(net, profile))
+    bins = (BINS[train.n_k],) * train.n_k
+    tube = learn_profiles([net], train, [profile], bins, shape="fitted")[0]
+    why = "a scale for sets that are tested: nothing is claimed of it"
+    about = {"system": task.told["name"], "points": tuple(task.told["points"])}
+    claim = pj.learning.declared_claim(tube, why, net, engine.grid(task), **about)
+    return Learnt(pj.learning.trajectory_model(net, claim), anchored)
+
+
+def _off(net, runs: RolloutBatch) -> np.ndarray:
+    """(n, n_c) what a network is off by at the end of runs."""
+    ends = np.asarray(jax.vmap(net)(runs.k))[:, : -runs.q.shape[1] or None]
+    return runs.p[:, -1] - ends[:, -runs.p.shape[2] :]
+
+
+def _near(net, runs: RolloutBatch) -> np.ndarray:
+    """Numbers of the runs without the farthest, which are told apart by tests, not by a tube."""
+    off = np.abs(_off(net, runs))
+    score = np.nan_to_num((off / (np.nanmedian(off, axis=0) + 1e-12)).max(axis=1), nan=np.inf)
+    return np.sort(np.argsort(score, kind="stable")[: len(score) - int(FAR_OFF * len(score))])
+
+
+def _start_matters(net, runs: RolloutBatch, p0: np.ndarray) -> bool:
+    """Whether squares of the start explain what a network is off by at the end."""
+    off = _off(net, runs)
+    x = (p0 - p0.mean(axis=0)) / (p0.std(axis=0) + 1e-12)
+    features = np.hstack([np.ones((len(x), 1)), x, x**2])
+    fine = np.isfinite(off).all(axis=1)
+    off, features = off[fine], features[fine]
+    left = off - features @ np.linalg.lstsq(features, off, rcond=None)[0]
+    explained = 1 - left.var(axis=0) / (off.var(axis=0) + 1e-18)
+    return bool(explained.max() > MATTERS + 2 * features.shape[1] / len(off))
+
+
+class Nested:
+    """Polytopes around safe plans under the smallest scale, and their rows under each."""
+
+    def __init__(self, learnt: Learnt, asked: pj.types.Problem, task: kit.Task, scene, rng):
+        self.learnt, self.n_p = learnt, task.n_p
+        query = pj.Planner(learnt.model).prepare(asked).scene.nominal.query
+        farthest = 0.5 * (task.told["speed"] or 0.0) * task.told["dt"]  # between records
+        self.scenes = [_at_scale(query, scale, farthest) for scale in SCALES]
+        self.cut: list[SafePolytope] = []
+        seeds = self._seeds(rng, *task.bounds(scene))
+        self.first = seeds[0] if len(seeds) else None
+        if not len(seeds):
+            return
+        small, (p0, k) = self.scenes[-1], self._split(seeds)
+        plans = points(p0, k, verdicts(small, p0, k))
+        corridors = Corridors(small.model.tube, corridors_around(small, rng, plans))
+        cut = cut_around(small, corridors, np.zeros(len(corridors)), plans)
+        spelled = [engine.spelled(self._rows(one, small), self._inner(one)) for one in cut]
+        some = [i for i, one in enumerate(spelled) if one is not None]
+        size = [np.prod(np.subtract(spelled[i]["hi"], spelled[i]["lo"])) for i in some]
+        some = [some[i] for i in np.argsort(size)[::-1][:PIECES]]
+        self.cut = [cut[i] for i in some]
+        self.pieces = [engine.piece(spelled[i]) for i in some]
+        self.rows = [[self._rows(one, scene) for scene in self.scenes] for one in self.cut]
+
+    def level(self, plans: np.ndarray) -> np.ndarray:
+        """(pieces, n) the first scale at which each piece holds each plan; all of them where none
+        does.
+        """
+        found = np.full((len(self.cut), len(plans)), len(SCALES))
+        for i, rows in enumerate(self.rows):
+            here = np.flatnonzero(self.pieces[i].holds(plans))
+            for j in reversed(range(len(SCALES))):
+                inside = (plans[here] @ rows[j].A.T <= rows[j].b).all(axis=1)
+                found[i, here[inside]] = j
+        return found
+
+    def at(self, scale: int, cells, plans: np.ndarray, of_piece: np.ndarray) -> list[dict]:
+        """The polytopes of a scale in cells of plans that hold some of these. of_piece: `level`."""
+        found = []
+        for lo, hi in cells:
+            here = ((lo <= plans) & (plans <= hi)).all(axis=1)
+            for rows, level in zip(self.rows, of_piece, strict=True):
+                own = here & (level <= scale)
+                if own.any():
+                    cut = _within(rows[scale], lo, hi)
+                    found.append((own.sum(), engine.spelled(cut, plans[own].mean(axis=0))))
+        found = [one for _, one in sorted(found, key=lambda one: -one[0]) if one is not None]
+        rows = np.cumsum([len(one["b"]) for one in found])
+        return [one for one, n in zip(found, rows, strict=True) if n <= ROWS][: kit.SETS]
+
+    def _split(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """p0 and what the network reads of plans z (n, d)."""
+        return z[:, : self.n_p], z if self.learnt.anchored else z[:, self.n_p :]
+
+    def _inner(self, one: SafePolytope) -> np.ndarray:
+        return one.k if self.learnt.anchored else np.concatenate([one.p0, one.k])
+
+    def _rows(self, one: SafePolytope, scene: Scene) -> HPolytope:
+        """Of a polytope under the tube of a scene, over plans."""
+        cut = SafePolytope(scene, one.p0, one.k, one.pattern, one.bin, one.corridor).halfspaces
+        if not self.learnt.anchored:
+            return cut
+        A = cut.A[:, self.n_p :].copy()  # where the start that it reads is the start
+        A[:, : self.n_p] += cut.A[:, : self.n_p]
+        return HPolytope(A, cut.b)
+
+    def _seeds(self, rng, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
+        most, found, draws = SEEDS[len(lo)], [], 0
+        while draws < RARE or (found and sum(map(len, found)) < most and draws < LONGEST):
+            z = rng.uniform(lo, hi, (DRAWS, len(lo)))
+            safe = verdicts(self.scenes[-1], *self._split(z)).safe
+            found += [z[safe]] if safe.any() else []
+            draws += 1
+            if sum(map(len, found)) >= most:
+                break
+        return np.concatenate([*found, np.empty((0, len(lo)))])[:most]
+
+
+def _within(rows: HPolytope, lo: np.ndarray, hi: np.ndarray) -> HPolytope:
+    """Rows over plans, and those of a cell."""
+    own = np.eye(len(lo))
+    return HPolytope(np.vstack([rows.A, own, -own]), np.concatenate([rows.b, hi, -lo]))
+
+
+def _at_scale(query, scale: float, more: float) -> Scene:
+    """The problem under the scaled tube, and so much [m] more during intervals."""
+    claim = query.model.claim
+    tube = scaled(claim.tube, np.full(claim.tube.n_bins, scale), np.full(claim.tube.n_c, more))
+    return padded(lowered(query.of(query.model.replace(claim=stand_in(claim, tube))).nominal()))
+
+
+def answer(nested: Nested, scene, succeed, task: kit.Task, rng) -> list[dict]:
+    """Polytopes whose plans, drawn evenly, fail with probability at most eps, but with delta.
+    succeed: plans -> bool (n,), one fresh run each.
+    """
+    n = int(DESIGN * task.budget)
+    pool = Sets(tuple(nested.pieces), rng).draw(max(POOL, 2 * n))
+    of_piece = nested.level(pool)
+    bounds = task.bounds(scene)
+    cells, last = _designed(pool, of_piece.min(axis=0), n, bounds, succeed, task, rng)
+    found = nested.at(last, cells, pool, of_piece)
+    union = Sets(tuple(engine.piece(one) for one in found), rng) if found else None
+    if not union:
+        return []
+    tests = union.draw(task.budget - task.used)
+    of_piece = nested.level(tests)
+    scales = SCALES[: last + 1]
+    # all lie in the last set, though rows that were rounded may say otherwise
+    inside = np.arange(last + 1)[:, None] >= np.minimum(of_piece.min(axis=0), last)
+    about = SimpleNamespace(risk=task.eps, delta=task.delta, scales=scales)
+    steps, passed = fixed_sequence(about, inside, ~succeed(tests))
+    if not passed:
+        return []
+    chosen = scales.index(steps[passed - 1].scale)
+    return found if chosen == last else nested.at(chosen, cells, tests, of_piece)
+
+
+def _designed(pool, level, n: int, bounds, succeed, task: kit.Task, rng):
+    """Cells of plans that fail rarely, and the number of the smallest scale whose plans there
+    are expected to bear out eps, by n runs: most of them as even as the pool, the others as many
+    between every two scales.
+
+    pool (m, d): plans, even over the largest set. level (m,): the first scale that holds each.
+    """
+    between = [np.flatnonzero(level == j) for j in range(len(SCALES))]
+    share = n * np.array([EVEN * len(b) / len(pool) + (1 - EVEN) / len(SCALES) for b in between])
+    some = [rng.permutation(rows)[: int(m)] for rows, m in zip(between, share, strict=True)]
+    rows = np.concatenate(some)
+    failed = ~succeed(pool[rows])
+    weight = np.concatenate(
+        [np.full(len(s), len(b) / max(1, len(s))) for s, b in zip(some, between, strict=True)]
+    )
+    for worth in WORTH:
+        best = None
+        for j in range(len(SCALES)):
+            own = level[rows] <= j
+            if not own.any():
+                continue
+            z, bad, w = pool[rows[own]], failed[own], weight[own]
+            kept, lost, held = [], 0.0, 0.0
+            for lo, hi, leaf in kit.cells(z, bad, *bounds, FEWEST, worth, CUTS, wide=WIDE):
+                fails, size = (w[leaf] * bad[leaf]).sum(), w[leaf].sum()
+                if fails <= 2 * task.eps * size:
+                    kept.append((lo, hi))
+                    lost, held = lost + fails, held + size
+            if kept and lost <= HOPE * task.eps * held and (best is None or held > best[2]):
+                best = kept, j, held
+        if best is not None:
+            return best[:2]
+    return [], 0
