@@ -1,7 +1,7 @@
-"""Why no plan is safe, or few are: what is in the way, by how many centimetres and when, how much
-of that the tube takes, and what would help.
+"""Why no plan is safe, or few are: the obstacle or side in the way, by how many centimetres and
+when, the tube's part of that, and remedies.
 
-Of plans that aim at the goal, the nearest to a safe one is looked for, and what holds it back is
+Of plans that aim at the goal, the nearest to a safe one is searched for, and its obstruction is
 named. It explains, and proves nothing: all numbers are of plans that were tried.
 """
 
@@ -38,7 +38,7 @@ MOST_CORNERS = 729  # of K, at which the longest way of a model is measured
 
 @dataclass(frozen=True, eq=False)
 class Why:
-    """What is in the way of plans. Made by `Answer.why`.
+    """The obstruction of plans. Made by `Answer.why`.
 
     blockers: names, the worst first, as "obstacle 3" or "the goal's side x <= 2". obstacles: the
         numbers of the obstacles among them. times: [s] when each is in the way, None for the goal.
@@ -47,7 +47,7 @@ class Why:
         back. bare: the same plans judged without the errors of the tube; negative is to spare.
     blocked: of the plans that one side alone is in the way of, the share of the first blocker.
     safe: share of plans from the start into the goal that are safe. plan: (n_p + n_k,) the nearest.
-    sentences: what is known for sure or a question about units, the plan, what would help.
+    sentences: a sure reason or a question about units, the plan, remedies.
     """
 
     blockers: tuple[str, ...]
@@ -63,7 +63,7 @@ class Why:
 
     @property
     def tube(self) -> float:
-        """[unit] the part of the tube in what is missing."""
+        """[unit] the part of the tube in the missing room."""
         return self.missing - self.bare
 
     @property
@@ -73,8 +73,9 @@ class Why:
 
 
 class _Side(NamedTuple):
-    """What a plan may fail at: columns of a part of `Rooms`. Of one plan: room, bare [unit] that it
-    leaves with and without errors, push (n_p + n_q,) the unit direction out of it, time [s].
+    """A condition that a plan may fail: columns of a part of `Rooms`. Of one plan: room, bare
+    [unit] that it leaves with and without errors, push (n_p + n_q,) the unit direction out of
+    it, time [s].
     """
 
     name: str
@@ -88,7 +89,7 @@ class _Side(NamedTuple):
     bare: float = 0.0
 
     def of(self, seen: Rooms) -> np.ndarray:
-        """(b,) what it leaves of plans."""
+        """(b,) the margin that it leaves to plans."""
         return getattr(seen, self.part)[:, self.columns].min(axis=1)
 
     @property
@@ -98,7 +99,7 @@ class _Side(NamedTuple):
 
 
 def why_of(scene: Scene, seed: int = 0) -> Why:
-    """What is in the way of the plans of a scene, the same for the same seed."""
+    """The obstruction of the plans of a scene, the same for the same seed."""
     rng, sides = np.random.default_rng(seed), _sides(scene)
     lo, hi = _whole(scene)
     x, aims = _aimed(scene, rng.uniform(lo, hi, (DRAWN, len(lo))))
@@ -210,7 +211,7 @@ def _sides(scene: Scene) -> list[_Side]:
 
 
 def _spelled(what: str, row: np.ndarray, bound: float, labels) -> tuple[str, str]:
-    """A side in words, and the unit of what it lacks."""
+    """A side in words, and the unit of its missing room."""
     i, *others = np.flatnonzero(row)
     units = {unit_of(labels[j]) for j in (i, *others)}
     unit = units.pop() if len(units) == 1 else ""
@@ -221,7 +222,7 @@ def _spelled(what: str, row: np.ndarray, bound: float, labels) -> tuple[str, str
 
 
 def _held(scene: Scene, sides: list[_Side], x: np.ndarray) -> list[_Side]:
-    """What is in the way of one plan x (1, n), the worst first."""
+    """The obstruction of one plan x (1, n), the worst first."""
     tubes, plan = (scene.model.tube, without_errors(scene.model.tube)), _plans(scene, x)
     seen = [rooms(scene, *plan, tube) for tube in tubes]
     held = []
@@ -239,7 +240,7 @@ def _held(scene: Scene, sides: list[_Side], x: np.ndarray) -> list[_Side]:
 
 
 def _in_the_way_of_half(scene: Scene, side: _Side, x: np.ndarray) -> _Side:
-    """One side, with the medians of what the plans lack that it alone is in the way of."""
+    """One side, with median deficits of the plans that it alone obstructs."""
     seen = rooms(scene, *_plans(scene, x))
     bare = side.of(rooms(scene, *_plans(scene, x), without_errors(scene.model.tube)))
     middle = int(np.argsort(side.of(seen))[len(x) // 2])
@@ -283,7 +284,7 @@ def _of_tube(both: list[_Side]) -> str:
 
 
 def _next(scene: Scene, both: list[_Side]) -> str:
-    """What would help, and how much of it."""
+    """Remedies, and how much of each."""
     missing, bare = -sum(one.room for one in both), -sum(one.bare for one in both)
     parts = {one.part for one in both}
     what = "that obstacle farther away" if parts == {"gap"} else f"that {'/'.join(parts)} wider"
