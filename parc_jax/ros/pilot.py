@@ -20,6 +20,7 @@ from parc_jax.drive.loop.candidates import Outlook, moved_last
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
 from parc_jax.learning.model import TrajectoryModel
+from parc_jax.planner import Planner
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.free_space import FreeSpace, free_place
@@ -71,6 +72,7 @@ class Pilot:
                 f"each given parameter of the model; got {len(d.given)}."
                 f"{hint if not self.loop.given else ''}"
             )
+        self.planner = Planner(model)
         self.driven: list[Commitment] = []
         self.map: GridMap | None = None
         self.seen: FreeSpace | None = None
