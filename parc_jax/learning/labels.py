@@ -61,13 +61,10 @@ def labels(
         "q": tuple(f"q{i}" for i in range(n_q)),
         "k": tuple(f"k{i}" for i in range(n_k)),
     }
-    given = {"p": p, "q": q, "k": k}
-    return Labels(
-        *(
-            plain[part] if given[part] is None else _checked(part, given[part], len(plain[part]))
-            for part in PARTS
-        )
-    )
+    for part, given in (("p", p), ("q", q), ("k", k)):
+        if given is not None:
+            plain[part] = _checked(part, given, len(plain[part]))
+    return Labels(**plain)
 
 
 def plain_k(named: Labels) -> bool:

@@ -64,8 +64,8 @@ def test_a_run_with_one_number_that_is_none_has_an_infinite_error(bad):
 
     def sizes(runs):
         with x64():
-            each = extremes_many(net, slack, along, runs.k, runs.p, runs.q, layout=layout)
-        return measure(net, runs), each.least, each.most
+            extremes = extremes_many(net, slack, along, runs.k, runs.p, runs.q, layout=layout)
+        return measure(net, runs), *extremes
 
     record, end = np.s_[::2, 7, 0], np.s_[::2, 0]
     fine = sizes(batch)

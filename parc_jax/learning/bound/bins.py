@@ -62,10 +62,10 @@ class Binned:
 
     def bin_box(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Corners lo (n_k,), hi (n_k,) of a bin."""
-        index = np.unravel_index(number, self.grid)
-        lo = np.array([edge[i] for edge, i in zip(self.edges, index, strict=True)])
-        hi = np.array([edge[i + 1] for edge, i in zip(self.edges, index, strict=True)])
-        return lo, hi
+        sides = list(zip(self.edges, np.unravel_index(number, self.grid), strict=True))
+        return np.array([edge[i] for edge, i in sides]), np.array(
+            [edge[i + 1] for edge, i in sides]
+        )
 
 
 def each_bin(edges: Edges, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import NamedTuple
 
 import numpy as np
 
@@ -259,9 +258,15 @@ def calibrate_bins(
     counts = runs_per_bin(numbers, n_blocks)
     # a run on a border between blocks counts in each of them
     inside = [scores.score[(numbers == number).any(axis=1)] for number in range(n_blocks)]
-    parts = [_supported(score, eps, share_of_delta, settings.discard) for score in inside]
-    claimed = [part for part in parts if part.eps is not None]
-    if not claimed:
+    scales, supported, blocks = np.full(n_blocks, np.inf), [None] * n_blocks, []
+    for number, score in enumerate(inside):
+        allowed = most_discards(len(score), float(eps), share_of_delta)
+        discard = max(allowed, 0) if settings.discard == MOST else settings.discard
+        if discard <= allowed:  # else too few runs: no claim, and an infinite scale
+            supported[number], _ = pac_label(len(score), eps, share_of_delta, settings.discard)
+            scales[number] = kept_maximum(score, discard)
+            blocks.append((len(score), discard, supported[number]))
+    if not blocks:
         discard = 0 if settings.discard == MOST else settings.discard
         needed = required_runs(float(eps), share_of_delta, discard)
         raise InputError(
@@ -269,7 +274,7 @@ def calibrate_bins(
             f"{n_blocks} holds {counts.max()}. Use fewer bins, a larger eps, or one claim over K "
             "(calibrate)."
         )
-    scale = np.array([parts[b].scale for b in block])
+    scale = scales[block]
     place = "bin" if n_blocks == profile.n_bins else "block of bins"
     uniform = scores.law.k_law == "uniform"
     return _pac_claim(
@@ -284,34 +289,16 @@ def calibrate_bins(
             "bin_scale": hex_text(scale),
             "bin_share": [str(s) for s in block_shares(profile, block)] if uniform else None,
             # the checker does the sum again
-            "blocks": [{"n": p.n, "discard": p.discard, "eps": str(p.eps)} for p in claimed],
+            "blocks": [{"n": n, "discard": d, "eps": str(e)} for n, d, e in blocks],
             "blocks_asked": None if settings.blocks is None else list(settings.blocks),
         },
         quantifier=f"in each claimed {place} of K, a new rollout drawn from "
         f"{scores.law.describe()} with k in that {place.split()[0]}",
-        eps=max(part.eps for part in claimed),
+        eps=max(eps for _, _, eps in blocks),
         n=scores.n,
-        discard=max(part.discard for part in claimed),
-        bin_eps=tuple(parts[b].eps if parts[b].scale < np.inf else None for b in block),
+        discard=max(discard for _, discard, _ in blocks),
+        bin_eps=tuple(supported[b] if scales[b] < np.inf else None for b in block),
     )
-
-
-class _Supported(NamedTuple):
-    """Claim of a block of bins from its n runs; too few: eps None and an infinite scale."""
-
-    n: int
-    scale: float
-    eps: Fraction | None
-    discard: int
-
-
-def _supported(score: np.ndarray, eps: Fraction, delta: float, discard: int | str) -> _Supported:
-    allowed = most_discards(len(score), float(eps), delta)
-    discards = max(allowed, 0) if discard == MOST else discard
-    if discards > allowed:
-        return _Supported(len(score), np.inf, None, 0)
-    supported, _ = pac_label(len(score), eps, delta, discard)
-    return _Supported(len(score), float(kept_maximum(score, discards)), supported, discards)
 
 
 def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.ndarray:

@@ -152,11 +152,8 @@ def template(
     centre = np.where(spans[..., None], np.asarray(centre, np.float64)[..., bases], 0.0)
     half = np.where(spans[..., None], np.asarray(half, np.float64)[..., bases], np.inf)
     shape = (*lead, *bases.shape)
-    return ErrorTemplate(
-        np.broadcast_to(dual, (*shape, n)),
-        np.broadcast_to(centre, shape),
-        np.broadcast_to(half, shape),
-    )
+    centre, half = (np.broadcast_to(x, shape) for x in (centre, half))
+    return ErrorTemplate(np.broadcast_to(dual, (*shape, n)), centre, half)
 
 
 def _by_basis(dual: Array, centre: Array, half: Array, w: Array):

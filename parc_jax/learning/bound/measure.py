@@ -42,16 +42,6 @@ class Errors(NamedTuple):
     final: np.ndarray
 
 
-class Extremes(NamedTuple):
-    """Least and largest u . error of runs over R directions u of every interval and point, and of
-    the end, rounded outward: interval (..., T, n_points, R), final (..., R); infinite where a run
-    failed. [T26]
-    """
-
-    least: Errors
-    most: Errors
-
-
 def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = CHUNK) -> Errors:
     """Errors of all runs of the batch against the float64 network, as NumPy. Raises InputError."""
     layout = layout_of(batch)
@@ -135,9 +125,11 @@ def extremes_many(
     q: States,
     *,
     layout: Layout,
-) -> Extremes:
-    """Extremes (B, ...) of runs, each along its own directions: interval (B, T, n_points, R, n_p),
-    final (B, R, n_c + n_q). Called in float64.
+) -> tuple[Errors, Errors]:
+    """Least and largest u . error of runs, rounded outward; infinite where a run failed. [T26]
+
+    directions: u of each run, interval (B, T, n_points, R, n_p), final (B, R, n_c + n_q).
+    Returns interval (B, T, n_points, R), final (B, R). Called in float64.
     """
 
     def one(directions: Errors, k: Params, p: Path, q: State):
@@ -148,7 +140,7 @@ def extremes_many(
             directions.interval[:, None], error.interval.reshape(points), hidden.reshape(points)
         )
         low_end, high_end = _along(directions.final, error.final, stored.final + slack.final)
-        return Extremes(Errors(low.min(axis=1), low_end), Errors(high.max(axis=1), high_end))
+        return Errors(low.min(axis=1), low_end), Errors(high.max(axis=1), high_end)
 
     return jax.vmap(one)(directions, k, p, q)
 
@@ -270,8 +262,7 @@ def sizes(
         if tube.templates is None:
             return jax.device_get(_errors_many(net, slack, k, p, q, layout=tube.layout))
         along = Errors(*(faces.directions[bins] for faces in tube.templates))
-        extremes = extremes_many(net, slack, along, k, p, q, layout=tube.layout)
-        least, most = jax.device_get(extremes)
+        least, most = jax.device_get(extremes_many(net, slack, along, k, p, q, layout=tube.layout))
     centres = (faces.centre[bins] for faces in tube.templates)
     parts = zip(least, most, centres, strict=True)
     return Errors(*(np.maximum(high - centre, centre - low) for low, high, centre in parts))

@@ -18,7 +18,6 @@ from parc_jax.learning.bound.edges import choose_edges, edges_of, smoothed
 from parc_jax.learning.bound.error_set import CENTRE_BITS, DIRECTION_BITS, Faces, faces, short
 from parc_jax.learning.bound.measure import (
     Errors,
-    Extremes,
     allowance,
     chunk_size,
     extremes_many,
@@ -224,7 +223,7 @@ def _extremes(
     most = Errors(*(np.full(u.shape[:-1], -np.inf) for u in directions))
     slack = allowance(net, runs[0].domain, layout)
 
-    def extremes(batch: RolloutBatch, bins: np.ndarray, rows: np.ndarray) -> Extremes:
+    def extremes(batch: RolloutBatch, bins: np.ndarray, rows: np.ndarray) -> tuple:
         along = Errors(*(u[bins[rows]] for u in directions))
         held = batch.k[rows], batch.p[rows], batch.q[rows]
         with x64():

@@ -77,11 +77,8 @@ def relu_network(weights: Sequence, biases: Sequence) -> ReLUNetwork:
             f"{len(weights)}."
         )
     weights = tuple(as_float64(f"weights[{i}]", W, (None, None)) for i, W in enumerate(weights))
-    rows = [W.shape[0] for W in weights]
-    biases = tuple(
-        as_float64(f"biases[{i}]", b, (n,))
-        for i, (n, b) in enumerate(zip(rows, biases, strict=True))
-    )
+    pairs = enumerate(zip(weights, biases, strict=True))
+    biases = tuple(as_float64(f"biases[{i}]", b, W.shape[:1]) for i, (W, b) in pairs)
     for i, (first, second) in enumerate(itertools.pairwise(weights)):
         if second.shape[1] != first.shape[0]:
             raise InputError(

@@ -15,6 +15,7 @@ import numpy as np
 
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
+from parc_jax.common.options import check_count
 from parc_jax.common.spelling import counted
 from parc_jax.learning.labels import labels_of
 from parc_jax.learning.runs.law import given_of
@@ -101,8 +102,7 @@ def chained(system, before: int = 3, hand_over: tuple[float, float] | None = Non
             f"chained: expected {system.name} to declare `given` and to offer "
             f"{', '.join(METHODS)}; it lacks {', '.join(missing) or 'given'}."
         )
-    if isinstance(before, bool) or not isinstance(before, int | np.integer) or before < 1:
-        raise InputError(f"chained: expected before >= 1 manoeuvres; got {before!r:.40}.")
+    check_count("chained: before", before, 1, "3, the default")
     step, t_f = system.time.dt_record, system.time.t_f
     times = (step, t_f) if hand_over is None else hand_over
     begin, end = (float(at) for at in as_float64("chained hand_over", times, (2,)))

@@ -13,10 +13,8 @@ from pathlib import Path
 
 from parc_jax.common.errors import InputError, ParcError
 
-_LIBRARIES = tuple(
-    {str(Path(sysconfig.get_path(name))) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
-    | {str(Path(__file__).parents[2])}
-)
+_LIBRARIES = {sysconfig.get_path(x) for x in ("stdlib", "platstdlib", "purelib", "platlib")}
+_LIBRARIES.add(str(Path(__file__).parents[2]))  # this package
 _LONGEST = 300  # characters of a foreign message
 _IN_TEXT = re.compile(r'File "([^"]+)", line (\d+)')  # tracebacks that come as text, of callbacks
 
