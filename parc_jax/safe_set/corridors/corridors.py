@@ -220,16 +220,17 @@ class Corridors:
         plan, corridor: (pairs,) int, sorted by plan. A plan's pairs are tried in turn, as many at
         once as fill a call.
         """
+        turn = np.arange(len(plan)) - np.searchsorted(plan, plan)  # of a pair among its plan's
         while len(plan):
-            turn = np.arange(len(plan)) - np.searchsorted(plan, plan)
             n_plans = int((turn == 0).sum())
             # the fewer plans are left, the more of their pairs fit into one call
-            now = turn < max(1, PAIRS // (1 + n_plans))
+            n_turns = max(1, PAIRS // (1 + n_plans))
+            now = turn < n_turns
             kept = self.kept_pairs(path, bins, plan[now], corridor[now])
             winner, which = plan[now][kept], corridor[now][kept]
             result[winner[::-1]] = which[::-1]  # the first one of each plan is written last
             left = ~now & (result[plan] < 0)
-            plan, corridor = plan[left], corridor[left]
+            plan, corridor, turn = plan[left], corridor[left], turn[left] - n_turns
 
     def _coarse(self, path: Paths, bins: Numbers, rows: np.ndarray, some: np.ndarray) -> np.ndarray:
         """(r, s) bool: False where plans `rows` leave corridors `some` at a knot of the coarse
