@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.common.climb import Points, Ranked, climb, ranked
-from parc_jax.common.spelling import listed
+from parc_jax.common.spelling import listed, rounded_up
 from parc_jax.learning.labels import degrees_hint, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
@@ -210,15 +210,15 @@ def _sides(scene: Scene) -> list[_Side]:
     return sides + [_Side(f"obstacle {j}", "gap", own, obstacle=j) for j, own in pairs.items()]
 
 
-def _spelled(what: str, row: np.ndarray, bound: float, labels) -> tuple[str, str]:
+def _spelled(what: str, row: np.ndarray, most: float, labels) -> tuple[str, str]:
     """A side in words, and the unit of its missing room."""
     i, *others = np.flatnonzero(row)
     units = {unit_of(labels[j]) for j in (i, *others)}
     unit = units.pop() if len(units) == 1 else ""
     if others:
         terms = " ".join(f"{row[j]:+.3g} {name_of(labels[j])}" for j in (i, *others))
-        return f"{what} {terms} <= {bound:.4g}", unit
-    return f"{what} {name_of(labels[i])} {'<=' if row[i] > 0 else '>='} {bound / row[i]:.4g}", unit
+        return f"{what} {terms} <= {most:.4g}", unit
+    return f"{what} {name_of(labels[i])} {'<=' if row[i] > 0 else '>='} {most / row[i]:.4g}", unit
 
 
 def _held(scene: Scene, sides: list[_Side], x: np.ndarray) -> list[_Side]:
@@ -295,12 +295,12 @@ def _next(scene: Scene, both: list[_Side]) -> str:
     if taken >= missing > 0:
         share, now = (
             f"{100 * missing / taken:.2g} %",
-            "" if eps is None else f" than {float(eps):.2g}",
+            "" if eps is None else f" than {rounded_up(eps, 2)}",
         )
         ways = f"more bins of K, a better network by more runs, or a larger eps{now}"
         steps.append(f"a tube narrower by {share} ({ways})")
     told = f"What would help: {', or '.join(steps)}."
-    return f"{told} No narrower tube is enough." if bare > NOTHING * missing else told
+    return f"{told} No narrower tube is enough for this plan." if bare > NOTHING * missing else told
 
 
 def odd_size(problem: Problem, model: TrajectoryModel) -> str | None:

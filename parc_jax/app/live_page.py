@@ -13,6 +13,7 @@ from parc_jax.app.live import Drawn, Grip, Live, swept
 from parc_jax.app.plot import shapes
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.vertices import vertices
+from parc_jax.common.spelling import rounded_down
 from parc_jax.learning.labels import name_of
 from parc_jax.problem.problem import goal_box
 
@@ -226,7 +227,7 @@ class Page:
         took = time.perf_counter() - begin
         lines = [] if why is None else list(why.sentences)
         if answer is not None and answer.status.found:
-            held = f"at least {100 * answer.coverage.at_least:.3g} % of them"
+            held = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of them"
             lines.insert(0, f"{len(answer.corridors)} corridors hold {held}")
             share, around = answer.share, " around the first found" if answer.cover.within else ""
             if share is not None:
