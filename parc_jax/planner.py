@@ -339,6 +339,7 @@ class Planner:
         settings = _settings("solve_batch", Settings.fast() if settings is None else settings)
         if isinstance(problems, Problem):
             raise InputError("solve_batch: expected several problems; got one. Use `solve`.")
+        as_key(key)
         require_sound_arithmetic()
         chosen = {int(i): problem_of(problems, i) for i in whole}
         model = self.model
