@@ -1,9 +1,9 @@
-"""Many corridors, and which plans satisfy which, at every knot in float64. [T27]
+"""Many corridors, and which plans satisfy which: a coarse test in float32, then every knot in
+float64. [T27]
 
 Where errors lie between fitted faces the thresholds of a corridor take many products per bin,
 interval and point, of a box one per axis. They are computed once per corridor and bin: plans are
-many, the corridors and bins that meet are few. [T26] A coarse test at a few knots in float32 then
-spares a third of a cover; for boxes it spared less than a tenth, and there is none.
+many, the corridors and bins that meet are few. [T26]
 """
 
 from collections.abc import Iterable
@@ -26,6 +26,7 @@ from parc_jax.safe_set.corridors.corridor import (
     Looked,
     Stacked,
     satisfies,
+    satisfy_at_knots,
     stacked,
 )
 
@@ -165,7 +166,7 @@ class Corridors:
     def __init__(self, tube: Tube, corridors: Iterable[Corridor] = ()):
         self.tube = tube
         self.all = tuple(corridors)
-        self._knots = np.unique(np.linspace(0, tube.n_steps - 1, KNOTS).astype(int))
+        self._knots = _knots_of(tube)
         # of fitted errors, at all intervals and on the coarse grid; of boxes they are computed
         self._tables: tuple[Thresholds, ...] = ()
         if tube.templates is not None:
@@ -183,7 +184,7 @@ class Corridors:
 
     def kept(self, path: Paths, bins: Numbers) -> np.ndarray:
         """(b, c) bool: which plans satisfy which corridors."""
-        kept = self._coarse(path, bins, np.arange(len(path)), np.arange(len(self)))
+        kept = self.coarse(path, bins)
         plan, corridor = np.nonzero(kept)
         kept[plan, corridor] = self.kept_pairs(path, bins, plan, corridor)
         return kept
@@ -205,7 +206,7 @@ class Corridors:
         # most plans satisfy one of the popular corridors and never meet the others
         for some in (order[:FEW], order[FEW:]):
             rows = np.flatnonzero(result < 0)
-            maybe = self._coarse(path, bins, rows, some)
+            maybe = self.coarse(path, bins, rows, some)
             if allowed is not None:
                 maybe &= allowed[rows[:, None], some]
             plan, corridor = np.nonzero(maybe)
@@ -232,14 +233,24 @@ class Corridors:
             left = ~now & (result[plan] < 0)
             plan, corridor, turn = plan[left], corridor[left], turn[left] - n_turns
 
-    def _coarse(self, path: Paths, bins: Numbers, rows: np.ndarray, some: np.ndarray) -> np.ndarray:
-        """(r, s) bool: False where plans `rows` leave corridors `some` at a knot of the coarse
-        grid, in float32; True for all without a table.
+    def coarse(
+        self,
+        path: Paths,
+        bins: Numbers,
+        rows: np.ndarray | None = None,
+        some: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """(r, s) bool: False where a plan leaves a corridor at a knot of the coarse grid, in
+        float32.
 
-        Rounding may lose a plan at the very border, which then counts as outside.
+        It saves a quarter of a cover of rectangles, and nothing of one of discs. Rounding may lose
+        a plan at the very border, which then counts as outside.
+        rows: (r,) numbers of plans, some: (s,) of corridors; None for all.
         """
-        out = np.ones((len(rows), len(some)), bool)
-        if not (out.size and self._tables):
+        rows = np.arange(len(path)) if rows is None else rows
+        some = np.arange(len(self)) if some is None else some
+        out = np.zeros((len(rows), len(some)), bool)
+        if not out.size:
             return out
         conditions = self._at_few
         path = path[rows[:, None], self._knots].astype(np.float32)
@@ -249,9 +260,7 @@ class Corridors:
         def tile(corner: tuple[int, int]):
             row = np.arange(corner[0], min(corner[0] + height, len(path)))
             column = np.arange(corner[1], min(corner[1] + width, len(some)))
-            # of one compiled size: the last row and column are repeated
-            at = np.pad(row, (0, height - len(row)), mode="edge")
-            of = some[np.pad(column, (0, width - len(column)), mode="edge")]
+            at, of = _padded(row, height), some[_padded(column, width)]
             result = np.asarray(_tile(conditions, path[at], bins[at], of))
             out[row[:, None], column] = result[: len(row), : len(column)]
 
@@ -265,7 +274,7 @@ class Corridors:
         """(pairs,) bool: does plan[i] satisfy corridor[i] at every knot, in float64?"""
         if not len(plan):
             return np.zeros(0, bool)
-        conditions = self._at_all
+        conditions, _ = self._stacked
         if self._tables:
             least = self._tables[0].lookup(self.all, corridor, bins[plan])
             conditions = conditions._replace(least=least)
@@ -278,34 +287,60 @@ class Corridors:
         return in_chunks(len(plan), PAIRS, call)
 
     @cached_property
-    def _at_all(self) -> Conditions:
-        """All corridors on the device, padded to few sizes, at all intervals in float64; where
-        there is a table without thresholds.
-        """
-        w, support, points, count = stacked(self.all, padded_size(len(self)))
-        with x64():
-            w, support, points, count = jax.device_put((w, support, points, count))
-            computed = None if self._tables else Computed(support, once(self.tube, _errors_of))
-        return Conditions(w, points, count, computed)
-
-    @cached_property
     def _at_few(self) -> Conditions:
-        """The same on the coarse grid in float32, with the thresholds of all bins."""
+        """Of the coarse grid; looked up thresholds are those of all bins at once."""
+        _, few = self._stacked
+        if not self._tables:
+            return few
         n_bins = self.tube.n_bins
         every = divmod(np.arange(len(self) * n_bins), n_bins)
-        w = np.ascontiguousarray(np.asarray(self._at_all.w)[..., self._knots], np.float32)
-        return self._at_all._replace(
-            w=jax.device_put(w), least=self._tables[1].lookup(self.all, *every)
+        return few._replace(least=self._tables[1].lookup(self.all, *every))
+
+    @cached_property
+    def _stacked(self) -> tuple[Conditions, Conditions]:
+        """All corridors on the device, padded to few sizes: at all intervals in float64, and on the
+        coarse grid in float32.
+        """
+        w, support, points, count = stacked(self.all, padded_size(len(self)))
+        few = lambda x: np.ascontiguousarray(x[..., self._knots], np.float32)  # noqa: E731
+        with x64():
+            at_all = Conditions(*jax.device_put((w, points, count)), None)
+            at_few = at_all._replace(w=jax.device_put(few(w)))
+            if self._tables:
+                return at_all, at_few
+            errors = once(self.tube, _errors_of)
+            supports = jax.device_put((support, few(support)))
+        at_all, at_few = (
+            conditions._replace(least=Computed(*least))
+            for conditions, *least in zip((at_all, at_few), supports, errors, strict=True)
         )
+        return at_all, at_few
 
 
-def _errors_of(tube: Tube) -> ErrorSet:
+def _knots_of(tube: Tube) -> np.ndarray:
+    """Numbers of the intervals of the coarse grid."""
+    return np.unique(np.linspace(0, tube.n_steps - 1, KNOTS).astype(int))
+
+
+def _errors_of(tube: Tube) -> tuple[ErrorSet, ErrorSet]:
+    """At all intervals, and on the coarse grid in float32, on the device."""
+    few = jax.tree.map(lambda x: np.asarray(x[:, _knots_of(tube)], np.float32), tube.errors)
     with x64():
-        return jax.device_put(tube.errors)
+        return jax.device_put((tube.errors, few))
+
+
+def _padded(rows: np.ndarray, size: int) -> np.ndarray:
+    """Rows filled up to a fixed number by repeating the last one."""
+    return np.pad(rows, (0, size - len(rows)), mode="edge")
 
 
 _pairs = jax.jit(jax.vmap(satisfies, in_axes=(None, 0, 0, 0)))
-# (b, c) bool: all plans against some corridors
-_tile = jax.jit(
-    jax.vmap(jax.vmap(satisfies, in_axes=(None, None, None, 0)), in_axes=(None, 0, 0, None))
-)
+
+
+@jax.jit
+def _tile(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
+    """(b, c) bool: all plans against some corridors."""
+    if isinstance(conditions.least, Computed) and conditions.points.shape[1] > 1:
+        return satisfy_at_knots(conditions, path, bins, of)
+    corridors = jax.vmap(satisfies, in_axes=(None, None, None, 0))
+    return jax.vmap(corridors, in_axes=(None, 0, 0, None))(conditions, path, bins, of)
