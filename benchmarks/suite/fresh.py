@@ -22,9 +22,9 @@ TABLES = ("start", "goal", "body", "obstacles")
 
 
 def fresh(one: Instance, seed: str) -> Instance:
-    """The instance, moved: start, goal and all obstacles together, so that what is true of it
-    stays; of toys with plans also goal and obstacles each, as far as the rule of the suite allows.
-    Raises Refused.
+    """The instance, moved: start, goal and all obstacles together, so that its truth stays, but
+    where the world belongs to the box; of toys with plans also goal and obstacles each, as far as
+    the rule of the suite allows. Raises Refused.
     """
     digest = hashlib.sha256(f"{seed} {one.id}".encode()).digest()
     rng = np.random.default_rng(int.from_bytes(digest[:16], "big"))
@@ -44,7 +44,7 @@ def _moved(one: Instance, rng: np.random.Generator, part: float) -> str:
     """The scene as TOML; the goal and each obstacle move by a part of EACH of their own."""
     data = tomllib.loads(one.scene_path.read_text())
     n_p = one.black_box.n_p
-    together = rng.uniform(-ALL, ALL, n_p)
+    together = rng.uniform(-ALL, ALL, n_p) * (not one.black_box.fixed)
 
     def shift(table, by):
         for word in table.keys() & {"lo", "hi"}:

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.suite.bad import Refused
 
-TOYS = ("puck", "bar")
+TOYS = ("puck", "bar", "cushion", "sled")
 ROBOTS = ("drift_parking", "asv", "f110", "tractor", "drone", "jackal")
 NODES = 21  # along an axis of chance that counts evenly: an edge of a square of them is 1/800 of it
 SEPARATOR = ":"  # between the name of a box and that of its variant
@@ -26,7 +26,8 @@ class BlackBox:
         that fail is a sum. None where only runs can tell.
     k_lo, k_hi (n_k,): the parameters. records: how many an entry sees of a run after its start, dt
     [s] apart. fine: what the scorer sees for each of them. speed: [m/s] that no point exceeds along
-    any axis, where anybody knows.
+    any axis, where anybody knows. fixed: something in the world belongs to it, so that a scene may
+    not be moved.
     """
 
     name: str
@@ -40,6 +41,7 @@ class BlackBox:
     q: tuple[str, ...] = ()
     fine: int = 1
     speed: float | None = None
+    fixed: bool = False
     told: Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = (
         None
     )
@@ -47,7 +49,7 @@ class BlackBox:
 
     def public(self) -> dict:
         """What an entry is told: not the variant, whose name tells the trap."""
-        hidden = ("rollout", "fine", "told", "nodes")
+        hidden = ("rollout", "fine", "fixed", "told", "nodes")
         told = {name: value for name, value in vars(self).items() if name not in hidden}
         return told | {"name": self.name.partition(SEPARATOR)[0]}
 

@@ -1,12 +1,16 @@
-"""Any system that parc_jax takes is a box: its runs move along with their start."""
+"""Toys against what is known of them; and any system that parc_jax takes is a box, whose runs move
+along with their start.
+"""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 from needs import need
+from scipy.stats import t as student
 
 import parc_jax as pj
+from benchmarks.suite.boxes import cushion, load, sled
 from benchmarks.suite.boxes.robots import of_system
 
 DOMAIN, TIME = pj.box([0.5, -0.5], [0.9, 0.5]), pj.learning.time_grid(0.25, 1.0, 0.05)
@@ -27,6 +31,32 @@ def moved(box):
     assert np.allclose(p[:, 0, 0], p0)
     assert (box.rollout(p0, k, 3)[0] == p).all() and (box.rollout(p0, k, 4)[0] != p).any()
     return p
+
+
+def test_the_tails_of_the_sled_are_those_of_another_program():
+    u = np.linspace(sled.ENDS, 1 - sled.ENDS, 999)
+    np.testing.assert_allclose(sled.spread(u), student.ppf(u, 3), atol=1e-9)
+    assert np.isfinite(sled.spread(np.array([0.0, 1.0]))).all()
+
+
+def test_the_sled_sticks_in_one_run_of_fifty_and_slips_by_how_far_it_goes():
+    box, (nodes, weights) = load("sled"), load("sled").nodes
+    k = np.tile([0.8, 0.0, 0.8, 0.0], (len(nodes), 1))
+    p, _ = box.told(np.zeros((len(k), 2)), k, nodes)
+    x, y = p[:, :, 0].T
+    stuck = np.isclose(x[-1], 0.8 + 0.8 * (1 - sled.STUCK) * (1 - sled.DELAY * nodes[:, 0]))
+    assert weights[stuck].sum() == pytest.approx(sled.STICKS) and weights.sum() == pytest.approx(1)
+    np.testing.assert_allclose(y[10] * x[-1], y[-1] * x[10], atol=1e-9)
+
+
+def test_a_puck_comes_back_from_the_cushion_and_is_never_behind_it():
+    box = load("cushion")
+    k = np.random.default_rng(0).uniform(box.k_lo, box.k_hi, (2000, 2))
+    p, _ = box.rollout(np.zeros((2000, 2)), k, 0)
+    y = p[:, :, 0, 1]
+    assert y.max() <= cushion.WALL and (y[:, -1] < y.max(axis=1) - 0.05).mean() > 0.3
+    near, _ = box.rollout(np.tile([0.0, 0.7], (2000, 1)), k, 0)
+    assert np.abs((near - p)[:, -1, 0, 1] - 0.7).max() > 0.5  # where it begins matters
 
 
 def test_a_python_system_is_a_box():

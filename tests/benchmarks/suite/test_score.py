@@ -10,7 +10,7 @@ from scipy.stats import binom
 from suite_cases import GOAL, HI, LO, case, fails, grid, reaching, robust, text
 
 from benchmarks.suite.binomial import interval, tail
-from benchmarks.suite.boxes import puck
+from benchmarks.suite.boxes import TOYS, puck
 from benchmarks.suite.instances import instances
 from benchmarks.suite.score import LOST, STANDS, WHOLE, score, seed_of, share_failing, succeed
 
@@ -177,7 +177,7 @@ def test_seeds_depend_on_the_answers_and_on_chance_that_was_drawn_later():
 
 
 def test_what_no_plan_solves_by_construction_has_none():
-    for one in instances("large", ("puck", "bar")):
+    for one in instances("large", TOYS):
         if one.known == "none":
             told = score(one, {"none": text("none")}, "0")
             assert told["truth"]["good"] == 0
