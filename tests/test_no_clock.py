@@ -13,6 +13,7 @@ MAY_READ_IT = {
     "helpers/driven_browser.py",
     "helpers/ros_world.py",
     "helpers/walkers.py",
+    "plot/test_live_browser.py",
     "ros/test_node.py",
 }
 PATIENT = 300  # [s] many times what any query of the tests takes

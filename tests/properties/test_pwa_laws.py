@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marching import march
 from region_networks import outputs, patterns_of, random_network, unit_box
 
-from parc_jax.proof.regions import enumerate_regions, march
+from parc_jax.proof.regions import enumerate_regions
 
 pytestmark = pytest.mark.property
 laws = settings(derandomize=True, deadline=None, max_examples=15, print_blob=True)

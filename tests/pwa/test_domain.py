@@ -31,8 +31,8 @@ def test_refused_domains(domain, words):
         enumerate_regions(NET, domain)
 
 
-def test_more_than_six_inputs_are_sent_to_march():
-    with pytest.raises(InputError, match="march"):
+def test_more_than_six_inputs_are_sent_to_corridors():
+    with pytest.raises(InputError, match="Corridors need no regions"):
         enumerate_regions(random_network(7, [2]), box(-np.ones(7), np.ones(7)))
 
 

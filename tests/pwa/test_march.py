@@ -4,6 +4,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from marching import march
 from region_networks import (
     degenerate_networks,
     outputs,
@@ -14,7 +15,7 @@ from region_networks import (
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import hpolytope
-from parc_jax.proof.regions import enumerate_regions, march
+from parc_jax.proof.regions import enumerate_regions
 
 pytestmark = pytest.mark.soundness
 

@@ -333,8 +333,7 @@ class Budget:
         raise BudgetError(
             f"enumerate_regions: {why}, with {self.column} of {self.n_columns} hyperplanes cut, "
             f"{self.found} regions, {seconds:.1f} s. Nothing is returned, since a part would not "
-            "cover the domain. Shrink the domain or the network, raise the cap, or march through "
-            "the regions you need."
+            "cover the domain. Shrink the domain or the network, or raise the cap."
         )
 
 

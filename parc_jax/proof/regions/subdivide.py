@@ -123,8 +123,8 @@ def enumerate_regions(
     """
     if net.n_in > MAX_DIMENSION:
         raise InputError(
-            f"enumerate_regions: expected at most {MAX_DIMENSION} inputs; got {net.n_in}. Use "
-            "march."
+            f"enumerate_regions: expected at most {MAX_DIMENSION} inputs; got {net.n_in}. "
+            "Corridors need no regions: `Planner.solve` takes any number."
         )
     unit = unit_problem(net, domain)
     n = net.n_in

@@ -5,7 +5,6 @@ import socket
 import struct
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -141,8 +140,8 @@ def test_a_door_that_was_closed_answers_nobody(tmp_path):
     with socket.socket(socket.AF_UNIX) as stopped:
         with Door(load("puck"), 100, tmp_path) as door:
             stopped.connect(str(tmp_path / "door"))
-            while door._line is None:
-                time.sleep(0.001)
+            while door._line is None:  # until it is let in
+                pass
         assert not door._thread.is_alive()
         plans = {"p0": np.zeros((3, 2)), "k": np.ones((3, 2))}
         with pytest.raises((OSError, EOFError)):
