@@ -55,10 +55,10 @@ def test_a_touch_at_any_record_counts():
     assert not touched(p[:1] + 5.0, wall, 0.1).any()
 
 
-TOYS = instances("large", ("puck", "bar"))
+OF_TOYS = instances("large", ("puck", "bar"))
 
 
-@pytest.mark.parametrize("one", TOYS, ids=lambda one: one.id)
+@pytest.mark.parametrize("one", OF_TOYS, ids=lambda one: one.id)
 def test_parc_jax_reads_the_same_scene(one):
     points = one.black_box.points
     problem = load_problem(one.scene_path, points)
@@ -106,7 +106,7 @@ def test_a_box_that_nobody_knows_is_refused():
             load(name)
 
 
-@pytest.mark.parametrize("name", sorted({one.box for one in TOYS}))
+@pytest.mark.parametrize("name", sorted({one.box for one in OF_TOYS}))
 def test_a_toy_repeats_itself_and_begins_at_its_start(name):
     box, rng = load(name), np.random.default_rng(0)
     p0, k = rng.normal(size=(50, 2)), rng.uniform(box.k_lo, box.k_hi, (50, 2))
