@@ -47,6 +47,9 @@ def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
     said = fresh.details()
     assert "not run since it was chosen, so no statement" in said and "Perturbation" in said
     assert "Near it" not in said and "Looks" not in said
+    claim = fresh.model.claim
+    assert f"which has confidence {float(1 - claim.delta):g}. Assumes: IID, " in said
+    assert all(entry in said for entry in claim.assumptions)
 
 
 @pytest.mark.slow

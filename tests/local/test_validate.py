@@ -1,5 +1,6 @@
 """Validated sets: what the tests of a scene show, and that no more is said than was tested."""
 
+import json
 from dataclasses import replace
 from fractions import Fraction
 
@@ -183,6 +184,22 @@ def test_a_validated_set_is_of_its_scene_and_of_draws_alone(answer, tmp_path):
         with pytest.raises(InputError, match="one set"):
             refused()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_with_other_corridors_or_draws_is_not_the_set(answer, tmp_path):
+    validated = answer.validation.answer
+    whole = validated.save(tmp_path / "validated.json")
+    assert load_answer(load_answer(whole).save(tmp_path / "again.json")).risk() == validated.risk()
+    assert "uniformly from this set (1 corridor; " in validated.model.claim.details()
+    narrower = answer.save(tmp_path / "answer.json")
+    for change in (
+        {"corridors": json.loads(narrower.read_text())["corridors"]},
+        {"meta": json.loads(whole.read_text())["meta"] | {"within": [["0x0p+0"] * 4] * 2}},
+    ):
+        other = tmp_path / "other.json"
+        other.write_text(json.dumps(json.loads(whole.read_text()) | change))
+        with pytest.raises(InputError, match="the very set that was tested"):
+            load_answer(other)
 
 
 def test_every_number_of_the_claim_is_in_its_hash(answer):

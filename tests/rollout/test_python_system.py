@@ -51,6 +51,17 @@ def system(simulate, workers, **more):
     return python_system(simulate, DOMAIN, TIME, name="walk", n_p=2, n_q=1, workers=workers, **more)
 
 
+def test_views_of_a_simulators_state_are_copied():
+    state = np.zeros(1)
+
+    def reused(rng, k):
+        state[:] = k
+        return walk(rng, k)[0], state[:1]  # as `data.qpos[2:3]` of one MuJoCo state for all runs
+
+    runs = pj.learning.collect(system(reused, 0), KEY, n=20, quiet=True)
+    assert (runs.q == runs.k).all()
+
+
 @pytest.mark.slow
 def test_rows_do_not_depend_on_processes_or_chunks():
     here, there = system(walk, 0), system(walk, 2)

@@ -211,12 +211,14 @@ class Choice:
             return f"Perturbation without new runs: no statement, since {risk.reason}."
         half = ", ".join(rounded_down(x, 3) for x in self.safe_box.half)
         share = rounded_down(100 * self.safe_box.share)
-        bound = rounded_up(risk.bound)
+        claim, bound = self.model.claim, rounded_up(risk.bound)
         worth = " (no promise at all: test the plan, or localise it)" if risk.bound >= 1 else ""
         return (
             f"Perturbation without new runs: from this start, k drawn uniformly within ±({half}) "
             f"of the middle of a box around it, {share} % of K and proved safe throughout, leaves "
-            f"the tube with probability at most {bound}{worth}."
+            f"the tube with probability at most {bound}{worth}, by the claim over K, which has "
+            f"confidence {rounded_down(1 - claim.delta, 10)}. Assumes: "
+            f"{', '.join(claim.assumptions)}."
         )
 
 

@@ -18,7 +18,7 @@ from parc_jax.checker.answer import canonical
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
 from parc_jax.common.options import check_count
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import hex_text, rounded_down, rounded_up
 from parc_jax.learning.bound.calibrate import ledger_of_tests, scaled
 from parc_jax.learning.bound.claim import scene_claim, stand_in
 from parc_jax.learning.bound.counts import (
@@ -34,7 +34,7 @@ from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System, check_system
 from parc_jax.planner import Prepared, answered
 from parc_jax.problem.robust.nominal import Query
-from parc_jax.proof.certificate.write import problem_part
+from parc_jax.proof.certificate.write import corridor_part, hash_of_set, problem_part
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.safe_plans import SafePlans
@@ -304,6 +304,11 @@ def _accepted_model(
         "tests": asked.tests,
         "steps": [[str(step.scale), step.n, step.failed] for step in steps],
         "scene": hashlib.sha256(part.encode()).hexdigest(),
+        "corridors": len(chosen.corridors),
+        "set": hash_of_set(
+            [corridor_part(one, scene.problem) for one in chosen.corridors.all],
+            None if chosen.within is None else [hex_text(side) for side in chosen.within],
+        ),
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}
     shown["assumptions"] = ledger_of_tests(model.claim, lost)

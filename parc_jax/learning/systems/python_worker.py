@@ -40,7 +40,8 @@ def run_one(
     """
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     try:
-        p, q = (np.asarray(x, np.float64) for x in simulate(rng, *arguments))
+        # copies: what a simulator returns may be a view of its state, which the next run changes
+        p, q = (np.array(x, np.float64) for x in simulate(rng, *arguments))
         if p.shape != shape_p or q.shape != shape_q:
             raise ValueError(
                 f"expected p {shape_p} on the record grid and q {shape_q}; got {p.shape} and "
