@@ -2,7 +2,7 @@
 model and its tube (C), the error bound of the tube (E), the risk of a drawn plan.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
@@ -48,8 +48,13 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
     )
 
 
-def about_spans(some: int, of: int) -> str:
-    """Obstacles that are told of for some intervals alone: so many of all."""
+def about_spans(spans: Sequence[tuple[int, int] | None], steps: int) -> str:
+    """How many obstacles are told of for some intervals of a plan of so many steps alone; empty for
+    none. spans: of each obstacle its first and last interval, None for all.
+    """
+    some, of = sum(x is not None and tuple(x) != (0, steps - 1) for x in spans), len(spans)
+    if not some:
+        return ""
     return (
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
         "intervals of a plan alone: nothing is said of them at other times."

@@ -346,9 +346,8 @@ class Answer:
         if self.status.found:
             counts = len(self.samples), 0 if polytopes is None else len(polytopes)
             plans = about_plans(*counts, len(self.corridors), self.cover.proved)
-            spans, all_time = self.problem.all_spans, (0, self.model.time.n_steps - 1)
-            some = sum(span is not None and tuple(span) != all_time for span in spans)
-            lines = [f"(C) {plans}" + (f" {about_spans(some, len(spans))}" if some else "")]
+            spans = about_spans(self.problem.all_spans, self.model.time.n_steps)
+            lines = [f"(C) {plans} {spans}".rstrip()]
             if self.cover.within is not None:
                 lines.append(about_place(self.cover.within, self.model.n_k))
             lines += [*tube, self._about_draw()]

@@ -81,7 +81,8 @@ def test_what_no_hash_covers_is_called_the_word_of_the_file(answer, tmp_path):
 
 
 def test_a_scene_says_that_it_tells_of_an_obstacle_for_some_time_alone(answer):
-    assert "1 obstacle of 1 is told of for some intervals of a plan alone" in answer.details()
+    said = "1 obstacle of 1 is told of for some intervals of a plan alone"
+    assert said in answer.details() and f"(D) {said}" in answer.choose().details()
     always = pj.reach_avoid(toy_query.GOAL, [pj.box([-0.5, 0.3], [0, 0.6])], 0.1, spans=[(0, 3)])
     found = toy_query.planner().solve(always, jax.random.PRNGKey(0), pj.Settings(target=0.1))
     assert "(C)" in found.details() and "told of" not in found.details()

@@ -30,7 +30,7 @@ from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.outcomes import distance_of, outcomes
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
-from parc_jax.statement import about_pose
+from parc_jax.statement import about_pose, about_spans
 
 CHUNK = 256  # runs per compiled call, as in large collections: nothing is compiled for one plan
 ALIKE = 1e-12  # [m, .] largest difference of runs that the sentences call equal
@@ -185,6 +185,9 @@ class Choice:
         lines = [f"The plan chosen: p0 = ({start}), k = ({k})."]
         if self.scene.nominal.pose is not None:
             lines.append(about_pose(*self.scene.nominal.pose))
+        problem = self.scene.nominal.problem
+        if spans := about_spans(problem.all_spans, self.model.time.n_steps):
+            lines.append(spans)
         if self.tested is None:
             lines.append("This very plan: not run since it was chosen, so no statement.")
         else:
