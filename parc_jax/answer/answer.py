@@ -372,8 +372,12 @@ class Answer:
         density = None if isinstance(risk, NoStatement) else density_of_k(self)
         measured, delta = self.coverage.confidence, self.model.claim.delta
         text = about_risk(risk, "all that the corridors hold", density, measured, delta)
-        if uncertainty is not None and uncertainty.sensing_eps:
+        if uncertainty is None:
+            return text
+        if uncertainty.sensing_eps:
             text = f"{text} {about_sensing(risk, uncertainty.sensing_eps)}"
+        elif density is not None:  # else the density of the executed k may be any
+            text = f"{text} Errors of its execution, if any, must not depend on the plan."
         return text
 
     def why(self) -> Why:

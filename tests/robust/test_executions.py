@@ -385,3 +385,13 @@ def test_a_claim_of_a_part_of_K_says_of_what_its_runs_were_drawn(tmp_path):
         pj.InputError, match=r"K = \[0.3, 0.7\].* to be that of the law of its runs"
     ):
         load_claim(tmp_path / "claim.json")
+
+
+def test_a_risk_says_that_errors_of_execution_must_not_depend_on_the_plan():
+    """Else an execution that snaps to one value has any density there."""
+    rough = toy_driven.problem().replace(uncertainty=Uncertainty(k=[0.01, 0.01]))
+    said = toy_driven.planner().solve(rough, KEY, toy_driven.SETTINGS)
+    assert "Risk: a plan drawn by `sample`" in said.details()
+    for text in (said.details(), said.summary()):
+        assert "Errors of its execution, if any, must not depend on the plan." in text
+    assert "Errors of its" not in toy_driven.answer().details()

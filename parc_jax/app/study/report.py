@@ -112,7 +112,8 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
         f"{rounded_down(str(r['confidence']), 10)}, a run of one of these plans, drawn at random,",
         f"        fails with probability at most {mean}; no plan of them with more than {every} "
         f"(worst: {r['worst_plan_failed']} of {r['repeats']})",
-        "        Runs are made from the origin and moved to the starts of plans.",
+        "        Runs are made from the origin, moved to the starts of plans and judged at their "
+        "records; assumed of them is what (E) assumes of its own.",
     ]
 
 
