@@ -387,6 +387,7 @@ def test_a_claim_of_a_part_of_K_says_of_what_its_runs_were_drawn(tmp_path):
         load_claim(tmp_path / "claim.json")
 
 
+@pytest.mark.slow
 def test_a_risk_says_that_errors_of_execution_must_not_depend_on_the_plan():
     """Else an execution that snaps to one value has any density there."""
     rough = toy_driven.problem().replace(uncertainty=Uncertainty(k=[0.01, 0.01]))

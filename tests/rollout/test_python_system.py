@@ -62,6 +62,21 @@ def test_views_of_a_simulators_state_are_copied():
     assert (runs.q == runs.k).all()
 
 
+def test_what_is_masked_is_unknown_and_complex_numbers_are_refused():
+    def masked(rng, k):
+        p, q = walk(rng, k)
+        return np.ma.masked_greater(p - p[0], 1.0), q
+
+    def imaginary(rng, k):
+        return walk(rng, k)[0] + 1j, [k[0]]
+
+    free = pj.learning.collect(system(walk, 0), KEY, n=40, quiet=True)
+    runs = pj.learning.collect(system(masked, 0), KEY, n=40, quiet=True)
+    assert (runs.failed == (free.p > 1.0).any(axis=(1, 2))).all() and 0 < runs.failed.sum() < 40
+    with pytest.raises(InputError, match="expected real numbers; got complex"):
+        pj.learning.collect(system(imaginary, 0), KEY, n=4, quiet=True)
+
+
 @pytest.mark.slow
 def test_rows_do_not_depend_on_processes_or_chunks():
     here, there = system(walk, 0), system(walk, 2)

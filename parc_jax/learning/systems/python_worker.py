@@ -40,8 +40,7 @@ def run_one(
     """
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     try:
-        # copies: what a simulator returns may be a view of its state, which the next run changes
-        p, q = (np.array(x, np.float64) for x in simulate(rng, *arguments))
+        p, q = (_own(x) for x in simulate(rng, *arguments))
         if p.shape != shape_p or q.shape != shape_q:
             raise ValueError(
                 f"expected p {shape_p} on the record grid and q {shape_q}; got {p.shape} and "
@@ -54,6 +53,16 @@ def run_one(
     except Exception as error:
         why = f"in {own_place(error) or 'what it returned'}: {said(error)}"
         return failed(shape_p, shape_q, why)
+
+
+def _own(x) -> np.ndarray:
+    """A copy in float64: what a simulator returns may be a view of its state, which the next run
+    changes. What is masked is NaN. Raises ValueError for complex numbers, of which NumPy would drop
+    half.
+    """
+    if np.iscomplexobj(x):
+        raise ValueError("expected real numbers; got complex ones")
+    return np.array(np.ma.filled(x, np.nan) if np.ma.isMA(x) else x, np.float64)
 
 
 def failed(shape_p: tuple, shape_q: tuple, why: str) -> Call:
