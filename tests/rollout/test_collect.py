@@ -16,6 +16,7 @@ from synthetic_plants import disturbed, failing, noisy, plant
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import SEEDS, Stage, key_of
+from parc_jax.learning.bound.start_gap import translation_gap
 from parc_jax.learning.runs import collect as collecting
 from parc_jax.learning.runs.batch import concatenate
 from parc_jax.learning.runs.chunks import default_chunk, run_chunks, worker_devices
@@ -247,6 +248,29 @@ def test_a_system_that_is_not_jax_offers_rollout_batch(system):
     batch = collect(numpy_system, KEY, 100, chunk=32, quiet=True)
     assert numpy_system.calls == [32, 32, 32, 4]  # nothing is run to be thrown away
     np.testing.assert_array_equal(batch.failed, batch.k[:, 0] > 0.9)
+
+
+class Reused(NotJax):
+    """Returns the same memory in each call of a size; its start matters."""
+
+    def rollout_batch(self, keys, ks):
+        return self.rollout_from_batch(keys, ks, np.zeros((len(ks), 2)))
+
+    def rollout_from_batch(self, keys, ks, starts):
+        new = super().rollout_batch(keys, ks)
+        self.memory = getattr(self, "memory", {})
+        p, q = self.memory.setdefault(len(new.p), (new.p.copy(), np.array(new.q)))
+        p[:], q[:] = new.p + new.p * np.asarray(starts)[:, None], new.q
+        return Trajectory(p, q)
+
+
+def test_memory_that_a_simulator_uses_again_is_copied(system):
+    held = list(stream_rollouts(Reused(system), KEY, 96, chunk=32, quiet=True))
+    for batch in held:
+        np.testing.assert_array_equal(batch.q, batch.k[:, :1])
+        some = ~batch.failed
+        np.testing.assert_allclose(batch.p[some, -1], batch.k[some])
+    assert translation_gap(Reused(system), KEY, [[0.0, 9.0]] * 8).p.max() > 0.1
 
 
 def test_a_float32_system_sees_the_k_on_record():

@@ -114,7 +114,10 @@ def _both(
     with x64():
         k, there = jnp.asarray(rows.k), jnp.asarray(starts)
         with blamed(f"{system.name}: expected {call} to run"):
-            return rows.k, many(rows.keys, k, jnp.zeros_like(there)), many(rows.keys, k, there)
+            here = many(rows.keys, k, jnp.zeros_like(there))
+            # a copy: a batch simulator may return the same memory again
+            here = here._replace(p=np.array(here.p), q=np.array(here.q))
+            return rows.k, here, many(rows.keys, k, there)
 
 
 class StartTrial(NamedTuple):

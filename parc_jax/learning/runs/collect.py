@@ -169,9 +169,14 @@ class _Work:
         about = (self.system, self.key, self.stage, rows, self.k, self.first_row, device)
         with blamed(f"{self.system.name}: expected the system to run"):
             drawn, trajectory = simulate_rows(*about)
-        p, q = np.asarray(trajectory.p, self.dtype), np.asarray(trajectory.q, np.float64)
+        p, q = _kept(trajectory.p, self.dtype), _kept(trajectory.q, np.float64)
         lost = {"lost": trajectory.lost} if isinstance(trajectory, Retried) else {}
         return {"k": drawn, "p": p, "q": q} | lost
+
+
+def _kept(x, dtype) -> np.ndarray:
+    """The numbers of a call; a copy of what is in host memory, which the next call may reuse."""
+    return np.array(x, dtype) if isinstance(x, np.ndarray) else np.asarray(x, dtype)
 
 
 def _streamed(
