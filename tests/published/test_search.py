@@ -121,7 +121,7 @@ def test_more_obstacles_and_larger_errors_never_add_plans():
 
 def in_trouble(*question):
     nothing = np.zeros(0)
-    return LPResult(LPStatus.UNKNOWN, nothing, nothing, nothing, -np.inf, np.inf, "MaxTime")
+    return LPResult(LPStatus.UNKNOWN, nothing, nothing, -np.inf, np.inf, "MaxTime")
 
 
 @pytest.mark.soundness
