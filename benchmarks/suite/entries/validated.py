@@ -15,6 +15,7 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.drive.local.validate import fixed_sequence
 from parc_jax.learning.bound.calibrate import scaled
 from parc_jax.learning.bound.claim import stand_in
+from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.safe_set.corridors.corridors import Corridors
@@ -37,9 +38,10 @@ DRAWS, RARE, LONGEST = 1 << 13, 8, 80  # plans judged together; times where none
 PIECES = 400  # polytopes: the largest
 POOL = 20_000  # plans drawn to tell which polytopes and which scales hold what
 EVEN = 0.8  # of the runs of the design are of plans as they are drawn
-HOPE = 0.7  # of eps: what the design expects of the last set that is tested
+HOPE = 0.8  # of the share of tests that may fail: what the design expects of the last set
+PART = 0.1  # of the set of a scale must be left in cells
 CUTS, FEWEST = 6, 30  # between plans in a row; plans of a side
-WORTH, WIDE = (6.0, 3.0, 1.5), 2.0  # log-likelihood that a cut must gain; may lose to be careful
+WORTH, WIDE = (6.0, 3.0), 2.0  # log-likelihood that a cut must gain; may lose to be careful
 
 
 class Learnt(NamedTuple):
@@ -222,7 +224,7 @@ def answer(nested: Nested, scene, succeed, task: kit.Task, rng) -> list[dict]:
 
 
 def _designed(pool, level, n: int, bounds, succeed, task: kit.Task, rng):
-    """Cells of plans that fail rarely, and the number of the smallest scale whose plans there
+    """Cells of K in which plans fail rarely, and the number of the smallest scale whose plans there
     are expected to bear out eps, by n runs: most of them as even as the pool, the others as many
     between every two scales.
 
@@ -236,21 +238,31 @@ def _designed(pool, level, n: int, bounds, succeed, task: kit.Task, rng):
     weight = np.concatenate(
         [np.full(len(s), len(b) / max(1, len(s))) for s, b in zip(some, between, strict=True)]
     )
+    tests = task.budget - task.used
+    enough = most_discards(tests, task.eps, task.delta) >= 0
+    allowed = HOPE * most_discards(tests, task.eps, task.delta) / tests if enough else 0.0
+    start, of_k = np.split(np.asarray(bounds), [task.n_p], axis=1)
+    found = []
     for worth in WORTH:
-        best = None
         for j in range(len(SCALES)):
             own = level[rows] <= j
             if not own.any():
                 continue
-            z, bad, w = pool[rows[own]], failed[own], weight[own]
+            k, bad, w = pool[rows[own], task.n_p :], failed[own], weight[own]
             kept, lost, held = [], 0.0, 0.0
-            for lo, hi, leaf in kit.cells(z, bad, *bounds, FEWEST, worth, CUTS, wide=WIDE):
+            for lo, hi, leaf in kit.cells(k, bad, *of_k, FEWEST, worth, CUTS, wide=WIDE):
                 fails, size = (w[leaf] * bad[leaf]).sum(), w[leaf].sum()
                 if fails <= 2 * task.eps * size:
-                    kept.append((lo, hi))
+                    kept.append((np.append(start[0], lo), np.append(start[1], hi)))
                     lost, held = lost + fails, held + size
-            if kept and lost <= HOPE * task.eps * held and (best is None or held > best[2]):
-                best = kept, j, held
-        if best is not None:
-            return best[:2]
-    return [], 0
+            if held >= PART * w.sum():
+                sure = lost <= allowed * held
+                # of those that may be borne out the largest; else the one that fails most rarely
+                worst = (lost + w.mean()) / held
+                found.append(((sure, held if sure else -worst), kept, j))
+        if any(rank[0] for rank, _, _ in found):
+            break
+    if not found:
+        return [], 0
+    _, cells, last = max(found, key=lambda one: one[0])
+    return cells, last

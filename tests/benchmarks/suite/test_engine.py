@@ -66,16 +66,16 @@ def test_sets_along_where_plans_end_hold_what_boxes_of_plans_cannot():
 
 
 def nested_slabs():
-    """What the entry tests, of plans in a unit square: a set that grows to the right as the tube
+    """What the entry tests, of plans in a unit square: a set that grows upwards as the tube
     falls.
     """
     rows = [
-        HPolytope(np.vstack([np.eye(2), -np.eye(2)]), np.array([0.5 + 0.05 * j, 1.0, 0.0, 0.0]))
+        HPolytope(np.vstack([np.eye(2), -np.eye(2)]), np.array([1.0, 0.5 + 0.05 * j, 0.0, 0.0]))
         for j in range(len(validated.SCALES))
     ]
     nested = object.__new__(validated.Nested)
     nested.cut, nested.rows = [None], [rows]
-    nested.pieces = [engine.piece(engine.spelled(rows[-1], np.array([0.4, 0.5])))]
+    nested.pieces = [engine.piece(engine.spelled(rows[-1], np.array([0.5, 0.4])))]
     return nested
 
 
@@ -89,12 +89,12 @@ def test_the_largest_set_that_runs_bear_out_is_answered_or_none(tmp_path, border
 
     def succeed(plans):
         asked.used += len(plans)
-        return plans[:, 0] < border
+        return plans[:, 1] < border
 
     found = validated.answer(nested_slabs(), square, succeed, asked, rng)
     assert asked.used == asked.budget
     z = Sets(tuple(engine.piece(one) for one in found), rng).draw(20_000)
-    assert (z[:, 0] >= border).mean() <= asked.eps and z[:, 0].max() > border - 0.05
+    assert (z[:, 1] >= border).mean() <= asked.eps and z[:, 1].max() > border - 0.05
     asked.used = 0
     found = validated.answer(
         nested_slabs(), square, lambda z: rng.uniform(size=len(z)) > 0.05, asked, rng
