@@ -10,7 +10,6 @@ import parc_jax as pj
 from benchmarks.suite.answer import Piece
 from benchmarks.suite.entries import kit
 from parc_jax.common.sets.hull import halfspace_intersection, scaled_around
-from parc_jax.learning.bound.settings import DISCRETE_TIME, SpeedBound
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.law import law_spec
 from parc_jax.neuralparc.cells import cells_outward
@@ -50,12 +49,6 @@ def batch(task: kit.Task, k, p, q, box: pj.types.Box, law: str = "uniform") -> R
     p = p.reshape(*p.shape[:2], -1)
     about = {"time": grid(task), "domain": box, "points": tuple(task.told["points"])}
     return rollout_batch(k, p, q, law=law_spec(task.told["name"], box, law), **about)
-
-
-def between(task: kit.Task):
-    """What the robot may do between records."""
-    speed = task.told["speed"]
-    return DISCRETE_TIME if speed is None else SpeedBound(speed)
 
 
 def scene(task: kit.Task, path) -> pj.types.Problem:

@@ -29,9 +29,7 @@ SCALES = (1.3, 1.15, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3)  # of the tube, fal
 TRAIN, PROFILE, DESIGN = 0.2, 0.2, 0.3  # of the budget; the rest tests
 MOST = 8000  # runs of training and of the profile, each
 BINS = {1: 8, 2: 4, 3: 2, 4: 2, 5: 1, 6: 1}  # per axis of what a network reads
-MATTERS = (
-    0.1  # of what a network is off by, explained by the start, from which on it reads that too
-)
+MATTERS = 0.1  # share of a network's error that the start explains, from which it reads that too
 FAR_OFF = 0.005  # of the runs of a profile are left out, the farthest from the network
 SEEDS = {4: 2000, 5: 600, 6: 200}  # plans around which polytopes are cut, by their dimensions
 DRAWS, RARE, LONGEST = 1 << 13, 8, 80  # plans judged together; times where none is safe, at most
@@ -239,8 +237,7 @@ def _designed(pool, level, n: int, bounds, succeed, task: kit.Task, rng):
         [np.full(len(s), len(b) / max(1, len(s))) for s, b in zip(some, between, strict=True)]
     )
     tests = task.budget - task.used
-    enough = most_discards(tests, task.eps, task.delta) >= 0
-    allowed = HOPE * most_discards(tests, task.eps, task.delta) / tests if enough else 0.0
+    allowed = HOPE * max(0, most_discards(tests, task.eps, task.delta)) / tests
     start, of_k = np.split(np.asarray(bounds), [task.n_p], axis=1)
     found = []
     for worth in WORTH:
