@@ -10,12 +10,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from benchmarks.neuralparc.brs import reach_sets
+from benchmarks.neuralparc.by_support import UNIT, Shadows, in_x64, outside, shadows
+from benchmarks.neuralparc.cells import Cell, cells_outward, stacks
+from benchmarks.neuralparc.scene import PaperScene, paper_scene
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.neuralparc.brs import reach_sets
-from parc_jax.neuralparc.by_support import UNIT, Shadows, in_x64, outside, shadows
-from parc_jax.neuralparc.cells import Cell, cells_outward, stacks
-from parc_jax.neuralparc.scene import PaperScene, paper_scene
 from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import RegionTable
 

@@ -20,7 +20,7 @@ ROOMS = (
     "types",
     "exchange",
     "ros",
-)  # `neuralparc`: sets.md
+)
 FURTHER = {
     "Records of options": (
         "learning.bound.settings",

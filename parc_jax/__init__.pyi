@@ -4,7 +4,6 @@ loads each name on first use.
 
 from parc_jax import drive as drive
 from parc_jax import learning as learning
-from parc_jax import neuralparc as neuralparc
 from parc_jax import problem as problem
 from parc_jax import proof as proof
 from parc_jax import ros as ros

@@ -1,4 +1,5 @@
-"""How a query is searched by the exact engine; as published: `parc_jax.neuralparc`.
+"""How a query is searched by the exact engine. Others come in as `Settings(method=...)`: the
+published one is `benchmarks.neuralparc.Published` of a clone.
 
 A method has one call, `search`: (scene, key, settings) -> the cover, whose points become the
 answer's samples, and the result of the proof of absence, if any. Proofs and sentences of plans are

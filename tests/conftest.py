@@ -33,7 +33,7 @@ KERNELS = [
 ]
 # annotated shapes and types of these hold at every call
 SHAPE_CHECKED = {
-    "beartype.beartype": ["parc_jax.common.sets", "parc_jax.neuralparc.sets"],
+    "beartype.beartype": ["parc_jax.common.sets", "benchmarks.neuralparc.sets"],
     "shape_hook.functions": KERNELS,
 }
 

@@ -69,7 +69,7 @@ def test_nothing_shown_needs_a_deep_import():
     shown |= {path.name: path.read_text(encoding="utf-8") for path in (*books, *EXAMPLES)}
     assert [name for name, code in shown.items() if DEEP.search(code)] == []
     assert DEEP.search("from parc_jax.common.sets.box import box")  # what it looks for
-    assert not DEEP.search("from parc_jax.neuralparc import box")
+    assert not DEEP.search("from parc_jax.problem import box")
 
 
 @pytest.fixture

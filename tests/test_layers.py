@@ -27,15 +27,13 @@ ORDER = (
     "planner",
     "drive",
     "app",
-    "neuralparc",  # guests: nothing else imports them, but by a door
-    "ros",
+    "ros",  # a guest: nothing else imports it, but by a door
 )
 # who may import from below all the same, and what: inside of a function, or for types alone
 DOORS = {
     "answer/answer.py": "parc_jax.drive.local",
     "planner.py": "parc_jax.drive.local",
     "app/cli/logged.py": "parc_jax.ros.bags",
-    "app/cli/solve.py": "parc_jax.neuralparc",
 }
 HEAVY = (
     "sims",

@@ -6,6 +6,7 @@ import pytest
 import toy_query
 
 import parc_jax as pj
+from benchmarks.neuralparc import Published
 
 KEY = jax.random.PRNGKey(0)
 PLANNER = toy_query.planner
@@ -108,9 +109,7 @@ def test_the_exact_method_may_be_named_and_the_published_one_is_an_object_too():
     plain = PLANNER().solve(toy_query.gap(), KEY, settings)
     named = PLANNER().solve(toy_query.gap(), KEY, settings.replace(method=pj.types.Exact()))
     assert (plain.samples == named.samples).all()
-    published = PLANNER().solve(
-        toy_query.gap(), KEY, settings.replace(method=pj.neuralparc.Published())
-    )
+    published = PLANNER().solve(toy_query.gap(), KEY, settings.replace(method=Published()))
     assert published.status is pj.types.Status.PROVED and not published.corridors
 
 

@@ -20,12 +20,12 @@ NAMES += [f"{room}.{name}" for room in ROOMS for name in getattr(parc_jax, room)
 
 
 def test_names_are_few_and_sorted():
-    for name in (*ROOMS, "figures", "neuralparc"):
+    for name in (*ROOMS, "figures"):
         package = getattr(parc_jax, name)
         assert package.__all__ == sorted(package.__all__) == dir(package)
     assert parc_jax.__all__ == sorted(parc_jax.__all__) == dir(parc_jax)
     assert 20 < len(parc_jax.__all__) <= MOST
-    assert {*ROOMS, "figures", "neuralparc"} == set(parc_jax.__all__) - set(NAMES)
+    assert {*ROOMS, "figures"} == set(parc_jax.__all__) - set(NAMES)
 
 
 def test_a_thing_has_one_name():

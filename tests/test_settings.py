@@ -3,6 +3,7 @@
 import pytest
 
 import parc_jax as pj
+from benchmarks.neuralparc import Published
 
 
 def test_the_default_is_the_whole_set_and_presets_differ_in_effort_alone():
@@ -16,7 +17,7 @@ def test_the_default_is_the_whole_set_and_presets_differ_in_effort_alone():
 
 
 def test_replace_changes_only_what_it_names():
-    changed = pj.Settings().replace(samples=7, method=pj.neuralparc.Published(lps=True))
+    changed = pj.Settings().replace(samples=7, method=Published(lps=True))
     assert changed.samples == 7 and changed.method.lps
     assert changed.replace(samples=100, method=None) == pj.Settings()
     with pytest.raises(pj.InputError, match=r"expected fields among samples, .* got 'runs'"):

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from jaxtyping import TypeCheckError
 
+from benchmarks.neuralparc.sets.affine import image, membership
+from benchmarks.neuralparc.sets.operations import grow
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.network.maps import pattern_map
-from parc_jax.neuralparc.sets.affine import image, membership
-from parc_jax.neuralparc.sets.operations import grow
 from parc_jax.proof.absence.contact_margins import corners_of
 from parc_jax.safe_set.batch.proposals import _least
 from parc_jax.safe_set.corridors.corridor import lost

@@ -18,8 +18,8 @@ import numpy as np
 import tyro
 
 from benchmarks.environment import environment
+from benchmarks.neuralparc.sets.operations import clip_to_box
 from parc_jax.learning.model import TrajectoryModel, load
-from parc_jax.neuralparc.sets.operations import clip_to_box
 from parc_jax.proof.regions import enumerate_regions
 
 PEERS = {

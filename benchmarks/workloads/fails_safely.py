@@ -14,16 +14,16 @@ import numpy as np
 
 from benchmarks.bench import Bench
 from benchmarks.metrics import Metric, exact
+from benchmarks.neuralparc.cells import cells_outward
+from benchmarks.neuralparc.lp_batch import solve_batch
+from benchmarks.neuralparc.scene import paper_scene
+from benchmarks.neuralparc.search import paper_search
 from benchmarks.result import Result, Table
 from benchmarks.workloads.lps import N, programs
 from parc_jax import checker
 from parc_jax.answer.answer import answer_data
 from parc_jax.common.lp.program import LPResult, LPStatus
 from parc_jax.common.lp.solve import Hint, solve
-from parc_jax.neuralparc.cells import cells_outward
-from parc_jax.neuralparc.lp_batch import solve_batch
-from parc_jax.neuralparc.scene import paper_scene
-from parc_jax.neuralparc.search import paper_search
 from parc_jax.planner import Planner
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.settings import Settings
@@ -103,7 +103,7 @@ def _lying_kernel(rng, n: int) -> tuple[int, int]:
         return x, y
 
     c, A, b = programs(rng, n)
-    with mock.patch("parc_jax.neuralparc.lp_batch.propose", liar), np.errstate(all="ignore"):
+    with mock.patch("benchmarks.neuralparc.lp_batch.propose", liar), np.errstate(all="ignore"):
         found = solve_batch(c, A, b, np.full(N, -10.0), np.full(N, 10.0))
     return n, sum(_wrong(int(status), i % 2 == 0) for i, status in enumerate(found.status))
 
@@ -123,7 +123,7 @@ def _solver_in_trouble(bench: Bench, model, problem) -> tuple[int, int]:
         cells_outward(table, model.tube, 0.5 * (model.domain.lo + model.domain.hi)),
         bench.size(20, 2),
     )
-    names = ("parc_jax.neuralparc.by_lp.membership", "parc_jax.neuralparc.by_lp.find_point")
+    names = ("benchmarks.neuralparc.by_lp.membership", "benchmarks.neuralparc.by_lp.find_point")
     with mock.patch(names[0], trouble), mock.patch(names[1], trouble):
         found = paper_search(
             bench.key(),

@@ -9,11 +9,11 @@ import numpy as np
 
 from benchmarks.bench import Bench
 from benchmarks.metrics import exact, metric, rate, ratio
+from benchmarks.neuralparc.lp_batch import solve_batch
 from benchmarks.result import Result
 from benchmarks.timing import timed
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.lp.solve import solve
-from parc_jax.neuralparc.lp_batch import solve_batch
 
 BATCH, ROWS, N = 1024, 40, 3
 

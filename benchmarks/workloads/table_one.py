@@ -23,15 +23,15 @@ import numpy as np
 from benchmarks.bench import Bench
 from benchmarks.metrics import Metric, exact, metric, ratio, times
 from benchmarks.models import PARC, CaseModels, name_of
+from benchmarks.neuralparc.cells import Cell, cells_outward
+from benchmarks.neuralparc.scene import paper_scene
+from benchmarks.neuralparc.search import paper_search
 from benchmarks.published import Partition, kept
 from benchmarks.result import Result, Skip, Table, milliseconds, percent
 from benchmarks.workloads.bras import Comparison, compare
 from parc_jax.common.errors import InputError
 from parc_jax.common.status import Status
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.neuralparc.cells import Cell, cells_outward
-from parc_jax.neuralparc.scene import paper_scene
-from parc_jax.neuralparc.search import paper_search
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import RegionTable, enumerate_regions

@@ -7,8 +7,8 @@ from parc_jax.app.plot.errors import errors as errors
 from parc_jax.app.plot.film import film as film
 from parc_jax.app.plot.page import write_page as write_page
 from parc_jax.app.plot.projections import projections as projections
+from parc_jax.app.plot.regions import region_verdicts as region_verdicts
 from parc_jax.app.plot.regions import regions as regions
 from parc_jax.app.plot.samples import samples as samples
 from parc_jax.app.plot.style import save as save
 from parc_jax.app.plot.timeline import timeline as timeline
-from parc_jax.neuralparc.search import region_verdicts as region_verdicts

@@ -80,15 +80,15 @@ class Settings(Search):
     proof: bool = True
     """Check all that is returned in exact arithmetic."""
     method: object | None = None
-    """How the search is done: `published.Published(lps)`, or anything with its `search`. Default:
-    the exact engine, `Exact()`."""
+    """How the search is done: anything with a `search` as of the exact engine, `Exact()`, the
+    default."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.method is not None and not callable(getattr(self.method, "search", None)):
             raise InputError(
-                "settings: expected method pj.types.Exact() or pj.neuralparc.Published(); got "
-                f"{self.method!r:.40}."
+                "settings: expected method pj.types.Exact(), or an object with such a `search`; "
+                f"got {self.method!r:.40}."
             )
 
     @classmethod

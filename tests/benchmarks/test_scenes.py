@@ -14,15 +14,15 @@ from toy_models import model_of, told
 from benchmarks.bench import Bench
 from benchmarks.cases import Case, case
 from benchmarks.models import PARC, CaseModels, Claims, name_of
+from benchmarks.neuralparc.by_lp import avoid_set
+from benchmarks.neuralparc.scene import paper_scene
+from benchmarks.neuralparc.sets.affine import membership
 from benchmarks.published import Partition, kept
 from benchmarks.rectangle_gap import Narrowest
 from benchmarks.workloads import bras, gap
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import box
 from parc_jax.learning.network.fit import fit_affine
-from parc_jax.neuralparc.by_lp import avoid_set
-from parc_jax.neuralparc.scene import paper_scene
-from parc_jax.neuralparc.sets.affine import membership
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

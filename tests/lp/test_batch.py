@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from benchmarks.neuralparc.lp_batch import solve_batch
 from parc_jax.common.lp.program import LPStatus
-from parc_jax.neuralparc.lp_batch import solve_batch
 
 
 def programs(rng, batch, n, h):

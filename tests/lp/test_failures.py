@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from benchmarks.neuralparc import lp_batch as batch_module
 from parc_jax.common.lp import solve as solve_module
 from parc_jax.common.lp.program import LPStatus, linear_program
 from parc_jax.common.lp.solve import Hint, clarabel_hint, feasible, solve
-from parc_jax.neuralparc import lp_batch as batch_module
 
 pytestmark = pytest.mark.soundness
 SQUARE = (np.concatenate([np.eye(2), -np.eye(2)]), np.ones(4))  # not empty

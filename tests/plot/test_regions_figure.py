@@ -7,11 +7,10 @@ import pytest
 from gap_model import HI, LO, arc_network, arc_tube, gap_problem
 from toy_models import model_of, random_network
 
-from parc_jax.app.plot.regions import COLORS, regions, slices
+from parc_jax.app.plot.regions import COLORS, region_verdicts, regions, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.status import OfRegion
-from parc_jax.neuralparc.search import region_verdicts
 from parc_jax.proof.regions.subdivide import enumerate_regions
 
 

@@ -12,6 +12,7 @@ from toy_models import anchored_plans, line_model, told, toy_case
 from uncertain import corners_and_inside
 
 import parc_jax as pj
+from benchmarks.neuralparc import Published
 from parc_jax.app.plot.projections import default_pairs
 from parc_jax.common.errors import InputError
 from parc_jax.learning.network.relu import outputs, relu_network
@@ -274,4 +275,4 @@ def test_pictures_of_answers_from_here_show_parameters_alone():
 def test_the_published_search_knows_no_place(asked):
     model, problem, at = asked
     with pytest.raises(InputError, match="at: expected the exact engine"):
-        Planner(model).solve(problem, KEY, SMALL.replace(method=pj.neuralparc.Published()), at=at)
+        Planner(model).solve(problem, KEY, SMALL.replace(method=Published()), at=at)

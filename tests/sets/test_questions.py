@@ -10,13 +10,13 @@ from random_polytopes import round_polytope
 from scipy.optimize import linprog
 from set_oracles import supports
 
+from benchmarks.neuralparc.sets.affine import find_point, is_proved_outside
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp import solve as solve_module
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center, vertices
-from parc_jax.neuralparc.sets.affine import find_point, is_proved_outside
 
 FLAT = HPolytope(
     np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0])

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from random_polytopes import round_polytope
 
-from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import box
-from parc_jax.common.sets.hpolytope import from_box
-from parc_jax.common.sets.vertices import chebyshev_center, vertices
-from parc_jax.neuralparc.sets.sampling import (
+from benchmarks.neuralparc.sets.sampling import (
     sample_polytope,
     sample_polytopes,
     simplex_volumes,
     triangulate,
 )
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import from_box
+from parc_jax.common.sets.vertices import chebyshev_center, vertices
 
 COUNT = 4000
 

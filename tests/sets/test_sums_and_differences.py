@@ -7,18 +7,18 @@ import pytest
 from random_polytopes import round_polytope
 from set_oracles import supports
 
-from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import box
-from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.rational import rational_vertices
-from parc_jax.common.sets.vertices import vertices
-from parc_jax.neuralparc.sets.operations import (
+from benchmarks.neuralparc.sets.operations import (
     grow,
     minkowski_sum,
     shrink,
     with_axis_rows,
 )
-from parc_jax.neuralparc.sets.sampling import volume
+from benchmarks.neuralparc.sets.sampling import volume
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.rational import rational_vertices
+from parc_jax.common.sets.vertices import vertices
 
 
 def breaks(p, e, x, signs):

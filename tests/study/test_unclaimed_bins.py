@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from toy_models import model_of
 
+from benchmarks.neuralparc import Published
 from parc_jax import checker
+from parc_jax.app.plot.regions import region_verdicts
 from parc_jax.app.study.report import final_error
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box
@@ -16,8 +18,6 @@ from parc_jax.common.status import OfRegion, Status
 from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import NO_CLAIM
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.neuralparc import Published
-from parc_jax.neuralparc.search import region_verdicts
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.certificate.write import tube_part

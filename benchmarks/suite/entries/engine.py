@@ -7,14 +7,14 @@ import numpy as np
 from scipy.linalg import block_diag
 
 import parc_jax as pj
+from benchmarks.neuralparc.cells import cells_outward
+from benchmarks.neuralparc.scene import paper_scene
+from benchmarks.neuralparc.search import SAMPLES_PER_REGION, paper_search
 from benchmarks.suite.answer import Piece
 from benchmarks.suite.entries import kit
 from parc_jax.common.sets.hull import halfspace_intersection, scaled_around
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.law import law_spec
-from parc_jax.neuralparc.cells import cells_outward
-from parc_jax.neuralparc.scene import paper_scene
-from parc_jax.neuralparc.search import SAMPLES_PER_REGION, paper_search
 from parc_jax.proof.regions import regions_of
 
 KNOTS = 40  # of a model, at most

@@ -1,7 +1,7 @@
 """`parc-jax solve`: the safe set of one scene."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.safe_set.settings import Settings
@@ -30,7 +30,6 @@ def solve(
     settings: Annotated[
         Settings, Offer("safe_set.settings.Settings", but=("samples_only", "proof"))
     ],
-    method: Literal["exact", "paper", "paper-lp"] = "exact",
     at: str | None = None,
     first: bool = False,
     validate: bool = False,
@@ -53,8 +52,6 @@ def solve(
         scene: The scene, .toml or .json. Default: that of the model's system.
         out: The answer file, with certificates; it is written in every case but bad input.
         system: Refuse a model of any other system. Default: take it.
-        method: The exact engine, or the published search by supports (paper) or linear programs
-            (paper-lp).
         at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading
             [rad] the scene is solved in the robot's frame. Default: from anywhere in its start set.
         first: Stop at the first plan, proved: no sets, no shares.
@@ -73,8 +70,6 @@ def solve(
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of
     from parc_jax.learning.labels import degrees_hint
-    from parc_jax.method import Exact
-    from parc_jax.neuralparc import Published
     from parc_jax.planner import Planner
     from parc_jax.problem.problem_file import labelled, load_problem
 
@@ -92,8 +87,6 @@ def solve(
     problem = under_uncertainty(given, uncertainty)
     planner = Planner(learned)
     key = key_of(shell.seed)
-    methods = {"exact": Exact(), "paper": Published(), "paper-lp": Published(lps=True)}
-    settings = settings.replace(method=methods[method])
     place = place_of_option(at)
     planner.prepare(problem, at=place)  # a misfit is refused before the long part
     odd = odd_size(problem, planner.model)
@@ -105,8 +98,8 @@ def solve(
         cold_s = None
         if first:
             say("compiling, and looking for a safe plan")
-            rest = {"budget_s": settings.budget_s, "method": settings.method}
-            settings = Settings.fast().replace(samples=1, proof=True, **rest)
+            limit = settings.budget_s
+            settings = Settings.fast().replace(samples=1, proof=True, budget_s=limit)
         else:
             # so that the times are those of the search and not of the compiler
             say(COMPILING)

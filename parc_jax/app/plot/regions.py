@@ -1,21 +1,77 @@
-"""The regions of a network over K, coloured by verdict."""
+"""The regions of a network over K, and their verdicts, by which they are coloured."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 
+import jax
 import numpy as np
 
 from parc_jax.app.plot import shapes, style
 from parc_jax.common.errors import InputError
+from parc_jax.common.lp.exact import gamma, row_bounds
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center
 from parc_jax.common.spelling import counted
 from parc_jax.common.status import OfRegion
+from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.proof.regions.table import RegionTable
 
 COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as OfRegion
 EDGES = {"edgecolors": "white", "linewidths": 0.35}
+DRAWN = 2048  # plans of the corridors, which tell where it is safe
+
+
+def region_verdicts(answer, table: RegionTable) -> np.ndarray:
+    """Verdict (r,) of each region of a table of the answer's network, as `OfRegion`.
+
+    SAFE: a returned sample lies in it, the plan of a corridor, or one drawn from all. UNREACHABLE:
+    a side of the shrunken goal is proved to be missed by all of the region, which is tried for
+    robots of one reference point only. NOT_FOUND: neither. Raises InputError.
+    """
+    model = answer.model
+    if table.net.hash != model.net.hash:
+        raise InputError(
+            "regions: expected the regions of the answer's network; these belong to another one."
+        )
+    verdict = np.full(table.count, int(OfRegion.NOT_FOUND))
+    plans_k = [*answer.samples[:, model.n_p :], *(c.k for c in answer.corridors)]
+    if answer.corridors:
+        with suppress(InputError):  # too small a set for draws: the plans of the corridors remain
+            plans_k += [*answer.sample(jax.random.PRNGKey(0), DRAWN)[:, model.n_p :]]
+    with_plan = table.locate(np.reshape(plans_k, (len(plans_k), model.n_k)))
+    verdict[with_plan[with_plan >= 0]] = OfRegion.SAFE
+    if model.n_points == 1:
+        left = np.flatnonzero(verdict != OfRegion.SAFE)
+        missed = [i for i in left if _misses_goal(answer.problem, model, table, int(i))]
+        verdict[missed] = OfRegion.UNREACHABLE
+    return verdict
+
+
+def _misses_goal(problem, model, table: RegionTable, region: int) -> bool:
+    """Do all ends of a region lie beyond one row of the goal, less the errors of every bin that
+    the region meets? Its ends are the hull of those of its vertices, for its map is affine.
+    """
+    goal, tube = problem.goal, model.tube
+    corners, slip = table.region_vertices(region), table.point_error.max(axis=0)
+    boxes = [tube.bin_box(i) for i in range(tube.n_bins)]
+    low, high = corners.min(axis=0) - slip, corners.max(axis=0) + slip
+    met = [i for i, (lo, hi) in enumerate(boxes) if (lo <= high).all() and (hi >= low).all()]
+    if not tube.claimed[met].all():
+        return False
+    size = np.abs(goal.A)
+    allowed = (goal.b - tube.final[met] @ size.T).max(axis=0)
+    C, d = (part[0][-goal.n :] for part in table.maps(slice(region, region + 1)))
+    ends = corners @ C.T + d
+    start, part = problem.start, goal.A[:, : model.n_p]
+    lo, hi = (-np.inf, np.inf) if start is None else row_bounds(start.A, start.b)
+    at = (part * np.where(part > 0, lo, np.where(part < 0, hi, 0.0))).sum(axis=1)
+    # vertices are floats, and all this is rounded
+    reach = np.abs(C) @ np.maximum(np.abs(low), np.abs(high)) + np.abs(d)
+    rounding = gamma(4 * goal.n + 2 * model.n_k + 8) * (size @ reach + np.abs(goal.b) + np.abs(at))
+    slack = 2 * size @ (np.abs(C) @ slip) + rounding + TOLERANCES.lp_margin
+    return bool(((ends @ goal.A.T).min(axis=0) + at > allowed + slack).any())
 
 
 def regions(

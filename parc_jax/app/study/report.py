@@ -119,9 +119,8 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
 
 def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     """Draw everything that this outcome supports; returns the files."""
-    from parc_jax.app.figures import region_verdicts
     from parc_jax.app.plot.errors import Entry, errors
-    from parc_jax.app.plot.regions import regions
+    from parc_jax.app.plot.regions import region_verdicts, regions
     from parc_jax.app.plot.samples import samples
     from parc_jax.learning.bound.declared import assumed_claim
 

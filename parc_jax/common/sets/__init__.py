@@ -1,1 +1,1 @@
-"""Boxes and polytopes, and the operations on them that the engine needs; more in `neuralparc`."""
+"""Boxes and polytopes, and the operations on them that the engine needs."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from parc_jax.neuralparc.by_support import hull_normals
+from benchmarks.neuralparc.by_support import hull_normals
 
 kernel = jax.jit(hull_normals)
 

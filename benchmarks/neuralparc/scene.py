@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.neuralparc.sets.operations import shrink
 from parc_jax.common import struct
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import gamma, round_up
@@ -17,7 +18,6 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.rational import Point, convex_polygon, exact_support, rational_vertices
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.neuralparc.sets.operations import shrink
 from parc_jax.problem.body import Body, Disc
 from parc_jax.problem.problem import Problem
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from gap_model import HI, LO, arc_tube, gap_table
 
-from parc_jax.neuralparc.cells import cells_outward
-from parc_jax.neuralparc.sets.sampling import volume
+from benchmarks.neuralparc.cells import cells_outward
+from benchmarks.neuralparc.sets.sampling import volume
 
 TABLE = gap_table(4)
 

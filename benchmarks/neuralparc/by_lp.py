@@ -9,14 +9,10 @@ the same set; without the projection it is the smaller joint set, which keeps k.
 
 import numpy as np
 
-from parc_jax.common.lp.exact import gamma, row_bounds
-from parc_jax.common.lp.program import LPStatus
-from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.vertices import chebyshev_center
-from parc_jax.neuralparc.brs import ReachSet, brs_bounds, brs_rows, offset_bounds
-from parc_jax.neuralparc.cells import Cell
-from parc_jax.neuralparc.scene import PaperScene, Tally
-from parc_jax.neuralparc.sets.affine import (
+from benchmarks.neuralparc.brs import ReachSet, brs_bounds, brs_rows, offset_bounds
+from benchmarks.neuralparc.cells import Cell
+from benchmarks.neuralparc.scene import PaperScene, Tally
+from benchmarks.neuralparc.sets.affine import (
     AHPolytope,
     convex_hull,
     find_point,
@@ -24,6 +20,10 @@ from parc_jax.neuralparc.sets.affine import (
     membership,
     projection,
 )
+from parc_jax.common.lp.exact import gamma, row_bounds
+from parc_jax.common.lp.program import LPStatus
+from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.vertices import chebyshev_center
 
 
 def knot_set(cell: Cell, obstacle: HPolytope, s: int) -> AHPolytope:

@@ -9,14 +9,14 @@ from itertools import product
 import jax
 import numpy as np
 
+from benchmarks.neuralparc.sets.operations import clip_to_box
+from benchmarks.neuralparc.sets.sampling import volume
 from parc_jax.common import struct
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.neuralparc.sets.operations import clip_to_box
-from parc_jax.neuralparc.sets.sampling import volume
 from parc_jax.proof.regions.table import RegionTable
 
 # [share of the region's volume] smaller cells are left out: no samples from them, no claim

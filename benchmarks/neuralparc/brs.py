@@ -13,14 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.neuralparc.cells import Cell
+from benchmarks.neuralparc.lp_batch import solve_batch
 from parc_jax.common import struct
 from parc_jax.common.lp.exact import gamma, row_bounds
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.neuralparc.cells import Cell
-from parc_jax.neuralparc.lp_batch import solve_batch
 
 # of the common range of an end coordinate: where parameters are tried
 _SHARES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])

@@ -2,14 +2,12 @@
 set. [NP, Sec. IV] As a method of a query it is a baseline beside `parc_jax.method.Exact`.
 
 Two interchangeable ways to decide: "lp" with AH-polytopes and one LP per question, as published,
-and "supports" with the same avoid sets as polygons. And a verdict on every region of K: a safe
-plan, none found, or a proof that the goal is out of reach.
+and "supports" with the same avoid sets as polygons.
 """
 
 import time
 from collections import Counter
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
@@ -18,20 +16,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from benchmarks.neuralparc.brs import ReachSet, reach_sets
+from benchmarks.neuralparc.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
+from benchmarks.neuralparc.by_support import outside, shadows
+from benchmarks.neuralparc.cells import Cell, cells_outward, stacks
+from benchmarks.neuralparc.scene import PaperScene, Tally, paper_scene
+from benchmarks.neuralparc.sets.sampling import sample_polytopes
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
 from parc_jax.common.lp.exact import gamma
 from parc_jax.common.lp.program import LPStatus
-from parc_jax.common.sets.bounding_box import bounding_box
-from parc_jax.common.status import Ended, OfRegion
-from parc_jax.neuralparc.brs import ReachSet, reach_sets
-from parc_jax.neuralparc.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
-from parc_jax.neuralparc.by_support import outside, shadows
-from parc_jax.neuralparc.cells import Cell, cells_of, cells_outward, stack, stacks
-from parc_jax.neuralparc.scene import PaperScene, Tally, paper_scene
-from parc_jax.neuralparc.sets.operations import shrink
-from parc_jax.neuralparc.sets.sampling import sample_polytopes
-from parc_jax.proof.regions import RegionTable, regions_of
+from parc_jax.common.status import Ended
+from parc_jax.proof.regions import regions_of
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.corridors.stopping import nothing_covered
@@ -81,7 +77,6 @@ class Published:
 
 
 SAMPLES_PER_REGION = 50  # as published
-DRAWN = 2048  # plans of the corridors
 _THIN = 16  # hit-and-run steps between samples
 _TOGETHER = 256  # regions handled at once by "supports" when all are to be visited
 _ROWS = 8  # rows are padded to a multiple of this
@@ -209,39 +204,3 @@ def _strictly_inside(reach: ReachSet, points: np.ndarray) -> np.ndarray:
 _cell_keys = jax.jit(
     jax.vmap(lambda key, n: jax.random.fold_in(jax.random.fold_in(key, n[0]), n[1]), (None, 0))
 )
-
-
-def region_verdicts(answer, table: RegionTable) -> np.ndarray:
-    """Verdict (r,) of each region of a table of the answer's network, as `OfRegion`.
-
-    SAFE: a returned sample lies in it, the plan of a corridor, or one drawn from all. UNREACHABLE:
-    the backward reachable set is proved empty in every bin of the tube that the region meets, which
-    is tried for robots of one reference point only. NOT_FOUND: neither. Raises InputError.
-    """
-    model, problem = answer.model, answer.problem
-    if table.net.hash != model.net.hash:
-        raise InputError(
-            "regions: expected the regions of the answer's network; these belong to another one."
-        )
-    verdict = np.full(table.count, int(OfRegion.NOT_FOUND))
-    plans_k = [*answer.samples[:, model.n_p :], *(c.k for c in answer.corridors)]
-    if answer.corridors:
-        with suppress(InputError):  # too small a set for draws: the plans of the corridors remain
-            plans_k += [*answer.sample(jax.random.PRNGKey(0), DRAWN)[:, model.n_p :]]
-    with_plan = table.locate(np.reshape(plans_k, (len(plans_k), model.n_k)))
-    verdict[with_plan[with_plan >= 0]] = OfRegion.SAFE
-    if model.n_points > 1:
-        return verdict
-    open_regions = np.flatnonzero(verdict != OfRegion.SAFE)
-    cells = [cell for i in open_regions for cell in cells_of(table, model.tube, int(i))]
-    claimed = model.tube.claimed
-    verdict[[int(cell.region) for cell in cells]] = OfRegion.UNREACHABLE
-    without_tube = [int(cell.region) for cell in cells if not claimed[cell.bin]]
-    verdict[without_tube] = OfRegion.NOT_FOUND
-    judged = [cell for cell in cells if claimed[cell.bin]]
-    if judged:
-        goals = shrink(problem.goal, np.where(claimed[:, None], model.tube.final, 0.0))
-        many = stack(judged)
-        reach = reach_sets(many, goals, bounding_box(problem.goal), problem.start, model.n_p)
-        verdict[many.region[reach.status != int(LPStatus.INFEASIBLE)]] = OfRegion.NOT_FOUND
-    return verdict

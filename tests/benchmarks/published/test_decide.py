@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 
+from benchmarks.neuralparc import brs
+from benchmarks.neuralparc.cells import cells_outward, stack
+from benchmarks.neuralparc.sets.operations import shrink
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.neuralparc import brs
-from parc_jax.neuralparc.cells import cells_outward, stack
-from parc_jax.neuralparc.sets.operations import shrink
 
 TUBE = arc_tube(4, (4, 3))
 CELLS = stack(

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 
+from benchmarks.neuralparc import by_lp as paper_lp
+from benchmarks.neuralparc.cells import cells_outward
+from benchmarks.neuralparc.scene import paper_scene
+from benchmarks.neuralparc.search import paper_search
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.program import LPResult, LPStatus
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.neuralparc import by_lp as paper_lp
-from parc_jax.neuralparc.cells import cells_outward
-from parc_jax.neuralparc.scene import paper_scene
-from parc_jax.neuralparc.search import paper_search
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.regions.subdivide import enumerate_regions
 

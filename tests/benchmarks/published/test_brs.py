@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 
+from benchmarks.neuralparc.brs import brs_rows
+from benchmarks.neuralparc.cells import cells_outward
+from benchmarks.neuralparc.sets.operations import shrink
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.neuralparc.brs import brs_rows
-from parc_jax.neuralparc.cells import cells_outward
-from parc_jax.neuralparc.sets.operations import shrink
 
 TABLE, TUBE = gap_table(4), arc_tube(4, (2, 1))
 PROBLEM = gap_problem()

@@ -12,10 +12,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from benchmarks.neuralparc.cells import Cell
+from benchmarks.neuralparc.scene import GrownPolytopes
 from parc_jax.common import struct
 from parc_jax.common.arrays import x64
-from parc_jax.neuralparc.cells import Cell
-from parc_jax.neuralparc.scene import GrownPolytopes
 
 # [extent of the set] points closer than this count as one; merging only makes the set look larger
 _SAME = 1e-13

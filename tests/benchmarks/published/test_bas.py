@@ -7,12 +7,12 @@ import pytest
 from gap_model import arc_tube, gap_problem, gap_table
 from set_oracles import memberships
 
+from benchmarks.neuralparc.by_lp import avoid_set, joint_avoid_set
+from benchmarks.neuralparc.by_support import margins, shadows
+from benchmarks.neuralparc.cells import cells_outward, stack
+from benchmarks.neuralparc.scene import grown_polytopes
+from benchmarks.neuralparc.sets.affine import membership
 from parc_jax.common.lp.program import LPStatus
-from parc_jax.neuralparc.by_lp import avoid_set, joint_avoid_set
-from parc_jax.neuralparc.by_support import margins, shadows
-from parc_jax.neuralparc.cells import cells_outward, stack
-from parc_jax.neuralparc.scene import grown_polytopes
-from parc_jax.neuralparc.sets.affine import membership
 
 T, BAND = 4, 1e-7
 TUBE = arc_tube(T, (2, 1))

@@ -5,13 +5,13 @@ goals shrink, rounded down; and hulls cut by a box, never too small.
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.neuralparc.sets.affine import Set, stacked
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import gamma, round_up
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import convex_hull
 from parc_jax.common.sets.rational import exact_support, rational_vertices
-from parc_jax.neuralparc.sets.affine import Set, stacked
 
 
 def minkowski_sum(p: Set, q: Set) -> Set:
