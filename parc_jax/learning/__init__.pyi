@@ -16,4 +16,3 @@ from parc_jax.learning.runs.collect import collect as collect
 from parc_jax.learning.system import time_grid as time_grid
 from parc_jax.learning.systems.chained import chained as chained
 from parc_jax.learning.systems.environment import EnvironmentRun as EnvironmentRun
-from parc_jax.learning.systems.fmu import fmu_system as fmu_system

@@ -22,7 +22,7 @@ def robot(name: str, own: str) -> BlackBox:
 
 def of_system(name: str, system, fine: int = 1) -> BlackBox:
     """A box of any system that parc_jax takes, whose runs move along with their start: a robot of
-    `sims`, an FMU (`fmu_system`), Python (`python_system`). Of its records every fine-th is seen;
+    `sims`, Python (`python_system`). Of its records every fine-th is seen;
     the scorer looks at all.
     """
     time = system.time

@@ -1,1 +1,1 @@
-"""Black boxes that can be run: JAX, Python, FMUs, fleets of machines, chains of manoeuvres."""
+"""Black boxes that can be run: JAX, Python, fleets of machines, chains of manoeuvres."""

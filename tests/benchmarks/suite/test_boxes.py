@@ -2,11 +2,8 @@
 along with their start.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from needs import need
 from scipy.stats import t as student
 
 import parc_jax as pj
@@ -14,7 +11,6 @@ from benchmarks.suite.boxes import cushion, load, sled
 from benchmarks.suite.boxes.robots import of_system
 
 DOMAIN, TIME = pj.box([0.5, -0.5], [0.9, 0.5]), pj.learning.time_grid(0.25, 1.0, 0.05)
-HELPERS = Path(__file__).parents[2] / "helpers"
 
 
 def glide(rng, k):
@@ -64,18 +60,5 @@ def test_a_python_system_is_a_box():
     box = of_system("yours.box", system, 5)
     assert (box.records, box.dt, box.k_lo, box.fine) == (4, 0.25, (0.5, -0.5), 5)
     ends = moved(box)[:, -1, 0]
-    assert np.abs(ends - [[0.7, 0.2], [2.7, -0.8]]).max() < 0.1
-    system.close()
-
-
-@pytest.mark.night
-def test_an_fmu_is_a_box(tmp_path):
-    need("fmpy", "pythonfmu")
-    from pythonfmu import FmuBuilder
-
-    path = FmuBuilder.build_FMU(HELPERS / "glider_fmu.py", dest=tmp_path)
-    about = {"q": ("heading",), "seed": "seed", "workers": 0}
-    system = pj.learning.fmu_system(path, ("vx", "vy"), ("x", "y"), DOMAIN, TIME, **about)
-    ends = moved(of_system("yours.box", system))[:, -1, 0]
     assert np.abs(ends - [[0.7, 0.2], [2.7, -0.8]]).max() < 0.1
     system.close()
