@@ -1,3 +1,3 @@
 """Other programs on the one piece we share with them: boxes around what a network says over a box
-of inputs.
+of inputs; and one safety question of an answer as files for any of them.
 """

@@ -1,5 +1,5 @@
-"""Files of other tools, in and out: scenes and networks, bags, queries for other verifiers, C for
-the computer of a robot. Loaded on first use.
+"""Files of other tools, in and out: scenes and networks, bags, C for the computer of a robot.
+Loaded on first use.
 """
 
 from parc_jax.common.on_use import on_use

@@ -2,9 +2,6 @@
 
 from parc_jax.app.files.network_file import load_network as load_network
 from parc_jax.app.files.network_file import write_onnx as write_onnx
-from parc_jax.app.files.question import safety_question as safety_question
-from parc_jax.app.files.question import vnnlib as vnnlib
-from parc_jax.app.files.question import write_question as write_question
 from parc_jax.drive.onboard.header import write_c as write_c
 from parc_jax.learning.network.relu import Normalisation as Normalisation
 from parc_jax.problem.problem_file import load_problem as load_problem

@@ -1,1 +1,1 @@
-"""Scenes, networks, answers and questions to other verifiers as files."""
+"""Networks and answers as files."""
