@@ -28,11 +28,10 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.lp.solve import solve
 from parc_jax.common.sets.box import Box
-from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.proof.regions.domain import UnitProblem, interior_point, unit_problem
+from parc_jax.proof.regions.domain import UnitProblem, unit_problem
 from parc_jax.proof.regions.exact import ExactNetwork
-from parc_jax.proof.regions.locate import inside_domain, proportional
+from parc_jax.proof.regions.locate import proportional
 
 Rows = Float[np.ndarray, "rows columns"]  # (a, c) of a.x + c <= 0
 Bound = Float[np.ndarray, " n"]
@@ -149,7 +148,7 @@ class MarchedRegion:
 
 
 def march(
-    net: ReLUNetwork, domain: Box | HPolytope, seed: Sequence[float] | np.ndarray | jax.Array
+    net: ReLUNetwork, domain: Box, seed: Sequence[float] | np.ndarray | jax.Array
 ) -> Iterator[MarchedRegion]:
     """Regions of `net` over `domain`, breadth first from the one that contains `seed` (n,); every
     region once.
@@ -159,11 +158,11 @@ def march(
     """
     unit = unit_problem(net, domain)
     seed = as_float64("march seed", seed, (net.n_in,))
-    if not inside_domain(domain, seed[None])[0]:
+    if not domain.contains(seed):
         raise InputError(f"march: expected a seed inside the domain; got {seed}.")
     start = seed / unit.scale
     network = ExactNetwork(unit.A, unit.b, unit.weights, unit.biases)
-    first = pattern_at(network, start, interior_point(domain) / unit.scale - start)
+    first = pattern_at(network, start, domain.center / unit.scale - start)
     return _march(network, unit, first)
 
 

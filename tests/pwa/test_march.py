@@ -14,7 +14,6 @@ from region_networks import (
 )
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.proof.regions import enumerate_regions
 
 pytestmark = pytest.mark.soundness
@@ -64,13 +63,6 @@ def test_random_networks_from_several_seeds(n, widths):
 def test_degenerate_families(n, widths):
     for _, net in degenerate_networks(n, widths, seed=n + 10):
         assert_march_equals_table(net, unit_box(n), np.ones(n))
-
-
-def test_integer_networks_on_a_polytope():
-    A = np.array([[1.0, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [2, 2], [1, -1]])
-    domain = hpolytope(A, np.array([1.0, 1, 1, 1, 1, 2, 2]))
-    for seed in range(4):
-        assert_march_equals_table(random_network(2, [4, 3], seed, integer=2), domain, np.zeros(2))
 
 
 def test_more_inputs_than_subdivision_takes():

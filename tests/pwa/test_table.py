@@ -4,11 +4,11 @@ network.
 
 import numpy as np
 import pytest
+from exact_points import with_exact_points
 from region_networks import outputs, random_network, unit_box
 
 from parc_jax.common.errors import BudgetError, InputError
 from parc_jax.common.sets.box import box
-from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.proof.regions import table as table_module
 from parc_jax.proof.regions.locate import float_patterns
@@ -87,7 +87,7 @@ def test_locate_on_vertices_facets_and_outside(table):
 
 
 def test_exact_points_are_within_the_stated_error(table):
-    exact = table.with_exact_points()
+    exact = with_exact_points(table)
     moved = np.abs(exact.points - table.points)
     assert (moved <= table.point_error + exact.point_error).all()
     assert moved.max() <= 1e-12
@@ -108,11 +108,3 @@ def test_maps_that_do_not_fit_are_refused_but_parts_are_given(monkeypatch):
     with pytest.raises(BudgetError, match=r"maps\(regions\)"):
         _ = table.C
     assert table.maps([0])[0].shape == (1, 2, 2)
-
-
-def test_locate_decides_a_polytope_boundary_exactly():
-    third = 1.0 / 3.0
-    domain = hpolytope([[third, third], [-1, 0], [0, -1]], [third, 0, 0])
-    table = enumerate_regions(random_network(2, [4], seed=1), domain)
-    on_edge = np.array([[0.25, 0.75], [np.nextafter(0.25, 1), 0.75], [0.25, 0.5]])
-    assert (table.locate(on_edge) >= 0).tolist() == [True, False, True]

@@ -20,7 +20,6 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common.sets.box import Box
-from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions.complex import Complex
 from parc_jax.proof.regions.proof import prove_complete, recheck_signs
@@ -156,24 +155,22 @@ def _wedge_table(n: int, k: int):
 
 def build_table(
     net: ReLUNetwork,
-    domain: Box | HPolytope,
+    domain: Box,
     lattice: Complex,
     oracle: SignOracle,
     scale: Float[np.ndarray, " n"],
     domain_volume: float,
-    first_row: int,
 ) -> RegionTable:
     """The proved table of a finished subdivision. Raises SoundnessError when the proof fails.
 
-    scale (n,): unit coordinates to the caller's. domain_volume: in unit coordinates. Columns from
-    first_row on, up to those of the neurons, are the rows of the caller's domain.
+    scale (n,): unit coordinates to the caller's. domain_volume: in unit coordinates.
     """
     n = lattice.n
     n_rows = len(oracle.exact.rows)
     boundaries = tuple(lattice.all_rows(drop=True))
     volumes = cell_volumes(lattice.x.view, boundaries)
     column = lattice.label.view[min(n - 1, 1) :]
-    facet_label = np.where(column < n_rows, first_row - 1 - column, column - n_rows)
+    facet_label = np.where(column < n_rows, -1 - column, column - n_rows)
     facet_regions, facet_count = _sides(*boundaries[-1], len(column))
 
     points = lattice.x.view * scale

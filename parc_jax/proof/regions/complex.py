@@ -81,13 +81,6 @@ class SignBits:
         minus = unpack(self.minus.data[row], n_columns)[0]
         return plus, ~(plus | minus)
 
-    def kept(self, vertices: np.ndarray) -> "SignBits":
-        """Those of some vertices: bool (V,)."""
-        out = SignBits(0, 0)
-        out.plus = Growable(self.plus.view[vertices])
-        out.minus = Growable(self.minus.view[vertices])
-        return out
-
 
 def _place(column: int) -> tuple[int, np.uint64]:
     """Word and bit of a column."""
@@ -113,7 +106,6 @@ class Level:
         sub: Int[np.ndarray, " entries"],
         size: Int[np.ndarray, " faces"],
         first: Int[np.ndarray, " faces"],
-        radius: Float[np.ndarray, " faces"] | None = None,
     ):
         size = np.concatenate([[0], size])
         self.sub = _with_dummy(sub)
@@ -121,7 +113,7 @@ class Level:
         self.start = Growable(1 + np.cumsum(size) - size)
         self.size = Growable(size.astype(NUMBER))
         self.first = _with_dummy(first)
-        self.radius = _with_dummy(np.zeros(len(size) - 1) if radius is None else radius, 0.0, float)
+        self.radius = _with_dummy(np.zeros(len(size) - 1), 0.0, float)
         self.home = Growable(np.zeros(len(size), NUMBER))
 
     @property
@@ -188,19 +180,12 @@ class Complex:
         self.rho = Growable(np.zeros(len(x)))
         self.vertex_home = Growable(np.zeros(len(x), NUMBER))
         self.bits = bits
-        self.set_edges(a, b)
-        self.levels = levels
-        self.set_labels(label)
-
-    def set_edges(self, a: np.ndarray, b: np.ndarray, radius: np.ndarray | None = None) -> None:
-        """Replace all edges: ends a, b (E,), radius (E,) or zero."""
         self.a = _with_dummy(a)
         self.b = _with_dummy(b)
-        self.edge_radius = _with_dummy(np.zeros(len(a)) if radius is None else radius, 0.0, float)
+        self.edge_radius = _with_dummy(np.zeros(len(a)), 0.0, float)
         self.edge_home = Growable(np.zeros(self.a.n, NUMBER))
-
-    def set_labels(self, label: np.ndarray) -> None:
-        """Replace the labels of the (n-1)-faces, which have a dummy unless they are vertices."""
+        self.levels = levels
+        # a dummy in front, unless they are vertices
         self.label = Growable(label) if self.n == 1 else _with_dummy(label, -1)
 
     @property
@@ -278,10 +263,6 @@ class Complex:
     def set_values(self, z: np.ndarray) -> None:
         """Store the pre-activations (V, w) of a new layer."""
         self.z = Growable(z)
-
-    def touches(self, first: int, last: int) -> bool:
-        """Whether a vertex lies on one of the domain rows first..last-1."""
-        return not unpack(self.bits.minus.view, last)[:, first:].all()
 
     def compact(self) -> None:
         """Drop dead entries, where they are more than half as many as the live ones."""

@@ -1,6 +1,4 @@
-"""The complex of the domain itself: a box, or any polytope with interior, cut out of a box around
-it.
-"""
+"""The complex of the domain itself, a box."""
 
 from functools import lru_cache
 from itertools import product
@@ -9,10 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import Box
-from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.common.sets.vertices import chebyshev_center
+from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions.complex import Complex, Level, Sign, SignBits
 
@@ -26,7 +22,7 @@ class UnitProblem(NamedTuple):
     """Network and domain in unit coordinates y = x / scale, scale a power of two per axis: no
     rounding anywhere.
 
-    A, b: rows of the domain. lo, hi: a box that contains it (the domain itself where it is a box).
+    A, b: rows of the domain, between lo and hi.
     weights, biases: of the hidden layers.
     """
 
@@ -39,23 +35,22 @@ class UnitProblem(NamedTuple):
     biases: list[np.ndarray]
 
 
-def unit_problem(net: ReLUNetwork, domain: Box | HPolytope) -> UnitProblem:
+def unit_problem(net: ReLUNetwork, domain: Box) -> UnitProblem:
     """Rescale the axes so that errors mean the same along each. Raises InputError for a domain
     without interior.
     """
-    if not isinstance(domain, Box | HPolytope):
-        raise InputError(f"domain: expected a Box or an HPolytope; got {type(domain).__name__}.")
+    if not isinstance(domain, Box):
+        raise InputError(f"domain: expected a Box; got {type(domain).__name__}.")
     if domain.n != net.n_in:
         raise InputError(
             f"domain: expected {net.n_in} dimensions like the network's inputs; got {domain.n}."
         )
-    if isinstance(domain, Box) and not (domain.lo < domain.hi).all():
+    if not (domain.lo < domain.hi).all():
         raise InputError(
             f"domain: expected a box with interior; got lo = {domain.lo}, hi = {domain.hi}."
         )
-    around = domain if isinstance(domain, Box) else _box_around(domain)
-    rows = from_box(domain) if isinstance(domain, Box) else domain
-    scale = np.ldexp(1.0, np.frexp(np.maximum(np.abs(around.lo), np.abs(around.hi)))[1])
+    rows = from_box(domain)
+    scale = np.ldexp(1.0, np.frexp(np.maximum(np.abs(domain.lo), np.abs(domain.hi)))[1])
     if not ((scale >= 1 / LARGEST_SCALE) & (scale <= LARGEST_SCALE)).all():
         raise InputError(
             f"domain: expected sizes between {1 / LARGEST_SCALE:g} and {LARGEST_SCALE:g}; got "
@@ -75,36 +70,11 @@ def unit_problem(net: ReLUNetwork, domain: Box | HPolytope) -> UnitProblem:
         scale=scale,
         A=rows.A * scale,
         b=rows.b,
-        lo=around.lo / scale,
-        hi=around.hi / scale,
+        lo=domain.lo / scale,
+        hi=domain.hi / scale,
         weights=weights,
         biases=list(net.biases[:hidden]),
     )
-
-
-def interior_point(domain: Box | HPolytope) -> np.ndarray:
-    """A point strictly inside the domain. Raises InputError without one."""
-    if isinstance(domain, Box):
-        return domain.center
-    center = chebyshev_center(domain).center
-    if not (domain.A @ center < domain.b).all():
-        raise InputError(
-            "domain: expected a polytope with interior; no point strictly inside was found."
-        )
-    return center
-
-
-def _box_around(P: HPolytope) -> Box:
-    """A box that contains the polytope with room to spare."""
-    tight = bounding_box(P)
-    if not (np.isfinite(tight.lo).all() and np.isfinite(tight.hi).all()):
-        raise InputError(
-            "domain: expected a bounded polytope; no bound was found for some axis. Add rows, or "
-            "use a Box."
-        )
-    size = np.maximum(np.abs(tight.lo), np.abs(tight.hi))
-    spare = 0.25 * (tight.hi - tight.lo) + 1e-3 * size + 2.0**-40
-    return Box(tight.lo - spare, tight.hi + spare)
 
 
 def box_complex(lo: np.ndarray, hi: np.ndarray, n_columns: int) -> Complex:

@@ -9,8 +9,6 @@ cuts, and forms depend only on signs decided earlier), so the point is a rationa
 """
 
 from collections.abc import Sequence
-from fractions import Fraction
-from itertools import pairwise
 from math import gcd
 
 import numpy as np
@@ -18,7 +16,6 @@ from jaxtyping import Bool, Float, Int
 
 from parc_jax.common.errors import SoundnessError
 from parc_jax.proof.regions.complex import Sign
-from parc_jax.proof.regions.domain import unit_problem
 
 CACHED_FORMS = 4096  # patterns whose integer forms are kept
 
@@ -88,14 +85,6 @@ class ExactNetwork:
             h = z
             scale = q << self.shifts[l]
         return h, scale
-
-    def row_values(self, point: list[int], q: int, first: int) -> tuple[np.ndarray, int]:
-        """a.x - b of the domain rows from `first` on at point / q: integers and their common
-        positive denominator.
-        """
-        rows = self.rows[first:]
-        values = np.dot(rows[:, :-1], np.array(point, dtype=object)) + rows[:, -1] * q
-        return values, q << self.row_shift
 
     @staticmethod
     def rational(x: np.ndarray) -> tuple[list[int], int]:
@@ -195,29 +184,3 @@ def _solve(basis: list[tuple[int, list[int]]], n: int) -> tuple[list[int], int]:
         point = [x // d for x in point]
         q //= d
     return ([-x for x in point], -q) if q < 0 else (point, q)
-
-
-def with_exact_points(table):
-    """The same table, every vertex rounded from its exact value, which takes a fraction of a
-    millisecond; point_error is half a unit in the last place.
-
-    The facets of one region that meet at one of its vertices have normals of rank n there, so they
-    define the point.
-    """
-    unit = unit_problem(table.net, table.domain)
-    network = ExactNetwork(unit.A, unit.b, unit.weights, unit.biases)
-    flat, offsets = table.face_vertices(table.net.n_in - 1)
-    order = np.argsort(flat, kind="stable")
-    facets = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))[order]
-    starts = np.searchsorted(flat[order], np.arange(len(table.points) + 1))
-    points = np.empty_like(table.points)
-    for v, (first, last) in enumerate(pairwise(starts)):
-        through = facets[first:last]
-        sides = table.facet_regions[through]
-        region = sides[0, 0]
-        label = table.facet_label[through[(sides == region).any(axis=1)]]
-        neurons = np.sort(label[label >= 0])
-        point, q = network.vertex(-1 - label[label < 0], neurons, table.patterns[region])
-        exact = zip(point, unit.scale, strict=True)
-        points[v] = [float(Fraction(x, q) * Fraction(s)) for x, s in exact]
-    return table.replace(points=points, point_error=0.5 * np.spacing(np.abs(points)))

@@ -1,18 +1,15 @@
 """Which region contains a point: its activation pattern, exactly, looked up among the patterns of
 the table.
-
 """
 
 import numpy as np
 
 from parc_jax.common.arrays import slices
 from parc_jax.common.errors import SoundnessError
-from parc_jax.common.sets.box import Box
-from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions.complex import Sign
 from parc_jax.proof.regions.exact import ExactNetwork
-from parc_jax.proof.regions.rounding import TINY, U, forward_error
+from parc_jax.proof.regions.rounding import forward_error
 from parc_jax.proof.regions.storage import hash_words, pack
 
 
@@ -87,20 +84,3 @@ def float_patterns(net: ReLUNetwork, k: np.ndarray) -> tuple[np.ndarray, np.ndar
         on.append(z > 0)
         h = np.maximum(z, 0.0)
     return np.concatenate(on, axis=1) if on else np.zeros((len(k), 0), bool), sure
-
-
-def inside_domain(domain: Box | HPolytope, k: np.ndarray) -> np.ndarray:
-    """Closed membership (m,) of k (m, n), exact."""
-    if isinstance(domain, Box):
-        return domain.contains(k)
-    A = domain.A
-    b = domain.b
-    excess = k @ A.T - b
-    error = (domain.n + 4) * U * (np.abs(k) @ np.abs(A).T + np.abs(b)) + TINY
-    outside = (excess > error).any(axis=1)
-    inside = (excess < -error).all(axis=1)
-    exact = ExactNetwork(A, b, [], [])
-    for i in np.flatnonzero(~(outside | inside)):
-        values, _ = exact.row_values(*exact.rational(k[i]), 0)
-        outside[i] = any(v > 0 for v in values)
-    return ~outside

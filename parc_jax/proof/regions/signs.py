@@ -22,7 +22,7 @@ _OPPOSITE = np.array([Sign.ZERO, Sign.MINUS, Sign.PLUS])  # by sign
 
 
 class SignOracle:
-    """Signs for one complex. `begin` opens a layer (or the domain rows), then one `codes` per
+    """Signs for one complex. `begin` opens a layer, then one `codes` per
     column in order.
 
     n_exact, n_repaired: vertices evaluated in rationals because a sign was open, or because the
@@ -42,15 +42,14 @@ class SignOracle:
 
     def begin(
         self,
-        layer: int | None,
+        layer: int,
         W: Float[np.ndarray, "w inputs"],
         b: Float[np.ndarray, " w"],
         bound: LayerBound,
         first_column: int,
         lip: np.ndarray,
     ) -> None:
-        """Open a layer (None: the domain rows) with weights W (w, in), b (w,); its columns start at
-        first_column.
+        """Open a layer with weights W (w, in), b (w,); its columns start at first_column.
 
         lip: (cells, w) bounds on the gradients in the cells of now, or (1, w) for all cells.
         """
@@ -94,11 +93,6 @@ class SignOracle:
         """Gradient bounds of neuron j in the given cells."""
         return self.lip[home, j] if len(self.lip) > 1 else self.lip[0, j]
 
-    def renumber(self, number: np.ndarray) -> None:
-        """Vertices were dropped: number (V,) is the new number of each old one, -1 for dropped."""
-        self.points = {int(number[v]): p for v, p in self.points.items() if number[v] >= 0}
-        self.rows = {int(number[v]): p for v, p in self.rows.items() if number[v] >= 0}
-
     def _decide(self, vertices: Int[np.ndarray, " v"], j: int) -> np.ndarray:
         if not self.W[j].any():
             return np.full(len(vertices), sign_of(self.b[j]))
@@ -138,10 +132,7 @@ class SignOracle:
                 zero[zero < n_rows], zero[zero >= n_rows] - n_rows, on
             )
         point, q = self.points[v]
-        if self.layer is None:
-            values, scale = self.exact.row_values(point, q, self.first_column)
-        else:
-            values, scale = self.exact.values(self.layer, point, q, on)
+        values, scale = self.exact.values(self.layer, point, q, on)
         lattice = self.lattice
         lattice.x.data[v] = [x / q for x in point]
         lattice.z.data[v] = [z / scale for z in values]
@@ -154,7 +145,7 @@ class SignOracle:
         n_rows = len(self.exact.rows)
         plus, zero = self.lattice.bits.at(v, n_columns)
         on = np.zeros(self.exact.first_neuron[-1], bool)
-        on[: max(n_columns - n_rows, 0)] = plus[n_rows:]
+        on[: n_columns - n_rows] = plus[n_rows:]
         return on, np.flatnonzero(zero)
 
 

@@ -14,8 +14,7 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.learning.network.maps import affine_maps, facet_rows
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.proof.regions.exact import with_exact_points
-from parc_jax.proof.regions.locate import PatternIndex, inside_domain
+from parc_jax.proof.regions.locate import PatternIndex
 from parc_jax.proof.regions.proof import Completeness
 from parc_jax.proof.regions.storage import face_vertices
 
@@ -44,7 +43,7 @@ class RegionTable:
     """
 
     net: ReLUNetwork
-    domain: Box | HPolytope
+    domain: Box
     patterns: np.ndarray
     volumes: np.ndarray
     points: np.ndarray
@@ -113,7 +112,7 @@ class RegionTable:
         table[neuron] = facet_rows(
             self.net, self.patterns, self.facet_label[neuron], self.facet_regions[neuron, 0]
         )
-        rows = from_box(self.domain) if isinstance(self.domain, Box) else self.domain
+        rows = from_box(self.domain)
         table[~neuron] = np.column_stack([rows.A, -rows.b])[-1 - self.facet_label[~neuron]]
         # z = g.x + c >= 0 where the neuron is active
         region = np.repeat(np.arange(self.count), np.diff(self.facet_offsets))
@@ -183,14 +182,6 @@ class RegionTable:
         """
         return self._all_maps[1]
 
-    def with_exact_points(self) -> "RegionTable":
-        """The same table, every vertex rounded from its exact value: point_error is half a unit in
-        the last place.
-
-        A fraction of a millisecond per vertex.
-        """
-        return with_exact_points(self)
-
     @cached_property
     def _index(self) -> PatternIndex:
         return PatternIndex(self.net, self.patterns)
@@ -207,7 +198,7 @@ class RegionTable:
                 f"locate: expected k with {self.net.n_in} entries last; got shape {k.shape}."
             )
         flat = k.reshape(-1, self.net.n_in)
-        inside = inside_domain(self.domain, flat)
+        inside = self.domain.contains(flat)
         number = np.full(len(flat), -1)
         number[inside] = self._index.find(flat[inside])
         return number.reshape(k.shape[:-1])
