@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from benchmarks import replays
-from parc_jax.common.errors import InputError
 
 
 class Told:
@@ -56,18 +55,3 @@ def test_an_interrupted_count_goes_on_with_the_plans_that_are_missing(counted):
     assert again["left the tube"] == 3
     run(2 * replays.STEP + 5)
     assert len(steps) == 3  # all is counted
-
-
-def test_counts_of_another_question_are_not_added_to(counted):
-    run, _, folder = counted
-    run(10)
-    with pytest.raises(InputError, match="the same seed"):
-        run(20, seed=1)
-    (folder / "answer.json").write_text("{ }")
-    with pytest.raises(InputError, match="the same file"):
-        run(20)
-
-
-def test_a_model_or_an_answer_is_needed():
-    with pytest.raises(InputError, match="a saved model, or else a saved answer"):
-        replays.main(replays.Options())

@@ -9,7 +9,7 @@ import pytest
 from benchmarks import baseline, main, run
 from benchmarks.bench import Bench
 from benchmarks.metrics import exact
-from benchmarks.report import page, results
+from benchmarks.report import page
 from benchmarks.result import Result, Skip, Table
 from benchmarks.workloads import NAMES, workload
 
@@ -79,28 +79,6 @@ def test_skipped_and_broken_workloads_do_not_stop_the_others(monkeypatch):
         run.failed(report) == [f"second: {report['workloads'][1]['reason']}"]
         and "boom" in run.failed(report)[0]
     )
-
-
-def test_updating_merges_runs_of_parts_and_writes_the_page(monkeypatch, tmp_path):
-    fake(monkeypatch, first=lambda b: Result([exact("first.a", 1)]), good=counting)
-    file, doc = tmp_path / "baseline.json", tmp_path / "page.md"
-    for names in (("good", "first"), ("good",)):
-        baseline.update(run.run_workloads(Bench(), names), file, doc)
-    stored = baseline.load_baselines(file)["cpu"]
-    assert [w["name"] for w in stored["workloads"]] == ["first", "good"]
-    assert doc.read_text() == page(baseline.load_baselines(file))
-    assert [("earlier" in w) for w in stored["workloads"]] == [True, False]
-    assert doc.read_text().count("Measured in an earlier run") == 1
-    assert '<a id="first"></a>`first`: first: how it is done.' in doc.read_text()
-
-
-def test_the_page_shows_the_ends_of_long_tables_and_all_metrics_stay_in_the_report():
-    whole = baseline.load_baselines()["cpu"]
-    shown, report = page({"cpu": whole}), results(whole, "# All", 2)
-    assert "| yes |" in shown and "| obstacles | first sample |" not in shown
-    for entry in whole["workloads"]:
-        assert f"## {entry['name']}\n" in report and f"`{entry['name']}." in report
-        assert f"### {entry['name']}\n" in shown or f'<a id="{entry["name"]}">' in shown
 
 
 def test_the_committed_page_is_that_of_the_committed_baseline():

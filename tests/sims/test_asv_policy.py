@@ -1,4 +1,4 @@
-"""Policies: observation, action, files."""
+"""Policies: observation and files."""
 
 import json
 
@@ -9,11 +9,8 @@ import pytest
 from sims.asv.policy import (
     HOVER,
     LAYOUTS,
-    act,
-    load_policy,
     observe,
     policy_from_file_arrays,
-    save_arrays,
 )
 
 seen_from = jax.jit(observe, static_argnums=0)
@@ -53,25 +50,6 @@ def test_observation_is_the_definition(layout, rng):
         shift = rng.normal(size=2)  # the vessel only knows where the goal is from it
         moved = seen_from(layout, position + shift, yaw, velocity, goal + shift)
         np.testing.assert_allclose(moved, expected, atol=1e-12)
-
-
-def test_action_is_the_definition(arrays, rng):
-    policy = load_policy()
-    o = rng.normal(size=6) * 4
-    x = (o - arrays["obs_mean"].astype(float)) / np.sqrt(arrays["obs_var"].astype(float))
-    for i in range(2):
-        x = np.tanh(arrays[f"W{i}"].astype(float) @ x + arrays[f"b{i}"])
-    expected = np.tanh(arrays["mu_W"].astype(float) @ x + arrays["mu_b"])
-    np.testing.assert_allclose(jax.jit(act)(policy, o), expected, atol=1e-12)
-
-
-def test_a_published_file_needs_its_layout(arrays, tmp_path):
-    del arrays["meta"]
-    save_arrays(tmp_path / "p.npz", arrays)
-    with pytest.raises(ValueError, match="does not say how it observes"):
-        load_policy(tmp_path / "p.npz")
-    with pytest.raises(ValueError, match="expected weights"):
-        load_policy(tmp_path / "p.npz", "capture")
 
 
 def broken(arrays, **changes):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from drawn_keys import drawn_keys
 
-import sims
 import sims.asv as asv
 from parc_jax.learning.system import BlackBoxSystem
 from parc_jax.problem.body import Disc, Polygon
@@ -45,22 +44,13 @@ def test_black_box_of_the_study():
     assert np.abs(np.diff(p, axis=1)).max() < 0.02 * 2.0  # slower than 2 m/s: no sample is missing
 
 
+@pytest.mark.smoke
 @pytest.mark.night
 def test_default_plant_is_mjx_and_equals_the_twin():
     assert asv.system().plant == "mjx"
     np.testing.assert_allclose(
         rollouts("mjx").p, rollouts("ode").p, atol=1e-8
     )  # rounding, through 50 decisions
-
-
-@pytest.mark.night
-def test_published_scenario_is_the_same_motion_ten_times_as_long():
-    literal, published = sims.load("asv", plant="ode"), sims.load("asv_published", plant="ode")
-    assert (literal.name, published.name) == ("asv", "asv_published")
-    assert published.time == literal.time  # the labels are the same; the motion under them is not
-    p, slow = rollouts().p, rollouts(published_time=True).p
-    assert slow.shape == (6, 501, 2)
-    np.testing.assert_allclose(slow[:, :51], p[:, ::10], atol=1e-12)
 
 
 def test_scene():

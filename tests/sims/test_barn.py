@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from needs import need
 
-from parc_jax.common.errors import InputError
 from sims import barn
 from sims.barn.rectangles import GROW, rectangles
 from sims.barn.worlds import CELL, RADIUS
@@ -22,20 +21,6 @@ def test_two_hundred_worlds_with_as_many_cylinders_as_published():
     counts = [len(barn.world(number).cylinders) for number in barn.numbers()]
     assert len(counts) == 200 and len(set(barn.numbers())) == 200
     assert (min(counts), np.median(counts), max(counts)) == (181, 260, 365)
-
-
-def test_a_cell_is_a_cylinder_where_the_challenge_puts_it():
-    world = barn.world(SOME[0])
-    cells = {(a, b) for a, b in np.argwhere(world.occupied).tolist()}
-    back = np.round((world.cylinders - [-RADIUS, RADIUS]) / [-CELL, CELL]).astype(int)
-    assert {tuple(cell) for cell in back.tolist()} == cells
-    np.testing.assert_allclose(back * [-CELL, CELL] + [-RADIUS, RADIUS], world.cylinders)
-
-
-def test_a_world_that_is_held_back_is_refused():
-    missing = next(n for n in range(300) if n not in barn.numbers())
-    with pytest.raises(InputError, match=rf"one of 200 numbers .* got {missing}"):
-        barn.world(missing)
 
 
 def test_the_measure_is_the_challenges():

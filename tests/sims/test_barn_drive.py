@@ -97,16 +97,6 @@ def test_with_the_map_the_same_obstacles_are_there_in_every_cycle_and_nobody_sca
     assert all(np.array_equal(true, told) for true, told in done.poses) and not done.drifted
 
 
-def test_a_map_is_refused_to_a_robot_that_does_not_know_where_it_is(tmp_path):
-    from sims.barn.series import Options, drive_worlds
-
-    (tmp_path / "model.npz").touch()
-    asked = {"model": tmp_path / "model.npz", "out": tmp_path / "drives" / "drives.jsonl"}
-    with pytest.raises(pj.InputError, match="on odometry it does not"):
-        drive_worlds(Options(map=True, odometry=True, **asked))
-    assert not (tmp_path / "drives").exists()
-
-
 def test_on_odometry_the_robot_goes_on_too_and_drifts_no_more_than_allowed():
     need("shapely")
     system, world = sims.load("jackal", threads=1), barn.world(1)
@@ -116,17 +106,6 @@ def test_on_odometry_the_robot_goes_on_too_and_drifts_no_more_than_allowed():
     assert len(done.steps) == PATIENCE and done.drifted == 0 and not done.touched
     assert loop.drift[0] == 0.0 < loop.drift[1] < loop.drift[-1]
     assert {step.reason for step in done.steps} == {"nothing is safe"}
-
-
-def test_another_model_at_the_same_place_is_not_taken_for_the_first(tmp_path):
-    from sims.barn.driver import content_of, loop_of
-
-    file = tmp_path / "model.npz"
-    file.write_bytes(b"one")
-    known = content_of(file)
-    file.write_bytes(b"two")
-    with pytest.raises(pj.InputError, match="expected the model that the drive began with"):
-        loop_of(file, known, 1.0)
 
 
 def test_the_job_is_found_by_its_name_and_asks_for_a_model_that_exists(tmp_path, capsys):

@@ -75,29 +75,19 @@ def runs(request):
     return Runs(system, case, batched(keys, ks), batched(keys, ks), single)
 
 
-def test_has_the_attributes_of_a_black_box(runs):
-    assert isinstance(runs.system, BlackBoxSystem)
-    assert runs.system.name == runs.case.name
-    assert runs.system.domain.volume > 0
-
-
-def test_is_on_the_record_grid(runs):
+def test_it_is_a_black_box_whose_runs_are_on_its_grid_and_move_from_the_origin(runs):
     system = runs.system
+    assert isinstance(system, BlackBoxSystem)
+    assert system.name == runs.case.name and system.domain.volume > 0
     n_points = len(points_of(system))
     each = (system.n_p,) if n_points == 1 else (n_points, system.n_p)
     assert runs.batch.p.shape == (3, system.time.n_record + 1, *each)
     assert runs.batch.q.shape == (3, system.n_q)
     assert runs.batch.p.dtype == runs.batch.q.dtype == jnp.float64
-
-
-def test_starts_at_the_origin(runs):
-    start = runs.batch.p[:, 0].reshape(3, -1, runs.system.n_p)
-    assert (start[:, 0] == 0.0).all()
-
-
-def test_is_finite_and_moves(runs):
+    assert (runs.batch.p[:, 0].reshape(3, -1, system.n_p)[:, 0] == 0.0).all()
     assert all(np.isfinite(a).all() for a in runs.batch)
     assert (np.ptp(runs.batch.p, axis=1) > 0.0).all()
+    assert not np.array_equal(runs.batch.p[0], runs.batch.p[1])
 
 
 def test_same_key_same_result(runs):
@@ -113,7 +103,3 @@ def test_a_batch_is_a_loop(runs):
         )
         np.testing.assert_allclose(runs.batch.p[i], alone.p, rtol=0, atol=runs.case.rough)
         np.testing.assert_allclose(runs.batch.q[i], alone.q, rtol=0, atol=runs.case.rough)
-
-
-def test_different_parameters_give_different_runs(runs):
-    assert not np.array_equal(runs.batch.p[0], runs.batch.p[1])

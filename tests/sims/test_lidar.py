@@ -60,17 +60,6 @@ def test_a_wall_ahead_and_one_along_the_beam():
     assert sensor.scan((0, 0, 0), astride).ranges[1] == 0.0
 
 
-def test_the_default_is_the_sensor_of_the_robot():
-    sensor = Lidar()
-    scan = sensor.scan((1.0, 2.0, np.pi / 2), shapes())
-    assert len(scan.ranges) == 1081 and not scan.returned.any() and (scan.ranges == 10.0).all()
-    np.testing.assert_allclose(np.diff(scan.angles), np.deg2rad(0.25))
-    np.testing.assert_allclose(scan.pose, [1.0, 2.12, np.pi / 2])
-    np.testing.assert_allclose(scan.ends[540], [1.0, 12.12])
-    moved = scan.taken_from([0.0, 0.0, 0.0])
-    np.testing.assert_allclose(moved.ends[540], [10.0, 0.0])
-
-
 def test_noise_is_bounded_as_declared_and_only_on_what_was_hit():
     world, sensor = drawn_world(1), Lidar()
     true = sensor.scan((0, 0, 0), world)

@@ -1,5 +1,5 @@
 """The tractor and its trailer against MuJoCo's own engine: where sites are, and that parts are
-rigid, turn against each other and roll without sliding far.
+rigid and turn against each other.
 """
 
 import itertools
@@ -73,14 +73,6 @@ def test_each_part_is_rigid_and_they_turn_against_each_other(runs):
             assert np.ptp(apart) < 1e-9
     across = np.linalg.norm(runs[:, :, OF[TRACTOR[0]]] - runs[:, :, OF[TRAILER[1]]], axis=-1)
     assert (np.ptp(across, axis=1) > 0.3).all()
-
-
-@pytest.mark.night
-def test_a_moved_start_moves_all_points(tractor):
-    import parc_jax as pj
-
-    gap = pj.learning.translation_gap(tractor, KEYS[0], np.array([[30.0, -20.0]]))
-    assert gap.p.max() < 1e-9
 
 
 def test_the_body_has_two_parts():

@@ -70,22 +70,6 @@ def test_a_run_is_told_from_its_pose_wherever_that_is(runs):
     assert np.abs(told.p[:, 0, 0]).max() == 0 and moved.q == pytest.approx(told.q, abs=1e-9)
 
 
-def test_points_are_where_the_simulator_has_them(runs):
-    import mujoco
-
-    from sims.tractor.system import POINTS
-    from sims.tractor.yard import model
-
-    _, _, _, states = runs
-    m, _ = model()
-    data = mujoco.MjData(m)
-    for state in states.qpos[:, 20]:
-        data.qpos[:] = state
-        mujoco.mj_kinematics(m, data)
-        sites = [data.site(name).xpos[:2] for name in POINTS]
-        assert places(state) == pytest.approx(np.array(sites), abs=1e-12)
-
-
 def test_chains_of_manoeuvres_are_runs_of_it():
     chain = pj.learning.chained(yard(threads=1), before=2, hand_over=(0.4, c.YARD_T_F))
     runs = pj.learning.collect(chain, jax.random.PRNGKey(0), n=4, quiet=True)

@@ -17,17 +17,6 @@ def task(one, folder) -> kit.Task:
     return kit.Task(folder / "task.json")
 
 
-@pytest.mark.parametrize("name", ["bar_01", "bar_02", "puck_02"])
-def test_a_goal_bounds_every_state_that_a_model_has(name, tmp_path):
-    """Also where the scene file asks nothing of the heading."""
-    (one,) = instances("large", [name])
-    goal = engine.scene(task(one, tmp_path), one.scene_path).goal
-    box = one.black_box
-    bounded = (goal.A > 0).any(axis=0) & (goal.A < 0).any(axis=0)
-    ends = len(box.points) * box.n_p
-    assert goal.n == ends + len(box.q) and bounded[: box.n_p].all() and bounded[ends:].all()
-
-
 def test_cells_find_a_corner_that_fails_and_leave_it_out():
     """Plans fail in a fiftieth of the runs of a corner: what is left of the square holds none of
     it, and most of the others.

@@ -22,7 +22,7 @@ from benchmarks.suite.instances import instances
 from benchmarks.suite.result import freeze, frozen, scored
 from benchmarks.suite.scene import load_scene
 from benchmarks.suite.table import table
-from benchmarks.suite.wire import receive, send
+from benchmarks.suite.wire import receive
 
 ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "docs" / "examples" / "suite_entry"
@@ -99,16 +99,6 @@ def test_what_was_refused_at_the_door_is_told_and_rooms_are_kept(tmp_path):
     assert load_scene(scene, ("reference",), 2, 0).start.shape == (2, 2)
 
 
-def test_why_an_answer_is_worth_nothing_is_told(tmp_path):
-    one, lines = asked(), []
-    answers = {"junk": b"junk", "flat": text(boxes=[{"lo": [1] * 4, "hi": [0] * 4}])}
-    for name, answer in answers.items():
-        freeze(tmp_path, name, {one.id: {"answer": answer, "rollouts": 0, "why": ""}})
-    found = scored(tmp_path, [one], "0", lines.append)["instances"][one.id]["entries"]
-    assert "expected JSON" in found["junk"]["why"] and "expected a plan" in found["flat"]["why"]
-    assert any("junk: answer: expected JSON" in line for line in lines)
-
-
 def test_runs_are_counted_and_end_with_the_budget(tmp_path):
     with Door(load("puck"), 100, tmp_path) as door:
 
@@ -131,23 +121,6 @@ def test_runs_are_counted_and_end_with_the_budget(tmp_path):
         assert "p0 (n, 2)" in ask(5, p0=np.zeros((5, 3)))
         assert "between k_lo and k_hi" in ask(5, k=np.full((5, 2), np.nan))
         assert "p0 and k" in ask(5, k=np.array([{}], object))
-
-
-def test_a_door_that_was_closed_answers_nobody(tmp_path):
-    """A client that was stopped between its call and its request, and goes on when the next box is
-    asked, has lost its line; no thread of the door is left to answer it.
-    """
-    with socket.socket(socket.AF_UNIX) as stopped:
-        with Door(load("puck"), 100, tmp_path) as door:
-            stopped.connect(str(tmp_path / "door"))
-            while door._line is None:  # until it is let in
-                pass
-        assert not door._thread.is_alive()
-        plans = {"p0": np.zeros((3, 2)), "k": np.ones((3, 2))}
-        with pytest.raises((OSError, EOFError)):
-            send(stopped, "", plans)
-            receive(stopped)
-    assert door.used == 0
 
 
 @pytest.mark.parametrize(
@@ -178,6 +151,7 @@ def test_an_answer_that_is_too_large_is_not_read(tmp_path):
     assert large["answer"] == NOTHING and "at most 64 MB" in large["why"]
 
 
+@pytest.mark.slow
 def test_fresh_instances_are_other_scenes_and_the_same_for_the_same_seed(tmp_path, capsys):
     once, again, other = (fresh(asked("bar_02"), seed).scene_text for seed in ("7", "7", "8"))
     assert once == again != other and once != asked("bar_02").scene_text
@@ -193,19 +167,6 @@ def test_fresh_instances_are_other_scenes_and_the_same_for_the_same_seed(tmp_pat
     assert "has others" in capsys.readouterr().err
 
 
-def test_preparing_is_done_once_and_counts_for_every_answer(tmp_path):
-    line = (
-        'python3 -c "import numpy as n; n.savez(\\"a.npz\\", p0=n.zeros((9,2)), k=n.ones((9,2)))"'
-    )
-    line += ' && "$SUITE_ROLLOUT" a.npz r.npz'
-    answer = 'echo 1 >first.json; echo "{\\"verdict\\": \\"unknown\\"}" >"$4"'
-    place = entry(tmp_path, answer, f"echo made >>{tmp_path}/made; {line}")
-    found = enter(place, [asked(), asked("puck_02"), asked("puck_08")])
-    assert (tmp_path / "made").read_text().split() == ["made"] * 2  # two boxes
-    assert [one["rollouts"] for one in found.values()] == [9, 9, 9]
-    assert json.loads(found["puck_01"]["answer"]) == {"verdict": "unknown"}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["parc_jax", "neural_parc"])
 def test_entries_that_learn_answer_what_the_scorer_takes(name):
@@ -214,15 +175,6 @@ def test_entries_that_learn_answer_what_the_scorer_takes(name):
     assert not found["why"] and found["first_s"] is not None
     answer = read(found["answer"], *one.bounds)
     assert answer.verdict == SOME and (len(answer.plans) or answer.pieces)
-
-
-def test_what_is_told_does_not_show_what_is_hidden():
-    told = asked("puck_08").task
-    assert (
-        not {"rollout", "fine", "told", "nodes", "trap", "known"} & told.keys()
-        and told["name"] == "puck"
-    )
-    assert told["records"] == 4 and told["dt"] == 0.25 and told["speed"] == 2.8
 
 
 def test_an_answer_that_was_changed_later_is_refused(tmp_path):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.suite.binomial import tail
-from benchmarks.suite.boxes import ROBOTS, TOYS
+from benchmarks.suite.boxes import TOYS
 from benchmarks.suite.entries import by_tube
 from benchmarks.suite.entries.kit import SCARCE
 from benchmarks.suite.instances import instances
@@ -26,6 +26,7 @@ def of(boxes):
     return pytest.mark.parametrize("one", found, ids=lambda one: one.id)
 
 
+@pytest.mark.slow
 @of(TOYS)
 def test_plans_of_toys_that_truly_succeed_are_not_rare(one):
     """By the sum over all that chance may do; and single runs of these plans bear it out."""
@@ -43,11 +44,3 @@ def test_plans_of_robots_are_not_rare_where_truth_was_drawn():
     for name in drawn:
         truth = scores[name]["truth"]
         assert tail(truth["plans"], truth["good"], SCARCE) < SELDOM, name
-
-
-@pytest.mark.night
-@of(ROBOTS)
-def test_plans_of_robots_succeed_in_single_runs(one):
-    plans = np.random.default_rng(0).uniform(*one.bounds, (300, one.bounds.shape[1]))
-    good = succeed(one, plans, np.random.default_rng(1))
-    assert tail(len(plans), int(good.sum()), SCARCE) < SELDOM

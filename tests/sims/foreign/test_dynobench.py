@@ -1,5 +1,5 @@
-"""Dynobench's models and scenes: what it stores is replayed by its own models, manoeuvres are
-theirs, and a scene is driven.
+"""Dynobench's models and scenes: what it stores is replayed by its own models, runs repeat and move
+with their start, and a scene is driven.
 """
 
 import subprocess
@@ -12,10 +12,9 @@ import pytest
 import parc_jax as pj
 import sims
 from parc_jax.app import cli
-from parc_jax.common.errors import InputError
 from sims.foreign.dynobench import process
-from sims.foreign.dynobench.drive import commands, drive, measured_of, places, start_of, states
-from sims.foreign.dynobench.robots import BEND, CAR, ROBOTS, TICK
+from sims.foreign.dynobench.drive import places, start_of
+from sims.foreign.dynobench.robots import ROBOTS, TICK
 from sims.foreign.dynobench.scenes import SCENES, reference, scene, solutions
 
 NEEDED = pytest.mark.needs("dynobench")
@@ -70,18 +69,6 @@ def test_outlines_are_dynobenchs_own(robot, name, rng):
 
 @pytest.mark.night
 @NEEDED
-def test_the_car_turns_as_commanded_and_its_bend_is_told():
-    k = np.array([0.2, 0.4, 0.5, -0.3])
-    x = states(CAR, start_of(CAR, k[:1]), commands(CAR, k))
-    np.testing.assert_allclose(np.diff(x[:, 2])[:16], 0.5 * TICK, atol=1e-9)
-    p, q = drive("car1_v0", None, k)
-    assert p.shape == (33, 9, 2) and q[2] >= np.abs(measured_of(CAR, x)).max() - 1e-12
-    assert measured_of(CAR, x[0]) == pytest.approx(0.2)
-    assert BEND == pytest.approx(0.785398, abs=1e-6)  # what the model prints of itself
-
-
-@pytest.mark.night
-@NEEDED
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_runs_repeat_in_processes_and_move_with_their_start(robot):
     alone, many = (sims.load("dynobench", robot=robot, workers=w) for w in (0, 2))
@@ -93,18 +80,6 @@ def test_runs_repeat_in_processes_and_move_with_their_start(robot):
     moved = np.array([[3.0, -40.0]])
     assert pj.learning.translation_gap(alone, jax.random.PRNGKey(0), moved).p.max() < 1e-9
     assert not runs[0].failed.any()
-
-
-@pytest.mark.night
-@NEEDED
-def test_what_it_cannot_do_is_said_and_a_process_that_ended_is_begun_again(monkeypatch):
-    with pytest.raises(InputError, match=r"expected an answer to 'steps'; .*nothing_v9"):
-        process.ask("steps", "nothing_v9", np.zeros(3), np.zeros((1, 2)))
-    assert process.ask("folder").endswith("dynobench/")
-    monkeypatch.setenv(process.VARIABLE, sys.executable)  # which has none
-    for _ in range(2):
-        with pytest.raises(InputError, match=r"its process ended; does .* have dynobench"):
-            process.ask("folder")
 
 
 def test_without_its_python_one_sentence_says_how_to_make_it(monkeypatch, tmp_path, capsys):

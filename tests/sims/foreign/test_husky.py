@@ -2,7 +2,6 @@
 
 import json
 
-import jax
 import numpy as np
 import pytest
 
@@ -18,7 +17,6 @@ from sims.foreign.husky import learn, twist
 from sims.foreign.husky import log as logs
 from sims.foreign.husky import params as c
 from sims.foreign.husky.job import job, tally
-from sims.foreign.husky.unseen import unseen
 
 GAIN = np.array([[0.08, 0.07], [-0.02, 0.03], [-0.17, 0.16]])
 
@@ -52,20 +50,6 @@ def synthetic(n: int = 12, records: int = 61) -> logs.Log:
     return logs.Log(t, np.stack([way.real, way.imag], axis=-1), yaw, command, np.arange(n))
 
 
-def test_the_log_is_small_whole_and_licensed(log):
-    licence = logs.FILE.with_name("LICENSE.txt").read_text()
-    assert (
-        "Copyright 2020-2023 the norlab_icp_mapper authors" in licence and "2309.10718" in licence
-    )
-    assert logs.FILE.stat().st_size < 300_000
-    assert log.p.shape == (200, 61, 2) and log.yaw.shape == (200, 61)
-    assert np.isfinite(log.p).all() and np.isfinite(log.yaw).all()
-    assert (log.number == np.arange(200)).all() and log.t[-1] == c.STEP
-    assert logs.domain().contains(log.command).all()
-    steps = np.linalg.norm(np.diff(log.p, axis=1), axis=2) / np.diff(log.t)
-    assert steps.max() < 1.0  # [m/s] the robot's own limit
-
-
 def test_a_window_starts_at_the_origin_and_heads_along_x():
     cut = synthetic()
     p, yaw = logs.windows(cut)
@@ -81,15 +65,6 @@ def test_the_twist_of_a_robot_that_has_one_is_found():
     found = twist.identify(np.arange(41) * 0.1, *logs.windows(cut), cut.command)
     np.testing.assert_allclose(found.gain, GAIN, atol=1e-9)
     np.testing.assert_allclose(found.offset, 0.0, atol=1e-9)
-
-
-def test_the_model_of_a_twist_drives_it():
-    cut = synthetic()
-    still = twist.Twist(GAIN, np.zeros(3))
-    model = twist.TwistModel(still, logs.domain(), logs.grid(), (c.LENGTH, c.WIDTH))
-    drive = jax.jit(jax.vmap(model.rollout, in_axes=(None, 0)))
-    driven = np.asarray(drive(jax.random.PRNGKey(0), cut.command).p)
-    np.testing.assert_allclose(driven[:, :, 0], logs.windows(cut)[0], atol=1e-9)
 
 
 def test_halves_share_no_command_and_the_law_is_declared(runs):
@@ -114,25 +89,6 @@ def test_a_hundred_held_out_commands_support_three_percent(affine, runs):
     loose = learn.claimed(affine, runs, 0.1, "most").claim
     assert float(loose.eps) == 0.1 and loose.discard == 4
     assert (loose.tube.interval <= claim.tube.interval).all()
-
-
-@pytest.mark.night
-def test_wheels_that_stick_are_found_in_the_training_commands(log, runs):
-    net = learn.network(log, jax.random.PRNGKey(0))
-    worst = learn.first_look(net, runs.train)
-    assert all(one["command"] % 2 == 0 for one in worst)
-    slowest = [min(map(abs, one["k"])) for one in worst]
-    assert max(slowest[:3]) < c.STICKING and worst[2]["score"] > 1.5 * worst[3]["score"]
-
-
-def test_a_floor_that_changes_is_noticed(affine, runs):
-    profile = learn.profile(affine, runs.train)
-    as_it_was = unseen(affine, runs.held, profile)
-    assert as_it_was.eps == pytest.approx(1 - 0.05**0.02, abs=1e-6) and as_it_was.runs == 50
-    late = runs.held.rows > np.median(runs.held.rows)
-    slide = np.linspace(0.0, 9.0, 41)[:, None] * late[:, None, None]
-    changed = unseen(affine, runs.held.replace(p=runs.held.p + slide), profile)
-    assert changed.later == 50 > as_it_was.later
 
 
 @pytest.fixture(scope="module")

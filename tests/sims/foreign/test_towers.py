@@ -1,5 +1,5 @@
-"""The aeroplane of JSBSim: the map against JSBSim's own, rigid wings, flights that repeat bit for
-bit, and what moves with the start, found and refused.
+"""The aeroplane of JSBSim: the map against JSBSim's own, flights that repeat bit for bit, and what
+moves with the start, found and refused.
 """
 
 import importlib.util
@@ -53,16 +53,6 @@ def test_the_map_agrees_with_the_distances_that_jsbsim_counts_itself():
     assert points(rows).shape == (201, 5, 2)
 
 
-def test_axes_of_the_aeroplane_and_of_the_earth_are_right_handed():
-    for axes in (chart.body_axes(0.3, -0.2, 1.1), chart.north_east_down(0.8, 0.1)):
-        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
-        assert np.linalg.det(axes) == pytest.approx(1.0)
-    level = chart.body_axes(0.0, 0.0, np.pi / 2)
-    np.testing.assert_allclose(level @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], atol=1e-15)  # nose east
-    dived = chart.body_axes(np.pi / 2, 0.0, 0.0)
-    np.testing.assert_allclose(dived @ [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], atol=1e-15)  # wing down
-
-
 def test_a_place_on_the_map_is_where_it_says():
     here = chart.place_of(np.zeros(2))
     there = chart.place_of(np.array([3000.0, -2000.0]))
@@ -90,18 +80,6 @@ def test_the_start_matters_and_a_gap_too_small_is_refused():
         try_starts(aeroplane, key, 1e-5)
     tried = try_starts(aeroplane, key, sims.towers.STUDY.gap)
     assert 0.01 < tried.seen <= sims.towers.STUDY.gap
-
-
-@pytest.mark.night
-@NEEDED
-def test_altitude_breaks_the_invariance(monkeypatch):
-    """Why the start is horizontal: a hundred metres higher, the same turbulence is another."""
-    from sims.foreign.towers import flight
-
-    here, _ = flight.fly(np.random.default_rng(1), K)
-    monkeypatch.setattr(c, "ALTITUDE", c.ALTITUDE + 100.0)
-    there, _ = flight.fly(np.random.default_rng(1), K)
-    assert abs((there - there[0, 0]) - (here - here[0, 0])).max() > 1.0
 
 
 @pytest.mark.night
