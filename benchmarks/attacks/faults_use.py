@@ -4,16 +4,6 @@ from benchmarks.attacks.fault import Fault
 
 CHOSEN = (
     Fault(
-        "looks_not_counted",
-        "Looks.take",
-        "        self.taken += 1\n",
-        "",
-        (
-            "tests/local/test_looks.py"
-            "::test_delta_is_split_over_the_declared_looks_and_no_more_are_given"
-        ),
-    ),
-    Fault(
         "looks_cost_nothing",
         "Looks.take",
         "delta / self.planned",
@@ -99,13 +89,6 @@ ROBOT = (
         "tests/onboard/test_header.py::test_a_header_says_what_python_says",
     ),
     Fault(
-        "header_forgets_the_tube_on_the_way",
-        "parc_jax/drive/onboard/safe_set.h",
-        "const double least = NAME_run_support[run] + NAME_lost(w, bin, t, point);",
-        "const double least = NAME_run_support[run];",
-        "tests/onboard/test_header.py::test_a_header_says_what_python_says",
-    ),
-    Fault(
         "a_place_is_believed",
         "seen_from",
         "shrunk(star, moved + TOLERANCES.outline",
@@ -118,13 +101,6 @@ ROBOT = (
         "(cells >= 0) & (cells / 100 < threshold)",
         "cells / 100 < threshold",
         "tests/world/test_grid_map.py::test_99_may_be_declared_a_probability_and_255_is_unknown",
-    ),
-    Fault(
-        "errors_of_runs_that_were_seen",
-        "learning.prior.identify.corrected",
-        "errors[chosen], *typical",
-        "truth - whole, *typical",
-        "tests/prior/test_correct.py::test_errors_are_those_of_runs_that_had_not_been_seen",
     ),
     Fault(
         "pilot_that_takes_an_older_scan_for_news",
@@ -142,20 +118,6 @@ ROBOT = (
             "tests/ros/test_seeing.py"
             "::test_what_a_person_looked_at_is_around_the_robot_and_not_around_its_measured_pose"
         ),
-    ),
-    Fault(
-        "pilot_that_remembers_in_a_frame_that_drifts",
-        "Pilot._remembered",
-        "d.drift, d.drift_heading)",
-        "0.0, 0.0)",
-        "tests/ros/test_seeing.py::test_what_was_seen_is_remembered_less_where_the_frame_drifts",
-    ),
-    Fault(
-        "pilot_that_stands_in_what_is_not_free",
-        "Pilot._ways",
-        "if not near.holds(",
-        "if None is near.holds(",
-        "tests/ros/test_pilot.py::test_a_body_that_does_not_lie_in_free_cells_commits_to_nothing",
     ),
 )
 FAULTS: tuple[Fault, ...] = (*CHOSEN, *ROBOT)

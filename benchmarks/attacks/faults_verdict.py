@@ -231,26 +231,6 @@ PRUNED = (
         ),
     ),
     Fault(
-        "apart_at_the_first_knot_only",
-        "extent_of",
-        "np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:])",
-        "lo[1:], hi[1:]",
-        (
-            "tests/verdict/test_near.py"
-            "::test_an_obstacle_is_left_out_where_no_plan_comes_and_no_sooner"
-        ),
-    ),
-    Fault(
-        "apart_where_it_touches",
-        "pruning.apart",
-        "(room > 0)",
-        "(room > -0.2)",
-        (
-            "tests/verdict/test_near.py"
-            "::test_an_obstacle_is_left_out_where_no_plan_comes_and_no_sooner"
-        ),
-    ),
-    Fault(
         "clearance_forgets_what_is_beyond",
         "_far",
         "scene.beyond",
@@ -259,13 +239,6 @@ PRUNED = (
             "tests/verdict/test_near.py"
             "::test_a_clearance_tells_no_more_than_what_was_left_out_allows"
         ),
-    ),
-    Fault(
-        "boxes_of_obstacles_that_forget_errors",
-        "Obstacles.away",
-        "places[1:]) - under",
-        "places[1:])",
-        "tests/separation/test_pairs.py::test_boxes_tell_no_more_than_the_gap",
     ),
 )
 FAULTS: tuple[Fault, ...] = (*INEQUALITY, *VERDICTS, *PRUNED)
