@@ -18,7 +18,7 @@ FAMILIES = {
 }
 ROOMS = "safe_set/separation safe_set/verdict safe_set/corridors proof/absence proof/regions"
 # are given what is no shape at all, or say hardly any and are called most often
-DOORS = "assemble domain marching prune stopping subdivide table"
+DOORS = "assemble domain prune stopping subdivide table"
 KERNELS = [
     "parc_jax.safe_set.batch.proposals",
     "parc_jax.safe_set.batch.search",

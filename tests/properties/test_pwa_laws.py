@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from marching import march
-from region_networks import outputs, patterns_of, random_network, unit_box
+from region_networks import outputs, random_network, unit_box
 
 from parc_jax.proof.regions import enumerate_regions
 
@@ -56,12 +55,3 @@ def test_different_regions_share_no_interior_point(net, seed):
     claimed = strictly_inside.any(axis=0)
     np.testing.assert_array_equal(strictly_inside.argmax(axis=0)[claimed], number[claimed])
     np.testing.assert_array_equal(table.locate(k)[claimed], number[claimed])
-
-
-@settings(laws, max_examples=8)
-@given(networks(dimensions=(1, 2, 3), layers=(1, 2), widths=(2, 4)), seeds)
-def test_marching_finds_the_same_regions_from_any_seed(net, seed):
-    start = np.random.default_rng(seed).uniform(-1, 1, net.n_in)
-    marched = [region.pattern.tobytes() for region in march(net, unit_box(net.n_in), start)]
-    assert len(marched) == len(set(marched))
-    assert set(marched) == patterns_of(enumerate_regions(net, unit_box(net.n_in)))

@@ -244,14 +244,6 @@ def test_law(law, seed, n, h):
     law(np.random.default_rng(seed), n, h)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("law", CASES, ids=lambda law: law.__name__)
-@settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
-@drawn
-def test_law_many_times(law, seed, n, h):
-    law(np.random.default_rng(seed), n, h)
-
-
 @pytest.mark.parametrize("law", CASES, ids=lambda law: law.__name__)
 def test_law_catches_a_broken_kernel(law, monkeypatch):
     module, name, mutant = CASES[law]

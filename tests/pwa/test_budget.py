@@ -33,17 +33,3 @@ def test_more_faces_than_can_be_counted(monkeypatch):
     monkeypatch.setattr(complex, "MAX_FACES", 1000)
     with pytest.raises(BudgetError, match="1000 faces of one dimension"):
         enumerate_regions(NET, DOMAIN)
-
-
-def test_caps_do_not_change_the_result():
-    free = enumerate_regions(NET, DOMAIN)
-    held = enumerate_regions(
-        NET, DOMAIN, max_regions=free.count, max_seconds=60.0, max_bytes=1 << 30
-    )
-    assert held.count == free.count and (held.patterns == free.patterns).all()
-
-
-def test_time_is_also_watched_between_exact_evaluations():
-    slow = random_network(2, [6, 6], integer=1, bias=False)
-    with pytest.raises(BudgetError, match="max_seconds"):
-        enumerate_regions(slow, unit_box(2), max_seconds=1e-9)

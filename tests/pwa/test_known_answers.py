@@ -37,29 +37,6 @@ def test_generic_arrangement_with_all_crossings_inside(n, neurons):
     assert table.proof.gap <= 1e-12
 
 
-def test_parallel_planes_make_slabs():
-    W, b = np.tile([[1.0, 2.0, -1.0]], (5, 1)), np.linspace(-1, 1, 5)
-    table = enumerate_regions(one_layer(W, b), unit_box(3))
-    assert table.count == 6
-    assert sorted(np.bincount(table.patterns.sum(axis=1))) == [1] * 6
-
-
-def test_a_network_without_hidden_layer_is_one_region():
-    table = enumerate_regions(relu_network([np.eye(2)], [np.ones(2)]), unit_box(2))
-    assert table.count == 1 and table.patterns.shape == (1, 0)
-    np.testing.assert_array_equal(table.C[0], np.eye(2))
-    assert table.locate([0.3, -0.2]) == 0
-
-
-def test_hinge_of_one_input():
-    table = enumerate_regions(
-        one_layer(np.array([[1.0], [2.0]]), np.array([-0.25, 1.0])), unit_box(1)
-    )
-    order = np.argsort(table.vertices[table.vertex_offsets[:-1], 0])
-    np.testing.assert_allclose(table.volumes[order], [0.5, 0.75, 0.75], rtol=1e-15)
-    np.testing.assert_allclose(table.C[order, 0, 0], [0.0, 2.0, 3.0])
-
-
 def test_a_layer_that_folds_space_twice():
     """Tents: k layers of |x| - 1/2 folds give 2^k pieces."""
     fold = np.array([[1.0], [-1.0]])

@@ -28,11 +28,3 @@ def test_one_pattern_and_many_in_numpy_and_jax_agree(n, widths, monkeypatch):
         np.testing.assert_allclose(one_d, d[i], rtol=1e-12, atol=1e-13)
         np.testing.assert_allclose(one_C @ inside + one_d, outputs(net, inside[None])[0])
         assert (A @ inside <= b).all() and len(b) == sum(net.hidden)
-
-
-def test_a_network_without_hidden_layers_is_its_own_map():
-    net = random_network(2, [], seed=0)
-    A, b, C, d = pattern_map(net.weights, net.biases, np.zeros(0, bool))
-    assert A.shape == (0, 2) and b.shape == (0,)
-    np.testing.assert_array_equal(C, net.weights[0])
-    np.testing.assert_array_equal(d, net.biases[0])

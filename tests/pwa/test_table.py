@@ -5,12 +5,11 @@ network.
 import numpy as np
 import pytest
 from exact_points import with_exact_points
-from region_networks import outputs, random_network, unit_box
+from region_networks import outputs, random_network
 
-from parc_jax.common.errors import BudgetError, InputError
+from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.proof.regions import enumerate_regions
-from parc_jax.proof.regions import table as table_module
 from parc_jax.proof.regions.locate import float_patterns
 
 SHAPES = [(1, [6, 5]), (2, [8, 6, 5]), (3, [7, 6]), (4, [6, 5])]
@@ -92,19 +91,3 @@ def test_exact_points_are_within_the_stated_error(table):
     assert (moved <= table.point_error + exact.point_error).all()
     assert moved.max() <= 1e-12
     assert exact.point_error.max() <= 2.0**-52
-
-
-def test_polygons_are_counterclockwise():
-    table = enumerate_regions(random_network(2, [8, 6], seed=3), unit_box(2))
-    for i in range(table.count):
-        x, y = table.region_vertices(i).T
-        area = 0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum()
-        assert area == pytest.approx(table.volumes[i], rel=1e-9, abs=1e-14)
-
-
-def test_maps_that_do_not_fit_are_refused_but_parts_are_given(monkeypatch):
-    table = enumerate_regions(random_network(2, [6], seed=0), unit_box(2))
-    monkeypatch.setattr(table_module, "MAX_MAP_BYTES", 100)
-    with pytest.raises(BudgetError, match=r"maps\(regions\)"):
-        _ = table.C
-    assert table.maps([0])[0].shape == (1, 2, 2)
