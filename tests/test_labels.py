@@ -2,16 +2,10 @@
 them.
 """
 
-import json
-
-import jax
 import pytest
-from toy_models import fold_model, line_model
+from toy_models import line_model
 
 import parc_jax as pj
-from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot.film import _caption
-from parc_jax.app.plot.projections import projections
 from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import labels, labels_of, name_of, unit_of
 from parc_jax.problem.problem_file import labelled, load_problem, save_problem
@@ -56,29 +50,6 @@ def test_wrong_labels_are_refused(wrong):
     given = (wrong, wrong) if isinstance(wrong, int) else wrong
     with pytest.raises(InputError, match="labels of k: expected"):
         labels(2, 0, 2, k=given)
-
-
-@pytest.mark.slow
-def test_labels_go_from_the_model_to_answer_and_figures(tmp_path):
-    toy = fold_model(T=4, e=0.02)
-    model = toy.with_labels(NAMED)
-    model.save(tmp_path / "model.npz")
-    model = pj.load(tmp_path / "model.npz")
-    assert model.labels == NAMED
-    answer = pj.Planner(model).solve(
-        scene(), jax.random.PRNGKey(0), pj.Settings(samples=4, target=0.3, budget_s=300)
-    )
-    answer.save(tmp_path / "answer.json")
-    about = json.loads((tmp_path / "answer.json").read_text())["claim"]["subject"]
-    assert about["labels"]["k"] == ["speed [m/s]", "turn [rad]"]
-    again = load_answer(tmp_path / "answer.json")
-    assert again.model.labels == NAMED and again.model.time == model.time
-    drawn = {ax.get_xlabel() for ax in projections(again).axes}
-    assert {"speed [m/s]", "turn [rad]"} <= drawn
-    speed, turn = answer.samples[1, 2:]
-    assert _caption(again, 1, True) == (
-        f"toy: true run, sample 1\nspeed {speed:.4g} m/s, turn {turn:.4g} rad"
-    )
 
 
 def test_labels_of_no_part_of_a_model_are_refused():

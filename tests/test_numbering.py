@@ -1,12 +1,9 @@
-"""What a file lists is called by its index there, from 0: in messages, pictures, films and the
-page.
-
-Of two obstacles the second is always the one that is wrong, of four samples the second.
+"""What a file lists is called by its index there, from 0. Of two obstacles the second is always the
+one that is wrong, of four samples the second.
 """
 
 import copy
 import json
-from pathlib import Path
 
 import pytest
 from toy_answer import SEP, toy_answer
@@ -14,9 +11,6 @@ from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax import checker
-from parc_jax.app import plot
-from parc_jax.app.plot.film import _caption
-from parc_jax.app.plot.timeline import timeline
 from parc_jax.common.spelling import hex_text
 from parc_jax.proof.certificate.write import answer_part
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -66,24 +60,3 @@ def test_so_does_the_checker_and_it_calls_the_second_sample_sample_1():
     written = answer_part(answer.problem, answer.model, parts, [], [], no_plan=None, meta={})
     with pytest.raises(checker.Rejected, match=r"samples\[1\]: the condition of obstacle 1 at"):
         checker.check_answer(json.loads(json.dumps(written)))
-
-
-def test_pictures_and_films_say_the_same():
-    answer = toy_answer()
-    drawn = timeline(answer, (1,))
-    assert drawn.axes[0].get_title("left").startswith("sample 1: ")
-    assert [label.get_text() for label in drawn.axes[1].get_yticklabels()] == [
-        "obstacle 1",
-        "obstacle 0",  # on top
-    ]
-    assert ", sample 1\n" in _caption(answer, 1, False)
-
-
-def test_and_the_page_adds_nothing_to_an_index():
-    """Numbers that it shows come from positions in the data; the address of a plan is one too."""
-    page = Path(plot.__file__).parent / "page"
-    scene, main = (page / "scene.js").read_text(), (page / "main.js").read_text()
-    assert "`obstacle ${o}`" in scene and "`obstacle ${seen.worst.pair.obstacle}" in main
-    assert '$("sample").value = state.sample;' in main
-    assert '$("sample").max = data.samples.length - 1;' in main
-    assert '$("manoeuvre").value = number;' in (page / "episode.js").read_text()

@@ -136,39 +136,6 @@ def answer():
     )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("p0", "k"),
-    [
-        (np.zeros((3, 3)), np.zeros((3, 2))),
-        (np.zeros((3, 2)), np.zeros((3, 5))),
-        (np.zeros((3, 2)), np.zeros((2, 2))),
-        (np.zeros((2, 3, 2)), np.zeros((2, 3, 2))),
-        ("here", np.zeros(2)),
-        (np.zeros(2), None),
-    ],
-)
-def test_contains_wants_matching_plans(answer, p0, k):
-    with pytest.raises(InputError, match="contains") as caught:
-        answer.contains(p0, k)
-    one_sentence(caught)
-
-
-@pytest.mark.slow
-def test_samples_and_projections_want_sense(answer):
-    assert answer.sample(jax.random.key(0), 0).shape == (0, 4)
-    key = jax.random.key(0)
-    for call in (
-        lambda: answer.sample(key, -1),
-        lambda: answer.polytopes(key, 50).project([0, 4]),
-    ):
-        with pytest.raises(InputError) as caught:
-            call()
-        one_sentence(caught)
-    with pytest.raises(InputError, match='expected "clearance"'):
-        answer.best("speed")
-
-
 def test_models_survive_a_file_and_damage_is_refused(tmp_path):
     model, problem = toy_case(4)
     path = model.save(tmp_path / "deep" / "model.npz")

@@ -16,7 +16,7 @@ from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.drive.local.localise import Local
-from parc_jax.learning.bound.calibrate import block_of_bins, block_shares, calibrate, calibrate_bins
+from parc_jax.learning.bound.calibrate import block_shares, calibrate, calibrate_bins
 from parc_jax.learning.bound.counts import NoStatement, most_discards, supported_eps
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.measure import measure, score_batch
@@ -68,31 +68,6 @@ def test_the_tube_holds_every_run_it_was_sized_by(holdout, profile, train):
         errors.final >= claim.tube.final[number] * (1 - 1e-12)
     ).any()
     assert touching  # and no larger than the worst run needs
-
-
-def test_streamed_and_held_runs_give_the_same_claim(system, holdout, profile):
-    streamed = calibrate(
-        NET,
-        score_system(NET, system, KEY, profile, 688, quiet=True),
-        profile,
-        eps=1e-2,
-    )
-    held = calibrate(NET, holdout, profile, eps=1e-2)
-    np.testing.assert_allclose(streamed.tube.interval, held.tube.interval, rtol=1e-12)
-    assert streamed.details() == held.details()
-
-
-@pytest.mark.slow
-def test_scoring_resumes_with_the_same_numbers(system, profile, tmp_path):
-    whole = score_system(NET, system, KEY, profile, 200, chunk=16, quiet=True)
-    score_system(NET, system, KEY, profile, 100, chunk=16, path=tmp_path, quiet=True)
-    again = score_system(NET, system, KEY, profile, 200, path=tmp_path, quiet=True)
-    np.testing.assert_array_equal(again.score, whole.score)
-    other = training_profile(NET, collect(system, KEY, 60, quiet=True), (1, 1))
-    anew = score_system(NET, system, KEY, other, 200, path=tmp_path, quiet=True)  # the same runs
-    np.testing.assert_array_equal(
-        anew.score, score_system(NET, system, KEY, other, 200, quiet=True).score
-    )
 
 
 def test_more_runs_than_asked_for_leave_some_outside_or_support_a_smaller_eps(holdout, profile):
@@ -271,24 +246,10 @@ def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
     assert each.tube.hash == none.tube.hash and each.details() == none.details()
 
 
-def test_blocks_are_boxes_of_neighbouring_bins():
-    assert block_of_bins((4, 3), (2, 1)).tolist() == [0] * 6 + [1] * 6
-    assert block_of_bins((2, 4), (1, 2)).tolist() == [0, 0, 1, 1] * 2
-    assert block_of_bins((3, 2), None).tolist() == list(range(6))
-    for wrong in ((2,), (0, 1)):
-        with pytest.raises(InputError, match="2 numbers >= 1"):
-            block_of_bins((4, 3), wrong)
-
-
 @jax.jit
 def _mostly_left(key):
     u = jax.random.uniform(key, (2,))
     return u.at[0].multiply(jax.numpy.where(u[1] < 0.95, 0.33, 1.0))
-
-
-def test_bin_shares_are_exact(profile):
-    shares = block_shares(profile, np.arange(3))
-    assert sum(shares) == 1 and len(shares) == 3
 
 
 def test_the_one_call(system, train):
@@ -322,13 +283,6 @@ def test_a_killed_one_call_continues_with_the_same_claim(system, train, tmp_path
     # one stored chunk of the profile's runs and one of the holdout's are run again, to see that the
     # system still repeats them
     assert len(calls) == 2
-
-
-def test_the_one_call_on_recorded_runs(train, holdout):
-    claim = bound_error(NET, holdout, None, train=train, bins=(2, 1))
-    assert claim.n == 688 and 0.0099 < claim.eps < 0.01
-    with pytest.raises(InputError, match="expected train"):
-        bound_error(NET, holdout, None)
 
 
 def test_the_published_bound_is_the_training_maximum(train):

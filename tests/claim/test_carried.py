@@ -315,17 +315,3 @@ def test_runs_that_are_cut_off_at_an_end_are_counted(cut, held, runs, tmp_path):
             "Before that 40 rows"
             in pj.learning.bound_error(NET, more, None, train=less, **ONE_BIN).details()
         )
-
-
-def test_two_files_of_one_name_are_two_logs_whichever_rows_are_taken(runs, held, tmp_path):
-    groups = np.arange(100) // 2
-    first, second = (
-        log(tmp_path / name, batch, groups) for name, batch in (("a", runs), ("b", held))
-    )
-    train, rest = first.select(slice(50)), second.select(slice(50, 100))
-    with pytest.raises(pj.InputError, match=r"differ in log \("):
-        concatenate([train, rest])
-    with pytest.raises(pj.InputError, match="recordings that can be told from those of training"):
-        pj.learning.bound_error(NET, rest, None, train=train, **ONE_BIN)
-    both = concatenate([train, first.select(slice(50, 100))])
-    assert both.source == first.source and (both.p == first.p).all()

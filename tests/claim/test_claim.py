@@ -146,25 +146,6 @@ def test_a_claim_survives_a_wider_tube_only():
         weaker(claim(), tube(TUBE.edges, TUBE.interval * 0.999, TUBE.final))
 
 
-def test_laws_differ_when_anything_declared_differs():
-    laws = [
-        LAW,
-        law_spec("toy", box([0, 0], [1, 1]), parameters={"wind": 0.6}),
-        law_spec("toy", box([0, 0], [1, 2]), parameters={"wind": 0.5}),
-        law_spec("toy", box([0, 0], [1, 1]), "given", {"wind": 0.5}),
-    ]
-    assert len({law.hash for law in laws}) == 4
-    assert law_spec("toy", box([0, 0], [1, 1]), parameters={"wind": 0.5}).hash == LAW.hash
-
-
-def test_a_claim_is_one_line():
-    assert repr(claim()) == (
-        "ErrorClaim(pac, eps 0.001, delta 0.001, 6,905 runs of toy, "
-        "Tube(2 bins of K, 3 intervals, median half width 0.1 m))"
-    )
-    assert repr(claim("assumed")).startswith("ErrorClaim(assumed, 6,905 runs of toy, Tube(")
-
-
 def test_a_share_of_K_is_promised_only_where_k_was_uniform():
     uniform = claim().details()
     assert "uniformly at random from a certified set of share s of K: at most 0.001/s" in uniform

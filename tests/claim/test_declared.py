@@ -1,13 +1,11 @@
 """Tubes of which nothing is shown: they say so, and promise nothing."""
 
-import jax
 import numpy as np
 import pytest
-from synthetic_plants import noisy, plant, straight_network
+from synthetic_plants import straight_network
 
 import parc_jax as pj
 from parc_jax.learning.bound.counts import NoStatement
-from parc_jax.learning.runs.collect import collect
 
 WHY = "the data sheet gives 2 cm over the whole workspace"
 NET, TIME = straight_network(4), pj.learning.time_grid(0.25, 1.0)
@@ -41,9 +39,3 @@ def test_a_declared_tube_makes_a_model_for_its_network_only(tmp_path):
 def test_a_tube_and_a_reason_are_asked_for(tube, why):
     with pytest.raises(pj.InputError, match="expected a Tube"):
         pj.learning.declared_claim(tube, why, NET, TIME)
-
-
-def test_the_published_bound_says_assumed():
-    train = collect(plant(noisy), jax.random.PRNGKey(0), 60, quiet=True)
-    claim = pj.learning.assumed_claim(straight_network(4), train)
-    assert claim.kind == "assumed" and claim.subject.system == train.name

@@ -6,20 +6,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from profiles import on_finer, training_profile
-from scored import score_system
+from profiles import training_profile
 from synthetic_plants import failing, noisy, plant, straight, straight_network
 from turning_bar import Bar
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins, scaled
-from parc_jax.learning.bound.claim import derived, load_claim, weaker
+from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
+from parc_jax.learning.bound.claim import load_claim, weaker
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.measure import score_batch
-from parc_jax.learning.bound.monitor import inside_tube, update
-from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.profile import fitted_profile, with_principal_axes
+from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.bound.profile import fitted_profile
 from parc_jax.learning.bound.settings import SpeedBound
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
 from parc_jax.learning.bound.tube import fitted_tube, tube_from_json, tube_to_json
@@ -125,25 +123,12 @@ def test_no_error_at_all_is_between_the_faces():
     assert score_batch(NET, always, found).score.max() < 1
 
 
-def test_a_fitted_profile_holds_what_it_was_fitted_to(profile, train):
-    assert score_batch(NET, train, profile).score.max() < 1
-    assert not profile.templates.interval.frames and profile.templates.final.frames
-
-
 def test_a_fitted_tube_is_thin_across_the_error(profile):
     across = np.broadcast_to([-0.6, 0.8], (3, 4, 1, 2))
     box = np.abs(across * profile.interval.reshape(3, 4, 1, 2)).sum(axis=-1)
     assert (profile.errors.support(across) < 0.3 * box)[:, 1:].all()
     fit = profile.templates.interval.directions[:, 3, 0, 2]
     assert (np.abs(fit @ [0.8, 0.6]) > 0.99).all()
-
-
-def test_no_pair_of_faces_is_thin_beside_the_others_of_its_bin(profile):
-    during, end = profile.templates
-    widths = during.half[..., :2].mean(axis=1, keepdims=True), end.half[..., :3]
-    for given, width in zip(profile.templates, widths, strict=True):
-        size = (width - 1e-3) * 0.1 / 1.1 + 1e-3  # the margin is a tenth of it, and in it
-        assert (given.half >= given.half_around(size) * (1 - 1e-9)).all()
 
 
 def test_every_kind_of_claim_holds_the_runs_it_was_sized_by(profile, holdout, train):
@@ -212,17 +197,6 @@ def test_a_tube_of_faces_travels(profile, holdout, tmp_path):
         tube_from_json(data)
 
 
-def test_bins_and_scales_leave_the_faces_alone(profile, holdout):
-    finer = on_finer(profile, ([0.0, *profile.edges[0][1:3], 0.9, 1.0], profile.edges[1]))
-    assert finer.templates.interval.half.shape[0] == 4
-    np.testing.assert_array_equal(
-        finer.errors.support(np.ones(2)), profile.errors.support(np.ones(2))[[0, 1, 2, 2]]
-    )
-    lost = scaled(profile, np.array([1.0, np.inf, 1.0]), np.zeros(2))
-    assert lost.claimed.tolist() == [True, False, True]
-    assert np.isinf(lost.errors.support(np.ones(2))[1]).all()
-
-
 def test_claimed_faces_add_up_without_rounding(profile, holdout):
     claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
     for given in claim.tube.templates:
@@ -247,76 +221,6 @@ def test_a_claim_survives_wider_faces_only(profile, holdout):
         weaker(claim, claim.tube.replace(templates=None))
 
 
-def test_a_bin_without_runs_gets_what_was_seen_anywhere(train):
-    seen = train.select(train.k[:, 0] < 0.5)
-    found = fitted_profile(NET, [seen], (4, 1))
-    assert score_batch(NET, train, found).score.max() < 3
-    with pytest.raises(InputError, match="at least one finite"):
-        fitted_profile(NET, [], (4, 1))
-
-
-def uneven(key, k, s):
-    """An error a thousand times as large for k_0 below one half as above."""
-    p, q = straight(k, s)
-    size = jnp.where(k[0] < 0.5, 1.0, 1e-3)
-    error = size * jax.random.uniform(key, (3,), minval=-1.0)
-    return p + s[:, None] * error[None, :2], q + error[2:]
-
-
-def halves_by_hand(runs, given, number):
-    """Half widths (T, 4) about the faces' centres in a bin of one point, before margin and
-    floor.
-    """
-    during = np.array([signed_errors(runs, i)[0] for i in range(runs.n)])
-    along = np.einsum("ntjx,tdx->ntjd", during, given.directions[number, :, 0])
-    return np.abs(along - given.centre[number, :, 0][:, None]).max(axis=(0, 2))
-
-
-@pytest.mark.parametrize(("few", "share"), [(100, 0.5), (200, 0.0), (300, 0.0)])
-def test_a_bin_of_200_runs_no_longer_borrows_from_its_neighbour(few, share):
-    rng = np.random.default_rng(few)
-    k = rng.uniform(size=(300 + few, 2)) / [2, 1]
-    k[300:, 0] += 0.5
-    runs = collect(plant(uneven), KEY, len(k), k=k, quiet=True)
-    given = fitted_profile(NET, [runs], (2, 1)).templates.interval
-    wide, own = (
-        halves_by_hand(runs.select(rows), given, number)
-        for number, rows in enumerate((slice(0, 300), slice(300, None)))
-    )
-    assert (wide > 100 * own).all()
-    half = np.maximum(own, share * wide)
-    size = 0.1 * half[:, :2].mean(axis=0) + 1e-3  # margin and floor, per axis
-    by_hand = half + (np.abs(given.directions[1, :, 0]) * size).sum(axis=-1)
-    np.testing.assert_allclose(given.half[1, :, 0], by_hand, rtol=1e-5)
-
-
-@pytest.mark.night
-def test_the_pipeline_fits_and_the_claim_holds(train):
-    system = plant(slanted)
-    claim = bound_error(
-        NET, system, KEY, eps=5e-2, delta=1e-2, train=train, shape="fitted", quiet=True
-    )
-    assert claim.tube.templates is not None
-    new = collect(system, jax.random.PRNGKey(5), 4000, Stage.VALIDATE, quiet=True)
-    assert (~inside_tube(claim, NET, new)).mean() <= 0.05
-    with pytest.raises(InputError, match="shape: expected one of"):
-        bound_error(NET, system, KEY, eps=5e-2, delta=1e-2, train=train, shape="round", quiet=True)
-
-
-def test_scores_of_a_stream_are_those_of_its_runs(profile, holdout):
-    streamed = score_system(NET, plant(slanted), KEY, profile, holdout.n, quiet=True)
-    np.testing.assert_array_equal(streamed.score, score_batch(NET, holdout, profile).score)
-
-
-def test_an_update_keeps_the_shape(profile, train, holdout):
-    claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
-    fresh = collect(plant(slanted), jax.random.PRNGKey(9), 700, quiet=True)
-    _, new = update(claim, NET, train, fresh, bins=(3, 1))
-    assert new.tube.templates is not None
-    _, new = update(derived(claim, tube=training_profile(NET, train)), NET, train, fresh)
-    assert new.tube.templates is None
-
-
 def test_every_point_of_a_body_has_faces_of_its_own():
     runs = collect(Bar(), KEY, 300, quiet=True)
     layout = layout_of(runs)
@@ -336,13 +240,3 @@ def test_every_point_of_a_body_has_faces_of_its_own():
     more = (np.abs(given.directions[0]) * size[:, None]).sum(axis=-1)
     np.testing.assert_allclose(given.half[0], half + more, rtol=1e-6)
     assert score_batch(net, runs, found).score.max() < 1
-
-
-def test_directions_with_different_units_are_told_apart_by_their_spread():
-    covariance = np.array([[[4.0, 1.9e-3], [1.9e-3, 1e-6]]])
-    rows = with_principal_axes(covariance)[0]
-    np.testing.assert_array_equal(rows[:2], np.eye(2))
-    unit = np.sqrt(np.diag(covariance[0]))
-    along, across = (row * unit / np.linalg.norm(row * unit) for row in rows[2:])
-    assert abs(along @ across) < 0.05 and abs(abs(along[0]) - np.sqrt(0.5)) < 0.1
-    assert rows[3] @ covariance[0] @ rows[3] < 0.1 * (rows[2] @ covariance[0] @ rows[2])

@@ -12,9 +12,6 @@ from toy_running import Cart, H, cart_model, settled_network
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.study.job import run_study
-from parc_jax.app.study.report import figures
-from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import load_claim
@@ -78,19 +75,6 @@ def test_plans_are_replayed_from_what_was_measured(claim):
     assert 0 < shares["safe"] <= shares["reaching"]
     with pytest.raises(InputError, match="which differs in points, K"):
         pj.replay(Cart(), lowered(query(ROUGHLY, model).nominal()), answer.samples, KEY)
-
-
-@pytest.mark.night
-def test_a_study_of_what_is_measured_roughly_replays_nothing(claim, tmp_path):
-    model, study = (
-        pj.learning.trajectory_model(settled_network(), claim),
-        Study(samples=3, target=0.2),
-    )
-    outcome = run_study(Cart(), ROUGHLY, study, tmp_path, 0, model, quiet=True)
-    assert (
-        outcome.answer.status.found and outcome.runs is None and outcome.metrics["replay"] is None
-    )
-    assert [file.name for file in figures(outcome, study, tmp_path)] == ["samples.png"]
 
 
 def test_runs_keep_it_in_files_and_only_those_that_have_it_name_it(tmp_path):
@@ -179,14 +163,6 @@ def test_two_values_on_edges_have_the_widest_of_four_bins():
         np.testing.assert_allclose(
             query(asked, model).nominal().model.tube.interval, width, rtol=1e-8
         )
-
-
-@pytest.mark.slow
-def test_plans_from_an_edge_are_proved():
-    asked = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": 0.5}))
-    settings = pj.Settings(samples=20, samples_only=True, proof=True)
-    answer = pj.Planner(cart_model()).solve(asked, KEY, settings)
-    assert answer.cover.proved and answer.cover.refused == 0 and len(answer.samples) == 20
 
 
 @pytest.mark.parametrize("words", ["v9", (2,), ("v0", 0), ("v0", "v"), (0.5,), 7, (True,)])

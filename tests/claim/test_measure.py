@@ -7,10 +7,8 @@ import jax
 import numpy as np
 import pytest
 from synthetic_plants import (
-    between_knots,
     exact,
     failing,
-    goal_only,
     noisy,
     plant,
     straight_network,
@@ -18,7 +16,6 @@ from synthetic_plants import (
 from turning_bar import Bar
 
 from parc_jax.common.errors import InputError
-from parc_jax.learning.bound import measure as measuring
 from parc_jax.learning.bound.measure import allowance, measure, rollout_errors
 from parc_jax.learning.network.predict import Layout, layout_of, trajectories
 from parc_jax.learning.network.relu import relu_network
@@ -109,33 +106,10 @@ def test_float32_storage_is_paid_for():
     assert unpaid.max() > 1e-9  # there is something to pay
 
 
-def test_an_error_between_knots_is_seen():
-    batch = collect(plant(between_knots(height=0.3), 4, 10), KEY, 5, quiet=True)
-    errors = measure(straight_network(4), batch)
-    np.testing.assert_allclose(errors.interval, 0.3, atol=1e-12)
-    at_knots = np.abs(
-        batch.p[:, ::10] - np.linspace(0, 1, 5)[None, :, None] * batch.k[:, None]
-    ).max()
-    assert at_knots < 1e-12  # knots alone would have shown nothing
-
-
-def test_an_error_in_the_goal_state_alone_is_seen():
-    batch = collect(plant(goal_only), KEY, 200, quiet=True)
-    errors = measure(straight_network(4), batch)
-    assert errors.interval.max() < 1e-13 and 0.4 < errors.final[:, 2].max() < 0.51
-
-
 def test_a_network_of_the_wrong_shape_is_refused():
     batch = collect(plant(exact), KEY, 5, quiet=True)
     with pytest.raises(InputError, match="at least 8 outputs"):
         measure(straight_network(2), batch)
-
-
-def test_one_program_serves_every_chunk(monkeypatch):
-    batch, net = collect(plant(exact), KEY, 50, quiet=True), straight_network(4)
-    before = measuring._errors_many._cache_size()
-    measure(net, batch, chunk=19)
-    assert measuring._errors_many._cache_size() == before + 1
 
 
 def test_errors_of_several_points_are_those_of_each(rng):

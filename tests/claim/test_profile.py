@@ -1,11 +1,10 @@
 """Shapes: learnt from training data, never from the holdout."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from profiles import training_profile
-from synthetic_plants import disturbed, failing, noisy, plant, straight, straight_network
+from synthetic_plants import disturbed, failing, noisy, plant, straight_network
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
@@ -37,14 +36,6 @@ def test_bins_hold_their_own_maximum_and_borrow_from_neighbours():
     assert (profile.interval.reshape(4, 4, 4, 2)[1, 2] >= 0.5 * grid[:3, 1:].max(axis=(0, 1))).all()
 
 
-def test_empty_bins_get_a_width_too():
-    train = collect(plant(noisy), KEY, 200, quiet=True)
-    left = train.select(train.k[:, 0] < 0.1)
-    profile = training_profile(NET, left, (8, 1))
-    np.testing.assert_allclose(profile.interval[7], measure(NET, left).interval.max(axis=0) + 1e-3)
-    assert (profile.interval[1] >= profile.interval[0] * 0.5).all()
-
-
 def test_failed_runs_do_not_shape():
     profile = training_profile(NET, collect(plant(failing), KEY, 200, quiet=True), (1, 1))
     assert np.isfinite(profile.interval).all()
@@ -61,24 +52,6 @@ def test_k_is_cut_where_that_helps_and_nowhere_else():
     assert (
         sum(len(edge) - 2 for edge in chosen(disturbed)) <= 1
     )  # the same everywhere: at most one cut, by chance
-
-
-def test_a_jump_is_cut_out():
-    def jump(key, k, s):
-        p, q = straight(k, s)
-        bad = (k[0] > 0.5) & (k[0] < 0.55)
-        return p + jnp.where(bad, 1.0, 0.02) * jax.random.normal(key, (2,))[None] * s[:, None], q
-
-    edges = chosen(jump)[0]
-    assert 0.5 in edges and 0.5625 in edges and len(edges) <= 8
-
-
-@pytest.mark.slow
-def test_bins_hold_twenty_runs_on_average():
-    few = chosen(noisy, 60)
-    assert (len(few[0]) - 1) * (len(few[1]) - 1) <= 3
-    with pytest.raises(InputError, match="at least 4"):
-        chosen(noisy, 3)
 
 
 def test_edges_end_exactly_at_the_domain():

@@ -17,8 +17,6 @@ from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate
-from parc_jax.learning.bound.claim import claim_from_json
-from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
@@ -68,39 +66,6 @@ def test_a_start_that_matters_more_than_declared_is_refused_with_its_size(tmp_pa
     with pytest.raises(InputError, match="a number >= 0"):
         try_starts(Hill(0.0), KEY, float("nan"))
     assert try_starts(Hill(0.0), KEY, 0.0).seen == 0.0
-
-
-@pytest.mark.night
-def test_the_tube_holds_runs_from_elsewhere_and_without_the_allowance_it_does_not(tmp_path):
-    """The worst start for every run: all that stay inside from the origin stay inside of the wider
-    tube.
-    """
-    hill = Hill(0.02)
-    model = learn(hill, KEY, settings=STUDY, quiet=True)
-    claim = model.claim
-    runs = collect(hill, jax.random.PRNGKey(8), 400, quiet=True)
-    worst = np.where(runs.p[:, -1] > 0, 1.0, -1.0)[:, :1]  # moved either way, both must hold
-    ramp = np.linspace(0.0, 1.0, runs.p.shape[1])[None, :, None]
-
-    def inside(tube, push):
-        moved = replace(runs, p=runs.p + push[:, None] * ramp, q=runs.q + push)
-        errors = measure(model.net, moved)
-        return (errors.interval <= tube.interval[0]).all(axis=(1, 2)) & (
-            errors.final <= tube.final[0]
-        ).all(axis=1)
-
-    narrow = replace(
-        model.tube, interval=model.tube.interval - STUDY.gap, final=model.tube.final - STUDY.gap
-    )  # as it was calibrated, at the origin
-    held = inside(narrow, 0.0 * worst)
-    assert held.mean() > 0.8
-    for way in (1.0, -1.0):
-        assert inside(model.tube, way * 0.02 * worst)[held].all()
-    assert not all(inside(narrow, way * 0.02 * worst)[held].all() for way in (1.0, -1.0))
-    named = [a for a in claim.assumptions if a.startswith("TRANSLATION_INVARIANCE")]
-    assert len(named) == 1 and "within 0.02" in named[0] and "seen from 8 starts" in named[0]
-    assert named[0] in claim.details()
-    assert claim_from_json(claim.to_json(), claim.tube).assumptions == claim.assumptions
 
 
 def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside():

@@ -58,13 +58,3 @@ def test_host_and_kernel_are_told_the_same(rng):
     corners = np.array(list(itertools.product([-1, 1], repeat=3))) * t.final[4]
     np.testing.assert_allclose(lost, (A @ corners.T).max(axis=1), rtol=1e-15)
     assert (t.n_steps, t.n_p, t.n_q, t.n_k, t.grid) == (4, 2, 1, 2, (2, 3))
-
-
-def test_a_tube_is_one_line():
-    interval, final = widths()
-    interval[2] = np.inf
-    text = "Tube(6 bins of K, 4 intervals, median half width 0.1 m"
-    assert repr(tube(EDGES, *widths())) == text + ")"
-    assert repr(tube(EDGES, interval, final)) == text + ", 1 without claim)"
-    assert "without claim" in repr(tube([[0, 1]], np.full((1, 4, 2), np.inf), final[:1]))
-    assert "\n" not in repr(jax.tree.map(lambda x: None, tube(EDGES, *widths())))

@@ -3,15 +3,14 @@
 import dataclasses
 import inspect
 import re
-from pathlib import Path
-from typing import Literal, get_args
+from typing import get_args
 
 import pytest
 
 from parc_jax import __version__
 from parc_jax.app import cli
 from parc_jax.app.cli.learn import learn
-from parc_jax.app.cli.options import Offer, fitted, metavar_of
+from parc_jax.app.cli.options import Offer
 from parc_jax.app.cli.run import run
 from parc_jax.app.study.settings import Study
 
@@ -52,25 +51,7 @@ def test_an_option_of_the_study_names_its_value_there(command):
             assert option.text.endswith(f"or {value:,}."), option.field
 
 
-def test_metavars():
-    assert metavar_of(int | None) == "N" and metavar_of(Path) == "PATH"
-    assert metavar_of(tuple[int, ...] | None) == "N N ..."
-    assert metavar_of(Literal["a", "b"]) == "a|b"
-    assert metavar_of(tuple[Literal["a", "b"], ...]) == "{a|b} ..."
-    assert metavar_of(bool) is None and metavar_of(bool | None) == "True|False"
-
-
 def test_version(capsys):
     with pytest.raises(SystemExit) as stop:
         cli.main(["--version"])
     assert stop.value.code == 0 and capsys.readouterr().out == f"parc-jax {__version__}\n"
-
-
-def test_sentences_fit_a_terminal_and_stay_whole_elsewhere(monkeypatch):
-    text = f"name  value\n{'word ' * 40}done\n{'cell    ' * 20}"
-    assert fitted(text) == text
-    monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    lines = fitted(text).split("\n")
-    assert lines[0] == "name  value" and lines[-1] == "cell    " * 20
-    assert max(map(len, lines[1:-1])) <= 80 and " ".join(lines[1:-1]).endswith("done")

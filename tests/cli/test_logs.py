@@ -43,32 +43,8 @@ def test_a_command_tells_what_it_does_only_when_asked(solve, monkeypatch):
     assert logging.getLogger("parc_jax").level == logging.NOTSET  # as it was before
 
 
-def test_nothing_is_told_twice_where_a_library_has_given_the_root_logger_a_handler(solve):
-    root, lines = logging.getLogger(), logging.handlers.BufferingHandler(100)
-    root.addHandler(lines)
-    try:
-        told = solve("--verbose")[2]
-    finally:
-        root.removeHandler(lines)
-    assert "searched for" in told and len(set(told.splitlines())) == len(told.splitlines())
-    assert not [one for one in lines.buffer if one.name.startswith("parc_jax")]
-    assert logging.getLogger("parc_jax").propagate  # as it was before
-
-
 def test_in_python_it_is_the_standard_library_s(caplog):
     with caplog.at_level(logging.INFO, logger="parc_jax"):
         answer = toy_query.planner().solve(toy_query.gap(), np.asarray([0, 1], np.uint32))
     told = [record.getMessage() for record in caplog.records]
     assert any(f"{len(answer.corridors)} corridors" in line for line in told)
-
-
-def test_two_words_say_more_than_one(caplog, monkeypatch):
-    seen = []
-    logger = logging.getLogger("parc_jax")
-    monkeypatch.setattr(
-        "parc_jax.app.cli.systems.installed", lambda: seen.append(logger.level) or ()
-    )
-    for words in ((), ("--verbose",), ("--verbose", "--verbose")):
-        with pytest.raises(SystemExit):
-            cli.main(["systems", *words])
-    assert seen == [logging.WARNING, logging.INFO, logging.DEBUG]

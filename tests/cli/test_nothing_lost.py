@@ -2,9 +2,7 @@
 command at a time writes to a folder, and what does not fit is refused before the first run.
 """
 
-import errno
 import json
-import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -23,7 +21,6 @@ from parc_jax.app.cli.places import held, only_of
 from parc_jax.app.cli.systems import find
 from parc_jax.app.study import job
 from parc_jax.app.study.settings import Study
-from parc_jax.learning.runs.files import write_atomic
 
 STUDY = Study(samples=5, repeats=1, budget_s=300, target=0.3)
 
@@ -49,19 +46,6 @@ def shell(capsys, monkeypatch, tmp_path):
         return stop.value.code, complained
 
     return run
-
-
-def test_what_fails_to_be_written_leaves_nothing(tmp_path, monkeypatch):
-    (tmp_path / "kept").write_text("old")
-
-    def full(_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(OSError, match="No space"):
-        write_atomic(tmp_path / "kept", b"new")
-    assert [f.name for f in tmp_path.iterdir()] == ["kept"]
-    assert (tmp_path / "kept").read_text() == "old"
 
 
 def test_the_target_is_tried_before_the_first_run(shell, tmp_path):
@@ -198,14 +182,6 @@ def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
     assert not work.exists()  # nothing was finished
 
 
-def test_a_module_and_the_name_of_its_system_tell_folders_apart():
-    from parc_jax.app.cli.run import _folder_of
-
-    assert _folder_of("toy_cart", "cart") != _folder_of("other_cart", "cart")
-    assert _folder_of("toy_cart", "cart") != _folder_of("toy_cart", "hill")
-    assert _folder_of("asv", "asv") == "asv" and _folder_of("my.asv", "asv") == "my.asv"
-
-
 HOLDS = """
 import sys, time
 from pathlib import Path
@@ -263,32 +239,6 @@ def test_a_question_that_does_not_fit_is_refused_before_the_first_run(
     code, complained = shell("run", "toy_cart", "--quiet")
     assert code == 2 and why in complained
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("uncertainty", "why"),
-    [
-        (pj.Uncertainty(k={"load": 0.1}), "expected parameters of the model"),
-        (pj.Uncertainty(heading=0.1), "declares rotation"),
-        (pj.Uncertainty(goal=0.5), "goal"),
-    ],
-)
-def test_so_is_a_uncertainty_about_what_there_is_not(
-    shell, tmp_path, monkeypatch, uncertainty, why
-):
-    scene = toy_cart.problem().replace(uncertainty=uncertainty)
-    monkeypatch.setattr(toy_cart, "problem", lambda: scene)
-    code, complained = shell("run", "toy_cart", "--quiet")
-    assert code == 2 and why in complained
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_spans_beyond_the_end_are_refused_before_the_first_run(shell, monkeypatch):
-    block = pj.box([0.4, 0.15], [0.6, 0.5])
-    scene = pj.reach_avoid(pj.box([0.8, -0.2], [1.2, 0.2]), [block], 0.1, spans=[(0, 9)])
-    monkeypatch.setattr(toy_cart, "problem", lambda: scene)
-    code, complained = shell("run", "toy_cart", "--quiet")
-    assert code == 2 and "expected last < 4 intervals; got 9" in complained
 
 
 def test_a_saved_model_of_another_system_is_refused(shell, tmp_path):

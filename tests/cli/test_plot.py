@@ -2,16 +2,11 @@
 places.
 """
 
-import jax
 import pytest
 import toy_query
 from matplotlib.image import imread
 
-import parc_jax as pj
-import sims
 from parc_jax.app import cli
-from parc_jax.app.cli.systems import black_box_with
-from parc_jax.learning.system import ONE_POINT, points_of
 
 ROBOT = """
 import jax.numpy as jnp
@@ -87,36 +82,6 @@ def test_a_film_of_its_own_is_of_its_own_robot_alone(shell, tmp_path):
     code, _, complained = shell(*command, "--system", "drift_parking")
     assert code == 2 and "got 'drift_parking', which differs in name" in complained
     assert not (tmp_path / "f.gif").exists()
-
-
-@pytest.mark.slow
-def test_the_film_of_a_body_runs_the_system_with_its_points():
-    corners = sims.asv.system(body="rectangle").points
-    assert len(corners) > 1
-    assert black_box_with(sims.asv, corners).points == corners
-    assert points_of(black_box_with(sims.asv, ONE_POINT)) == ONE_POINT
-    with pytest.raises(pj.InputError, match="expected the reference points bow, stern; it has"):
-        black_box_with(sims.asv, ("bow", "stern"))
-
-
-@pytest.mark.slow
-def test_every_figure_that_is_drawn_is_named_while_it_is(shell):
-    code, said, complained = shell("plot", "answer.json", "--figures", "timeline", "projections")
-    assert code == 0 and said.split() == ["timeline.png", "projections.png"]
-    assert "drawing timeline" in complained and "drawing projections" in complained
-    assert shell("plot", "answer.json", "--figures", "timeline", "--quiet") == (0, "", "")
-
-
-@pytest.mark.night
-def test_polytopes_are_cut_only_for_their_picture(shell):
-    settings = pj.Settings(samples=5, target=0.3, budget_s=300)
-    answer = toy_query.planner().solve(toy_query.gap(), jax.random.PRNGKey(0), settings)
-    assert len(answer.corridors) > 0
-    answer.save("answer.json")
-    code, said, _ = shell("plot", "answer.json")
-    assert code == 0 and "samples.png" in said.split() and "projections.png" not in said.split()
-    code, said, _ = shell("plot", "answer.json", "--figures", "projections")
-    assert code == 0 and said.split() == ["projections.png"]
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,7 @@ input.
 import json
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -70,18 +68,6 @@ def test_solve_check_plot(shell, files):
 
 
 @pytest.mark.slow
-def test_corridors_alone_are_found_checked_and_drawn(shell, files):
-    code, said, _ = shell("solve", "model.npz", "scene.toml", "--json", "--no-cache")
-    facts = json.loads(said)
-    assert code == 0 and facts["corridors"] > 0
-    assert facts["coverage"]["at_least"] >= 0.99
-    code, said, _ = shell("check", "answer.json")
-    assert code == 0 and f"{facts['corridors']} corridors" in said and "polytopes" not in said
-    assert shell("plot", "answer.json", "--html", "page.html")[0] == 0
-    assert shell("plot", "answer.json", "--out", "figures")[0] == 0
-
-
-@pytest.mark.slow
 def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
     save_problem(files / "wall.json", toy_query.gap(wall=True))
     code, said, _ = shell(
@@ -112,33 +98,6 @@ SCENES = {
         "labels of k: expected 2",
     ),
 }
-WITHOUT_PLAN = {
-    "obstacle over the goal": (
-        change("lo = [-0.5, 0.3]\nhi = [0.0", "lo = [-9, -9]\nhi = [9"),
-        "touches obstacle 0",
-    ),
-    "goal outside reach": (
-        change("-1.0]\nhi = [0.25, 0.25, 1.0]", "4.0]\nhi = [0.25, 0.25, 5.0]"),
-        "the goal asks for 4 to 5",
-    ),
-    "goal narrower than the tube": (
-        change("lo = [-0.25", "lo = [0.24"),
-        "narrower than the tube at the end: its axis 0 is 0.01 wide",
-    ),
-    "start too far": (
-        change("lo = [-1.5, -1.5]\nhi = [1.5, 1.5]", "lo = [7, 7]\nhi = [8, 8]"),
-        "the goal asks for -0.25 to 0.25",
-    ),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", WITHOUT_PLAN)
-def test_a_scene_that_cannot_have_a_plan_has_none_for_a_reason(shell, files, case):
-    edit, message = WITHOUT_PLAN[case]
-    (files / "scene.toml").write_text(edit((files / "scene.toml").read_text()))
-    code, said, complained = shell("solve", "model.npz", "scene.toml", "--no-cache", "--quiet")
-    assert code == 1 and complained == "" and "no safe (p0, k)" in said and message in said
 
 
 @pytest.mark.parametrize("case", SCENES)
@@ -252,54 +211,6 @@ def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
         and "ZeroDivisionError" in complained
         and "lines above say where" in complained
     )
-
-
-@pytest.mark.slow
-def test_a_reader_that_has_seen_enough_is_no_fault(files):
-    program = "from parc_jax.app.cli import main; main()"
-    command = f"{sys.executable} -c '{program}' systems drift_parking | head -n 1"
-    done = subprocess.run(command, shell=True, cwd=files, capture_output=True, text=True)
-    assert done.stdout.startswith("points = [") and done.stderr == ""
-
-
-def test_completion_scripts(shell):
-    code, said, _ = shell("--tyro-print-completion", "bash")
-    assert code == 0 and "learn" in said and "--budget" in said
-
-
-def test_bench_hands_its_options_on(shell, monkeypatch):
-    from parc_jax.app.cli import installation as bench
-
-    seen = []
-
-    def run(command, env, check):
-        seen.append(command[command.index("benchmarks") + 1 :])
-        return SimpleNamespace(returncode=0)
-
-    monkeypatch.setattr(bench.subprocess, "run", run)
-    options = ("--quick", "--only", "points", "bras", "--device", "cpu", "--json", "report.json")
-    assert shell("bench", *options)[0] == 0 and seen == [list(options)]
-    assert shell("bench")[0] == 0 and seen[1] == []
-
-
-def test_bench_without_the_source_says_so_in_one_sentence(shell, monkeypatch, tmp_path):
-    from parc_jax.app.cli import installation as bench
-
-    installed = tmp_path / "site-packages" / "parc_jax" / "app" / "cli" / "installation.py"
-    monkeypatch.setattr(bench, "__file__", str(installed))
-    refused(shell("bench", "--quick"), "in the root of a clone")
-
-
-def test_the_wheel_brings_two_top_level_packages():
-    setuptools = pytest.importorskip("setuptools")
-    root = Path(__file__).resolve().parents[2]
-    wanted = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"][
-        "find"
-    ]
-    assert {name.split(".")[0] for name in setuptools.find_packages(root, **wanted)} == {
-        "parc_jax",
-        "sims",
-    }
 
 
 def test_the_console_script_refuses_without_a_traceback(tmp_path):

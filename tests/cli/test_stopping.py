@@ -1,24 +1,11 @@
 """Ctrl-C at any moment: one line at most, exit code 130."""
 
 import signal
-import subprocess
-import sys
 
 import pytest
 
 from parc_jax import checker
 from parc_jax.app import cli
-
-WHILE_LOADING = """
-import signal, sys
-class Stop:
-    def find_spec(self, name, *_):
-        if name == sys.argv[1]:
-            signal.raise_signal(signal.SIGINT)
-sys.meta_path.insert(0, Stop())
-from parc_jax.app.cli import main
-main(sys.argv[2:])
-"""
 
 
 @pytest.fixture
@@ -65,24 +52,6 @@ def test_what_a_library_swallows_is_not_carried_on_to_success(shell, monkeypatch
 
     monkeypatch.setattr("parc_jax.app.cli.systems.installed", swallowing)
     assert shell("systems")[0] == 130
-
-
-def test_what_a_library_makes_of_it_is_no_fault(shell, monkeypatch):
-    def renaming():
-        try:
-            ctrl_c()
-        except KeyboardInterrupt:
-            raise RuntimeError("interrupted") from None
-
-    monkeypatch.setattr("parc_jax.app.cli.systems.installed", renaming)
-    assert shell("systems") == (130, "", "parc-jax: stopped.\n")
-
-
-@pytest.mark.parametrize("module", ["tyro", "jax", "parc_jax.planner"])
-def test_the_first_second_is_stopped_quietly(module, tmp_path):
-    command = [sys.executable, "-c", WHILE_LOADING, module, "solve", "m.npz", "s.toml"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "parc-jax: stopped.\n")
 
 
 def test_the_handler_of_the_caller_comes_back(shell):

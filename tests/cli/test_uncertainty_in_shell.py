@@ -79,17 +79,3 @@ def test_options_replace_entries_of_the_scene():
     assert asked.uncertainty.start == (0.1,) and asked.uncertainty.goal == (0.4,)
     assert asked.uncertainty.k == (("k0", 0.5),) and asked.uncertainty.unknown == ((1, (0.0, 1.0)),)
     assert under_uncertainty(own, {}) is own
-
-
-@pytest.mark.slow
-def test_the_first_plan_from_here(shell):
-    code, said, _ = shell("--at", "0,0", "--first")
-    assert code == 0 and "all plans start at (0, 0) m" in said and "1 plan, 0 corridors" in said
-    assert "corridors: covering" not in said  # none was sought
-    for options, sentence in (
-        (("--at", "0;0"), "--at: expected numbers with commas between"),
-        (("--at", "0,0,0.1"), "at: expected a planar system that declares rotation invariance"),
-        (("--at", "9,9"), "at: expected a place within the start set"),
-    ):
-        code, _, complained = shell(*options, "--first")
-        assert code == 2 and sentence in complained and complained.count("\n") == 1

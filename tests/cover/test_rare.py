@@ -9,10 +9,9 @@ import parc_jax as pj
 from parc_jax.app.cli.scene import verdict
 from parc_jax.common.errors import InputError
 from parc_jax.problem.robust.nominal import NominalProblem
-from parc_jax.safe_set.corridors.rare import where_around, where_safe
-from parc_jax.safe_set.corridors.sampling import FEW, HOPELESS, Counts, Place, draw, place_around
+from parc_jax.safe_set.corridors.rare import where_safe
+from parc_jax.safe_set.corridors.sampling import Place, draw
 from parc_jax.safe_set.corridors.stopping import Limit
-from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import pruned_scene
 
 pytestmark = [pytest.mark.soundness, pytest.mark.slow]  # kernels of its own: of the gate
@@ -57,35 +56,12 @@ def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
         assert (np.abs(y - 0.1) < HALF).all()
 
 
-@pytest.mark.parametrize(("safe", "found"), [(0, False), (FEW - 1, False), (FEW, True)])
-def test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing(safe, found):
-    """A look of 6,000 would take 10^8 draws: where safe plans are that rare, a search looks."""
-    tally = Counts(drawn=HOPELESS, reaching=HOPELESS, safe=safe, volume=1.0)
-    assert tally.hopeless is not found and not tally._replace(drawn=HOPELESS - 1).hopeless
-
-
-def test_a_share_of_one_in_forty_thousand_is_covered():
-    """A draw in forty thousand is safe: too many for "none", too few to draw until 99 % show."""
-    settings = pj.Settings(samples=20, target=0.05, budget_s=300)
-    wide = pj.Planner(MODEL).solve(slit(0.03), jax.random.PRNGKey(1), settings)
-    assert wide.cover.proved and wide.coverage.at_least >= 0.95 and len(wide.samples) == 20
-    assert wide.cover.drawn < 10**6
-
-
 def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path):
     said = verdict(answer, tmp_path / "answer.json")
     assert "of the plans whose first point ends in the goal's box, whatever else" in said
     assert "those around what a search found" in said and "the tube leaves" not in said
     assert said.count("% of the safe set around what a search found") == 1
     assert "goal-reaching set" not in said and answer.cover.within is not None
-
-
-def test_draws_begin_around_a_plan_that_is_known(answer):
-    known = answer.samples[0]
-    method = pj.types.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
-    settings = pj.Settings(samples=5, target=0.2, budget_s=300, method=method)
-    again = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(2), settings)
-    assert again.cover.proved and len(again.samples) == 5 and again.cover.within is not None
 
 
 def test_what_was_drawn_from_is_in_the_file(answer, tmp_path):
@@ -107,26 +83,6 @@ def test_no_part_of_a_thin_set_is_left_out():
     assert volume(1e-3) / volume(1e-5) == pytest.approx(1e4, rel=0.05)
 
 
-def test_samples_alone_are_found_too():
-    fast = pj.Settings.fast()
-    found = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(1), fast)
-    assert len(found.samples) == fast.samples
-
-
-def test_around_one_plan(answer):
-    scene = pruned_scene(NominalProblem(slit(), MODEL))
-    p0, k = answer.samples[0, :2], answer.samples[0, 2:]
-    rng = np.random.default_rng(2)
-    one = draw(scene, rng, 50_000, where_around(scene, rng, p0, k, Limit(300.0)))
-    assert len(one.safe.k) > 1000
-    assert verdicts(scene, one.safe.p0, one.safe.k).safe.all()
-
-
-def test_where_nothing_is_safe_a_climb_ends():
-    scene = pruned_scene(NominalProblem(slit(-1e-3), MODEL))
-    assert where_safe(scene, np.random.default_rng(0), 1, Limit(300.0)) is None
-
-
 def test_draws_are_uniform_over_a_place():
     place = Place(np.array([0.8, 0.0, 1.9, 0.1]), np.diag([0.1, 0.2, 0.05, 0.3]) @ _turn())
     x = place.draw(np.random.default_rng(0), 200_000)
@@ -137,13 +93,6 @@ def test_draws_are_uniform_over_a_place():
     counts = np.histogramdd(unit, bins=2, range=[(-1, 1)] * 4)[0] / len(x)
     np.testing.assert_allclose(counts, 1 / 16, rtol=0.05)
     assert place.volume == pytest.approx(16 * 0.1 * 0.2 * 0.05 * 0.3)
-
-
-def test_a_place_holds_what_it_is_made_around(rng):
-    x = rng.normal(size=(50, 4)) @ rng.normal(size=(4, 4))
-    place = place_around(x, np.full(4, -20.0), np.full(4, 20.0))
-    unit = np.linalg.solve(place.axes, (x - place.middle).T)
-    assert np.abs(unit).max() < 1
 
 
 def _turn() -> np.ndarray:

@@ -89,23 +89,6 @@ def test_polytopes_are_a_view_that_is_proved_and_counted(rng, tmp_path):
         again.details(cut)
 
 
-@pytest.mark.slow
-def test_the_share_in_polytopes_is_measured_on_fresh_plans():
-    """Cut around three plans, which they all hold, they hold far from everything."""
-    few = answer().polytopes(KEY, 3)
-    assert len(few) and few.coverage.fresh_safe > 3000 and few.coverage.fresh_uncovered > 0
-
-
 def test_polytopes_of_an_unproved_answer_are_unproved():
     bare = replace(answer(), cover=answer().cover._replace(proved=False))
     assert not bare.polytopes(KEY, 30).proved
-
-
-@pytest.mark.night
-def test_without_corridors_there_is_nothing_to_sample():
-    none = Planner(answer().model).solve(
-        answer().problem, jax.random.key(0), Settings(samples=5, samples_only=True)
-    )
-    assert len(none.samples) and none.share_of_k() == 0 and np.isinf(density_of_k(none))
-    with pytest.raises(InputError, match="expected an answer with corridors"):
-        none.sample(KEY, 3)

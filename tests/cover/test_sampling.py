@@ -12,9 +12,6 @@ from parc_jax.common.keys import generator
 from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors.sampling import (
-    EXPLORING,
-    FIRST_DRAW,
-    Sampler,
     cell_of,
     draw,
     groups,
@@ -50,19 +47,6 @@ def test_counts_are_of_what_reaches_and_what_is_safe(rng):
     np.testing.assert_array_equal(e.path, seen.safe.path)
     again = points(seen.safe.p0, seen.safe.k, e)  # whoever names them, one program serves
     assert [x.dtype for x in again] == [x.dtype for x in seen.safe]
-
-
-@pytest.mark.slow
-def test_a_draw_is_as_large_as_what_is_asked_of_it_needs(rng):
-    model, problem = toy_case(4)
-    with Sampler(scene_of(problem, model), rng) as sampler:
-        sampler.take()
-        assert sampler.tally.drawn == FIRST_DRAW  # nothing is known of how many are safe
-        sizes = []
-        for enough in (EXPLORING, 2 * EXPLORING):
-            sampler.start(enough)
-            sizes.append(len(sampler.take().k))
-        assert 0.5 < sizes[0] / EXPLORING < 2 and 1.2 < sizes[1] / sizes[0] < 3
 
 
 def test_cells_are_equal_exactly_when_pattern_and_bin_are(rng):

@@ -9,7 +9,7 @@ import sys
 import jax
 import numpy as np
 import pytest
-from toy_models import line_model, toy_case
+from toy_models import toy_case
 
 import parc_jax as pj
 from parc_jax import method as methods
@@ -17,14 +17,13 @@ from parc_jax.answer.answer import answer_data
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.status import Ended
 from parc_jax.problem.robust.nominal import NominalProblem
-from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors import rare, search
 from parc_jax.safe_set.corridors.first import MOST
 from parc_jax.safe_set.corridors.sampling import RARE_DRAW, Draw, no_points
 from parc_jax.safe_set.corridors.search import cover
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import CORRIDORS, LEAVES, LOOKS, work_of
-from parc_jax.safe_set.verdict.scene import pruned_scene, scene_of
+from parc_jax.safe_set.verdict.scene import pruned_scene
 
 KEY = jax.random.PRNGKey(3)
 MODEL, PROBLEM = toy_case(4)
@@ -174,15 +173,3 @@ def test_work_is_a_multiple_of_the_standard_and_never_nothing():
     assert work_of(1.0)[:3] == (LOOKS, CORRIDORS, LEAVES)
     assert work_of(2.0) == tuple(2 * n for n in work_of(1.0))
     assert min(work_of(1e-9)) == 1
-
-
-@pytest.mark.slow
-def test_a_proof_of_absence_says_what_ended_it(monkeypatch):
-    wall = [pj.box([2, 0.3], [5, 2.3]), pj.box([2, -2.3], [5, -0.3])]  # with a gap that just fits
-    problem = pj.reach_avoid(pj.box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), wall, 0.25)
-    scene = scene_of(problem, line_model(e=0.05))
-    none = prove_no_plan(scene, limit=Limit(600.0), max_leaves=20)
-    assert none.ended is Ended.WORK and "ended by its work" in none.details()
-    slowly(monkeypatch, 1e4)
-    cut = prove_no_plan(scene, limit=Limit(600.0), max_leaves=20)
-    assert cut.ended is Ended.SECONDS and "ended by its seconds" in cut.details()

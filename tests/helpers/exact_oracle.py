@@ -25,8 +25,11 @@ def exact_path(net, T: int, p0, k):
 
 def polygon(obstacle, body, e):
     """Exact corners (hull) of obstacle + (-body) + box(e)."""
-    A = [(F(x), F(y)) for x, y in obstacle.A]
-    b = [F(v) for v in obstacle.b]
+    return grown([[F(x) for x in row] for row in obstacle.A], [F(v) for v in obstacle.b], body, e)
+
+
+def grown(A, b, body, e):
+    """The same of an obstacle {x : A x <= b} in fractions."""
     points = set()
     for i in range(len(A)):
         for j in range(i):
@@ -36,12 +39,12 @@ def polygon(obstacle, body, e):
                 y = (A[i][0] * b[j] - A[j][0] * b[i]) / det
                 if all(a[0] * x + a[1] * y <= c for a, c in zip(A, b, strict=True)):
                     points.add((x, y))
-    grown = {
+    corners = {
         (x - bx + sx * e[0], y - by + sy * e[1])
         for (x, y), (bx, by) in itertools.product(points, body)
         for sx, sy in itertools.product((-1, 1), repeat=2)
     }
-    return hull(grown)
+    return hull(corners)
 
 
 def hull(points):

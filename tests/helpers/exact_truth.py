@@ -71,20 +71,5 @@ class Truth:
 
 def grown_polygon(obstacle, body, error):
     """Corners, counter-clockwise, of obstacle + (-body) + box(error)."""
-    rows = list(zip(build.value(obstacle["A"]), build.value(obstacle["b"]), strict=True))
-    points = set()
-    for i, (a, x) in enumerate(rows):
-        for c, y in rows[:i]:
-            det = a[0] * c[1] - a[1] * c[0]
-            if det:
-                point = ((x * c[1] - y * a[1]) / det, (a[0] * y - c[0] * x) / det)
-                if all(build.dot(row, point) <= end for row, end in rows):
-                    points.add(point)
-    signs = [(sx, sy) for sx in (-1, 1) for sy in (-1, 1)]
-    everything = {
-        (x - u + sx * error[0], y - v + sy * error[1])
-        for x, y in points
-        for u, v in body
-        for sx, sy in signs
-    }
-    return exact_oracle.hull(everything)
+    rows = (build.value(obstacle[side]) for side in ("A", "b"))
+    return exact_oracle.grown(*rows, body, error)

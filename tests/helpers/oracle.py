@@ -7,6 +7,7 @@ never accuses a proof.
 
 import answer_files as build
 import numpy as np
+from dense_oracle import convex_hull, distance, polygon_corners
 
 DEPTH = 1e-9  # [m] far above rounding of these scenes, far below anything that matters
 
@@ -17,51 +18,8 @@ def array(x):
 
 
 def polygon(obstacle):
-    """Vertices of {A x <= b} in the plane, () if it is empty; it must be bounded."""
-    A, b = array(obstacle["A"]), array(obstacle["b"])
-    points = []
-    for i in range(len(b)):
-        for j in range(i):
-            M = A[[i, j]]
-            if abs(np.linalg.det(M)) > 1e-12:
-                x = np.linalg.solve(M, b[[i, j]])
-                if (A @ x <= b + 1e-9 * (1 + np.abs(b))).all():
-                    points.append(x)
-    return np.array(points)
-
-
-def turn(a, b, c):
-    """Positive if a, b, c turn left."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def hull(points):
-    """Convex hull, counter-clockwise (monotone chain)."""
-    points = sorted(map(tuple, points))
-    halves = []
-    for order in (points, points[::-1]):
-        half = []
-        for p in order:
-            while len(half) > 1 and turn(half[-2], half[-1], p) <= 0:
-                half.pop()
-            half.append(p)
-        halves += half[:-1]
-    return np.array(halves)
-
-
-def distance(vertices, points):
-    """Distance of points (m, 2) to a convex polygon; negative inside."""
-    a, b = vertices, np.roll(vertices, -1, axis=0)
-    edge = b - a
-    share = np.clip(
-        np.einsum("mvi,vi->mv", points[:, None] - a[None], edge) / (edge**2).sum(1)[None], 0, 1
-    )
-    nearest = np.linalg.norm(
-        points[:, None] - a[None] - share[..., None] * edge[None], axis=-1
-    ).min(1)
-    outward = np.stack([edge[:, 1], -edge[:, 0]], 1) / np.linalg.norm(edge, axis=1)[:, None]
-    beyond = np.einsum("mvi,vi->mv", points[:, None] - a[None], outward).max(1)
-    return np.where(beyond > 0, nearest, beyond)
+    """Vertices of {A x <= b} in the plane, none if it is empty; it must be bounded."""
+    return polygon_corners(array(obstacle["A"]), array(obstacle["b"]))
 
 
 class Oracle:
@@ -120,7 +78,7 @@ class Oracle:
                 corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) * interval[t][None]
                 share = np.linspace(0, 1, 201)[:, None]
                 segment = (1 - share) * ends[0][None] + share * ends[1][None]
-                vertices = hull((base[:, None] + corners[None]).reshape(-1, 2))
+                vertices = convex_hull((base[:, None] + corners[None]).reshape(-1, 2))
                 gap = min(gap, distance(vertices, segment).min() - self.radius)
         return gap
 

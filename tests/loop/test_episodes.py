@@ -2,8 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
 from fractions import Fraction
 
 import jax
@@ -169,41 +167,6 @@ def test_workers_drive_the_same_episodes_and_one_that_ends_its_process_counts(tm
     assert {one.number for one in died} == {o.number for o in alone if o.told["world"] > 0.9}
     assert sorted(one["number"] for one in lines(tmp_path)) == list(range(24))
     assert (tmp_path / ABOUT).exists()
-
-
-JOB = """
-import sys, jax, parc_jax as pj
-from toy_episodes import Toy, law
-def drive(world, seed):
-    print("begun", flush=True)
-    sys.stdin.readline()
-    return Toy(left=0.8)(world, seed)
-if __name__ == "__main__":
-    key = jax.random.PRNGKey(4)
-    done = pj.drive.drive_episodes(drive, law, key, 80, workers=0, quiet=True, folder=sys.argv[1])
-    print(done.bad)
-"""
-
-
-@pytest.mark.slow  # two processes that start JAX
-def test_a_killed_run_goes_on(tmp_path):
-    script = tmp_path / "job.py"
-    script.write_text(JOB)
-    env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, str(script), str(tmp_path / "kept")]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": env}
-    with subprocess.Popen(command, **pipes) as first:
-        first.stdin.write(6 * "\n")
-        first.stdin.flush()
-        assert [first.stdout.readline() for _ in range(7)] == 7 * ["begun\n"]
-        first.kill()
-    assert [one["number"] for one in lines(tmp_path / "kept")] == list(range(6))
-    again = subprocess.run(
-        command, input=80 * "\n", capture_output=True, text=True, check=True, env=env
-    )
-    assert again.stdout.split()[:-1] == 74 * ["begun"]
-    assert int(again.stdout.split()[-1]) == asked(Toy(left=0.8), 80).bad
-    assert [one["number"] for one in lines(tmp_path / "kept")] == list(range(80))
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,11 @@
-"""Boxes examined together: each is told what it is told alone, and few vertices are few."""
+"""Boxes examined together: each is told what it is told alone."""
 
 import numpy as np
 import pytest
 from toy_models import toy_case
 
 from parc_jax.proof.absence.errors import BinErrors
-from parc_jax.proof.absence.examined import VERTICES, Examiner
+from parc_jax.proof.absence.examined import Examiner
 from parc_jax.proof.absence.tree import Node
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -62,21 +62,3 @@ def test_at_vertices_boxes_do_not_know_their_neighbours(examiner):
     assert len({len(node.vertices) for node in nodes}) > 1
     alone = [of_each(next(examiner.at_vertices([node])))[0] for node in nodes]
     same([one for batch in examiner.at_vertices(nodes) for one in of_each(batch)], alone)
-
-
-@pytest.mark.slow
-def test_as_many_boxes_go_together_as_their_vertices_fit(examiner):
-    """Every node once, in order; the vertices here are only as many as is said."""
-    nodes = quarters(examiner)
-    for node, n in zip(nodes, (VERTICES - 10, 11, VERTICES, 1), strict=True):
-        node.vertices = np.repeat(node.lo[None, examiner.model.n_p :], n, axis=0)
-    batches = list(examiner.at_vertices(nodes))
-    assert [len(batch.nodes) for batch in batches] == [1, 1, 1, 1]
-    nodes[1].vertices = nodes[1].vertices[:10]
-    assert [len(batch.nodes) for batch in examiner.at_vertices(nodes)] == [2, 1, 1]
-
-
-def test_many_vertices_are_not_kept(examiner, monkeypatch):
-    whole = quarters(examiner)[0]
-    monkeypatch.setattr("parc_jax.proof.absence.examined.VERTICES", 3)
-    assert not examiner.has_few_vertices(whole) and whole.vertices is None

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from toy_models import line_model, model_of, random_network, told
 
-from benchmarks.shaped import fitted
 from parc_jax import checker
 from parc_jax import method as methods
 from parc_jax.common.errors import InputError
@@ -412,28 +411,3 @@ def test_boxes_with_too_many_cells_are_split_first(rng):
     answer = decide(model, problem)
     assert answer.kind == "proved" and answer.leaves > 1
     assert "start" in {name for node in answer.certificate["tree"] for name in node}
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("between", [False, True], ids=["boxes", "faces"])
-def test_drift_parking_is_decided_within_a_centimetre(between):
-    from parc_jax.learning.model import load
-    from sims.drift_parking.scenario import BODY_RADIUS
-    from sims.drift_parking.scenario import GOAL as PARKED
-
-    model = load("tests/data/drift_4x8.npz")
-    if between:
-        model = fitted(model)
-
-    def parked(gap):
-        left, right = 30.5 - gap / 2, 30.5 + gap / 2
-        cars = [
-            box((left - 4.267, -16.994), (left, -15.006)),
-            box((right, -16.994), (right + 4.267, -15.006)),
-        ]
-        return reach_avoid(box(*PARKED), cars, BODY_RADIUS)
-
-    for gap in (4.9,) if between else (4.0, 4.8, 4.9, 4.925):
-        assert decide(model, parked(gap), max_leaves=2000).kind == "proved"
-    for gap in (4.935,) if between else (4.935, 5.0):
-        assert decide(model, parked(gap), max_leaves=2000).safe_plan is not None

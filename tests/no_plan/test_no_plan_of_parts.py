@@ -4,7 +4,6 @@ the body just fits, and leaves judged by an independent computation of distances
 
 import itertools
 
-import jax
 import numpy as np
 import pytest
 from profiles import on_finer
@@ -21,7 +20,6 @@ from parc_jax.learning.bound.tube import fitted_tube, zero_tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.predict import by_point, moved_to, trajectories
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.planner import Planner
 from parc_jax.problem.body import Disc, Part, Polygon, body_of, hull, numbered
 from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound
@@ -29,7 +27,6 @@ from parc_jax.proof.absence.errors import end_rows
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.corridors.stopping import Limit
-from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import scene_of
 
 T = 4
@@ -89,18 +86,6 @@ def decide(model, problem, **options):
 
 
 @pytest.mark.night
-@pytest.mark.parametrize("n_p", [2, 3])
-def test_verdicts_switch_once_as_the_gap_widens(n_p):
-    """Body 2 x 0.25 and error 2 x 0.05: nothing fits below 0.6."""
-    model = bar_model(n_p)
-    kinds = []
-    for gap in (0.3, 0.59, 0.61, 0.8):
-        answer = decide(model, walls(model, gap))
-        kinds.append("safe" if answer.safe_plan else answer.kind)
-    assert kinds == ["proved", "proved", "safe", "safe"]
-
-
-@pytest.mark.night
 @pytest.mark.parametrize("bins", [1, 3])
 def test_slanted_faces_make_room_that_a_box_has_not(bins):
     """Walls along (1, 1), and errors up to 0.3 along them but 0.02 across: a gap of 2 x 0.25 for
@@ -122,43 +107,6 @@ def test_slanted_faces_make_room_that_a_box_has_not(bins):
         answer = decide(model, reach_avoid(goal, walls, body), max_leaves=600)
         kinds.append("safe" if answer.safe_plan else answer.kind)
     assert kinds == ["proved", "proved", "safe", "safe"]
-
-
-@pytest.mark.night
-def test_the_proof_is_in_the_file_of_the_answer(tmp_path):
-    model = bar_model()
-    settings = Settings()
-    answer = Planner(model).solve(walls(model, 0.59), jax.random.key(0), settings)
-    assert answer.details().startswith("Proved in exact arithmetic: the model has no safe")
-    written = checker.load(answer.save(tmp_path / "answer.json"))
-    report = checker.check_answer(written)
-    assert report.no_plan["kind"] == "proved" and report.samples == 0
-
-
-@pytest.mark.night
-def test_a_bar_over_a_pole_is_one_box():
-    """Each corner of the box of ends has its own point of the bar on the pole."""
-    model = bar_model(length=1.3)
-    problem = ending(model, [box([4.05, -1], [4.1, 1])], hull("tail", "tip"))
-    answer = decide(model, problem)
-    assert answer.kind == "proved" and answer.leaves <= 4
-    leaves = [node.get("bounded", node) for node in answer.certificate["tree"]]
-    hits = [leaf["hit"] for leaf in leaves if "hit" in leaf]
-    assert any(len(groups) > 1 for *_, groups in hits)
-    shorter = decide(bar_model(length=0.9), problem)
-    assert shorter.safe_plan is not None
-
-
-@pytest.mark.night
-def test_a_polygon_may_grow_a_part():
-    """A tip that carries a triangle: its lower corner reaches 0.3 down."""
-    triangle = Polygon(np.array([[0.0, -0.3], [0.1, 0.1], [-0.1, 0.1]]))
-    model = bar_model()
-    body = body_of([hull("tail"), Part(("tip",), triangle)])
-    for top, kind in ((-0.1, "undecided"), (0.3, "proved")):
-        answer = decide(model, ending(model, [box([2, -5], [5, top])], body))
-        assert answer.kind == kind
-        assert (answer.safe_plan is None) == (kind == "proved")
 
 
 def test_a_robot_whose_tube_has_no_claim_has_no_plan():

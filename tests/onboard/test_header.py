@@ -11,7 +11,7 @@ import pytest
 import toy_query
 from toy_bodies import points_model, points_problem
 from toy_header import TUBES, toy_tables, write_toy
-from toy_models import fold_model, model_of
+from toy_models import model_of
 
 import parc_jax as pj
 from benchmarks.compiled_header import Header
@@ -219,24 +219,6 @@ def test_the_shell_writes_one(tmp_path, capsys):
     assert done.value.code == 0 and "safe_set.h" in capsys.readouterr().out
     text = (tmp_path / "safe_set.h").read_text()
     assert "safe_set_is_safe" in text and "(C)" in text and "-ffast-math" in text
-
-
-@pytest.mark.parametrize(
-    ("file", "name", "said"), [("set.txt", None, "ends in .h"), ("1.h", None, "C allows")]
-)
-def test_names_that_c_does_not_allow(file, name, said, tmp_path):
-    with pytest.raises(InputError, match=said):
-        pj.exchange.write_c(toy_query.answer(), tmp_path / file, name)
-
-
-@pytest.mark.slow
-def test_an_answer_without_corridors_is_refused(tmp_path):
-    goal = pj.box([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0])
-    problem = pj.reach_avoid(goal, [pj.box([-9.0, -9.0], [9.0, 9.0])], 0.1)
-    settings = pj.Settings(work=1e-3, samples_only=True)
-    nothing = pj.Planner(fold_model(T=4)).solve(problem, jax.random.PRNGKey(0), settings)
-    with pytest.raises(InputError, match="corridors"):
-        pj.exchange.write_c(nothing, tmp_path / "none.h")
 
 
 def test_a_model_with_a_part_from_elsewhere_gets_no_header(tmp_path, monkeypatch):

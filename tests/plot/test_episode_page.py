@@ -15,7 +15,7 @@ from needs import need
 import parc_jax as pj
 from parc_jax.app import cli, figures
 from parc_jax.app.plot.episode import Stage
-from parc_jax.app.plot.page import RATE, episode_data, reasons
+from parc_jax.app.plot.page import RATE, episode_data
 from parc_jax.drive.loop.episode_file import load_episode
 
 WHY = "none is safe </script><b>"
@@ -69,15 +69,6 @@ def test_the_truth_is_shown_where_it_is_known(file):
     assert data["standing"] == [post.tolist()] and data["true"]
     ((time, (rings,)),) = data["seen"]
     assert time == 0 and len(rings) == 2 and [1.0, 2.0] in rings[1]
-
-
-def test_reasons_are_what_fits_in_what_nobody_checked():
-    assert reasons({"reasons": [["0.9", "b"], [0.3, "a"], ["nan", "c"]]}) == [
-        (0.3, "a"),
-        (0.9, "b"),
-    ]
-    for other in (None, [], {}, {"reasons": 3}, {"reasons": [["soon", "a"]]}, {"reasons": [[1]]}):
-        assert reasons(other) == []
 
 
 def test_the_shell_writes_it(file, tmp_path, capsys):

@@ -1,20 +1,17 @@
-"""Films: of any robot, from above, its true run or the prediction of the model; their files, and
-the words on rendered ones.
-"""
+"""Films: of any robot, from above, its true run or the prediction of the model; and their files."""
 
 import sys
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from drawn_bodies import CAR_AT, bare_answer, car, drone, turned
+from drawn_bodies import CAR_AT, bare_answer, car, turned
 from matplotlib.image import imread
 from toy_answer import toy_answer, toy_replay
 
 from parc_jax.app.plot import film as film_module
 from parc_jax.app.plot.film import RATE, REST, film, require_kind, require_sample, write_film
 from parc_jax.common.errors import InputError
-from sims.film import explained
 
 INK = {"goal": (203, 232, 223), "block": (110, 110, 110), "tube": (214, 232, 245)}
 
@@ -43,16 +40,6 @@ def test_a_prediction_and_a_true_run(tmp_path, true, capsys):
     assert (shown[-1] == shown[-round(REST * RATE)]).all() and capsys.readouterr().err == ""
 
 
-@pytest.mark.slow
-def test_an_obstacle_is_seen_while_it_exists(tmp_path):
-    from dataclasses import replace
-
-    answer = toy_answer()
-    answer.problem = replace(answer.problem, spans=((0, 0), (0, 0)))
-    shown = frames(film(answer, tmp_path / "film", 0))
-    assert len(near(shown[0], INK["block"])) > 5000 > len(near(shown[-1], INK["block"]))
-
-
 def test_the_body_turns_with_its_points(tmp_path, monkeypatch):
     """The polygon that is drawn is the turned rectangle, at every frame; the last one by k_1."""
     seen = []
@@ -72,15 +59,6 @@ def test_the_body_turns_with_its_points(tmp_path, monkeypatch):
         assert len(outline) == 4 and gaps.min(axis=0).max() < 1e-9
 
 
-@pytest.mark.night
-def test_space_is_filmed_from_three_sides(tmp_path):
-    answer = bare_answer(*drone(), [[-2.2, -0.2, -0.5, 0.0, 0.4, 0.0]])
-    shown = frames(film(answer, tmp_path / "film"))
-    moved = np.argwhere(np.abs(shown[0] - shown[-1]).max(axis=-1) > 30)[:, 1]
-    third = shown[0].shape[1] // 3
-    assert all(((moved // third) == side).sum() > 500 for side in range(3))
-
-
 def test_a_run_of_one_point_is_no_run_of_a_car(tmp_path):
     answer = bare_answer(*car(), [[-1.6, 0.2, 0.0, 0.0]])
     with pytest.raises(InputError, match=r"8 columns.*got 2"):
@@ -94,11 +72,6 @@ def test_what_cannot_be_filmed_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"film\.avi"):
         film(answer, tmp_path / "film.avi")
     assert not list(tmp_path.iterdir())
-
-
-def test_progress_is_shown_unless_quiet(tmp_path, capsys):
-    film(toy_answer(), tmp_path / "film.gif", quiet=False)
-    assert "film" in capsys.readouterr().err
 
 
 def test_what_cannot_be_written_is_refused_before_anything_is_rendered(tmp_path, monkeypatch):
@@ -121,31 +94,9 @@ def test_gif_and_frames(tmp_path):
     assert [p.name for p in sorted(folder.iterdir())] == [f"{i:04d}.png" for i in range(5)]
 
 
-def test_with_few_colours_a_gif_has_no_more(tmp_path):
-    from PIL import Image
-
-    images = [np.random.default_rng(0).integers(0, 256, (20, 30, 3), np.uint8)] * 2
-    with Image.open(write_film(tmp_path / "film.gif", images, 10.0, colours=8)) as gif:
-        assert len(gif.convert("RGB").getcolors()) <= 8
-
-
 def test_other_samples_than_there_are_are_refused():
     with pytest.raises(InputError, match="has none to film"):
         require_sample(SimpleNamespace(samples=np.zeros((0, 4))), 0)
     for sample in (-1, 3):
         with pytest.raises(InputError, match=f"one of 3 safe samples, 0 to 2; got {sample}"):
             require_sample(SimpleNamespace(samples=np.zeros((3, 4))), sample)
-
-
-def test_a_clock_and_a_legend_are_on_every_frame():
-    plain = [np.full((240, 480, 3), shade, np.uint8) for shade in (90, 120)]
-    legend = [("car", [1.0, 0, 0, 1]), ("goal", [0, 1.0, 0, 1])]
-    shown = explained(plain, [0.0, 1.25], "drift: true run", legend)
-    for before, after in zip(plain, shown, strict=True):
-        assert after.shape == before.shape and after.dtype == np.uint8
-        assert (after[30:-30] == before[30:-30]).all()
-        for colour in ([255, 0, 0], [0, 255, 0]):
-            assert (after[-15:] == colour).all(axis=-1).sum() > 20
-    clocks = [image[:14, 400:] - image[0, -1] for image in shown]
-    assert (clocks[0] != clocks[1]).any() and (shown[0][:14, :200] == 255).any()
-    assert (plain[0] == 90).all()

@@ -5,18 +5,15 @@ to it.
 import json
 import re
 
-import jax
 import numpy as np
 import pytest
 import toy_query
 from toy_file import save, toy_file, toy_scene
 from toy_models import host_outputs
 
-import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot.page import page_data, write_page
 from parc_jax.common.errors import InputError
-from parc_jax.learning.labels import labels
 from parc_jax.proof.certificate.prove import corridor_of
 from parc_jax.safe_set.corridors.polytopes import Polytopes, SafePolytope
 from parc_jax.safe_set.corridors.stopping import nothing_covered
@@ -107,17 +104,6 @@ def test_outlines_hold_the_plans_of_their_polytopes(loaded, rng):
         assert (path[:, :, 1] > -0.3 + 0.12 - 1e-9).all()
         sign = 1 if number == 0 else -1
         assert (sign * inner[:, 3] >= -1e-9).all()  # its own region
-
-
-@pytest.mark.slow
-def test_labels_are_those_of_the_model():
-    answer = toy_query.answer()
-    assert page_data(answer)["labels"]["k"] == ("k0", "k1")
-    named = labels(2, 1, 2, k=("speed [m/s]", "turn [rad]"))
-    planner = pj.Planner(answer.model.with_labels(named))
-    one = pj.Settings(samples=1, samples_only=True)
-    answer = planner.solve(answer.problem, jax.random.PRNGKey(0), one)
-    assert page_data(answer)["labels"]["k"] == ("speed [m/s]", "turn [rad]")
 
 
 def test_a_doctored_answer_gets_no_page(tmp_path):

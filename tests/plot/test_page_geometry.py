@@ -1,6 +1,4 @@
-"""The geometry of the page, under node: hulls and gaps between convex sets in the plane and in
-space.
-"""
+"""The geometry of the page, under node: gaps between convex sets in the plane and in space."""
 
 import json
 import subprocess
@@ -8,7 +6,6 @@ import subprocess
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from scipy.spatial import ConvexHull
 
 from parc_jax.app.plot.page import FILES
 
@@ -91,28 +88,3 @@ def test_sets_without_inside():
         assert got["gap"] == pytest.approx(gap, abs=1e-9)
     touching = gaps([(flat, [[0.5, 0.5, 0], [0.5, 0.5, 1]])])[0]
     assert touching["gap"] <= 1e-12
-
-
-def test_the_planar_depth_is_the_shortest_way_out(rng):
-    """Of two boxes: along one axis, with the smaller overlap."""
-    for _ in range(10):
-        half = rng.uniform(0.5, 1.0, (2, 2))
-        at = rng.uniform(-0.4, 0.4, 2)
-        box = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-        (got,) = gaps([(box * half[0] + at, box * half[1])])
-        assert got["gap"] == pytest.approx(-(half.sum(axis=0) - np.abs(at)).min(), abs=1e-12)
-
-
-def test_hulls_and_sums_are_those_of_qhull(rng):
-    points = rng.normal(size=(30, 2))
-    got = np.array(said(f"console.log(JSON.stringify(hull({points.tolist()})))"))
-    expected = points[ConvexHull(points).vertices]
-    start = int(np.argmin(np.abs(expected - got[0]).sum(axis=1)))
-    assert got == pytest.approx(np.roll(expected, -start, axis=0))
-    with_faces = "faceCorners([[1, 0], [0, 1], [1, 1]], [0, 0, 1], [1, 1, 0.5])"
-    cut = np.array(said(f"console.log(JSON.stringify(hull({with_faces})))"))
-    expected = [[-0.5, 1], [0.5, 1], [1, 0.5], [1, -0.5]]
-    assert sorted(cut.tolist()) == pytest.approx(np.array(sorted(expected)))
-    corners = np.array(said("console.log(JSON.stringify(boxCorners([1, 2, 3])))"))
-    assert len(np.unique(corners, axis=0)) == 8
-    assert (np.abs(corners) == [1, 2, 3]).all()

@@ -9,8 +9,8 @@ from drawn_bodies import CAR, CAR_AT, DRONE_AT, car, drone, turned
 from parc_jax.app.plot import shapes
 from parc_jax.app.plot.shapes import FRONT, SIDE, TOP, views_of
 from parc_jax.common.sets.box import box
-from parc_jax.common.sets.hpolytope import from_box, hpolytope
-from parc_jax.problem.body import Disc, Part, Polygon, numbered
+from parc_jax.common.sets.hpolytope import from_box
+from parc_jax.problem.body import Disc, Part
 from parc_jax.problem.problem import goal_of_points
 
 
@@ -27,11 +27,6 @@ def test_a_part_is_its_hull_grown_by_the_disc(angle, radius):
     got = area(shapes.part_outline(part, turned(CAR_AT, angle)))
     exact = 0.8 * 0.4 + 2 * (0.8 + 0.4) * radius + np.pi * radius**2
     assert exact <= got + 1e-12 and got == pytest.approx(exact, rel=2e-3)
-
-
-def test_a_part_is_its_hull_grown_by_the_polygon():
-    square = Polygon(np.array([[0, 0], [0.1, 0], [0.1, 0.1], [0, 0.1]]))
-    assert area(shapes.part_outline(Part((0, 1, 2, 3), square), CAR_AT)) == pytest.approx(0.9 * 0.5)
 
 
 def test_points_at_one_place_or_in_line_have_an_outline():
@@ -53,20 +48,6 @@ def test_a_solid_is_seen_from_three_sides():
     assert [area(shapes.shadow(solid, v.axes)) for v in views_of(3)] == pytest.approx([2, 3, 6])
 
 
-def test_views_take_columns_apart():
-    columns = np.arange(24.0).reshape(2, 12)
-    seen = SIDE.of_points(columns, 3)
-    assert seen.shape == (2, 4, 2) and seen[1, 2].tolist() == [18, 20]
-
-
-def test_poses_have_an_outline_for_every_part():
-    _, problem = car(parts=2)
-    poses = np.stack([turned(CAR_AT, a).ravel() for a in (0.0, 1.0, 2.0)])
-    outlines = shapes.footprints(numbered(problem.body, CAR), poses, 2)
-    assert len(outlines) == 6
-    assert [area(o) for o in outlines[::2]] == pytest.approx([0.32] * 3)
-
-
 def test_the_goal_of_many_points_is_one_region_or_several():
     _, problem = car()
     ((points, (outline,)),) = shapes.goals(problem.goal, 2, 4)
@@ -78,15 +59,3 @@ def test_the_goal_of_many_points_is_one_region_or_several():
     own = {"front_left": box([0, 0], [1, 1]), "rear_left": box([0, 0], [2, 1])}
     found = shapes.goals(goal_of_points(CAR, own), 2, 4)
     assert [(points, area(outline)) for points, (outline,) in found] == [([0], 1.0), ([3], 2.0)]
-
-
-def test_rows_that_link_coordinates_are_not_left_out():
-    """|x| <= 1, y <= z, z <= x / 2, y >= -1: the rows of z bound y."""
-    A = [[1, 0, 0], [-1, 0, 0], [0, 1, -1], [-0.5, 0, 1], [0, -1, 0], [0, 0, -1]]
-    poly = hpolytope(A, [1, 1, 0, 0, 1, 5])
-    part, at = shapes.linked(poly, (0, 1))
-    assert part.n == 3 and at == [0, 1]
-    assert area(shapes.shadow(poly)) == pytest.approx(2.0)
-    loose = from_box(box([0, 0, 0, 0], [1, 2, 3, 4]))
-    part, at = shapes.linked(loose, (3, 1))
-    assert part.n == 2 and at == [1, 0] and len(part.b) == 4

@@ -76,6 +76,7 @@ def test_sliver_between_two_nearly_equal_neurons_is_kept():
 
 
 def test_axes_of_very_different_units():
+    """No threshold decides a sign: at any scale of the axes the regions are the same [A8]."""
     net = random_network(2, [4, 3], seed=5)
     scale = np.array([1e-9, 1e8])
     stretched = relu_network([net.weights[0] / scale, *net.weights[1:]], net.biases)

@@ -2,8 +2,6 @@
 belong together stay together, and messages name the row.
 """
 
-import weakref
-
 import jax
 import numpy as np
 import pytest
@@ -88,16 +86,6 @@ def test_batches_become_one_as_they_come(runs):
         concatenate([runs, single])
 
 
-def test_groups_in_a_folder(runs, tmp_path):
-    (tmp_path / "p").mkdir()
-    np.savetxt(tmp_path / "k.csv", runs.k, delimiter=",")
-    for i, track in enumerate(runs.p):
-        np.savetxt(tmp_path / "p" / f"{i:03d}.csv", track, delimiter=",")
-    (tmp_path / "groups.csv").write_text("recording\n" + "a\nb\n" * 15)
-    batch = load_rollouts(tmp_path, GRID, runs.domain)
-    assert len(np.unique(batch.groups)) == 2 and (batch.groups[::2] == batch.groups[0]).all()
-
-
 def test_a_parameter_that_is_not_known_is_named_by_its_row(runs, tmp_path):
     k = np.array(runs.k)
     k[[7, 9], 1] = np.nan
@@ -137,15 +125,6 @@ def test_runs_that_are_found_wanting_later_have_failed(batch):
     assert own.finite is own
     own.p[2, 1] = np.nan
     assert own.failed.tolist() == [False, False, True, False, False, False] and own.finite.n == 5
-
-
-def test_a_batch_that_nobody_holds_is_gone_at_once(batch):
-    """Gigabytes would wait for a search for what refers to itself."""
-    own = batch.replace()
-    known = weakref.ref(own)
-    assert own.finite is own
-    del own
-    assert known() is None
 
 
 @pytest.mark.parametrize("field", ["k", "p", "q"])

@@ -1,27 +1,21 @@
 """Rows depend on (key, stage, row) alone; killed runs continue; failures stay."""
 
-import os
 import re
-import signal
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
 import jax
 import numpy as np
 import pytest
-from compilations import compiled_by
 from synthetic_plants import disturbed, failing, noisy, plant
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import SEEDS, Stage, key_of
+from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.start_gap import translation_gap
 from parc_jax.learning.runs import collect as collecting
 from parc_jax.learning.runs.batch import concatenate
-from parc_jax.learning.runs.chunks import default_chunk, run_chunks, worker_devices
+from parc_jax.learning.runs.chunks import run_chunks
 from parc_jax.learning.runs.collect import collect, stream_rollouts
-from parc_jax.learning.runs.simulate import simulator
 from parc_jax.learning.system import Trajectory
 
 KEY = jax.random.PRNGKey(3)
@@ -39,12 +33,6 @@ def equal(a, b):
     )
 
 
-def test_parameters_and_keys_of_a_new_size_are_one_program(system):
-    drawing = simulator(system)
-    drawing.rows(KEY, Stage.TRAIN, np.arange(3))
-    assert compiled_by(lambda: drawing.rows(KEY, Stage.TRAIN, np.arange(17))) == 1
-
-
 def test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for(system):
     whole = collect(system, KEY, 300, chunk=64, quiet=True)
     other = collect(system, KEY, 300, chunk=32, quiet=True)
@@ -55,12 +43,6 @@ def test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for(system):
     assert equal(collect(system, KEY, 70, chunk=64, quiet=True), whole.select(slice(70)))
     tail = collect(system, KEY, 108, first_row=192, chunk=64, quiet=True)
     assert equal(tail, whole.select(slice(192, None)))
-
-
-def test_the_number_of_workers_changes_nothing(system, monkeypatch):
-    two = collect(system, KEY, 100, chunk=16, quiet=True)
-    monkeypatch.setattr(collecting, "worker_devices", lambda system: [jax.devices()[0]])
-    assert equal(two, collect(system, KEY, 100, chunk=16, quiet=True))
 
 
 def test_the_users_dtype_flag_changes_nothing(system):
@@ -111,11 +93,6 @@ def test_failed_runs_stay_and_are_counted():
     assert batch.n == 400 and 5 < batch.failed.sum() < 45
 
 
-def test_streamed_chunks_are_the_batch(system):
-    whole = collect(system, KEY, 100, chunk=16, quiet=True)
-    assert equal(concatenate(stream_rollouts(system, KEY, 100, chunk=16, quiet=True)), whole)
-
-
 def test_an_interrupted_run_continues_with_the_same_numbers(system, tmp_path, monkeypatch):
     path, whole, calls = tmp_path / "train.npz", collect(system, KEY, 160, chunk=16, quiet=True), []
     simulate_rows = collecting.simulate_rows
@@ -146,59 +123,6 @@ def test_a_folder_of_other_work_is_refused_and_a_damaged_chunk_is_computed_again
     assert equal(concatenate(stream_rollouts(system, KEY, 64, path=tmp_path, quiet=True)), first)
     with pytest.raises(InputError, match="seed"):
         list(stream_rollouts(system, jax.random.PRNGKey(9), 64, path=tmp_path, quiet=True))
-
-
-def test_new_style_keys_are_the_same_keys(system):
-    assert equal(
-        collect(system, jax.random.key(3), 20, quiet=True), collect(system, KEY, 20, quiet=True)
-    )
-
-
-@pytest.mark.slow
-def test_several_devices_give_the_same_rows(system):
-    script = (
-        "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "import jax; from synthetic_plants import noisy, plant\n"
-        "from parc_jax.learning.runs.collect import collect\n"
-        "assert len(jax.devices()) == 3\n"
-        "print(collect(plant(noisy), jax.random.PRNGKey(3), 100, chunk=16, "
-        "quiet=True).hashes()[-1].decode())\n"
-    )
-    flags = {"JAX_PLATFORMS": "cpu", "XLA_FLAGS": "--xla_force_host_platform_device_count=3"}
-    here = str(Path(__file__).resolve().parents[1] / "helpers")
-    out = subprocess.run(
-        [sys.executable, "-c", script, here],
-        env=os.environ | flags,
-        capture_output=True,
-        check=True,
-    )
-    assert out.stdout.strip() == collect(system, KEY, 100, chunk=16, quiet=True).hashes()[-1]
-
-
-@pytest.mark.slow
-def test_a_killed_process_continues_with_the_same_numbers(system, tmp_path):
-    script = (
-        "import os, signal, sys; sys.path.insert(0, sys.argv[1])\n"
-        "import jax; from synthetic_plants import noisy, plant\n"
-        "from parc_jax.learning.runs.chunks import ChunkStore\n"
-        "from parc_jax.learning.runs.collect import collect\n"
-        "put = ChunkStore.put\n"
-        "def put_four(store, index, arrays):\n"
-        "    put(store, index, arrays)\n"
-        "    if len(list(store.folder.glob('chunk_*.npz'))) >= 4:\n"
-        "        os.kill(os.getpid(), signal.SIGKILL)\n"
-        "ChunkStore.put = put_four\n"
-        "collect(plant(noisy), jax.random.PRNGKey(3), 640, chunk=16, path=sys.argv[2], "
-        "quiet=True)\n"
-    )
-    path, here = tmp_path / "train.npz", str(Path(__file__).resolve().parents[1] / "helpers")
-    command = [sys.executable, "-c", script, here, str(path)]
-    process = subprocess.run(command, env=os.environ | {"JAX_PLATFORMS": "cpu"})
-    assert process.returncode == -signal.SIGKILL
-    done = len(list(Path(f"{path}.parts").glob("chunk_*.npz")))
-    assert 4 <= done < 40 and not path.exists()
-    whole = collect(system, KEY, 640, chunk=16, quiet=True)
-    np.testing.assert_array_equal(collect(system, KEY, 640, path=path, quiet=True).p, whole.p)
 
 
 @pytest.mark.parametrize(
@@ -281,12 +205,6 @@ def test_a_float32_system_sees_the_k_on_record():
     assert narrow.domain.contains(batch.k).all()
 
 
-def test_devices_that_a_cpu_is_divided_into_run_one_program(system, monkeypatch):
-    here = jax.devices()[0]
-    monkeypatch.setattr(jax, "local_devices", lambda: [here, "another", "and another"])
-    assert set(worker_devices(system)) == {here}
-
-
 def test_chunks_come_in_order_and_the_workers_do_not_run_ahead():
     """Of two workers one finishes each chunk of even number after the next one."""
     started, ended = [], [threading.Event() for _ in range(40)]
@@ -303,12 +221,3 @@ def test_chunks_come_in_order_and_the_workers_do_not_run_ahead():
         seen.append(int(arrays["x"][0]))
         assert len(started) <= len(seen) + 5
     assert seen == list(range(40))
-
-
-def test_the_default_chunk_is_a_power_of_two(system):
-    assert [default_chunk(system, n, 2) for n in (1, 100, 10_000)] == [16, 64, 256]
-
-
-@pytest.mark.parametrize("seed", [0, 7, SEEDS - 1])
-def test_the_key_of_a_seed_is_that_of_jax(seed):
-    assert (key_of(seed) == np.asarray(jax.random.PRNGKey(seed))).all()

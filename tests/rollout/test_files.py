@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 from scipy.io import savemat
-from synthetic_plants import failing, noisy, plant
+from synthetic_plants import noisy, plant
 
 from parc_jax.common.errors import InputError
 from parc_jax.learning.runs.collect import collect
@@ -31,27 +31,6 @@ def test_a_saved_batch_comes_back_equal(batch, tmp_path):
         batch.stage,
     )
     assert (back.hashes() == batch.hashes()).all()
-
-
-def test_failed_runs_survive_a_file(tmp_path):
-    batch = collect(plant(failing), jax.random.PRNGKey(1), 100, quiet=True)
-    back = load_rollouts(save_rollouts(tmp_path / "a.npz", batch))
-    assert back.failed.sum() == batch.failed.sum() > 0
-
-
-def test_storage_in_float32_keeps_the_identity_of_rows(batch):
-    small = collect(plant(noisy), jax.random.PRNGKey(1), 30, dtype=np.float32, quiet=True)
-    assert small.p.dtype == np.float32 and (small.hashes() == batch.hashes()).all()
-
-
-@pytest.mark.parametrize("keep", [0, 10, 1000, -30])
-def test_a_truncated_file_says_so(batch, tmp_path, keep):
-    path = save_rollouts(tmp_path / "a.npz", batch)
-    path.write_bytes(path.read_bytes()[:keep])
-    with pytest.raises(InputError, match=r"truncated or damaged"):
-        load_rollouts(path)
-    with pytest.raises(InputError, match="no such file"):
-        load_rollouts(tmp_path / "b.npz")
 
 
 @pytest.mark.parametrize("compressed", [False, True])

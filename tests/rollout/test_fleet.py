@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import threading
-import types
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
@@ -19,14 +18,13 @@ import jax
 import numpy as np
 import pytest
 from needs import need
-from walkers import deadly, logged, slowly, unequipped, upright, walk
+from walkers import logged, slowly, unequipped, upright, walk
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.learning.runs.batch import concatenate
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.systems import fleet
-from parc_jax.learning.systems.python_worker import code_of
 
 DOMAIN, TIME = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)
 KEY = jax.random.PRNGKey(3)
@@ -196,27 +194,6 @@ def test_a_worker_with_other_code_is_refused():
         runs(Elsewhere())
 
 
-def test_code_sent_by_value_is_the_same_code():
-    need("cloudpickle")
-    import cloudpickle
-
-    class Plant:
-        """`steps` is an attribute here, and a global that it does not refer to."""
-
-        def __init__(self):
-            self.steps = 3
-
-        def __call__(self, rng, k):
-            return walk(rng, k * self.steps)
-
-    monkeyed = {"steps": "of another function", "np": np}
-    named = types.FunctionType(
-        compile("lambda plant: plant.steps", "own.py", "eval").co_consts[0], monkeyed
-    )
-    for sent in (Plant(), named):
-        assert code_of(pickle.loads(cloudpickle.dumps(sent))) == code_of(sent)
-
-
 def test_what_a_machine_lacks_is_no_failed_run():
     lacks = "ModuleNotFoundError: No module named 'no_such_sim"
     for executor in (None, Inline()):
@@ -232,29 +209,6 @@ def test_a_slow_part_is_sent_once_more_and_the_first_to_come_counts(alone, monke
     assert len(executor.asked) == executor.calls + 1  # dask would take equal ones for one
     assert executor.calls > 10
     assert same(runs(Inline(late={5, 10, 11}), lost="again"), alone)  # copies hang too
-
-
-def test_only_so_many_parts_are_out(alone):
-    out, most, lock = 0, 0, threading.Lock()
-
-    class Counting(ThreadPoolExecutor):
-        def submit(self, *call):
-            nonlocal out, most
-            with lock:
-                out += 1
-                most = max(most, out)
-            future = super().submit(*call)
-            future.add_done_callback(left)
-            return future
-
-    def left(_):
-        nonlocal out
-        with lock:
-            out -= 1
-
-    with Counting(2) as pool:
-        assert same(runs(pool), alone)
-    assert most == 2  # nobody waits where it would be lost with others
 
 
 def test_what_is_no_executor_is_refused():
@@ -283,34 +237,6 @@ def test_who_ends_its_process_has_failed_on_any_workers(executor, tmp_path):
         assert 0 < dead <= found.failed.sum() == 40 - begun.count("ended") <= 2 * dead
     else:
         assert 0 < dead == found.failed.sum() < 30 and len(begun) == 40
-
-
-@pytest.mark.slow
-def test_a_function_that_processes_cannot_be_sent_is_refused():
-    with pytest.raises(InputError, match=r"that start; an empty call.*Can't (get|pickle) local"):
-        runs(SPAWN, n=4, simulate=lambda rng, k: walk(rng, k))
-
-
-UNGUARDED = """
-import jax, numpy as np, parc_jax as pj
-
-def walk(rng, k):
-    return np.zeros((3, 2)), []
-
-time = pj.learning.time_grid(0.5, 1.0)
-system = pj.python_system(walk, pj.box([0.0], [1.0]), time, name="walk", n_p=2)
-pj.learning.collect(system, jax.random.PRNGKey(0), n=4, quiet=True)
-"""
-
-
-@pytest.mark.slow
-def test_a_script_that_does_not_guard_its_start_is_told_so(tmp_path):
-    path = tmp_path / "walk.py"
-    path.write_text(UNGUARDED)
-    done = subprocess.run([sys.executable, path], capture_output=True, text=True)
-    last = done.stderr.strip().splitlines()[-1]
-    assert "walk: expected workers that start;" in last and '__name__ == "__main__"' in last
-    assert done.returncode == 1 and done.stderr.count("Traceback") == 1
 
 
 SCRIPT = """
@@ -351,17 +277,6 @@ def test_a_script_is_the_same_program_in_its_workers_until_it_changes_itself(tmp
     assert (
         done.stdout == "True\n" and "expected workers with the program that is here" in done.stderr
     )
-
-
-@pytest.mark.night
-def test_loky_and_its_dead(alone, tmp_path):
-    need("loky")
-    import loky
-
-    make = partial(loky.get_reusable_executor, max_workers=2)
-    assert same(runs(make, simulate=lambda rng, k: walk(rng, k)), alone)
-    assert same(runs(make, simulate=partial(deadly, grave=str(tmp_path)), lost="again"), alone)
-    assert list(tmp_path.iterdir())
 
 
 @pytest.mark.night

@@ -1,4 +1,4 @@
-"""What a long stage will cost is said before it is spent; no two bars share a name."""
+"""What a long stage will cost is said before it is spent."""
 
 import dataclasses
 from pathlib import Path
@@ -10,7 +10,6 @@ from synthetic_plants import noisy, plant, straight_network
 from toy_system import STUDY
 
 import parc_jax as pj
-from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.counts import required_runs
 from parc_jax.learning.learn import forecast_of
 from parc_jax.learning.runs.chunks import Forecast, Pace, spell
@@ -90,26 +89,3 @@ def test_the_readme_counts_every_run_of_the_main_job():
     tests = Validate(toy_system.system(), MAIN.risk, MAIN.delta).tests
     runs = forecast_of(MAIN, early=True).runs + MAIN.samples + tests + chosen + near
     assert f"{runs:,} runs of the car" in told
-
-
-@pytest.mark.slow
-def test_two_bars_never_share_a_name(tmp_path, monkeypatch):
-    import toy_system
-    import tqdm
-
-    names, real = [], tqdm.tqdm
-
-    def noted(*args, **kwargs):
-        names.append(kwargs["desc"])
-        return real(*args, **kwargs | {"disable": True})
-
-    monkeypatch.setattr(tqdm, "tqdm", noted)
-    pj.learn(toy_system.system(), KEY, settings=STUDY, path=tmp_path / "work")
-    names = [name for name in names if not name.endswith(": search")]  # quiet: tries of starts
-    assert len(names) == 3 and len(set(names)) == 3
-    names.clear()
-    pj.learning.bound_error(NET, plant(noisy), KEY, eps=0.1, delta=0.1, bins=(1, 1))
-    assert len(names) == 2 and len(set(names)) == 2
-    for stage in (Stage.REPLAY, Stage.VALIDATE):
-        pj.learning.collect(plant(noisy), KEY, 5, stage)
-    assert len(set(names)) == 4

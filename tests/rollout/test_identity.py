@@ -13,9 +13,7 @@ from synthetic_plants import straight_network
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.monitor import inside_tube
-from parc_jax.learning.bound.start_gap import try_starts
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import identity_of
 from parc_jax.learning.systems.content import content_of
@@ -61,16 +59,6 @@ def test_a_claim_about_a_changed_plant_is_made_from_its_own_runs():
 
 
 @pytest.mark.slow
-def test_every_door_sees_the_change():
-    plant = Gusty(0.0)
-    far = lambda: np.abs(end(plant, k=[0.5, 0.5]) - [0.5, 0.5]).max(axis=1) > 0.1  # noqa: E731
-    assert not far().any()
-    plant.gust = 5.0
-    assert far().sum() > 15
-    assert try_starts(plant, KEY, 1e-5).seen is None
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [
@@ -95,31 +83,6 @@ def test_a_global_that_the_rollout_names_counts(monkeypatch):
     before = end(plant)
     monkeypatch.setattr(sys.modules[__name__], "SCALE", 3.0)
     np.testing.assert_allclose(end(plant) - before, 2 * (before - end(Gusty(0.0))), atol=1e-9)
-
-
-@pytest.mark.slow
-def test_the_grid_may_change_too():
-    plant = Gusty(0.0)
-    end(plant)
-    plant.domain = pj.box([5.0, 5.0], [6.0, 6.0])
-    assert end(plant).min() >= 5.0
-
-
-@pytest.mark.slow
-def test_what_did_not_change_is_not_compiled_again():
-    plant = Gusty()
-    end(plant)
-    compiled = []
-    jax.monitoring.register_event_duration_secs_listener(
-        lambda event, seconds, **_: (
-            compiled.append(event) if event.endswith("backend_compile_duration") else None
-        )
-    )
-    end(plant)
-    assert compiled == []
-    plant.gust = 0.5
-    end(plant)
-    assert compiled
 
 
 @pytest.mark.slow
@@ -220,8 +183,3 @@ def test_the_identity_outlives_the_process(tmp_path):
     assert asked(source.replace("FACTOR = 1.0", "FACTOR = 2.0"), 1) != first
     assert asked(source.replace("FACTOR * jnp", "FACTOR + jnp"), 1) != first
     assert asked(source.replace('"robot"', '"other"'), 1) != first
-
-
-@pytest.mark.slow
-def test_stages_of_one_key_are_still_apart():
-    assert not np.isin(end(Gusty()), end(Gusty(), stage=Stage.BOUND)).any()

@@ -4,7 +4,6 @@ travel in files, and work is only continued with the same ones.
 
 import dataclasses
 import json
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -85,11 +84,6 @@ def test_points_are_distinct_names(runs, names):
         named(runs, names)
 
 
-def test_columns_must_divide_among_the_points(runs):
-    with pytest.raises(InputError, match=r"3 reference points \(a, b, c\).*got 4 columns"):
-        named(runs, ("a", "b", "c"))
-
-
 def test_a_file_keeps_the_points_and_an_old_one_has_one(runs, tmp_path):
     again = load_rollouts(save_rollouts(tmp_path / "runs.npz", runs))
     assert again.points == runs.points and again.n_p == 2
@@ -126,25 +120,6 @@ def test_an_array_of_points_and_a_table_of_columns_are_the_same_log(runs, tmp_pa
     for batch in (logged, flat):
         np.testing.assert_allclose(batch.p, runs.p, rtol=0, atol=1e-14)
         assert batch.points == ("tail", "nose")
-
-
-def write_csv(folder: Path, runs):
-    (folder / "p").mkdir(parents=True)
-    np.savetxt(folder / "k.csv", runs.k, delimiter=",")
-    np.savetxt(folder / "q.csv", runs.q, delimiter=",")
-    for row, track in enumerate(runs.p):
-        np.savetxt(folder / "p" / f"{row:03d}.csv", track, delimiter=",", header="x,y,x,y")
-
-
-def test_tables_hold_points_side_by_side(runs, tmp_path):
-    from scipy.io import savemat
-
-    write_csv(tmp_path / "logs", runs)
-    mat = {"ks_data": runs.k.T, "ps_data": runs.p.transpose(1, 2, 0), "qs_data": runs.q.T}
-    savemat(tmp_path / "logs.mat", mat)
-    for path in (tmp_path / "logs", tmp_path / "logs.mat"):
-        batch = load_rollouts(path, Bar.time, Bar.domain, points=("tail", "nose"))
-        np.testing.assert_allclose(batch.p, runs.p, rtol=0, atol=1e-12)
 
 
 def test_logs_whose_points_do_not_fit_are_refused(runs, tmp_path):

@@ -85,19 +85,3 @@ def test_only_recordings_are_taken_as_independent():
     names = ("left [rad/s]", "right [rad/s]")
     with pytest.raises(InputError, match=re.escape("left [rad/s] and right [rad/s] is")):
         check_uniform("log", together(first), K, names=names)
-
-
-def test_a_real_log_of_uniform_wheel_speeds_passes():
-    """A Husky's 200 commands: uniform in wheel speeds, and so not in the turn that they ask for."""
-    from sims.foreign.husky.log import domain, read_log
-
-    log = read_log()
-    check_uniform("husky", log.command, domain(), log.number)
-    forward, turn = log.command.mean(axis=1), np.diff(log.command)[:, 0] / 2
-    with pytest.raises(InputError, match="as declared"):
-        check_uniform("husky", np.stack([forward, turn], axis=1), domain())
-
-
-def test_a_level_axis_is_no_crash():
-    with pytest.raises(InputError, match="range of k1 hold"):
-        check_uniform("log", np.column_stack([drawn(50, n_k=1), np.full(50, 0.1)]), K)

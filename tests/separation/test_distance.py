@@ -13,7 +13,6 @@ from scipy.optimize import nnls
 from parc_jax.common.arrays import x64
 from parc_jax.learning.bound.error_set import ErrorBox, template
 from parc_jax.safe_set.separation import distance
-from parc_jax.safe_set.separation.segment import separation as segment_separation
 
 N = 64
 PLANE_AND_SPACE = [2, pytest.param(3, marks=pytest.mark.slow)]
@@ -130,25 +129,6 @@ def exactly(way, x):
     return sum(c * Fraction(v) for c, v in zip(way, x.tolist(), strict=True))
 
 
-@pytest.mark.slow
-def test_one_point_in_the_plane_is_the_segment_of_before():
-    rng = np.random.default_rng(0)
-    square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
-    size = rng.uniform(0, 1, (N, 2))
-    a = 1.5 * rng.normal(size=(N, 1, 2))
-    b = a + rng.normal(size=(N, 1, 2)) * rng.choice([0.0, 0.01, 1.0], (N, 1, 1))
-    half, radius = rng.uniform(0, 0.2, (N, 1, 2)), rng.choice([0.0, 0.3], N)
-    gap, w = separate(a, b, ErrorBox(half), square * size[:, None], radius)
-    grown = square * (size[:, None] + half)
-    with x64():
-        before = jax.vmap(segment_separation)(a[:, 0], b[:, 0], grown, radius)
-    apart = np.asarray(before[0]) > -radius
-    assert 10 < apart.sum() < N
-    np.testing.assert_allclose(gap[apart], before[0][apart], atol=1e-14)
-    np.testing.assert_allclose(w[apart], before[1][apart], atol=1e-7)
-    assert (gap[~apart] <= 1e-15 - radius[~apart]).all()
-
-
 @pytest.mark.parametrize("n", PLANE_AND_SPACE)
 def test_touching_is_not_a_gap_and_the_next_place_is(n):
     """A cube against points, edges and faces that touch it, repeated and whole."""
@@ -225,39 +205,3 @@ def test_no_size_overstates_the_gap(n, power):
         [near((p - v) / 2.0 ** max(power, 0)) for p, v in zip(a, tiny, strict=True)]
     )
     np.testing.assert_allclose(gap, distance * 2.0 ** max(power, 0), rtol=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("n", PLANE_AND_SPACE)
-def test_float32_proposes_the_same(n):
-    rng = np.random.default_rng(3)
-    pairs = random_pairs(rng, n)
-    half, radius = np.full(pairs[0].shape, 0.02), np.zeros(N)
-    exact, _ = separate(*pairs[:2], ErrorBox(half), pairs[2], radius)
-    rough = jax.tree.map(lambda x: np.asarray(x, np.float32), (*pairs, half, radius))
-    gap, w = separations(*rough[:2], ErrorBox(rough[3]), rough[2], rough[4])
-    assert gap.dtype == w.dtype == np.float32
-    apart = exact > 0
-    np.testing.assert_allclose(gap[apart], exact[apart], atol=1e-5)
-    assert (gap[~apart] < 1e-5).all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "mutant"),
-    [
-        ("STEPS", {2: 1, 3: 1}),
-        ("_nearest_of_edge", lambda edge: edge[0]),
-        ("_nearest_of_triangle", lambda triangle: triangle.mean(axis=0)),
-    ],
-)
-def test_with_a_worse_step_distances_are_missed(monkeypatch, name, mutant):
-    monkeypatch.setattr(distance, name, mutant)
-    rng = np.random.default_rng(0)
-    a, b, vertices = random_pairs(rng, 3)
-    with x64():
-        mutated = jax.jit(jax.vmap(lambda *pair: distance.separation(*pair)))
-        gap = np.asarray(mutated(a, b, ErrorBox(np.zeros(a.shape)), vertices, np.zeros(N))[0])
-    both = np.concatenate([a, b], axis=1)
-    true = np.array([near(differences(p, 0 * p, v)) for p, v in zip(both, vertices, strict=True)])
-    assert (gap[true > 1e-9] < true[true > 1e-9] - 1e-6).sum() > 10

@@ -9,11 +9,9 @@ from toy_models import random_polygon
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.safe_set.separation import segment
 from parc_jax.safe_set.separation.pairs import BUCKETS, bucket, obstacles_of
 
 GOAL = box([0, 0, 0], [1, 1, 1])
@@ -80,17 +78,6 @@ def test_corners_run_counter_clockwise_for_every_error_box(seed):
         c = table.vertices[0] + table.signs[0] * e
         a, b = np.roll(c, -1, axis=0) - c, np.roll(c, -2, axis=0) - np.roll(c, -1, axis=0)
         assert (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] > -1e-12).all()
-
-
-def test_one_sign_pattern_per_corner_would_not_be_enough(monkeypatch, rng):
-    diamond = hpolytope(
-        [[1, 1], [-1, 1], [-1, -1], [1, -1]], [1, 1, 1, 1]
-    )  # its corners face the axes
-    problem = reach_avoid(GOAL, [diamond], 0.0)
-    assert support_gap(problem, grown_obstacles(problem, 2), rng) < 1e-12
-    right = segment.signed_corners
-    monkeypatch.setattr(segment, "signed_corners", lambda *given: list(dict(right(*given)).items()))
-    assert support_gap(problem, grown_obstacles(problem, 2), rng) > 1e-3
 
 
 def test_padding_is_never_active_and_repeats_corners():

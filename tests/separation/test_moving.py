@@ -2,22 +2,15 @@
 that interval.
 """
 
-import runpy
-from pathlib import Path
-
 import numpy as np
 import pytest
-from compilations import compiled_by
 from toy_models import random_polygon
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.rational import area, rational_vertices
-from parc_jax.learning.model import load
 from parc_jax.problem.world.moving import moving
-from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import scene_of
 
 DT = 0.1
 
@@ -103,16 +96,3 @@ def test_standing_still_and_bad_input():
     for off_by in (-0.1, np.nan, np.inf):
         with pytest.raises(InputError, match="off_by of 0 m/s or more"):
             moving(box([0, 0], [1, 1]), [1.0, 0.0], (0, 2), DT, off_by=off_by)
-
-
-@pytest.mark.night
-def test_the_replanning_loop_keeps_up_and_every_plan_holds_at_its_own_time():
-    folder = Path(__file__).resolve().parents[1]
-    example = runpy.run_path(str(folder.parent / "docs/examples/10_replanning.py"))
-    model = load(folder / "data/drift_4x8.npz")
-    seen = example["replan"](model, 41)
-    assert seen.found.all() and seen.warm[1:].any() and not seen.warm[0]
-    assert compiled_by(lambda: example["replan"](model, 3)) == 0  # what a cycle may not wait for
-    last = example["at"](model, 40 * example["CYCLE"])
-    e = verdicts(scene_of(last.problem(0), model), seen.best[-1:, :2], seen.best[-1:, 2:])
-    assert e.safe.all() and e.clearance[0] == pytest.approx(seen.clearance[-1], abs=1e-9)

@@ -138,35 +138,6 @@ def test_one_pair_on_the_host_is_the_same_kernel():
     assert all(type(h[1]) is np.ndarray for h in host) and 0 < (gap > 0).sum() < len(gap)
 
 
-@pytest.mark.parametrize(
-    ("name", "mutant"),
-    [
-        ("_nearest", lambda pa, along, corners, xp: jnp.zeros(2, corners.dtype)),
-        ("_nearest", lambda pa, along, corners, xp: -ORIGINAL(pa, along, corners, xp)),
-    ],
-)
-def test_without_the_nearest_corner_distances_are_missed(monkeypatch, name, mutant):
-    monkeypatch.setattr(segment, name, mutant)
-    pa, pb, corners, radius = random_case(0)
-    gap = np.asarray(
-        jax.jit(jax.vmap(segment.separation, in_axes=(0, 0, 0, 0)))(pa, pb, corners, radius)[0]
-    )
-    true = segment_distance(pa, pb, corners)
-    assert (gap[true > 1e-6] < (true - radius)[true > 1e-6] - 1e-3).sum() > 10
-
-
-def test_with_one_end_only_contact_is_missed(monkeypatch):
-    monkeypatch.setattr(segment.jnp, "minimum", lambda a, b: a)
-    pa, pb, corners, radius = random_case(0)
-    gap = np.asarray(
-        jax.jit(jax.vmap(segment.separation, in_axes=(0, 0, 0, 0)))(pa, pb, corners, radius)[0]
-    )
-    assert (gap[segment_distance(pa, pb, corners) < -1e-6] > 0).sum() > 10
-
-
-ORIGINAL = segment._nearest
-
-
 @pytest.mark.slow
 @pytest.mark.soundness
 @pytest.mark.parametrize("power", [-500, -510, -530, -537, -538, -1000, -1074])

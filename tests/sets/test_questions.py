@@ -98,11 +98,3 @@ def rational_corners(A, b):
                 x = [(d * s - e * q) / cross, (p * e - r * d) / cross]
                 if all(u * x[0] + v * x[1] <= f for (u, v), f in zip(A, b, strict=True)):
                     yield x
-
-
-def test_bounding_box_leaves_what_is_no_polygon_to_the_lps():
-    wedge = HPolytope(np.array([[-1.0, 1.0], [-1.0, -1.0]]), np.zeros(2))
-    assert bounding_box(wedge).hi.tolist() == [np.inf, np.inf]
-    triangle = np.array([[1.0, 1.0], [-1.0, 0.5], [0.0, -1.0]])
-    with pytest.raises(InputError, match="contradict"):
-        bounding_box(HPolytope(triangle, np.array([-1.0, 0.0, -1.0])))

@@ -1,18 +1,14 @@
-"""What a claim is worth after somebody has chosen: k by a hostile planner, or a world that has
-changed.
-"""
-
-from functools import partial
+"""What a claim is worth after a hostile planner has chosen k."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from synthetic_plants import disturbed, plant, straight, straight_network
+from synthetic_plants import plant, straight, straight_network
 
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.counts import NoStatement
-from parc_jax.learning.bound.monitor import inside_tube, monitor
+from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.runs.collect import collect
 
@@ -60,32 +56,3 @@ def test_a_hostile_planner_that_chooses_a_set_is_covered(rough_claim, half_width
     assert (
         rate > float(rough_claim.eps) / 4 or half_width > 0.1
     )  # the set was chosen where it hurts
-
-
-def test_a_changed_world_rings_and_the_shifted_bound_holds():
-    eps, scale = 0.02, 1.2
-    claim = bound_error(
-        NET,
-        plant(disturbed),
-        KEY,
-        eps=eps,
-        delta=1e-3,
-        bins=(1, 1),
-        fresh=2000,
-        discard="most",
-        quiet=True,
-    )
-    shifted = collect(plant(partial(disturbed, scale=scale)), KEY, 6000, Stage.REPLAY, quiet=True)
-    observed = (~inside_tube(claim, NET, shifted)).mean()
-    assert observed > 1.5 * eps
-    # total variation of two normal pairs that differ by a factor: from the likelihood ratio, by
-    # sampling the first law
-    gains = np.random.default_rng(1).normal(size=(200_000, 2))
-    ratio = np.exp(0.5 * (gains**2).sum(axis=1) * (1 - scale**-2)) / scale**2
-    variation = float(np.maximum(0.0, 1 - ratio).mean())
-    risk = claim.risk(share=1.0, shift=round(variation, 4))
-    assert observed <= float(risk.bound)
-    watch = monitor(claim, NET).observe(shifted)
-    assert watch.alarm and watch.left == round(observed * 6000)
-    unchanged = collect(plant(disturbed), jax.random.PRNGKey(77), 6000, Stage.REPLAY, quiet=True)
-    assert not monitor(claim, NET).observe(unchanged).alarm

@@ -4,17 +4,14 @@ The margins of the pointwise test are exact distances, so equal problems give eq
 rounding.
 """
 
-import jax
 import numpy as np
 import pytest
 from toy_models import TRIANGLE, anchored_plans, model_of, toy_case
 
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.learning.network.relu import relu_network
-from parc_jax.planner import Planner
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -231,26 +228,3 @@ def test_tightening_never_turns_accept_into_reject(seed, body):
         model.tube.edges,
     )
     assert not verdicts(scene_of(problem, wider), p0, k).safe[clear].all()
-
-
-@pytest.mark.slow
-def test_polytopes_of_an_equal_problem_are_accepted_for_each_other():
-    # Polytopes found in the translated world, moved back, are safe here: the set does not depend on
-    # the frame.
-    model, problem = toy_case(4)
-    shift = np.array([5.0, 8.0])
-    moved_problem = reach_avoid(
-        moved(problem.goal, np.eye(3), np.append(shift, 0.0)),
-        [moved(o, np.eye(2), shift) for o in problem.obstacles],
-        problem.body,
-    )
-    answer = Planner(model).solve(
-        moved_problem,
-        jax.random.key(0),
-        Settings(target=0.3, samples=50, budget_s=300),
-    )
-    x = np.concatenate([answer.samples, answer.sample(jax.random.key(1), 500)])
-    here = verdicts(scene_of(problem, model), x[:, :2] - shift, x[:, 2:])
-    assert (
-        here.safe | (here.clearance > -1e-9) & (here.goal > -1e-9)
-    ).all() and here.safe.mean() > 0.99

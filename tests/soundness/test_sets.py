@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from dense_oracle import DEPTH, knots_of, row_room, smallest_distance
 from scipy.spatial import HalfspaceIntersection
-from scipy.stats import beta, binom, chi2
+from scipy.stats import beta, binom
 from toy_models import model_of, toy_case
 
 from parc_jax import checker
@@ -26,7 +26,6 @@ from parc_jax.proof.certificate.write import (
     sample_part,
     tube_part,
 )
-from parc_jax.safe_set.corridors.polytopes import Polytopes
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
@@ -232,22 +231,6 @@ def test_low_precision_in_the_search_is_found_out_or_harmless():
     assert not samples[right.clearance < -1e-6].any() and samples.mean() > 0.9
 
 
-def test_contains_is_the_union_of_the_rows(cuts, rng):
-    for answer in cuts.values():
-        seen = draw(answer.scene, rng, 3000)
-        p0, k = seen.safe.p0, seen.safe.k
-        room = np.stack(
-            [(s.b - np.concatenate([p0, k], axis=1) @ s.A.T).min(axis=1) for s in answer.sets]
-        )
-        got = answer.contains(p0, k)
-        assert got[(room > 1e-9).any(axis=0)].all() and not got[(room < -1e-9).all(axis=0)].any()
-        assert 0 < got.sum()
-        np.testing.assert_array_equal(got[:7], [answer.contains(p0[i], k[i])[0] for i in range(7)])
-        far = p0 + np.array([3.0, 0.0])
-        assert not answer.contains(far, k).any()
-        assert not answer.contains(p0 * np.nan, k).any() and not answer.contains(p0, k + 100).any()
-
-
 def test_samples_are_safe_and_proved_one_by_one(answers):
     for answer in answers.values():
         p0, k = answer.samples[:, :2], answer.samples[:, 2:]
@@ -257,42 +240,6 @@ def test_samples_are_safe_and_proved_one_by_one(answers):
         for part, x in zip(answer.certificates, answer.samples, strict=True):
             check(part)
             assert [float.fromhex(v) for v in part["p0"] + part["k"]] == x.tolist()
-
-
-def cell_counts(cut, x, edges):
-    """Counts of points by number of polytopes around them, on a coarse grid of (p0, k)."""
-    number = np.minimum(sum((s.A @ x.T <= s.b[:, None]).all(axis=0) for s in cut.sets), 5).astype(
-        int
-    )
-    for axis, cuts in enumerate(edges):
-        number = number * (len(cuts) + 1) + np.searchsorted(cuts, x[:, axis])
-    return np.bincount(number, minlength=6 * int(np.prod([len(c) + 1 for c in edges])))
-
-
-def uniformity(cut, key, rng):
-    """p-value that `sample` and rejection from the uniform draw have the same law (two-sample
-    chi-square).
-    """
-    own = cut.sample(key, 6000)
-    other = []
-    while sum(map(len, other)) < 6000:
-        seen = draw(cut.scene, rng, 20000).safe
-        other.append(np.concatenate([seen.p0, seen.k], axis=1)[cut.contains(seen.p0, seen.k)])
-    other = np.concatenate(other)[:6000]
-    edges = [np.quantile(other[:, axis], [1 / 2]) for axis in range(4)]
-    a, b = cell_counts(cut, own, edges), cell_counts(cut, other, edges)
-    both = a + b > 20
-    statistic = ((a - b)[both] ** 2 / (a + b)[both]).sum()
-    return chi2.sf(statistic, both.sum() - 1)
-
-
-def test_sample_is_uniform_over_the_union(cuts, rng, monkeypatch):
-    cut = cuts[8]  # its polytopes overlap a lot
-    own = cut.sample(jax.random.key(0), 4000)
-    assert own.shape == (4000, 4) and cut.contains(own[:, :2], own[:, 2:]).all()
-    assert uniformity(cut, jax.random.key(1), rng) > 1e-4
-    monkeypatch.setattr(Polytopes, "_around", lambda self, solids, x: np.ones(len(x)))
-    assert uniformity(cut, jax.random.key(1), rng) < 1e-4  # overlaps counted twice are seen
 
 
 def test_same_key_same_answer_other_key_other_answer():
@@ -417,16 +364,6 @@ def test_projections_hold_every_sample(cuts):
     polygons = answer.project([0, 1])
     lo, hi = np.concatenate(polygons).min(axis=0), np.concatenate(polygons).max(axis=0)
     assert ((x[:, :2] >= lo - 1e-9) & (x[:, :2] <= hi + 1e-9)).all()
-
-
-def test_saved_answers_are_accepted_by_the_checker_and_small(answers, cuts, tmp_path):
-    for number, answer in answers.items():
-        path = answer.save(tmp_path / f"{number}.json", cuts[number])
-        report = checker.check_answer(checker.load(path))
-        assert (report.samples, report.sets) == (30, len(cuts[number]))
-        data = answer_data(answer, cuts[number])
-        for kind, most in (("samples", 1000), ("sets", 2000)):
-            assert max(len(json.dumps(part, separators=(",", ":"))) for part in data[kind]) <= most
 
 
 def test_random_scenes_lose_nothing_between_floats_and_proofs():

@@ -1,14 +1,11 @@
 """Leaves against the point test: nothing in an unsafe leaf is accepted."""
 
-import itertools
-
 import numpy as np
 import pytest
 from toy_models import host_outputs, model_of, random_model, random_problem
 
 from parc_jax.checker import number
 from parc_jax.common.sets.box import box
-from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
@@ -104,15 +101,6 @@ def test_leaves_agree_with_points_and_leave_room_for_the_safe_share(rng):
 
 
 @pytest.mark.night
-def test_more_leaves_only_leave_less_undecided(rng):
-    model = random_model(rng, bins=BINS)
-    problem = crowded(rng, model)
-    answers = [divided(model, problem, n) for n in (100, 400, 1600)]
-    for coarse, fine in itertools.pairwise(answers):
-        assert fine.undecided < coarse.undecided
-
-
-@pytest.mark.night
 @pytest.mark.parametrize("seed", range(8))
 def test_random_scenes_with_polygons(seed):
     """Slanted obstacles, disc and polygon bodies, start sets, bins; with few leaves, and until a
@@ -145,13 +133,3 @@ def test_tube_enters_the_hit_test_in_the_unsafe_direction(rng):
     )
     plan = decided(narrow, problem, 150).certificate
     assert check(wide, problem, plan)["unsafe"] == check(narrow, problem, plan)["unsafe"]
-
-
-@pytest.mark.slow
-def test_polygon_body_of_one_point_is_the_disc_of_radius_zero(rng):
-    model = random_model(rng, bins=BINS)
-    problem = crowded(rng, model)
-    disc = reach_avoid(problem.goal, problem.obstacles, 0.0, problem.start)
-    point = reach_avoid(problem.goal, problem.obstacles, Polygon(np.zeros((1, 2))), problem.start)
-    one, other = divided(model, disc, 100), divided(model, point, 100)
-    assert one.unsafe == other.unsafe

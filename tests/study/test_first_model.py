@@ -3,7 +3,6 @@
 import jax
 import pytest
 import toy_driven as toy
-from compilations import compiled_by
 from synthetic_plants import noisy, plant
 
 import parc_jax as pj
@@ -55,12 +54,3 @@ def test_the_first_claim_is_of_few_runs(eps, kept, monkeypatch, tmp_path):
     with pytest.raises(Enough):
         learned(tmp_path, monkeypatch, stop, study)
     assert not (tmp_path / "fresh").exists() and (tmp_path / "first" / "fresh").exists()
-
-
-@pytest.mark.slow
-def test_the_query_of_the_model_compiles_nothing_anew(monkeypatch, tmp_path):
-    settings = pj.Settings(samples=4, target=0.3)
-    made, (first,), _ = learned(tmp_path, monkeypatch)
-    assert made.model.tube.grid == first.tube.grid != (1, 1)
-    pj.Planner(first).warm_up(toy.problem(), settings)
-    assert compiled_by(lambda: pj.Planner(made.model).warm_up(toy.problem(), settings)) == 0

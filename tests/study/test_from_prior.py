@@ -10,7 +10,6 @@ import parc_jax as pj
 from parc_jax.app import cli
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import key_of
-from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.learn import WITH_PRIOR, learn_report
 from parc_jax.learning.runs.batch import worst_by_group
@@ -96,13 +95,6 @@ def test_groups_stay_whole_and_count_once():
     assert claim.n == 20 and "20 calibration recordings (of 60 runs)" in claim.details()
 
 
-@pytest.mark.slow
-def test_with_runs_enough_for_eps_discards_are_as_asked():
-    found = learnt(RUNS, eps=0.2, delta=0.1)
-    assert float(found.model.claim.eps) == 0.2 and "left outside" not in found.prior
-    assert found.model.claim.discard == most_discards(60, 0.2, 0.1)
-
-
 def test_bad_input_is_refused():
     with pytest.raises(InputError, match=r"between 0 and 1; got 1\.5"):
         pj.learn(RUNS, key_of(0), "twist", holdout=1.5)
@@ -131,23 +123,3 @@ def test_the_shell_is_the_same_door(tmp_path, monkeypatch, capsys):
     assert pj.load("m.npz").tube.hash == same.tube.hash
     # nobody declared K: it is the box of the training half, and the claim is about k in it
     assert told["claim"]["n"] == 55 and "which 5 of 60 others miss" in told["claim"]["quantifier"]
-
-
-@pytest.mark.parametrize(
-    ("options", "why"),
-    [
-        (("--prior", "no_such_robot"), "expected one of "),
-        (("--prior", "twist", "--holdout", "2"), "holdout: expected a share between 0 and 1"),
-        (("--prior", "twist", "--fresh", "5"), "--fresh: expected with a system"),
-    ],
-)
-def test_the_shell_refuses_in_one_sentence(options, why, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    points = RUNS.p.reshape(RUNS.n, -1, len(RUNS.points), 2)
-    np.savez("log.npz", k=RUNS.k, p=points, points=RUNS.points)
-    times = ("--dt", "0.25", "--t-f", "2", "--dt-record", "0.125")
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["learn", "log.npz", *times, "--out", "m.npz", "--no-cache", *options])
-    said, complained = capsys.readouterr()
-    assert stop.value.code == 2 and said == "" and why in complained
-    assert complained.count("\n") == 1 and [f.name for f in tmp_path.iterdir()] == ["log.npz"]

@@ -1,6 +1,4 @@
-"""The main job end to end on a toy system: files, exit codes, output modes, and going on after a
-stop.
-"""
+"""The main job end to end on a toy system: files, exit codes, output modes."""
 
 import json
 import sys

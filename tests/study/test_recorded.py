@@ -1,15 +1,12 @@
 """Recorded runs against an answer: moved to proved starts, judged as every replay is."""
 
-import json
 from types import SimpleNamespace
 
-import jax
 import numpy as np
 import pytest
 import toy_query
 
 import parc_jax as pj
-from parc_jax.app import cli
 from parc_jax.app.study import replay as replaying
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.learning.network.predict import trajectories
@@ -81,19 +78,6 @@ def test_the_open_door_takes_plans_of_the_runs_own_k(answer, runs):
             pj.replay(batch, scene, plans)
 
 
-def test_the_shell_says_the_same(answer, runs, tmp_path, capsys):
-    answer.save(tmp_path / "answer.json")
-    np.savez(tmp_path / "log.npz", k=runs.k, p=runs.p + 3.0, q=runs.q)
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["replay", str(tmp_path / "answer.json"), str(tmp_path / "log.npz"), "--json"])
-    found = pj.drive.replay_recorded(answer, runs)
-    assert (stop.value.code or 0) == 0 and json.loads(capsys.readouterr().out) == found.counts()
-    np.savez(tmp_path / "log.npz", k=runs.k + 10.0, p=runs.p, q=runs.q)
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["replay", str(tmp_path / "answer.json"), str(tmp_path / "log.npz")])
-    assert stop.value.code == 1 and "None of 40 runs" in capsys.readouterr().out
-
-
 def test_without_a_start_there_is_no_replay(answer, runs):
     wide = pj.box(2 * answer.model.domain.lo, 2 * answer.model.domain.hi)
     outside = runs.replace(k=runs.k + 10.0, domain=wide)
@@ -108,14 +92,3 @@ def test_under_uncertainty_there_is_no_replay(runs):
             ),
             runs,
         )
-
-
-@pytest.mark.night
-def test_an_answer_under_uncertainty_is_not_replayed(answer, runs):
-    uncertain = pj.Planner(answer.model).solve(
-        answer.problem.replace(uncertainty=pj.Uncertainty(start=(0.01, 0.01))),
-        jax.random.PRNGKey(0),
-        pj.Settings.fast(),
-    )
-    with pytest.raises(InputError, match="without uncertainty"):
-        pj.drive.replay_recorded(uncertain, runs)

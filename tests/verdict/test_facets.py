@@ -9,9 +9,8 @@ from toy_bodies import points_model, points_problem
 from parc_jax.common.arrays import x64
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.network.predict import by_point
-from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
-from parc_jax.safe_set.verdict.screen import facets_of, screen
+from parc_jax.safe_set.verdict.screen import facets_of
 
 pytestmark = pytest.mark.slow
 
@@ -56,15 +55,3 @@ def test_gaps_are_those_of_the_inequality(fitted, n_p):
                     room = np.minimum(room, np.minimum(along[:-1], along[1:]) - lost)
                 best = np.maximum(best, room - table.support[o, d] - slack * np.abs(w).sum())
             np.testing.assert_allclose(found[o], best, rtol=0, atol=1e-12)
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("fitted", [False, True])
-def test_the_screen_of_bodies_gives_the_verdicts_of_the_exact_test(fitted):
-    _, _, scene, rng = case(fitted)
-    z = rng.uniform(scene.z_lo, scene.z_hi, (1500, 2))
-    k = rng.uniform(-1, 1, (1500, 2))
-    p0, _ = anchor(scene, z, k)
-    exact = np.flatnonzero(verdicts(scene, p0, k).safe)
-    assert 0 < len(exact) < 1500
-    np.testing.assert_array_equal(screen(scene, z, k).row, exact)

@@ -183,13 +183,3 @@ def test_every_point_of_a_part_counts_and_each_part_by_itself():
 def test_far_obstacles_are_checked_as_near_ones_are(obstacles, spans, words):
     with pytest.raises(InputError, match=words):
         pruned_scene(NominalProblem(reach_avoid(GOAL, obstacles, 0.1, spans=spans), line_model()))
-
-
-def test_a_thousand_obstacles_are_as_many_rows_as_matter():
-    model = line_model(4, 0.01)
-    boxes = [box([4.0 + i, 5.0], [4.5 + i, 6.0]) for i in range(999)]
-    near = pruned_scene(
-        NominalProblem(reach_avoid(GOAL, [box([0.8, -0.2], [1.0, 0.2]), *boxes], 0.1), model)
-    )
-    assert near.apart.kept.tolist() == [0] and near.count == 1
-    assert len(near.directions.multipliers) == 1 and len(near.apart.spans) == 1000

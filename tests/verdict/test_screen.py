@@ -75,25 +75,6 @@ def test_what_is_safe_comes_back_as_the_network_says(rng):
     np.testing.assert_array_equal(seen.bin, e.bin)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("size", [[0.0, 0.0], [0.0, 0.4], [0.3, 0.0]])
-def test_a_pole_or_a_wall_has_no_inside(size, rng):
-    model = line_model(4, 0.0)
-    thin = box([1.8, 1.2], np.add([1.8, 1.2], size))
-    scene = scene_of(reach_avoid(box([2.0, 1, -9], [2.5, 2, 9]), [thin], 0.1), model)
-    quick, exact = both(model, scene, *proposals(model, scene, rng, 1500))
-    assert 0 < len(exact) < 1500
-    np.testing.assert_array_equal(quick, exact)
-
-
-@pytest.mark.slow
-def test_without_obstacles_all_that_reaches_is_safe(rng):
-    model = line_model(4, 0.0)
-    scene = scene_of(reach_avoid(box([-0.5, 1, -9], [0.5, 2, 9]), [], 0.1), model)
-    seen = screen(scene, *proposals(model, scene, rng, 300))
-    assert seen.reaching == len(seen.row) == 300
-
-
 def test_points_close_by_are_safe_and_close(rng):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)

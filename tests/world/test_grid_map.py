@@ -8,7 +8,7 @@ from exact_cover import left_over
 from needs import need
 
 from parc_jax.common.errors import InputError
-from parc_jax.problem.world.grid_map import GridMap, _rectangles, occupancy_grid
+from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
 
 need("shapely")
 import shapely  # noqa: E402
@@ -55,18 +55,6 @@ def test_all_that_is_not_free_is_covered_exactly(turn, rng):
             assert left_over([corners], far)
 
 
-def test_rectangles_are_the_cells_and_few(rng):
-    for share in (0.0, 0.3, 0.7, 1.0):
-        cells = rng.uniform(size=(20, 30)) < share
-        found, painted = _rectangles(cells), np.zeros(cells.shape, int)
-        for a, b, c, d in found:
-            painted[a:b, c:d] += 1
-        assert (painted == cells).all()
-    assert len(_rectangles(np.ones((50, 40), bool))) == 1
-    room = np.pad(np.zeros((30, 40), bool), 3, constant_values=True)
-    assert len(_rectangles(room)) == 4
-
-
 def test_free_space_is_the_free_cells(rng):
     for origin in ((-3.1, 7.7, 0.0), (1.0, 2.0, 0.7)):
         grid = a_map(rng, origin=origin)
@@ -74,14 +62,6 @@ def test_free_space_is_the_free_cells(rng):
         assert region.area == pytest.approx(grid.free.sum() * 0.05**2)
         for piece in grid.obstacles():
             assert not piece.contains(np.array(region.representative_point().coords[0]))
-
-
-def test_the_edge_of_free_space_needs_fewer_pieces_than_the_rest():
-    disc = np.hypot(*np.mgrid[-50:50, -50:50]) < 45  # a round yard
-    grid = occupancy_grid(np.where(disc, 0, 100).astype(np.int8), 0.05, (-2.5, -2.5, 0.0))
-    near = grid.free_space().near((0.0, 0.0), 3.0, tolerance=0.15)
-    assert len(near.obstacles()) <= 40 < len(grid.obstacles())
-    assert near.holds([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
 def test_near_a_place_the_frame_comes_along():
@@ -93,16 +73,6 @@ def test_near_a_place_the_frame_comes_along():
     assert not any(piece.contains(q) for piece in pieces for q in ring)
     free = wide.free_space((2.0, 5.0), 1.0).region
     assert free.contains(shapely.Point(2.0, 5.0).buffer(0.99)) and free.area < 5.0
-
-
-def test_a_large_map_takes_one_pass(rng):
-    walls = np.zeros((2000, 2000), np.int8)
-    for _ in range(300):
-        a, b = rng.integers(0, 1900, 2)
-        walls[a : a + rng.integers(2, 90), b : b + rng.integers(2, 90)] = 100
-    grid = occupancy_grid(walls, 0.05)
-    assert 300 < len(grid.obstacles()) < 5000
-    assert len(grid.obstacles((50.0, 50.0), 3.0)) < 60
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""A lidar alone in worlds of the BARN challenge: what is free is free, and few pieces say so."""
+"""A lidar alone in worlds of the BARN challenge: what is free is free."""
 
 from collections import deque
 
@@ -69,14 +69,6 @@ def driven(number: int) -> tuple[np.ndarray, np.ndarray]:
         held.append(near.holds(ROBOT.corners(truth)))
         counts.append(len(near.obstacles()))
     return np.array(counts), np.array(held)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", sims.barn.numbers()[::70])
-def test_the_edges_of_what_was_seen_are_few(number):
-    counts, held = driven(number)
-    assert len(counts) > 40 and held.mean() > 0.95
-    assert np.mean(counts <= 64) > 0.95
 
 
 @pytest.mark.night

@@ -34,11 +34,6 @@ def test_the_lowest_row_comes_first_and_205_is_unknown(tmp_path):
     assert grid.free_space().region.bounds == pytest.approx((-1.0, 2.0, -0.8, 2.1))
 
 
-def test_negate_turns_black_and_white(tmp_path):
-    grid = written(tmp_path, GREYS, negate=1)
-    assert grid.free.tolist() == [[False] * 4, [False, False, False, True]]
-
-
 def test_scale_is_free_below_the_threshold_and_raw_is_in_percent(tmp_path):
     assert written(tmp_path, GREYS, more="mode: scale\n").free.sum() == 4
     raw = np.array([[0, 19, 20, 100, 101, 255]], np.uint8)
@@ -102,8 +97,3 @@ def test_what_is_no_map_is_refused_in_one_sentence(tmp_path, change, sentence):
     (tmp_path / "map.yaml").write_text(text.replace(*change))
     with pytest.raises(InputError, match=sentence):
         load_map(tmp_path / "map.yaml")
-
-
-def test_a_file_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(InputError, match="expected a YAML file of map_server; got FileNotFound"):
-        load_map(tmp_path / "none.yaml")
