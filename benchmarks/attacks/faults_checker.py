@@ -81,7 +81,7 @@ CHECKER = (
     ),
     Fault(
         "checker_body_dropped",
-        "Context._beyond",
+        "Context._clear",
         "h + support(part, w)",
         "h",
         "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
@@ -177,6 +177,20 @@ CHECKER = (
         "tests/checker/test_checker_answers.py::test_decimals_are_not_floats",
     ),
     Fault(
+        "checker_boxes_without_errors",
+        "Boxes.around",
+        "x - e for",
+        "x for",
+        "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
+    ),
+    Fault(
+        "checker_boxes_of_the_first_knot",
+        "Boxes.box",
+        "for s in (t, stop)",
+        "for s in (t,)",
+        "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
+    ),
+    Fault(
         "checker_hashes_ignored",
         "check_answer",
         'need(answer["hash"] == hashes, "a hash does not match its content")',
@@ -192,9 +206,9 @@ CHECKER = (
     ),
     Fault(
         "checker_errors_of_the_first_point",
-        "Context._beyond",
-        "each[i] for each in errors",
-        "each[0] for each in errors",
+        "Context._clear",
+        "each[i] for each in interval[first:end]",
+        "each[0] for each in interval[first:end]",
         "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
     ),
     Fault(

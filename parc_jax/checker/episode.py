@@ -146,7 +146,6 @@ class Chain:
             own = {i // self.copies for i in part.points}
             every = {i * self.copies + c for i in own for c in range(self.copies)}
             need(every == set(part.points), "a part of the body leaves out copies of a point")
-        context.room_for_known = 0  # the conditions of one plan come once
         p0, k = context.check_sample(entry["sample"])
         # with a heading all is told in the frame of the robot, which starts at its origin
         start = [Fraction(0)] * n_p if turned else pose

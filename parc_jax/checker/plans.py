@@ -1,15 +1,28 @@
 """Proofs about single plans, corridors and polytopes of plans."""
 
 import collections
+import contextlib
 import itertools
 import math
 from fractions import Fraction
 
-from .exact import FRACTION, array, combine, dot, fields, integers, need, rejecting, vector, whole
+from .exact import (
+    FRACTION,
+    Rejected,
+    array,
+    combine,
+    dot,
+    fields,
+    integers,
+    need,
+    rejecting,
+    vector,
+    whole,
+)
 from .question import Question
 
 MAX_CONDITIONS = 1 << 19  # kept together
-MAX_KNOWN = 1 << 16  # conditions kept for later entries
+GRID = 1 << 40  # per metre: boxes are rounded outward to short integers
 
 # w . p0 + v . y[outputs] + c >= 0, or > 0 if strict, in integers.
 Condition = collections.namedtuple("Condition", "name strict w v outputs c")
@@ -69,16 +82,34 @@ def support(part, w):
     return part.radius * Fraction(root, scale << 80)
 
 
+def along_axes(errors) -> list:
+    """How far errors reach along the axes, back and forth, rounded up in units of 1 / GRID."""
+    if errors.is_box:
+        return 2 * [-(-e * GRID // errors.scale) for e in errors.e]
+    axes = [[int(a == axis) for a in range(errors.n)] for axis in range(errors.n)]
+    axes = [[-x for x in axis] for axis in axes] + axes
+    return [math.ceil(errors.support(w) * GRID) for w in axes]
+
+
 class Context(Question):
     """A question, ready to check many plans against. Raises Rejected.
 
-    known: conditions of earlier entries, by obstacle, part, run and bins.
+    reaches: of bins, as `reach` returns them.
     """
 
-    def _read_problem(self, problem):
-        super()._read_problem(problem)
-        self.known = {}
-        self.room_for_known = MAX_KNOWN
+    def _read_tube(self, tube):
+        super()._read_tube(tube)
+        self.reaches = {}
+
+    def reach(self, b):
+        """`along_axes` of the errors of bin b by interval and point; None where they have no bound
+        along some axis.
+        """
+        if b not in self.reaches:
+            self.reaches[b] = None
+            with contextlib.suppress(Rejected):
+                self.reaches[b] = [[*map(along_axes, each)] for each in self.interval[b]]
+        return self.reaches[b]
 
     # --- conditions ----------------------------------------------------------------------------
 
@@ -89,9 +120,10 @@ class Context(Question):
         self.spend(len(self.goal) * (FRACTION * self.n_end + final.cost))
         return [(a, b - final.support(a, i)) for i, (a, b) in enumerate(self.goal)]
 
-    def conditions(self, sep, bins):
+    def conditions(self, sep, bins, boxes=None):
         """The conditions on (p0, y) that make a plan safe for every trajectory in the tube of each
-        of these bins, with the separating directions sep: start, goal, obstacles.
+        of these bins, with the separating directions sep: start, goal, obstacles. With the boxes of
+        a plan, those are left out that hold for all of a box.
         """
         interval, final = self.errors(bins, max)
         self.spend(FRACTION * len(self.start) * self.n_p)
@@ -100,9 +132,14 @@ class Context(Question):
         for i, (a, b) in enumerate(self.shrunken_goal(final)):
             away = [-x for x in a]
             yield condition(f"goal row {i}", False, self.along_p0(away), away, self.end, b)
+        work = []  # of each part in each interval
+        for part in self.parts:
+            work.append(
+                [sum(each[i].cost + 2 * self.n_p for i in part.points) for each in interval]
+            )
         for o, entry in enumerate(array(sep, len(self.obstacles))):
-            for number, runs in enumerate(array(entry, len(self.parts))):
-                yield from self._clear(o, number, runs, bins, interval)
+            for part, runs, costs in zip(self.parts, array(entry, len(work)), work, strict=True):
+                yield from self._clear(o, part, runs, interval, costs, boxes)
 
     def listed_conditions(self, sep, bins):
         """The same as a list: a short file may have very many."""
@@ -110,40 +147,26 @@ class Context(Question):
         need(len(found) <= MAX_CONDITIONS, "too many conditions")
         return found
 
-    def _clear(self, o, number, runs, bins, interval):
+    def _clear(self, o, part, runs, interval, costs, boxes):
         """The conditions that keep a part of the body clear of obstacle o in all of its steps,
-        given the errors of these bins by interval.
-
-        Many entries share a run in a bin: its conditions are kept, and their work is counted every
-        time, so that the order of entries tells nothing.
+        given the errors and the work by interval.
         """
-        points = self.parts[number].points
-        _, t, last = self.obstacles[o]
+        rows, t, last = self.obstacles[o]
         for stop, multipliers in runs:
             whole(stop, t + 1, last + 1)  # a run has an interval, and all lie in the steps
-            errors = interval[t:stop]
-            self.spend(sum(each[i].cost + 2 * self.n_p for each in errors for i in points))
-            name = o, number, t, stop, repr(multipliers), *bins
-            found = self.known.get(name)
-            if found is None:
-                found = self._beyond(o, self.parts[number], multipliers, t, errors)
-                count = (len(errors) + 1) * len(points)
-                if count <= self.room_for_known:
-                    self.room_for_known -= count
-                    found = self.known[name] = list(found)
-            yield from found
+            self.spend(sum(costs[t:stop]))
+            w, h = combine(rows, multipliers, self.n_p)
+            need(any(w), f"a separating direction of obstacle {o} is zero")
+            direction, _ = integers([*w, h + support(part, w)])
+            near = [(t, stop)]
+            if boxes is not None:
+                near = boxes.near(part, direction, t, stop)
+            for first, end in near:
+                for i in part.points:
+                    errors = [each[i] for each in interval[first:end]]
+                    yield from self._separation(o, i, direction, first, errors)
             t = stop
         need(t == last + 1, f"the runs of obstacle {o} do not cover its steps")
-
-    def _beyond(self, o, part, multipliers, first, errors):
-        """The conditions that a part of the body keeps beyond obstacle o in the direction of these
-        multipliers, during the intervals from `first` on that have these errors.
-        """
-        w, h = combine(self.obstacles[o][0], multipliers, self.n_p)
-        need(any(w), f"a separating direction of obstacle {o} is zero")
-        scaled, _ = integers([*w, h + support(part, w)])
-        for i in part.points:
-            yield from self._separation(o, i, scaled, first, [each[i] for each in errors])
 
     def _separation(self, o, i, direction, first, errors):
         """The conditions that point i keeps beyond obstacle o and the shape around it in a
@@ -187,7 +210,8 @@ class Context(Question):
         whole_k, k_scale = integers(k)
         whole_p0, p_scale = integers(p0)
         _, (y,), y_scale = self.evaluate([whole_k], k_scale)
-        for asked in self.conditions(sample["sep"], bins):
+        boxes = Boxes(self, bins, whole_p0, p_scale, y, y_scale)
+        for asked in self.conditions(sample["sep"], bins, boxes):
             held = holds(asked, whole_p0, p_scale, y, y_scale)
             need(held, f"the condition of {asked.name} fails")
         return p0, k
@@ -270,3 +294,57 @@ class Context(Question):
         for asked in self.listed_conditions(polytope["sep"], [polytope["bin"]]):
             if not value_at(asked, p0, scale, y, y_scale) > 0:
                 check_inside(row_of(asked, *self.outputs(columns, cell_scale)), point, scale)
+
+
+class Boxes:
+    """Boxes that hold all points of a part of the body in some intervals, for a plan and every
+    trajectory in the tube of some bins; rounded outward, in units of 1 / GRID.
+    """
+
+    def __init__(self, context, bins, p0, p_scale, y, y_scale):
+        """At p0 / p_scale, y / y_scale."""
+        self.context = context
+        self.reaches = [context.reach(b) for b in bins]
+        scale = p_scale * y_scale
+        self.p0 = [x * y_scale * GRID // scale for x in p0]
+        self.y = [x * p_scale * GRID // scale for x in y]
+        self.known: dict = {}
+
+    def near(self, part, direction: list, t: int, stop: int) -> list:
+        """The intervals (first, end) in t .. stop in which not all of a box is beyond a direction
+        (*w, h), halved down to single ones: there the errors of one interval count at both knots,
+        and all of these ask what the wider errors do.
+        """
+        *w, h = direction
+        if None in self.reaches:
+            return [(t, stop)]
+        box = zip(w, *self.box(part.points, t, stop), strict=True)
+        if sum(min(x * lo, x * hi) for x, lo, hi in box) > h * GRID:
+            return []
+        if stop - t == 1:
+            return [(t, stop)]
+        middle = (t + stop) // 2
+        return self.near(part, direction, t, middle) + self.near(part, direction, middle, stop)
+
+    def box(self, points: list, t: int, stop: int) -> tuple:
+        """(lo, hi) of these points in the intervals t .. stop."""
+        name = *points, t, stop
+        if name not in self.known:
+            if stop - t > 1:
+                middle = (t + stop) // 2
+                held = [self.box(points, t, middle), self.box(points, middle, stop)]
+            else:
+                held = [self.around(s, i, t) for s in (t, stop) for i in points]
+            lows, highs = zip(*held, strict=True)
+            lo, hi = zip(*lows, strict=True), zip(*highs, strict=True)
+            self.known[name] = [*map(min, lo)], [*map(max, hi)]
+        return self.known[name]
+
+    def around(self, s: int, i: int, t: int) -> tuple:
+        """(lo, hi) of point i at knot s with the errors of interval t."""
+        offset = self.y[self.context.offset(s, i)] or [0] * len(self.p0)
+        reach = [max(far) for far in zip(*(each[t][i] for each in self.reaches), strict=True)]
+        at = [a + b for a, b in zip(self.p0, offset, strict=True)]  # less than 2 too low
+        n = len(at)
+        lo = [x - e for x, e in zip(at, reach[:n], strict=True)]
+        return lo, [x + 2 + e for x, e in zip(at, reach[n:], strict=True)]

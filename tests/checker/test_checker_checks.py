@@ -188,8 +188,8 @@ SLIPS = [
     ),
     ("plans", "h + support(part, w)", "h", "touching"),
     ("plans", GROWN, "h * wider.denominator", "touching"),
-    ("plans", WIDER, "before", "contact at knot 1, in the second interval's width only"),
-    ("plans", WIDER, "after", "contact at knot 1, in the first interval's width only"),
+    ("plans", WIDER, "before", "a set in contact at knot 1, in the second interval's width only"),
+    ("plans", WIDER, "after", "a set in contact at knot 1, in the first interval's width only"),
     (
         "plans",
         "for s in range(first, first + len(errors) + 1)",
@@ -318,8 +318,8 @@ SLIPS = [
     ),
     (
         "plans",
-        "for i in part.points",
-        "for i in part.points[:1]",
+        "for i in part.points:",
+        "for i in part.points[:1]:",
         "contact of the second point only",
     ),
     ("doubt", "condition.c * scale - lost", "condition.c * scale", "room to touch"),
@@ -330,12 +330,9 @@ SLIPS = [
         "errors(bins, min)",
         "a safe leaf inside the narrower of two bins",
     ),
-    (
-        "plans",
-        "repr(multipliers), *bins",
-        "repr(multipliers)",
-        "contact in the width of another bin than an earlier sample's",
-    ),
+    ("plans", "x - e for", "x for", "contact at knot 1, in the first interval's width only"),
+    ("plans", "for s in (t, stop)", "for s in (t,)", "contact at the last knot only"),
+    ("plans", "for s in (t, stop)", "for s in (stop,)", "contact at the first knot only"),
     (
         "no_plan",
         "hi[i]), pair, strict=True",

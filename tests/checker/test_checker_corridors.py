@@ -140,17 +140,23 @@ def all_pass(real):
 
 
 def without_bodies(real):
-    def beyond(self, o, part, *about):
+    def clear(self, o, part, *about):
         return real(self, o, part._replace(radius=F(0)), *about)
 
-    return beyond
+    return clear
+
+
+def point_boxes(real):
+    """Boxes around the prediction alone."""
+    return lambda self, b: [[[0] * 2 * self.n_p] * self.n_points] * self.T
 
 
 BROKEN = [
     ("errors", narrowest, "another verdict"),
     ("errors", lambda _: lambda self, *_: (self.interval[0], self.final[0]), "another verdict"),
     ("shrunken_goal", lambda _: lambda self, final: self.goal, "another verdict"),
-    ("_beyond", without_bodies, "another verdict"),
+    ("_clear", without_bodies, "another verdict"),
+    ("reach", point_boxes, "another verdict"),
     ("conditions", without_obstacles, "not safe"),
     ("hidden", all_pass, "no polytope"),
 ]

@@ -426,6 +426,19 @@ bad(
     samples__0__k=["0"],
 )
 bad(
+    "a set in contact at knot 1, in the second interval's width only",
+    samples=[],
+    sets__0__k=["0.25"],
+    tube__interval__1__1__0__1="0.75",
+)
+bad(
+    "a set in contact at knot 1, in the first interval's width only",
+    samples=[],
+    sets__0__p0=["0", "0.5"],
+    tube__interval__1__0__0__1="0.75",
+    network__weights__1__1=["-0.5"],
+)
+bad(
     "contact in the width of another bin than an earlier sample's",
     tube__interval__0=[[["0", "0.75"]]] * 2,
     samples__append={"p0": ["0", "0"], "k": ["-0.5"], "sep": ABOVE},

@@ -60,7 +60,7 @@ class Commitment:
         )
 
     def proved(self) -> bool:
-        """Check it exactly, in some ten to hundred milliseconds."""
+        """Check it exactly, in some milliseconds."""
         return bool(prove(self.asked.problem, self.asked.model, [self.part])[0][0])
 
     def certificate(self) -> dict:

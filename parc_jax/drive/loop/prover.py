@@ -37,7 +37,7 @@ class Prover:
     process: `with pj.drive.Prover() as prover: loop = pj.drive.Loop(..., prover=prover)`.
 
     Every commitment is proved in float64 before it is driven, with a margin for all rounding; the
-    exact proof follows some ten to hundred milliseconds later. A commitment that it rejects would
+    exact proof follows some milliseconds later. A commitment that it rejects would
     be a fault of this package: from then on the loop commits to nothing, the stop in hand goes on,
     and leaving the `with` raises SoundnessError. most: commitments that may wait for their proof;
     where there are more, and where the process ended, the loop commits to nothing either.
