@@ -6,9 +6,12 @@ was seen, is the file's word. That the numbers follow from each other is checked
 that are rounded against the claim; no other premise is marked checked.
 """
 
+import hashlib
 import itertools
+import json
 from typing import Any
 
+from .entries import canonical
 from .exact import array, decimal, fields, integers, need, number, whole
 
 SHOWN = "pac"  # the kind of claim whose runs show its tube
@@ -23,14 +26,20 @@ MAX_SHIFT = 1 << 13  # beyond 2^-8192 a probability counts as that
 CHECKED, MEASURED, ASSUMED = "checked", "measured", "assumed"  # the standings of a premise
 K_LAW = {"uniform": "uniform on K", "logged": "as in the log", "given": "as it was given"}
 NOT_STATED = "not stated"
+LAW = ("generator", "parameters", "k_law", "lo", "hi")  # the fields of a law, beside its hash
+OURS = "parc_jax:"  # begins names of parameters that no system declares
+BOX = f"{OURS}box of k"  # the parameter that names the box, if not K
+FITTED = f"{OURS}K"  # the parameter of a K that was fitted to logged k
+PART = ", of which K is a part"  # ends a law of k on a larger box
+UNSEEN = "UNSEEN"  # the assumption that states the looks
 MAX_PREMISES = 500  # assumptions of a claim
 LONGEST = 500  # characters of a name or value that are printed
 
 
-def checked_claim(claim, hashes, n_bins, domain=None, dt=None):
+def checked_claim(claim, hashes, n_bins, domain=None, dt=None, corridors=None):
     """What is known of a claim: {"checked", "says", "premises"}; None where there is no claim.
-    Rejects one that is about other parts than those with these hashes, another domain (lo, hi) or
-    time step [s], or whose numbers are wrong.
+    Rejects one that is about other parts than those with these hashes, another domain (lo, hi),
+    time step [s] or set of corridors, or whose numbers are wrong.
     """
     if claim is None:
         return None
@@ -40,7 +49,7 @@ def checked_claim(claim, hashes, n_bins, domain=None, dt=None):
     if claim.get("kind") == SHOWN:
         found = arithmetic_of(claim, n_bins)
     if claim.get("kind") == TESTED:
-        found = tests_of(claim, hashes.get("problem"))
+        found = tests_of(claim, hashes.get("problem"), corridors)
     K = corners_of(claim)
     need(None in (K, domain) or K == domain, "the claim is about another domain")
     step = [number(x) for x in listed(at(claim, "subject"), "time")][:1]
@@ -55,16 +64,21 @@ def lacks(claim: dict) -> dict | None:
     return {"checked": False, "says": says, "premises": []} if missing else None
 
 
-def tests_of(claim: dict, scene: str | None):
+def tests_of(claim: dict, scene: str | None, corridors: list | None):
     """As `checked_claim`, of a set that was tested in its scene: nested sets, each of whose tests
     shows eps with delta, the last of them with the numbers of the claim. [T42]
 
-    scene: hash of the problem; None for a claim alone.
+    scene: hash of the problem, corridors: those of the file; None for a claim alone.
     """
     if (short := lacks(claim)) is not None:
         return short
     evidence = claim["evidence"]
     need(scene is None or at(evidence, "scene") == scene, "the set was tested in another scene")
+    count, place = whole(at(evidence, "corridors"), 1, MAX_RUNS), at(evidence, "within")
+    if corridors is not None:
+        known = count, at(evidence, "set")
+        same = known == (len(corridors), hash_of_set(corridors, place))
+        need(same, "another set was tested than the corridors of this file")
     need(claim["bin_eps"] is None, "a tested set has no bins")
     whole(claim["looks"], 1, 1)
     eps, delta = probability(claim["eps"]), probability(claim["delta"])
@@ -82,9 +96,23 @@ def tests_of(claim: dict, scene: str | None):
     need(shown, "a test does not show the claim's eps with its delta")
     tried = ", ".join(f"{scale} ({failed} of {n})" for scale, n, failed in steps)
     numbers = {"risk": eps, "delta": delta, "n": f"{n} runs", "failed of them": failed}
-    numbers |= {"tests": tests, "scales": tried}
+    numbers |= {"set": set_of(evidence)}
     premises = [[name, CHECKED, str(value)] for name, value in numbers.items()]
+    premises += [["tests", MEASURED, str(tests)], ["scales", MEASURED, tried]]
     return {"checked": True, "says": f"{len(steps)} tests show it", "premises": premises}
+
+
+def hash_of_set(corridors: list, within: list | None) -> str:
+    """Of the certificates of corridors, and of the place that plans of them are drawn from (its
+    sides as texts; None for everywhere): together a law of plans.
+    """
+    return hashlib.sha256(canonical([corridors, within]).encode()).hexdigest()
+
+
+def set_of(evidence: dict) -> str:
+    """The set that was tested, in words."""
+    n, where = evidence["corridors"], "" if evidence.get("within") is None else " around a search"
+    return f"{n} corridor{'' if n == 1 else 's'}; {text(at(evidence, 'set'))[:8]}{where}"
 
 
 def step_of(step):
@@ -118,8 +146,10 @@ def arithmetic_of(claim: dict, n_bins: int):
     used = sum(looks * share(n, discard, some, delta) for n, discard, some in shown)
     need(used <= ONE, "the claim's runs do not show its eps with its delta")
     need(max(some for _, _, some in shown) <= eps, "a block's eps is larger than the claim's")
+    need(max(shown)[0] <= n, "a block has more runs than the claim")
     many = "recordings" if recorded else "runs"
     least, most = min(shown)[0], max(discard for _, discard, _ in shown)
+    need(whole(claim["discard"], 0, n) == most, "the claim's discards are not those of its blocks")
     counted, each, bins = f"{least} independent {many}", "", []
     if by_bin is not None:
         known = {some for _, _, some in shown}
@@ -139,7 +169,7 @@ def stated_premises(claim: dict) -> list:
     What a sentence about runs needs and no field states is assumed, and said to be not stated.
     """
     pac, evidence = claim.get("kind") == SHOWN, claim.get("evidence")
-    K, k_law = corners_of(claim), at(claim, "law", "k_law")
+    K, k_law, whole_law = corners_of(claim), at(claim, "law", "k_law"), checked_law(claim)
     box = [f"[{decimal(a)}, {decimal(b)}]" for a, b in zip(*K, strict=True)] if K else []
     needed = {
         "law": at(claim, "quantifier"),
@@ -159,15 +189,79 @@ def stated_premises(claim: dict) -> list:
     for name, value in (needed | more).items():
         if value is not None:
             value = whole(value, 0, MAX_RUNS) if name in COUNTS else text(value)
-            found.append([name, MEASURED if pac or name != "law" else ASSUMED, value])
+            by_word = name in ("law", "k") and not (whole_law and (pac or name == "k"))
+            found.append([name, ASSUMED if by_word else MEASURED, value])
         elif name in needed and (pac or name != "failed"):
             found.append([name, ASSUMED, NOT_STATED])
     assumptions = listed(claim, "assumptions")
     need(len(assumptions) <= MAX_PREMISES, "the claim has too many assumptions")
     for entry in assumptions or [f"assumptions({NOT_STATED})"]:
         name, bracket, rest = text(entry).partition("(")
+        looks = rest.split(" ")[0].replace(",", "")
+        known = claim.get("looks")
+        same = name != UNSEEN or (type(known) is int and looks == str(known))
+        need(same, "an assumption of the claim has other looks")
         found.append([name, ASSUMED, rest.removesuffix(")") if bracket else ""])
     return found
+
+
+def checked_law(claim: dict) -> bool:
+    """Does the claim state its law whole? Rejects one that is not about its K, has another hash, or
+    is not in the words of a claim that was shown.
+    """
+    law, K = at(claim, "law"), corners_of(claim)
+    if at(law, "hash") is None:
+        return False
+    fields(law, (*LAW, "hash"))
+    need(law["hash"] == hash_of_law(law), "the law of the claim has another hash")
+    for pair in array(law["parameters"]):
+        for word in array(pair, 2):
+            text(word)
+    lo, hi = ([number(x) for x in array(law[side])] for side in ("lo", "hi"))
+    if K is not None and not text(law["k_law"]).endswith(PART):
+        need((lo, hi) == K, "the law of the claim is about another K")
+    elif K is not None and len(lo) == len(K[0]):
+        inside = zip(lo, *K, hi, strict=True)
+        need(all(a <= b <= c <= d for a, b, c, d in inside), "K is no part of that of the law")
+    if claim.get("kind") in (SHOWN, TESTED):
+        same = text(claim.get("quantifier")) in words_of(claim, law)
+        need(same, "the claim's words are about another law than its own")
+    return True
+
+
+def words_of(claim: dict, law: dict) -> list:
+    """The words that a claim may have for its law."""
+    said, recorded = described(law), at(claim, "evidence", "rows") is not None
+    if claim["kind"] == TESTED:
+        return [f"a plan drawn uniformly from this set, run afresh in this scene by {said}"]
+    if claim.get("bin_eps") is not None:
+        bins = ("bin", "bin"), ("block of bins", "block")
+        of = f"of K, a new rollout drawn from {said} with k in that"
+        return [f"in each claimed {several} {of} {one}" for several, one in bins]
+    each = "any run of a new recording" if recorded else "a new rollout"
+    fitted = any(name == FITTED for name, _ in law["parameters"])
+    return [f"{each}{' whose k lies in K,' if fitted else ''} drawn from {said}"]
+
+
+def hash_of_law(law: dict) -> str:
+    """Of its fields."""
+    only = {name: law[name] for name in LAW}
+    return hashlib.sha256(json.dumps(only, sort_keys=True).encode()).hexdigest()
+
+
+def described(law: dict) -> str:
+    """A law in one phrase for people."""
+    others = (pair for pair in law["parameters"] if pair[0] != BOX)
+    more = "".join(f", {text(a).removeprefix(OURS)} = {text(b)}" for a, b in others)
+    return f"{text(law['generator'])} (k {drawn(law)}{more}; {hash_of_law(law)[:8]})"
+
+
+def drawn(law: dict) -> str:
+    """How k is drawn, in words that follow "k"."""
+    how = text(law["k_law"])
+    if how == "uniform":
+        return f"uniform on {dict(law['parameters']).get(BOX, 'K')}"
+    return f"{'as' if how == 'logged' or how.startswith('given ') else 'by'} {how}"
 
 
 def how_drawn(k_law: str) -> str:

@@ -2,6 +2,7 @@
 the file's word from the fields that its hash covers. Known to both: tests/helpers/known.py.
 """
 
+import contextlib
 import copy
 import json
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import answer_files as build
 import known
+import leaves
 import pytest
 
 from parc_jax import checker
@@ -23,7 +25,7 @@ ODD = "\x1b[2J\\ \u00e9\u20ac\U0001f600\ud800\x7f'\"\n  checked  eps: 0"
 ABOUT_CLAIMS = {
     why: make
     for why, (make, limits) in known.CASES.items()
-    if why.startswith("a claim") and not limits
+    if why.startswith(("a claim", "a tested set", "a law", "words of")) and not limits
 }
 
 
@@ -72,7 +74,11 @@ def odd():
     answer["samples"][0]["k"] = ["0", "0.25", "1"]
     answer["claim"]["subject"]["domain"] = {"lo": lo, "hi": hi}
     answer["claim"]["assumptions"] = [ODD, f"{ODD}({ODD})", "(", "a)", "b(c", "x" * 600, ""]
-    answer["claim"]["law"]["k_law"] = ODD
+    law = answer["claim"]["law"]
+    law |= {"k_law": ODD, "lo": lo, "hi": hi, "generator": ODD, "parameters": [[ODD, ODD]]}
+    law["hash"] = known.hash_of_law(law)
+    words = f"a new rollout drawn from {ODD} (k by {ODD}, {ODD} = {ODD}; {law['hash'][:8]})"
+    answer["claim"]["quantifier"] = words
     return build.rehash(answer)
 
 
@@ -101,7 +107,7 @@ def test_each_premise_has_a_line_and_the_sentence_of_the_file_has_none():
         "  checked  n: 6905 runs",
         "  checked  discards: 0",
         "  checked  looks: 1",
-        "  measured law: a new rollout drawn from a toy",
+        f"  measured law: {known.FACTS['quantifier']}",
         "  measured K: [-1, 1]",
         "  measured k: uniform on K",
         "  measured failed: 0",
@@ -170,3 +176,28 @@ def test_both_count_the_assumptions(more, second_told):
     answer = changed(claim__assumptions=[f"x{i}" for i in range(MAX_PREMISES + more)])
     assert (second_told(answer).code == second.ACCEPTED) == (more == 0)
     assert (two.rejected(checker.check_answer, answer) is None) == (more == 0)
+
+
+# Fields of a claim that no printed line is made from.
+UNPRINTED = {("statement",), ("network_hash",), ("tube_hash",), ("evidence", "of")}
+UNPRINTED |= {("subject", "system"), ("subject", "time")}
+
+
+@pytest.mark.parametrize("make", [known.tested, known.with_facts, known.with_facts_of_bins])
+def test_an_edit_of_a_claim_is_rejected_or_seen(make):
+    """Every leaf, every list and every field of it, one at a time, with the hashes made anew: no
+    line stays as it was while what it is made from changed.
+    """
+
+    def said(answer):
+        lines = checker.summary(checker.check_answer(answer))
+        return [line for line in lines if "sha256" not in line]
+
+    answer, before, unseen, n = make(), said(make()), set(), 0
+    for place, claim in leaves.edits(answer["claim"]):
+        edited, n = copy.deepcopy(answer) | {"claim": copy.deepcopy(claim)}, n + 1
+        with contextlib.suppress(checker.Rejected, KeyError):
+            if said(edited) == before:
+                unseen.add(place)
+    assert n > 60
+    assert not {place for place in unseen if {place[:1], place[:2]}.isdisjoint(UNPRINTED)}

@@ -21,6 +21,8 @@ from parc_jax.learning.system import time_grid
 pytestmark = pytest.mark.soundness
 K = box([0, 0], [1, 1])
 TUBE = tube([[0, 0.5, 1], [0, 1]], np.full((2, 3, 2), 0.1), np.full((2, 3), 0.1))
+LAW, LOG, OTHERS = law_spec("toy", K), law_spec("toy", K, "logged"), law_spec("tos", K)
+SAID = "any run of a new recording drawn from "
 EVIDENCE = {"failed": 2, "eps_asked": "eps = 0.001", "rows": 900}
 BLOCKS = [{"n": 46000, "discard": 3, "eps": "1/1000"}]
 
@@ -32,13 +34,13 @@ def claim():
         tube=TUBE,
         subject=subject("toy", K, time_grid(0.5, 1.5), 2, 1),
         network="abc",
-        quantifier="any run of a new recording drawn from toy",
+        quantifier=f"{SAID}{LAW.describe()}",
         eps=Fraction(1, 1000),
         delta=Fraction(1, 1000),
         n=46000,
         discard=3,
         looks=2,
-        law=law_spec("toy", K),
+        law=LAW,
         assumptions=("IID", "HIDDEN_START(given speed)", "UNCHANGED_SYSTEM"),
         evidence=EVIDENCE | {"recordings": "0a1b"},
         intersample=(0.0, 0.125),
@@ -51,13 +53,18 @@ OTHER = {
     "n": {"n": 45999},
     "discards": {"discard": 2},
     "looks": {"looks": 1},
-    "law": {"quantifier": "any run of a new recording drawn from elsewhere"},
-    "k": {"law": law_spec("toy", K, "logged")},
+    "law": {"law": OTHERS, "quantifier": f"{SAID}{OTHERS.describe()}"},
+    "k": {"law": LOG, "quantifier": f"{SAID}{LOG.describe()}"},
     "failed": {"evidence": {"failed": 3}},
     "rows": {"evidence": {"rows": 901}},
     "eps asked": {"evidence": {"eps_asked": "eps = 0.002"}},
     "not drawn": {"evidence": {"not_drawn": ["wind"]}},
-    "bins": {"bin_eps": (Fraction(1, 1000), None), "evidence": {"blocks": BLOCKS}},
+    "bins": {
+        "bin_eps": (Fraction(1, 1000), None),
+        "evidence": {"blocks": BLOCKS},
+        "quantifier": f"in each claimed bin of K, a new rollout drawn from {LAW.describe()} with k "
+        "in that bin",
+    },
     "IID": {"assumptions": ("HIDDEN_START(given speed)", "UNCHANGED_SYSTEM")},
     "HIDDEN_START": {"assumptions": ("IID", "HIDDEN_START(given load)", "UNCHANGED_SYSTEM")},
 }

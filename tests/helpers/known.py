@@ -6,6 +6,7 @@ leave it 1/4 of room, at knot 0.
 """
 
 import copy
+import hashlib
 import json
 import math
 
@@ -527,6 +528,8 @@ def claim_of_bins(*blocks):
     answer = plain()
     bins = len(answer["tube"]["final"])
     told = {"bin_eps": ["1/1000"] * bins, "evidence": {"blocks": list(blocks)}, "delta": "1/100"}
+    told |= {"n": max([6905, *(block["n"] for block in blocks)])}
+    told |= {"discard": max([0, *(block["discard"] for block in blocks)])}
     answer["claim"] |= told
     return answer
 
@@ -561,12 +564,30 @@ bad(
 bad("a claim of a worse block", lambda: claim_of_bins(BLOCK, BLOCK | {"eps": "1/100"}))
 # Of its premises, which are its fields: what nobody could print, or does not fit the file.
 SHOWN = {"eps": "1/1000", "delta": "1/1000", "n": "6905 runs", "discards": "0", "looks": "1"}
+LAW = {
+    "generator": "a toy",
+    "parameters": [["parc_jax:box of k", "N"], ["wind", "3 m/s"]],
+    "k_law": "uniform",
+    "lo": ["-0x1p+0"],
+    "hi": ["0x1p+0"],
+}
+
+
+def hash_of_law(law):
+    """Of its fields but the hash."""
+    told = json.dumps({name: law[name] for name in law if name != "hash"}, sort_keys=True)
+    return hashlib.sha256(told.encode()).hexdigest()
+
+
+LAW["hash"] = hash_of_law(LAW)
 FACTS = {
-    "quantifier": "a new rollout drawn from a toy",
+    "quantifier": f"a new rollout drawn from a toy (k uniform on N, wind = 3 m/s; "
+    f"{LAW['hash'][:8]})",
     "subject": {"system": "toy", "domain": {"lo": ["-0x1p+0"], "hi": ["1"]}, "time": ["1/20"]},
-    "law": {"generator": "toy", "k_law": "uniform"},
+    "law": LAW,
     "assumptions": ["IID", "HIDDEN_START(given the load (of 3 kg))"],
 }
+OF_BINS = f"in each claimed bin of K, {FACTS['quantifier']} with k in that bin"
 
 
 def with_facts(make=plain):
@@ -574,6 +595,8 @@ def with_facts(make=plain):
     answer = make()
     answer["claim"] |= copy.deepcopy(FACTS)
     answer["claim"]["evidence"] |= {"failed": 0, "not_drawn": ["wind", "load"]}
+    if answer["claim"]["bin_eps"] is not None:
+        answer["claim"]["quantifier"] = OF_BINS
     return build.rehash(answer)
 
 
@@ -592,13 +615,10 @@ EDITS = {
     "claim__n": 6906,
     "claim__eps": "1/999",
     "claim__delta": "1/999",
-    "claim__evidence__rows": 7000,
     "claim__evidence__failed": 1,
     "claim__evidence__recordings": "ff",
     "claim__evidence__eps_asked": "eps = 1/10000",
     "claim__evidence__not_drawn": ["wind"],
-    "claim__quantifier": "any run of any robot",
-    "claim__law__k_law": "logged",
     "claim__law": {},
     "claim__subject": {},
     "claim__assumptions": [],
@@ -611,9 +631,11 @@ STEPS = [["1.0", 240, 0], ["0.7", 300, 0], ["0.5", 400, 1]]
 
 def tested():
     """An answer whose claim is of a set that was tested in its scene, at 1/100 and 1/10."""
-    answer = plain()
+    answer = corridor()
     evidence = {"steps": copy.deepcopy(STEPS), "scale": "0.5", "tests": 500, "of": "0a1b"}
     evidence["scene"] = build.sha256(answer["problem"])
+    evidence |= {"corridors": 1, "within": [["0x1p+0"], ["1", "2"]]}
+    evidence["set"] = build.sha256([answer["corridors"], evidence["within"]])
     claim = {"kind": "validated", "eps": "1/100", "delta": "1/10", "n": 400, "discard": 1}
     answer["claim"] |= claim | {"evidence": evidence}
     return build.rehash(answer)
@@ -622,6 +644,13 @@ def tested():
 VALID["tested"] = tested
 for why, changes in {
     "another scene": {"claim__evidence__scene": "0" * 64},
+    "fewer corridors": {"corridors": []},
+    "another corridor": {"corridors__0__k": ["0x1p-1"]},
+    "a corridor more": {"corridors": 2 * corridor()["corridors"]},
+    "a corridor less than it says": {"claim__evidence__corridors": 2},
+    "another hash of its set": {"claim__evidence__set": "0" * 64},
+    "another place of draws": {"claim__evidence__within": None},
+    "a set of nobody": {"claim__evidence__corridors": 0, "corridors": []},
     "bins": {"claim__bin_eps": ["1/100"]},
     "two looks": {"claim__looks": 2},
     "no tests": {"claim__evidence__steps": []},
@@ -642,6 +671,55 @@ for why, changes in {
     bad(f"a tested set with {why}", tested, **changes)
 bad("a tested set with more failures than are counted", tested, limits={"MAX_DISCARDS": 0})
 bad("a claim about another domain", with_facts, claim__subject__domain__hi=["2"])
+bad("a claim with fewer runs than a block", with_facts_of_bins, claim__n=9299)
+bad(
+    "a claim of other looks than are assumed", with_facts, claim__assumptions=["UNSEEN(2 looks; x)"]
+)
+bad("a claim in the words of another law", with_facts, claim__quantifier=f"{FACTS['quantifier']}s")
+bad("a claim of bins with fewer discards than a block", with_facts_of_bins, claim__discard=0)
+bad("a claim of bins in other words", with_facts_of_bins, claim__quantifier=FACTS["quantifier"])
+bad("a claim of recordings in words of runs", with_facts, claim__evidence__rows=7000)
+bad("a law with a note", with_facts, claim__law__note="")
+bad("a law with half a parameter", with_facts, claim__law__parameters=[["wind"]])
+
+
+def with_law(words=True, **fields):
+    """The answer of `with_facts` with another law, which has its hash, perhaps in its words."""
+    answer = with_facts()
+    law = answer["claim"]["law"]
+    before = law["hash"]
+    law |= fields
+    law["hash"] = hash_of_law(law)
+    if words:
+        said = answer["claim"]["quantifier"].replace(before[:8], law["hash"][:8])
+        answer["claim"]["quantifier"] = said
+    return build.rehash(answer)
+
+
+for name, value in (LAW | {"hash": "0" * 64, "generator": "the toy", "k_law": "logged"}).items():
+    if value != LAW[name]:
+        bad(f"a law of another {name}", with_facts, **{f"claim__law__{name}": value})
+    if name != "hash" and value != LAW[name]:
+        bad(f"words of another {name}", lambda n=name, v=value: with_law(**{n: v}))
+bad("words of the law before", lambda: with_law(words=False, lo=["-1.0"]))
+bad("a law of a larger K", lambda: with_law(hi=["1.5"]))
+bad("a law of another number of axes", lambda: with_law(hi=["1", "1"], lo=["-1", "-1"]))
+
+
+def with_part(lo, hi):
+    """Of a law on a larger box."""
+    answer = with_law(k_law="even, of which K is a part", lo=lo, hi=hi)
+    said = answer["claim"]["quantifier"]
+    answer["claim"]["quantifier"] = said.replace("uniform on N", "by even, of which K is a part")
+    return build.rehash(answer)
+
+
+VALID |= {
+    "part": lambda: with_part(["-2"], ["1"]),
+    "part_of_two": lambda: with_part(["0", "0"], ["0", "0"]),
+}
+bad("a law of a smaller box", lambda: with_part(["-2"], ["0.5"]))
+bad("a law of half a box", lambda: with_part(["-2"], []))
 bad("a claim about a domain of two axes", with_facts, claim__subject__domain=2 * [["-1"]])
 bad("a claim about another time step", with_facts, claim__subject__time=["0.051", "0.1"])
 bad("a claim about a time step of words", with_facts, claim__subject__time=["soon"])

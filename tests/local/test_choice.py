@@ -307,3 +307,15 @@ def test_a_sentence_says_what_runs_of_a_plan_rest_on(chosen, near):
     looks = toy.answer().choose(delta=0.05).looks
     said = replace(chosen, looks=looks).test(toy.again(), KEY, n=30).details()
     assert "Assumes: IID, WORKERS_LOST(20, independent of the run), TRANS" in said
+
+
+def test_results_are_of_the_plan_that_was_run_in_its_scene(chosen):
+    tested = replace(chosen, looks=toy.answer().choose(delta=0.05).looks).test(
+        plant(toy.gusty, toy.T), KEY, n=30
+    )
+    assert replace(tested, value=0.0).details() == tested.details()
+    scene = chosen.scene.under(chosen.model)
+    for change in ({"plan": tested.plan + 1e-9}, {"scene": scene}):
+        with pytest.raises(InputError, match="results of this very plan"):
+            replace(tested, **change)
+        assert "not run since" in replace(tested, **change, tested=None).details()

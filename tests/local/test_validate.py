@@ -190,7 +190,7 @@ def test_a_file_with_other_corridors_or_draws_is_not_the_set(answer, tmp_path):
     validated = answer.validation.answer
     whole = validated.save(tmp_path / "validated.json")
     assert load_answer(load_answer(whole).save(tmp_path / "again.json")).risk() == validated.risk()
-    assert "uniformly from this set (1 corridor; " in validated.model.claim.details()
+    assert "lay in this one (1 corridor; " in validated.model.claim.details()
     narrower = answer.save(tmp_path / "answer.json")
     for change in (
         {"corridors": json.loads(narrower.read_text())["corridors"]},
@@ -198,7 +198,7 @@ def test_a_file_with_other_corridors_or_draws_is_not_the_set(answer, tmp_path):
     ):
         other = tmp_path / "other.json"
         other.write_text(json.dumps(json.loads(whole.read_text()) | change))
-        with pytest.raises(InputError, match="the very set that was tested"):
+        with pytest.raises(InputError, match=r"set .*was tested"):
             load_answer(other)
 
 

@@ -1,6 +1,6 @@
 """One plan chosen from an answer, its tests, its local claim, and the sentences (D). [T23]"""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 
@@ -11,7 +11,7 @@ from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import rounded_down, rounded_up
-from parc_jax.drive.local.localise import Local, Near, checked_local, localise, start_trial
+from parc_jax.drive.local.localise import Driven, Local, Near, checked_local, localise, start_trial
 from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box
 from parc_jax.learning.bound.calibrate import ledger_of_tests
 from parc_jax.learning.bound.counts import (
@@ -45,6 +45,7 @@ class FreshRuns:
     a program that was traced twice to the same result may give another one the third time.
     eps: bound on the probability of failure with confidence 1 - delta, delta this look's share.
     clearance: [m] smallest distance from an obstacle in any run. assumed: what this rests on.
+    of: the plan that was run.
     """
 
     n: int
@@ -54,6 +55,7 @@ class FreshRuns:
     look: Look
     clearance: float
     assumed: tuple[str, ...]
+    of: Driven | None = field(default=None, compare=False, repr=False)
 
     def details(self) -> str:
         """The sentence (D i)."""
@@ -78,7 +80,7 @@ class Choice:
     plan (n_p + n_k,): start and parameters, in the frame of `scene`, a plan of the proved safe set.
     value: its objective. looks: tests that may be made of it, the account of its answer.
     tested, near: results of fresh runs, where there are any; `test` and `localise` return a choice
-    that has them.
+    that has them. Raises InputError for results of another plan, or in another scene.
     """
 
     plan: np.ndarray
@@ -87,6 +89,19 @@ class Choice:
     looks: Looks
     tested: FreshRuns | None = None
     near: Near | None = None
+
+    def __post_init__(self) -> None:
+        for runs in (self.tested, self.near):
+            if runs is not None and not (runs.of and runs.of.is_same(self.driven)):
+                raise InputError(
+                    "choice: expected results of this very plan in this scene; got those of "
+                    "another. Choose it anew (tested=None, near=None), then test or localise it."
+                )
+
+    @property
+    def driven(self) -> Driven:
+        """The plan in its scene."""
+        return Driven(self.scene, tuple(self.plan.tolist()))
 
     @property
     def model(self) -> TrajectoryModel:
@@ -145,7 +160,7 @@ class Choice:
         # all obstacles: a run outside of the tube may touch those that the query pruned
         scene = unpruned_scene(self.scene)
         tested = run_plan(system, scene, self.p0, self.k, key, look, eps, n, quiet)
-        return replace(self, tested=tested)
+        return replace(self, tested=replace(tested, of=self.driven))
 
     def localise(
         self,
@@ -176,7 +191,8 @@ class Choice:
         start = start_trial(system, key, local, self.model.claim)
         looks = self.looks
         near = localise(query, system, start, box, key, looks, local, settings, self.plan, quiet)
-        return replace(self, near=near.around(self.p0, self.k))
+        near = near.around(self.p0, self.k)
+        return replace(self, near=replace(near, of=self.driven))
 
     def details(self) -> str:
         """The sentences (D), about the plan to drive and nothing else."""

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from threading import Thread
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -49,7 +50,7 @@ from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import scene_of
+from parc_jax.safe_set.verdict.scene import Scene, scene_of
 
 BINS = 1  # per axis: the error hardly ever changes within so small a box
 NEAREST = 60  # training runs around a plan: enough for an affine map, and for a narrow tube
@@ -77,6 +78,17 @@ class Local(Sizing, Training):
             )
 
 
+class Driven(NamedTuple):
+    """A plan (n_p + n_k,) in its scene, as the results of its runs keep it."""
+
+    scene: Scene
+    plan: tuple[float, ...]
+
+    def is_same(self, other: "Driven") -> bool:
+        """The very scene, and equal numbers."""
+        return self.scene is other.scene and self.plan == other.plan
+
+
 @dataclass(frozen=True, eq=False)
 class Near:
     """A claim about a box N of k alone, and the problem proved again under it. [T23]
@@ -86,7 +98,7 @@ class Near:
     latter has no claim. answer: to the same problem under the local tube; None where that has no
     claim, or no plan was left to search for. margin: [m, .] of the best plan, where one was
     searched for. proved: a large box in N of plans from the start of a chosen plan, all proved safe
-    under the local tube, or None.
+    under the local tube, or None. of: the plan that was chosen.
     """
 
     model: TrajectoryModel
@@ -97,6 +109,7 @@ class Near:
     answer: Answer | None = None
     margin: float = -np.inf
     proved: SafeBox | None = None
+    of: Driven | None = None
 
     def around(self, p0: np.ndarray, k: np.ndarray) -> "Near":
         """With the proved box around the plan p0 (n_p,), k (n_k,)."""

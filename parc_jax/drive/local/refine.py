@@ -7,7 +7,7 @@ one look of the few declared, until a plan is proved under the claim.
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -191,5 +191,7 @@ def refine(
             plan, value = near.answer.best("room")
             near = near.around(*np.split(plan, [question.model.n_p]))
             scene = lowered(question.nominal())
-            return Refined(Choice(plan, value, scene, looks, near=near), tuple(stages), looks)
+            chosen = Choice(plan, value, scene, looks)
+            chosen = replace(chosen, near=replace(near, of=chosen.driven))
+            return Refined(chosen, tuple(stages), looks)
     return Refined(None, tuple(stages), looks)

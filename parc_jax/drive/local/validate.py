@@ -15,6 +15,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.checker.answer import canonical
+from parc_jax.checker.claim import hash_of_set
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
 from parc_jax.common.options import check_count
@@ -34,7 +35,7 @@ from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System, check_system
 from parc_jax.planner import Prepared, answered
 from parc_jax.problem.robust.nominal import Query
-from parc_jax.proof.certificate.write import corridor_part, hash_of_set, problem_part
+from parc_jax.proof.certificate.write import corridor_part, problem_part
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.safe_plans import SafePlans
@@ -298,6 +299,7 @@ def _accepted_model(
     """The model under the tube of the accepted set, with (V) as its claim."""
     last, scene = steps[-1], chosen.scene
     part = canonical(problem_part(scene.problem, scene.model))
+    within = None if chosen.within is None else [hex_text(side) for side in chosen.within]
     evidence = {
         "of": model.claim.hash,
         "scale": str(last.scale),
@@ -305,9 +307,9 @@ def _accepted_model(
         "steps": [[str(step.scale), step.n, step.failed] for step in steps],
         "scene": hashlib.sha256(part.encode()).hexdigest(),
         "corridors": len(chosen.corridors),
+        "within": within,
         "set": hash_of_set(
-            [corridor_part(one, scene.problem) for one in chosen.corridors.all],
-            None if chosen.within is None else [hex_text(side) for side in chosen.within],
+            [corridor_part(one, scene.problem) for one in chosen.corridors.all], within
         ),
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}

@@ -11,7 +11,7 @@ from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import counted, hex_text, listed, nearest_floats, plain, rounded_up
+from parc_jax.common.spelling import hex_text, listed, nearest_floats, plain, rounded_up
 from parc_jax.learning.bound.counts import (
     RECORDED_ROWS,
     RECORDINGS,
@@ -236,8 +236,7 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
     the assumptions of these runs.
     """
     law = replace(law, k_law="a uniform draw from the set")
-    this = f"{counted(evidence['corridors'], 'corridor')}; {evidence['set'][:8]}"
-    quantifier = f"{DRAWN} ({this}), run afresh in this scene by {law.describe()}"
+    quantifier = f"{DRAWN}, run afresh in this scene by {law.describe()}"
     about = {"quantifier": quantifier, "looks": 1, "bin_eps": None, "evidence": evidence}
     return _bound(replace(claim, kind=VALIDATED, tube=tube, law=law, **about, **shown))
 

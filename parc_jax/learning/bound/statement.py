@@ -4,7 +4,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from parc_jax.checker import Rejected
-from parc_jax.checker.claim import stated_premises
+from parc_jax.checker.claim import set_of, stated_premises
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premises, premises
 from parc_jax.common.spelling import rounded_down, rounded_up
@@ -92,8 +92,10 @@ def _validated(c: "ErrorClaim") -> list[tuple]:
     tube = f"that of the claim {known['of'][:12]} scaled by {known['scale']}; runs may leave it"
     tried = ", ".join(f"{scale} ({failed} of {n})" for scale, n, failed in known["steps"])
     numbers = {"risk": str(c.eps), "delta": str(c.delta), "n": f"{c.n} {c.unit.many}"}
-    numbers |= {"failed of them": c.discard, "tests": known["tests"], "scales": tried}
-    return [("tube", ASSUMED, tube), *((name, CHECKED, x) for name, x in numbers.items())]
+    numbers |= {"failed of them": c.discard, "set": set_of(known)}
+    by_word = [("tests", MEASURED, known["tests"]), ("scales", MEASURED, tried)]
+    shown = [(name, CHECKED, x) for name, x in numbers.items()]
+    return [("tube", ASSUMED, tube), *shown, *by_word]
 
 
 _SHOWN = {"pac": _shown, "assumed": _unshown, "declared": _unshown, VALIDATED: _validated}
@@ -122,11 +124,11 @@ def _in_scene(p: Premises) -> str:
     return (
         f"With confidence {_confidence(p)}, {p['law']}, fails (misses the goal, touches something, "
         f"or does not return) with probability at most {_probability(p['risk'])}: {n:,} of "
-        f"{p['tests']:,} plans drawn from the largest of some nested sets lay in this one, and "
-        f"{p['failed of them']:,} of their runs failed. Tested in falling order of scale, of which "
-        f"each passed (failed of those inside): {p['scales']}. The tube is {p['tube']}. Nothing is "
-        "said of a plan that is picked by hand or by a search, of another scene, or of a second "
-        "try on this one."
+        f"{p['tests']:,} plans drawn from the largest of some nested sets lay in this one "
+        f"({p['set']}), and {p['failed of them']:,} of their runs failed. Tested in falling order "
+        f"of scale, of which each passed (failed of those inside): {p['scales']}. The tube is "
+        f"{p['tube']}. Nothing is said of a plan that is picked by hand or by a search, of another "
+        "scene, or of a second try on this one."
     )
 
 

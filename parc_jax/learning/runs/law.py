@@ -2,13 +2,12 @@
 system, K, time grid, reference points.
 """
 
-import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass, replace
 
 import numpy as np
 
+from parc_jax.checker.claim import BOX, FITTED, OURS, PART, described, drawn, hash_of_law
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, premises
 from parc_jax.common.sets.box import Box, box
@@ -27,19 +26,12 @@ from parc_jax.learning.system import (
 from parc_jax.learning.systems.content import Reader
 from parc_jax.learning.systems.user_code import blamed
 
-OURS = "parc_jax:"  # prefix of parameters that no system may declare
-# parameter of a law whose k are drawn from a small box inside K, which sentences call N
-BOX = f"{OURS}box of k"
 LOG = "file:"  # begins the generator of runs that were logged
-# parameter of a law whose K was not declared but fitted to logged k, and the runs of that fit
-FITTED, TO_ALL, TO_TRAINING = (
-    f"{OURS}K",
-    "the smallest box of these runs",
-    "the smallest box of the training runs",
-)
+# of a law whose K was not declared but fitted to logged k, the runs of that fit
+TO_ALL, TO_TRAINING = "the smallest box of these runs", "the smallest box of the training runs"
 SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
 GIVEN = "given "  # begins that of values
-EVEN, PART = "a uniform draw", ", of which K is a part"  # as of `told_of_part`
+EVEN = "a uniform draw"  # as of `told_of_part`
 
 
 @dataclass(frozen=True)
@@ -62,7 +54,7 @@ class LawSpec:
     @property
     def hash(self) -> str:
         """SHA-256 of the canonical JSON of all fields."""
-        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
+        return hash_of_law(asdict(self))
 
     @property
     def box(self) -> str:
@@ -81,17 +73,12 @@ class LawSpec:
 
     def describe(self) -> str:
         """One phrase for people."""
-        others = (pair for pair in self.parameters if pair[0] != BOX)
-        extra = "".join(f", {name.removeprefix(OURS)} = {value}" for name, value in others)
-        return f"{self.generator} (k {self.how_drawn}{extra}; {self.hash[:8]})"
+        return described(asdict(self))
 
     @property
     def how_drawn(self) -> str:
         """How k is drawn, in words that follow "k"."""
-        if self.k_law == "uniform":
-            return f"uniform on {self.box}"
-        as_it_was = self.k_law == "logged" or self.k_law.startswith(GIVEN)
-        return f"{'as' if as_it_was else 'by'} {self.k_law}"
+        return drawn(asdict(self))
 
 
 def law_spec(

@@ -10,13 +10,11 @@ too many axes for the checker to search, multipliers that give each row of a goa
 
 import hashlib
 import json
-from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
 
 from parc_jax.checker import FORMAT
-from parc_jax.checker.answer import canonical
 from parc_jax.common.lp.exact import Basis
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import decimal_text, fraction_text, hex_text, plain
@@ -215,13 +213,6 @@ def corridor_part(corridor: Corridor, problem: Problem) -> dict:
         "k": hex_text(corridor.k),
         "sep": separation_part(corridor.runs, problem),
     }
-
-
-def hash_of_set(corridors: list[dict], within: Sequence | None) -> str:
-    """Of the certificates of corridors, and of the place that plans of them are drawn from (its
-    sides as texts; None for everywhere): together a law of plans.
-    """
-    return hashlib.sha256(canonical([corridors, within]).encode()).hexdigest()
 
 
 def separation_part(runs_by_pair: list, problem: Problem) -> list:

@@ -2,6 +2,7 @@
 refuse, or accept, the same, and print the same of them.
 """
 
+import copy
 import json
 from fractions import Fraction
 
@@ -27,6 +28,8 @@ def claimed(rng):
         needed = required_runs(float(eps), float(delta / looks / many), discard)
         n = needed + rng.choice([0, 0, 0, 0, -1, 5])
         blocks.append({"n": n, "discard": discard, "eps": str(eps)})
+    if many == 1 and rng.random() < 0.2:
+        return json.dumps(build.rehash(tested(rng)))
     answer = known.plain() if many == 1 else known.claim_of_bins(*blocks)
     claim = answer["claim"]
     claim |= {"eps": str(eps), "delta": str(delta), "looks": looks}
@@ -37,7 +40,7 @@ def claimed(rng):
     part = rng.choice([claim, claim, claim["evidence"], blocks[0]])
     if rng.random() < 0.7:
         facts = stated(rng, claim)
-        part = rng.choice([part, part, {}, facts, claim["evidence"], claim["subject"]])
+        part = rng.choice([part, {}, facts, claim["evidence"], claim["subject"], facts["law"]])
     if part and rng.random() < 0.4:
         name = rng.choice(sorted(part))
         if rng.random() < 0.3:
@@ -47,14 +50,31 @@ def claimed(rng):
     return json.dumps(build.rehash(answer))
 
 
+def tested(rng):
+    """Of a set that was tested, maybe with something odd, or other corridors."""
+    answer = known.tested()
+    claim = answer["claim"]
+    part = rng.choice([claim, claim["evidence"], claim["evidence"], claim["evidence"]["steps"][1]])
+    name = rng.choice(sorted(part)) if part is not claim["evidence"]["steps"][1] else 0
+    if rng.random() < 0.5:
+        part[name] = rng.choice([*ODD, 1, 2, 400])
+    more = rng.choice([1, 1, 1, 0, 2])
+    answer["corridors"] = more * answer["corridors"]
+    return answer
+
+
 def stated(rng, claim):
     """Gives a claim all that it may state, of every kind of text; returns the claim."""
     domain = {"lo": [rng.choice(["-1", "-0x1p+0", "-2/2"])], "hi": [rng.choice(["1", "1e0", "2"])]}
+    law = {"k_law": rng.choice(["uniform", "logged", "given", *TEXTS])}
     claim |= {
-        "quantifier": rng.choice(TEXTS),
+        "quantifier": rng.choice([*TEXTS, *4 * [known.FACTS["quantifier"], known.OF_BINS]]),
         "subject": {"domain": domain, "time": rng.choice([["0.05"], ["1/20", "1"], ["0.5"], []])},
-        "law": {"k_law": rng.choice(["uniform", "logged", "given", *TEXTS])},
-        "assumptions": rng.choices([*TEXTS, "A(b)", "A(", "(a))", ")"], k=rng.randrange(4)),
+        "law": rng.choice([law, *3 * [copy.deepcopy(known.LAW)]]),
+        "assumptions": rng.choices(
+            [*TEXTS, "A(b)", "A(", "(a))", ")", *3 * [f"UNSEEN({claim['looks']} look"]],
+            k=rng.randrange(4),
+        ),
     }
     claim["evidence"] |= {
         "failed": rng.choice([0, 0, 1, 9]),

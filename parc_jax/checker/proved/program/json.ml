@@ -154,8 +154,9 @@ let each_letter f s =
     f code
   done
 
-(* The text whose hash an answer quotes: sorted keys, no blanks, letters beyond ASCII as \uxxxx. *)
-let canonical v =
+(* The text whose hash an answer quotes: sorted keys, no blanks, letters beyond ASCII as \uxxxx; of a law with a blank
+   after each comma and colon. *)
+let canonical ?(blank = "") v =
   let b = Buffer.create 65536 in
   let unit16 x = Buffer.add_string b (Printf.sprintf "\\u%04x" x) in
   let letter x = match Char.unsafe_chr (x land 255) with
@@ -169,7 +170,8 @@ let canonical v =
     | _ when x < 0x10000 -> unit16 x
     | _ -> let x = x - 0x10000 in unit16 (0xD800 lor (x lsr 10)); unit16 (0xDC00 lor (x land 0x3FF)) in
   let quote s = Buffer.add_char b '"'; each_letter letter s; Buffer.add_char b '"' in
-  let separated put = List.iteri (fun i x -> if i > 0 then Buffer.add_char b ','; put x) in
+  let add c = Buffer.add_char b c; Buffer.add_string b blank in
+  let separated put = List.iteri (fun i x -> if i > 0 then add ','; put x) in
   let rec go = function
     | Null -> Buffer.add_string b "null"
     | Bool v -> Buffer.add_string b (if v then "true" else "false")
@@ -178,7 +180,7 @@ let canonical v =
     | Arr l -> Buffer.add_char b '['; separated go l; Buffer.add_char b ']'
     | Obj l ->
       Buffer.add_char b '{';
-      separated (fun (k, v) -> quote k; Buffer.add_char b ':'; go v)
+      separated (fun (k, v) -> quote k; add ':'; go v)
         (List.sort (fun (a, _) (c, _) -> compare a c) l);
       Buffer.add_char b '}' in
   go v;

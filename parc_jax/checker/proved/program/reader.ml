@@ -319,8 +319,10 @@ let quoted s =
   let n = String.length s in
   if n <= longest_quote then s else Printf.sprintf "%s... (%d characters)" (String.sub s 0 longest_quote) n
 
-(* Tests of nested sets, each as a claim of one block: the text of its scale, runs, failed ones; all tests; the scene. *)
-type tests = { steps : (string * int * int * Check.claim) list; tests : int; scene : Json.t option }
+(* Tests of nested sets, each as a claim of one block: the text of its scale, runs, failed ones; all tests; the scene; how
+   many corridors, drawn from where, with their hash. *)
+type tests = { steps : (string * int * int * Check.claim) list; tests : int; scene : Json.t option;
+               corridors : int; within : Json.t; set : Json.t option }
 type claimed = Assumed of string | Unchecked of string | Numbers of Check.claim | Tests of tests
 
 let most_runs = 999_999_999
@@ -372,7 +374,9 @@ let tested get =
   if at [ "scale" ] evidence <> Some (Str scale) || whole 0 most_runs (get "n") <> n || whole 0 most_runs (get "discard") <> failed
   then bad "the claim's numbers are not those of its last test";
   if List.fold_left (fun sum (_, _, x, _) -> sum + x) 0 steps > most_discards then bad "more runs failed than are counted";
-  Tests { steps; tests; scene = at [ "scene" ] evidence }
+  let corridors = match at [ "corridors" ] evidence with Some v -> whole 1 most_runs v | None -> bad "a whole number was expected" in
+  Tests { steps; tests; scene = at [ "scene" ] evidence; corridors;
+          within = Option.value (at [ "within" ] evidence) ~default:Null; set = at [ "set" ] evidence }
 
 (* Of a tube with so many bins. *)
 let claim n_bins o =
@@ -388,6 +392,9 @@ let claim n_bins o =
       let numbers blocks in_bins =
         if List.fold_left (fun sum b -> sum + b.discards) 0 blocks > most_discards then
           bad "the claim leaves out more runs than are counted";
+        if List.exists (fun b -> not (Big.leq b.runs (Big.of_int n))) blocks then bad "a block has more runs than the claim";
+        if whole 0 n (get "discard") <> List.fold_left (fun m b -> max m b.discards) 0 blocks then
+          bad "the claim's discards are not those of its blocks";
         Numbers { blocks; looks = Big.of_int (whole 1 most_discards (get "looks"));
                   eps = number (get "eps"); delta = number (get "delta"); in_bins } in
       match (get "bin_eps", List.assoc_opt "blocks" evidence) with
@@ -450,23 +457,87 @@ let shown recorded (c : Check.claim) =
     let claimed = List.length (List.filter (fun x -> x <> None) bins) in
     numbers " or more in each" [ ("bins", Printf.sprintf "%d of %d with a claim" claimed n) ]
 
+let set_words t =
+  let hash = match t.set with Some (Str s) when String.length s > 8 -> String.sub s 0 8 | _ -> bad "a set has no hash" in
+  Printf.sprintf "%d corridor%s; %s%s" t.corridors (if t.corridors = 1 then "" else "s") hash
+    (if t.within = Null then "" else " around a search")
+
+(* Checked ones, and the file's word. *)
 let of_tests t =
   let told (scale, n, failed, _) = Printf.sprintf "%s (%d of %d)" scale failed n in
   let _, n, failed, (c : Check.claim) = List.nth t.steps (List.length t.steps - 1) in
   [ ("risk", fraction_text c.eps); ("delta", fraction_text c.delta); ("n", string_of_int n ^ " runs");
-    ("failed of them", string_of_int failed); ("tests", string_of_int t.tests);
-    ("scales", String.concat ", " (List.map told t.steps)) ]
+    ("failed of them", string_of_int failed); ("set", set_words t) ],
+  [ ("tests", string_of_int t.tests); ("scales", String.concat ", " (List.map told t.steps)) ]
+
+(* ---- The law of the runs: where it is stated whole, it is about K, has its hash, and is in the claim's words ---- *)
+let law_fields = [ "generator"; "parameters"; "k_law"; "lo"; "hi" ]
+let of_part = ", of which K is a part"
+let ours = "parc_jax:"
+let box_name = ours ^ "box of k"
+
+let begins_with p s = String.length s >= String.length p && String.sub s 0 (String.length p) = p
+let without p s = if begins_with p s then let n = String.length p in String.sub s n (String.length s - n) else s
+let ends_with p s =
+  let n = String.length s - String.length p in
+  n >= 0 && String.sub s n (String.length p) = p
+
+let described pairs get hash =
+  let how = match text_in (get "k_law") with
+    | "uniform" -> "uniform on " ^ List.fold_left (fun name (a, b) -> if a = box_name then b else name) "K" pairs
+    | how -> (if how = "logged" || begins_with "given " how then "as " else "by ") ^ how in
+  let more (a, b) = if a = box_name then "" else Printf.sprintf ", %s = %s" (without ours a) b in
+  Printf.sprintf "%s (k %s%s; %s)" (text_in (get "generator")) how (String.concat "" (List.map more pairs)) (String.sub hash 0 8)
+
+(* The words that a claim may have for its law. *)
+let words o pairs said =
+  if field "kind" o = Some (Str "validated") then
+    [ "a plan drawn uniformly from this set, run afresh in this scene by " ^ said ]
+  else if at [ "bin_eps" ] o <> None then
+    let about (several, one) =
+      Printf.sprintf "in each claimed %s of K, a new rollout drawn from %s with k in that %s" several said one in
+    List.map about [ ("bin", "bin"); ("block of bins", "block") ]
+  else
+    [ Printf.sprintf "%s%s drawn from %s"
+        (if at [ "evidence"; "rows" ] o = None then "a new rollout" else "any run of a new recording")
+        (if List.mem_assoc (ours ^ "K") pairs then " whose k lies in K," else "") said ]
+
+let whole_law o = match at [ "law"; "hash" ] o with
+  | None -> false
+  | Some hash ->
+    let get = fields ("hash" :: law_fields) (Option.get (at [ "law" ] o)) in
+    let known = Sha256.hex (canonical ~blank:" " (Obj (List.map (fun name -> (name, get name)) law_fields))) in
+    if hash <> Str known then bad "the law of the claim has another hash";
+    let pairs = list (function Arr [ a; b ] -> (text_in a, text_in b) | _ -> bad "a parameter is a name and a value") (get "parameters") in
+    let lo = vec (get "lo") and hi = vec (get "hi") in
+    let same a b = not (less a b || less b a) in
+    (match domain_of o with
+     | Some k when not (ends_with of_part (text_in (get "k_law"))) ->
+       let about l side = List.length l = List.length k && List.for_all2 (fun x box -> same x (side box)) l k in
+       if not (about lo fst && about hi snd) then bad "the law of the claim is about another K"
+     | Some k when List.length lo = List.length k ->
+       if List.length hi <> List.length k then bad "the law of the claim has no box";
+       let inside (a, b) (c, d) = not (less c a || less d c || less b d) in
+       if not (List.for_all2 inside (List.combine lo hi) k) then bad "K is no part of that of the law"
+     | _ -> ());
+    (match field "kind" o with
+     | Some (Str ("pac" | "validated")) ->
+       let said = match field "quantifier" o with Some v -> text_in v | None -> bad "a claim has no words" in
+       if not (List.mem said (words o pairs (described pairs get known))) then
+         bad "the claim's words are about another law than its own"
+     | _ -> ());
+    true
 
 (* As lines, of a claim of which so much is known. *)
 let premises known o =
   let line standing (name, value) =
     let value = quoted (escaped value) in
     Printf.sprintf "  %-8s %s%s%s" standing (quoted (escaped name)) (if value = "" then "" else ": ") value in
-  let checked = match known with
-    | Numbers c -> shown (has "rows" (Option.get (field "evidence" o))) c
+  let checked, counted = match known with
+    | Numbers c -> (shown (has "rows" (Option.get (field "evidence" o))) c, [])
     | Tests t -> of_tests t
-    | _ -> [] in
-  let pac = field "kind" o = Some (Str "pac") in
+    | _ -> ([], []) in
+  let pac = field "kind" o = Some (Str "pac") and whole_law = whole_law o in
   let evidence names = at ("evidence" :: names) o in
   let count = Option.map (fun x -> string_of_int (whole 0 most_runs x)) and words = Option.map text_in in
   let side (a, b) = Printf.sprintf "[%s, %s]" (decimal a) (decimal b) in
@@ -485,17 +556,25 @@ let premises known o =
       ("not drawn", match List.map text_in (listed [ "evidence"; "not_drawn" ] o) with
          | [] -> None | names -> match String.concat ", " names with "" -> None | all -> Some all) ] in
   let stated needed (name, value) = match value with
-    | Some value -> [ line (if pac || name <> "law" then "measured" else "assumed") (name, value) ]
+    | Some value ->
+      let measured = match name with "law" -> whole_law && pac | "k" -> whole_law | _ -> true in
+      [ line (if measured then "measured" else "assumed") (name, value) ]
     | None -> if needed && (pac || name <> "failed") then [ line "assumed" (name, "not stated") ] else [] in
   let assumptions = listed [ "assumptions" ] o in
   if List.length assumptions > most_premises then bad "the claim has too many assumptions";
   let assumed entry =
     let entry = text_in entry in
+    let looks rest = String.concat "" (String.split_on_char ',' (List.hd (String.split_on_char ' ' rest))) in
+    (match (cut '(' entry, field "looks" o) with
+     | Some ("UNSEEN", rest), Some (Int n) when looks rest = n -> ()
+     | Some ("UNSEEN", _), _ -> bad "an assumption of the claim has other looks"
+     | None, _ when entry = "UNSEEN" -> bad "an assumption of the claim has other looks"
+     | _ -> ());
     match cut '(' entry with
     | None -> line "assumed" (entry, "")
     | Some (name, rest) ->
       let n = String.length rest in
       line "assumed" (name, if n > 0 && rest.[n - 1] = ')' then String.sub rest 0 (n - 1) else rest) in
-  List.map (line "checked") checked
+  List.map (line "checked") checked @ List.map (line "measured") counted
   @ List.concat_map (stated true) needed @ List.concat_map (stated false) more
   @ List.map assumed (if assumptions = [] then [ Str "assumptions(not stated)" ] else assumptions)

@@ -113,6 +113,11 @@ let read source =
       let known = Reader.claim (List.length asked.around.finals) o in
       (match known with
        | Reader.Tests t when t.scene <> Some (quoted "problem") -> bad "the set was tested in another scene"
+       | Reader.Tests t ->
+         let there = listed "corridors" in
+         let hash = Sha256.hex (canonical (Arr [ Arr there; t.within ])) in
+         if List.length there <> t.corridors || t.set <> Some (Str hash) then
+           bad "another set was tested than the corridors of this file"
        | _ -> ());
       (known, Some (Reader.premises known o)) in
   (asked, known, quoted)
