@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.lp import solve as door
-from parc_jax.common.lp.program import LinearProgram
+from benchmarks.neuralparc import lp_solve as door
+from benchmarks.neuralparc.lp_program import LinearProgram
 
 
 class Lean(NamedTuple):

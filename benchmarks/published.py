@@ -13,8 +13,8 @@ import numpy as np
 from benchmarks.neuralparc.brs import reach_sets
 from benchmarks.neuralparc.by_support import UNIT, Shadows, in_x64, outside, shadows
 from benchmarks.neuralparc.cells import Cell, cells_outward, stacks
+from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.scene import PaperScene, paper_scene
-from parc_jax.common.lp.program import LPStatus
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import RegionTable

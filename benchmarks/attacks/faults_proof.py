@@ -33,10 +33,10 @@ NETWORK = (
     ),
     Fault(
         "emptiness_without_a_proof",
-        "solve._checked",
-        '" and _lower_bound(lp, np.zeros(lp.n), hint) > TOLERANCES.lp_margin',
-        '"',
-        "tests/lp/test_failures.py::test_a_lying_solver_never_makes_a_set_empty",
+        "vertices.chebyshev_center",
+        "if bound > 0:",
+        "if bound > -np.inf:",
+        "tests/sets/test_questions.py::test_a_lying_solver_makes_no_box_too_small_and_no_set_empty",
     ),
 )
 SETS = (

@@ -3,6 +3,8 @@ sets and checked linear programs that it is written in: docs/sets.md. The engine
 """
 
 from benchmarks.neuralparc.lp_batch import solve_batch
+from benchmarks.neuralparc.lp_program import LPStatus
+from benchmarks.neuralparc.lp_solve import feasible, solve
 from benchmarks.neuralparc.search import Published
 from benchmarks.neuralparc.sets.affine import (
     convex_hull,
@@ -12,8 +14,6 @@ from benchmarks.neuralparc.sets.affine import (
 )
 from benchmarks.neuralparc.sets.operations import grow, minkowski_sum, shrink, with_axis_rows
 from benchmarks.neuralparc.sets.sampling import sample_polytope, volume
-from parc_jax.common.lp.program import LPStatus
-from parc_jax.common.lp.solve import feasible, solve
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.common.sets.vertices import vertices

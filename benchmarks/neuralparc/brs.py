@@ -15,9 +15,9 @@ import numpy as np
 
 from benchmarks.neuralparc.cells import Cell
 from benchmarks.neuralparc.lp_batch import solve_batch
+from benchmarks.neuralparc.lp_program import LPStatus
 from parc_jax.common import struct
 from parc_jax.common.lp.exact import gamma, row_bounds
-from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.tolerances import TOLERANCES

@@ -11,6 +11,7 @@ import numpy as np
 
 from benchmarks.neuralparc.brs import ReachSet, brs_bounds, brs_rows, offset_bounds
 from benchmarks.neuralparc.cells import Cell
+from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.scene import PaperScene, Tally
 from benchmarks.neuralparc.sets.affine import (
     AHPolytope,
@@ -21,7 +22,6 @@ from benchmarks.neuralparc.sets.affine import (
     projection,
 )
 from parc_jax.common.lp.exact import gamma, row_bounds
-from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center
 
@@ -84,7 +84,9 @@ def reach_by_lp(cell: Cell, scene: PaperScene) -> ReachSet:
     goal = HPolytope(scene.goals.A, scene.goals.b[cell.bin])
     rows = brs_rows(cell, goal, scene.start, scene.n_p)
     ball, bounds = chebyshev_center(rows), brs_bounds(cell, scene.goal_box, scene.n_p)
-    return ReachSet(rows.A, rows.b, *bounds, np.int64(ball.status), ball.center)
+    empty = LPStatus.INFEASIBLE if ball.radius == -np.inf else LPStatus.UNKNOWN
+    status = LPStatus.FEASIBLE if ball.radius >= 0 else empty
+    return ReachSet(rows.A, rows.b, *bounds, np.int64(status), ball.center)
 
 
 def avoid_by_lp(cell: Cell, reach: ReachSet, scene: PaperScene, tally: Tally) -> list[AHPolytope]:

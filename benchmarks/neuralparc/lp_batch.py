@@ -8,6 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from benchmarks.neuralparc.lp_program import LPStatus
+from benchmarks.neuralparc.lp_solve import solve
 from parc_jax.common.arrays import as_float64, slices, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import (
@@ -17,8 +19,6 @@ from parc_jax.common.lp.exact import (
     violation,
 )
 from parc_jax.common.lp.interior import interior_point
-from parc_jax.common.lp.program import LPStatus
-from parc_jax.common.lp.solve import solve
 from parc_jax.common.tolerances import TOLERANCES
 
 MAX_N = 10

@@ -20,12 +20,12 @@ from benchmarks.neuralparc.brs import ReachSet, reach_sets
 from benchmarks.neuralparc.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
 from benchmarks.neuralparc.by_support import outside, shadows
 from benchmarks.neuralparc.cells import Cell, cells_outward, stacks
+from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.scene import PaperScene, Tally, paper_scene
 from benchmarks.neuralparc.sets.sampling import sample_polytopes
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
 from parc_jax.common.lp.exact import gamma
-from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.status import Ended
 from parc_jax.proof.regions import regions_of
 from parc_jax.safe_set.corridors.sampling import points

@@ -25,12 +25,12 @@ from benchmarks.lean_lps import recorded, solve_lean
 from benchmarks.metrics import Metric, exact, metric, ratio, times
 from benchmarks.neuralparc.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
 from benchmarks.neuralparc.by_support import margins
+from benchmarks.neuralparc.lp_program import LinearProgram, LPStatus
 from benchmarks.neuralparc.scene import PaperScene, Tally, paper_scene
 from benchmarks.neuralparc.sets.sampling import sample_polytopes
 from benchmarks.published import AllSets, Partition, all_sets, rows_of
 from benchmarks.result import Result, Table, milliseconds
 from benchmarks.timing import timed
-from parc_jax.common.lp.program import LinearProgram, LPStatus
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import enumerate_regions

@@ -16,14 +16,14 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import Metric, exact
 from benchmarks.neuralparc.cells import cells_outward
 from benchmarks.neuralparc.lp_batch import solve_batch
+from benchmarks.neuralparc.lp_program import LPResult, LPStatus
+from benchmarks.neuralparc.lp_solve import Hint, solve
 from benchmarks.neuralparc.scene import paper_scene
 from benchmarks.neuralparc.search import paper_search
 from benchmarks.result import Result, Table
 from benchmarks.workloads.lps import N, programs
 from parc_jax import checker
 from parc_jax.answer.answer import answer_data
-from parc_jax.common.lp.program import LPResult, LPStatus
-from parc_jax.common.lp.solve import Hint, solve
 from parc_jax.planner import Planner
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.settings import Settings
@@ -89,7 +89,10 @@ def _lying_solver(rng, n: int) -> tuple[int, int]:
         )
 
     c, A, b = programs(rng, n)
-    with mock.patch("parc_jax.common.lp.solve.clarabel_hint", liar), np.errstate(all="ignore"):
+    with (
+        mock.patch("benchmarks.neuralparc.lp_solve.clarabel_hint", liar),
+        np.errstate(all="ignore"),
+    ):
         verdicts = [int(solve(c[i], A[i], b[i]).status) for i in range(n)]
     return n, sum(_wrong(status, i % 2 == 0) for i, status in enumerate(verdicts))
 

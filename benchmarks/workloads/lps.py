@@ -10,10 +10,10 @@ import numpy as np
 from benchmarks.bench import Bench
 from benchmarks.metrics import exact, metric, rate, ratio
 from benchmarks.neuralparc.lp_batch import solve_batch
+from benchmarks.neuralparc.lp_program import LPStatus
+from benchmarks.neuralparc.lp_solve import solve
 from benchmarks.result import Result
 from benchmarks.timing import timed
-from parc_jax.common.lp.program import LPStatus
-from parc_jax.common.lp.solve import solve
 
 BATCH, ROWS, N = 1024, 40, 3
 

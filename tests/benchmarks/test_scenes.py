@@ -15,12 +15,12 @@ from benchmarks.bench import Bench
 from benchmarks.cases import Case, case
 from benchmarks.models import PARC, CaseModels, Claims, name_of
 from benchmarks.neuralparc.by_lp import avoid_set
+from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.scene import paper_scene
 from benchmarks.neuralparc.sets.affine import membership
 from benchmarks.published import Partition, kept
 from benchmarks.rectangle_gap import Narrowest
 from benchmarks.workloads import bras, gap
-from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import box
 from parc_jax.learning.network.fit import fit_affine
 from parc_jax.proof.regions import enumerate_regions

@@ -3,10 +3,10 @@
 import numpy as np
 
 from benchmarks.neuralparc.lp_batch import propose
+from benchmarks.neuralparc.lp_program import LPStatus
+from benchmarks.neuralparc.lp_solve import solve
 from benchmarks.neuralparc.sets.affine import as_ah, membership
 from parc_jax.common.lp.exact import proves_empty, violation
-from parc_jax.common.lp.program import LPStatus
-from parc_jax.common.lp.solve import solve
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.tolerances import TOLERANCES

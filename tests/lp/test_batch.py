@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import linprog
 
 from benchmarks.neuralparc.lp_batch import solve_batch
-from parc_jax.common.lp.program import LPStatus
+from benchmarks.neuralparc.lp_program import LPStatus
 
 
 def programs(rng, batch, n, h):

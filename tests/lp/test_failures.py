@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.neuralparc import lp_batch as batch_module
-from parc_jax.common.lp import solve as solve_module
-from parc_jax.common.lp.program import LPStatus, linear_program
-from parc_jax.common.lp.solve import Hint, clarabel_hint, feasible, solve
+from benchmarks.neuralparc import lp_solve as solve_module
+from benchmarks.neuralparc.lp_program import LPStatus, linear_program
+from benchmarks.neuralparc.lp_solve import Hint, clarabel_hint, feasible, solve
 
 pytestmark = pytest.mark.soundness
 SQUARE = (np.concatenate([np.eye(2), -np.eye(2)]), np.ones(4))  # not empty

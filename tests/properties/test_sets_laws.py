@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from random_polytopes import points_around, round_polytope
 from set_oracles import supports
 
+from benchmarks.neuralparc import lp_solve as solving
+from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.sets import (
     affine,
     operations,
     sampling,
 )
 from parc_jax.common.lp import exact
-from parc_jax.common.lp import solve as solving
-from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets import bounding_box, rational, vertices
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box

@@ -6,11 +6,11 @@ point in a set, is a point in it?
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.neuralparc.lp_program import LPResult, LPStatus
+from benchmarks.neuralparc.lp_solve import feasible
 from parc_jax.common import struct
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import row_bounds
-from parc_jax.common.lp.program import LPResult, LPStatus
-from parc_jax.common.lp.solve import feasible
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 

@@ -9,7 +9,6 @@ import numpy as np
 from parc_jax.app.plot import shapes, style
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import gamma, row_bounds
-from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center
@@ -131,7 +130,7 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
         length = np.linalg.norm(cut.A, axis=1)
         cut = HPolytope(cut.A[length > 1e-12], cut.b[length > 1e-12])
         ball = chebyshev_center(cut)
-        if ball.status is LPStatus.FEASIBLE and ball.radius > 1e-9:
+        if ball.radius > 1e-9:
             numbers.append(i)
             outlines.append(shapes.shadow(cut))
     return np.array(numbers, int), outlines

@@ -1,1 +1,1 @@
-"""Linear programs with checked answers, one at a time."""
+"""Linear programs whose answers are checked, and what checks them."""

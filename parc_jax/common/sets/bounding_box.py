@@ -4,9 +4,10 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import row_bounds
-from parc_jax.common.lp.solve import solve
+from parc_jax.common.lp.solve import minimise
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.sets.vertices import chebyshev_center
 
 # [1] of the terms of a bound that is a sum of two rows: far more than their rounding
 ROUNDING = 2.0**-44
@@ -27,8 +28,8 @@ def bounding_box(s: Box | HPolytope) -> Box:
         return known
     lo, hi = row_bounds(s.A, s.b)
     eye = np.eye(s.n)
-    least, most = ([solve(w, s.A, s.b, lo=lo, hi=hi).lower for w in way] for way in (eye, -eye))
-    if np.inf in least + most:
+    least, most = ([minimise(w, s.A, s.b, lo, hi)[1] for w in way] for way in (eye, -eye))
+    if -np.inf in least + most and chebyshev_center(s).radius == -np.inf:
         raise InputError(
             "bounding_box: expected a set with points in it; its rows contradict each other."
         )

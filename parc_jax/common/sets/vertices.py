@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common.errors import InputError, SoundnessError
-from parc_jax.common.lp.program import LPStatus
-from parc_jax.common.lp.solve import solve
+from parc_jax.common.lp.solve import minimise
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import halfspace_intersection
+from parc_jax.common.tolerances import TOLERANCES
 
 MAX_N = 6
 # [size of the set] thinner sets are treated as flat: their vertices move by at most this much
@@ -22,12 +22,10 @@ _SAME = 1e-10  # [size of the set] vertices closer than this are one
 class Ball(NamedTuple):
     """A largest inscribed ball.
 
-    status: FEASIBLE (a ball of this radius fits), INFEASIBLE (the set is proved empty) or UNKNOWN.
-    center: (n,). radius: () >= 0, measured from the rows at the centre and not taken from the
-    solver. NaN where there is no ball.
+    center: (n,), NaN where there is none. radius: () >= 0, measured from the rows at the centre and
+    not taken from the solver; -inf where the set is proved empty, NaN where that is not known.
     """
 
-    status: LPStatus
     center: np.ndarray
     radius: float
 
@@ -37,18 +35,20 @@ def chebyshev_center(p: HPolytope, largest: float | None = None) -> Ball:
     offsets, so that unbounded sets have an answer too.
     """
     length = np.linalg.norm(p.A, axis=1)
-    if largest is None:
-        largest = 1.0 + float(np.max(np.abs(p.b) / np.where(length > 0, length, 1.0), initial=0.0))
+    size = 1.0 + float(np.max(np.abs(p.b) / np.where(length > 0, length, 1.0), initial=0.0))
+    largest = size if largest is None else largest
     rows = np.concatenate([p.A, length[:, None]], axis=1)
     cost = np.r_[np.zeros(p.n), -1.0]
     unknown = np.full(p.n, np.inf)
-    found = solve(cost, rows, p.b, lo=np.r_[-unknown, 0.0], hi=np.r_[unknown, largest])
-    if found.status not in (LPStatus.OPTIMAL, LPStatus.FEASIBLE):
-        status = LPStatus.INFEASIBLE if found.status is LPStatus.INFEASIBLE else LPStatus.UNKNOWN
-        return Ball(status, np.full(p.n, np.nan), float("nan"))
-    center = found.x[:-1]
+    # a negative radius, by which rows are missed, always exists
+    x, bound = minimise(cost, rows, p.b, np.r_[-unknown, -size], np.r_[unknown, largest])
+    if bound > 0:
+        return Ball(np.full(p.n, np.nan), -np.inf)
+    if x is None or x[-1] < -TOLERANCES.lp_feasible:
+        return Ball(np.full(p.n, np.nan), np.nan)
+    center = x[:-1]
     depth = (p.b - p.A @ center) / np.where(length > 0, length, 1.0)
-    return Ball(LPStatus.FEASIBLE, center, float(np.clip(depth.min(initial=largest), 0.0, largest)))
+    return Ball(center, float(np.clip(depth.min(initial=largest), 0.0, largest)))
 
 
 def vertices(p: HPolytope) -> Float[np.ndarray, "v n"]:
@@ -63,11 +63,11 @@ def vertices(p: HPolytope) -> Float[np.ndarray, "v n"]:
             f"vertices: expected at most {MAX_N} dimensions; got {p.n}. Use supports instead."
         )
     ball = chebyshev_center(p)
-    if ball.status is LPStatus.INFEASIBLE:
+    if ball.radius == -np.inf:
         return np.zeros((0, p.n))
-    if ball.status is LPStatus.UNKNOWN:
+    if np.isnan(ball.radius):
         raise SoundnessError(
-            "vertices: could not decide whether the set is empty. " + LPStatus.UNKNOWN.advice
+            "vertices: could not decide whether the set is empty. Rescale its rows to unit length."
         )
     length = np.linalg.norm(p.A, axis=1)
     kept = length > 0
@@ -103,23 +103,24 @@ def _flat_vertices(p: HPolytope, size: float) -> np.ndarray:
     """Vertices of a set without interior: rows that are equalities are solved for, taken out."""
     n = p.n
     h = len(p.b)
-    # max sum t over A x + t <= b, 0 <= t <= size: exactly the rows that can be slack somewhere get
-    # t > 0.
-    rows = np.concatenate([p.A, np.eye(h)], axis=1)
+    # max sum t over A x + t <= b s, 0 <= t <= 1, s large: of x / s exactly the rows that can be
+    # slack somewhere get t = 1, all at once
+    rows = np.concatenate([p.A, -p.b[:, None], np.eye(h)], axis=1)
     unknown = np.full(n, np.inf)
-    slack = solve(
-        np.r_[np.zeros(n), -np.ones(h)],
+    found, _ = minimise(
+        np.r_[np.zeros(n + 1), -np.ones(h)],
         rows,
-        p.b,
-        lo=np.r_[-unknown, np.zeros(h)],
-        hi=np.r_[unknown, np.full(h, size)],
+        np.zeros(h),
+        np.r_[-unknown, 1.0, np.zeros(h)],
+        np.r_[unknown, 1 / (10 * _FLAT * size), np.ones(h)],
     )
-    if slack.status not in (LPStatus.OPTIMAL, LPStatus.FEASIBLE):
+    if found is None:
         raise SoundnessError(
-            "vertices: could not find the flat directions of the set. " + slack.status.advice
+            "vertices: could not find the flat directions of the set. Rescale its rows to unit "
+            "length."
         )
-    point = slack.x[:n]
-    tight = slack.x[n:] <= 10 * _FLAT * size
+    point = found[:n] / found[n]
+    tight = found[n + 1 :] < 0.5
     _, singular, right = np.linalg.svd(p.A[tight])
     rank = int((singular > 1e-9).sum())
     if rank == n:

@@ -15,7 +15,6 @@ from jaxtyping import ArrayLike, Bool
 from parc_jax.common.arrays import product, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
-from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import convex_hull, delaunay, halfspace_intersection, scaled_around
 from parc_jax.common.sets.vertices import chebyshev_center
@@ -246,7 +245,7 @@ class Polytopes:
         safe. Raises InputError without polytopes.
         """
         balls = [chebyshev_center(s) for s in self.sets]
-        feasible = [(b.center, float(b.radius)) for b in balls if b.status == LPStatus.FEASIBLE]
+        feasible = [(b.center, float(b.radius)) for b in balls if b.radius >= 0]
         if not feasible:
             raise InputError("centre: expected safe polytopes; there are none.")
         return max(feasible, key=lambda ball: ball[1])

@@ -10,9 +10,9 @@ from set_oracles import memberships
 from benchmarks.neuralparc.by_lp import avoid_set, joint_avoid_set
 from benchmarks.neuralparc.by_support import margins, shadows
 from benchmarks.neuralparc.cells import cells_outward, stack
+from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.scene import grown_polytopes
 from benchmarks.neuralparc.sets.affine import membership
-from parc_jax.common.lp.program import LPStatus
 
 T, BAND = 4, 1e-7
 TUBE = arc_tube(T, (2, 1))

@@ -8,8 +8,8 @@ from gap_model import arc_tube, gap_problem, gap_table
 
 from benchmarks.neuralparc import brs
 from benchmarks.neuralparc.cells import cells_outward, stack
+from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.sets.operations import shrink
-from parc_jax.common.lp.program import LPStatus
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box

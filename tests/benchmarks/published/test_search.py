@@ -12,10 +12,10 @@ from gap_model import arc_tube, gap_problem, gap_table
 
 from benchmarks.neuralparc import by_lp as paper_lp
 from benchmarks.neuralparc.cells import cells_outward
+from benchmarks.neuralparc.lp_program import LPResult, LPStatus
 from benchmarks.neuralparc.scene import paper_scene
 from benchmarks.neuralparc.search import paper_search
 from parc_jax.common.errors import InputError
-from parc_jax.common.lp.program import LPResult, LPStatus
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.tube import tube
