@@ -4,6 +4,7 @@ python -m parc_jax.ros.node --ros-args -p model:=model.npz -p radius:=0.2 -p lea
 """
 
 import dataclasses
+import pkgutil
 import sys
 
 import numpy as np
@@ -48,10 +49,11 @@ class PilotNode(Node):
     """Subscribes to map or scan, pose and goal; publishes manoeuvre, path and statement per step.
 
     Parameters: model, radius or footprint, episode (a file that is written at the end),
-    pose_kind (Odometry or PoseWithCovarianceStamped), tolerance [m] of GetPlan, and the fields of
-    `Driving`. Topics, to be remapped: map, scan, movers, odom, goal_pose in; ~/manoeuvre
-    (Float64MultiArray: the parameters k, named in its layout), ~/path (Path, stamped at the knots),
-    ~/statement (String) out. Service: ~/plan (nav_msgs/GetPlan).
+    pose_kind (Odometry or PoseWithCovarianceStamped), prefer (module:function, which makes of the
+    pilot its preference), tolerance [m] of GetPlan, and the fields of `Driving`. Topics, to be
+    remapped: map, scan, movers, odom, goal_pose in; ~/manoeuvre (Float64MultiArray: the parameters
+    k, named in its layout), ~/path (Path, stamped at the knots), ~/statement (String) out. Service:
+    ~/plan (nav_msgs/GetPlan).
     """
 
     def __init__(self, **options):
@@ -59,6 +61,8 @@ class PilotNode(Node):
         self.episode = self._parameter("episode", "")
         self.tolerance = self._parameter("tolerance", 0.2)
         self.pilot = Pilot(load(self._parameter("model", "")), self._robot(), self._driving())
+        if prefer := self._parameter("prefer", ""):
+            self.pilot.prefer = pkgutil.resolve_name(prefer)(self.pilot)
         kind = self._parameter("pose_kind", "Odometry")
         if kind not in KINDS:
             raise InputError(f"pose_kind: expected one of {', '.join(KINDS)}; got {kind!r:.40}.")

@@ -29,7 +29,6 @@ from parc_jax.problem.world.outlines import Footprint
 from parc_jax.ros import measured
 from parc_jax.ros.bags.recording import frames_of, pose_in, stamp_of, value_at
 from parc_jax.ros.driving import Driving
-from parc_jax.ros.guide import Guide
 from parc_jax.ros.measured import Movers, among, require_frame, swept_in
 from parc_jax.safe_set.settings import Settings
 
@@ -46,8 +45,7 @@ class Pilot:
 
     model: its manoeuvres end at rest. robot: outline with the model's points, or radius [m] for a
     model of one point. prefer: maps an Outlook and the goal (x, y) to costs (b,); by default the
-    distance to the goal from the place of rest, on a map through free cells (`Guide`), without one
-    straight.
+    straight distance from the place of rest to the goal. (`sims.guide` finds ways around walls.)
     """
 
     def __init__(
@@ -58,7 +56,7 @@ class Pilot:
         prefer: Prefer | None = None,
     ):
         self.driving = d = Driving() if driving is None else driving
-        self.model, self.prefer = model, self._nearest if prefer is None else prefer
+        self.model, self.prefer = model, _straight if prefer is None else prefer
         self.outline, self.body = _outline(model, robot)
         heading = 0.0 if model.rotation is None else d.uncertainty_heading
         uncertainty = Uncertainty(start=d.uncertainty_start, heading=heading)
@@ -80,7 +78,6 @@ class Pilot:
         self.goal: np.ndarray | None = None
         self.said = ""  # the free space that the last scan refutes
         self.pose = self.given = None
-        self._guide: Guide | None = None
         self._scanner: Premises | None = None
         self._scan = self._scanned = None
         self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
@@ -90,7 +87,7 @@ class Pilot:
     def hear_map(self, message: Any) -> None:
         """A nav_msgs/OccupancyGrid: the static map, not a costmap."""
         require_frame(message, self.driving.frame, "map")
-        self.map, self._guide = measured.map_in(message), None
+        self.map = measured.map_in(message)
 
     def hear_goal(self, message: Any) -> None:
         """A geometry_msgs/PoseStamped."""
@@ -98,7 +95,7 @@ class Pilot:
         goal = np.array(pose_in(message, "goal"))
         if not np.isfinite(goal).all():
             raise InputError(f"goal: expected a finite pose; got {goal.tolist()!r:.80}.")
-        self.goal, self._guide = goal, None
+        self.goal = goal
 
     def hear_scan(self, message: Any) -> None:
         """A sensor_msgs/LaserScan; it is added at the next pose."""
@@ -338,20 +335,13 @@ class Pilot:
     def _corners(self, pose: np.ndarray) -> np.ndarray:
         return placed(self.outline, pose[:2], pose[2])
 
-    def _nearest(self, outlook: Outlook, goal: np.ndarray) -> np.ndarray:
-        """(b,) [m] from where each candidate comes to rest to the goal."""
-        ends = outlook.path[:, -1]
-        if self.map is None:
-            return np.linalg.norm(ends - goal, axis=1)
-        if self._guide is None:
-            sides = np.roll(self.outline, -1, axis=0) - self.outline
-            across = sides[:, 0] * self.outline[:, 1] - sides[:, 1] * self.outline[:, 0]
-            inner = np.abs(across) / np.linalg.norm(sides, axis=1)
-            self._guide = Guide(self.map, goal, float(inner.min()) + self.driving.room)
-        return self._guide(ends)
-
     def _at(self, pose: np.ndarray) -> np.ndarray:
         return pose if self.model.rotation is not None else pose[:2]
+
+
+def _straight(outlook: Outlook, goal: np.ndarray) -> np.ndarray:
+    """(b,) [m] from where each candidate comes to rest to the goal."""
+    return np.linalg.norm(outlook.path[:, -1] - goal, axis=1)
 
 
 def _goal(model: TrajectoryModel, where: Box) -> GoalOfPoints:

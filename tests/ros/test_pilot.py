@@ -6,6 +6,7 @@ import functools
 import json
 import subprocess
 import sys
+from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
@@ -19,9 +20,9 @@ from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.ros.driving import Driving
-from parc_jax.ros.guide import Guide
 from parc_jax.ros.measured import map_in, seen_in
 from parc_jax.ros.pilot import Pilot
+from sims.guide import Guide, along_ways
 
 need("shapely")
 GIVEN = ("twist.twist.linear.x", "twist.twist.linear.y")
@@ -202,6 +203,13 @@ def test_the_guide_goes_around_what_is_in_the_way():
     assert behind == pytest.approx(1.4, rel=0.1)
     inside, far = guide(np.array([[1.1, -1.0], [50.0, 50.0]]))
     assert inside > 1e6 and far > 1e6
+    one = pilot()
+    prefer, ends = along_ways(one), np.array([[0.5, -1.0], [1.6, -1.0]])
+    seen = Some(path=np.stack([np.zeros((2, 2)), ends], axis=1))
+    straight = prefer(seen, guide.goal)
+    one.hear_map(sliding.map_of(cells))
+    around = prefer(seen, guide.goal)
+    assert straight.tolist() == [2.5, 1.4] and around[0] > 3.5 and around[1] < 1.6
     shut = Guide(map_in(sliding.map_of(np.full((8, 8), 100, np.int8))), np.zeros(2), 0.2)
     assert shut(np.array([[1.0, 0.0]])) == pytest.approx(1e6 + 1.0)
 

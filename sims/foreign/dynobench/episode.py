@@ -8,7 +8,6 @@ import numpy as np
 
 import parc_jax as pj
 from parc_jax.drive.loop.candidates import Outlook
-from parc_jax.ros.guide import Guide
 from sims.foreign.dynobench.drive import (
     commands,
     measured_of,
@@ -20,6 +19,7 @@ from sims.foreign.dynobench.process import ask
 from sims.foreign.dynobench.robots import BEND, ROBOTS, TICK
 from sims.foreign.dynobench.scenario import NEAR, TURNED, body, obstacles
 from sims.foreign.dynobench.scenes import Scene
+from sims.guide import Guide
 
 LEAVE = 1.6  # [s] after which a manoeuvre may be left
 MOST = 60.0  # [s] of an episode

@@ -1,5 +1,7 @@
 """Distances to a goal on a map. They order candidates and decide nothing."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from parc_jax.problem.world.grid_map import GridMap
@@ -54,6 +56,28 @@ class Guide:
         cells = np.floor(off / (self.block * self.grid.resolution)).astype(int)
         rows, columns = self.cost.shape
         return np.clip(cells[:, 1], 0, rows - 1), np.clip(cells[:, 0], 0, columns - 1)
+
+
+def along_ways(pilot) -> Callable:
+    """A preference of a `pj.ros.Pilot`: the distance from the place of rest to the goal, on its map
+    through free cells; straight while there is no map. `node` takes it as
+    prefer:=sims.guide:along_ways.
+    """
+    sides = np.roll(pilot.outline, -1, axis=0) - pilot.outline
+    across = sides[:, 0] * pilot.outline[:, 1] - sides[:, 1] * pilot.outline[:, 0]
+    inner = np.abs(across) / np.linalg.norm(sides, axis=1)
+    radius = float(inner.min()) + pilot.driving.room
+    known: dict = {}
+
+    def prefer(outlook, goal: np.ndarray) -> np.ndarray:
+        ends = outlook.path[:, -1]
+        if pilot.map is None:
+            return np.linalg.norm(ends - goal, axis=1)
+        if known.get("map") is not pilot.map or not np.array_equal(known["goal"], goal):
+            known.update(map=pilot.map, goal=goal, guide=Guide(pilot.map, goal, radius))
+        return known["guide"](ends)
+
+    return prefer
 
 
 def _neighbours(free: np.ndarray, at: np.ndarray):
