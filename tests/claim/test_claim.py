@@ -29,12 +29,13 @@ TUBE = tube([[0, 0.1 + 0.2, 1], [0, 1]], np.full((2, 3, 2), 0.1), np.full((2, 3)
 
 
 def claim(kind="pac", **changes):
+    law = changes.get("law", LAW)
     fields = {
         "kind": kind,
         "tube": TUBE,
         "subject": subject("toy", K, time_grid(0.5, 1.5), 2, 1),
         "network": "abc",
-        "quantifier": "a new rollout drawn from toy",
+        "quantifier": f"a new rollout drawn from {law.describe()}",
         "eps": None if kind == "assumed" else Fraction(1, 1000),
         "delta": Fraction(1, 1000) if kind == "pac" else None,
         "n": 6905,
@@ -146,6 +147,17 @@ def test_a_claim_survives_a_wider_tube_only():
         weaker(claim(), tube(TUBE.edges, TUBE.interval * 0.999, TUBE.final))
 
 
+def test_laws_differ_when_anything_declared_differs():
+    laws = [
+        LAW,
+        law_spec("toy", box([0, 0], [1, 1]), parameters={"wind": 0.6}),
+        law_spec("toy", box([0, 0], [1, 2]), parameters={"wind": 0.5}),
+        law_spec("toy", box([0, 0], [1, 1]), "given", {"wind": 0.5}),
+    ]
+    assert len({law.hash for law in laws}) == 4
+    assert law_spec("toy", box([0, 0], [1, 1]), parameters={"wind": 0.5}).hash == LAW.hash
+
+
 def test_a_share_of_K_is_promised_only_where_k_was_uniform():
     uniform = claim().details()
     assert "uniformly at random from a certified set of share s of K: at most 0.001/s" in uniform
@@ -168,12 +180,18 @@ def of(**about):
     return {"subject": replace(claim().subject, **about)}
 
 
+def by(law):
+    """What a claim says of a law."""
+    return {"law": law, "quantifier": f"a new rollout drawn from {law.describe()}"}
+
+
+WIDER = of(domain=box([0, 0], [2, 1])) | {"tube": LARGER}
 FROM_ELSEWHERE = {
     "tube": {"tube": NARROWER},
     "network": {"network": "abd"},
-    "law": {"law": law_spec("toy", K, parameters={"wind": 0.6})},
+    "law": by(law_spec("toy", K, parameters={"wind": 0.6})),
     "system": of(system="another"),
-    "K": of(domain=box([0, 0], [2, 1])) | {"tube": LARGER},
+    "K": WIDER | by(law_spec("toy", box([0, 0], [2, 1]), parameters={"wind": 0.5})),
     "time grid": of(time=time_grid(0.25, 0.75)),
     "records": of(time=time_grid(0.5, 1.5, 0.1)),
     "points": of(points=("nose",)),
@@ -222,7 +240,7 @@ def test_a_claim_told_of_something_else_is_bound_to_that():
     ("words", "changes"),
     [
         ("bins that span K = .0, 1. x .0, 1.; along axis 0 they cover .0, 2.", {"tube": LARGER}),
-        ("K = .0, 2. x .0, 1. to be that of the law", FROM_ELSEWHERE["K"]),
+        ("K = .0, 2. x .0, 1. to be that of the law", WIDER),
         ("tube with 2 intervals", of(time=time_grid(0.5, 1.0))),
         ("tube of 2 reference points .nose, tail.; got 1", of(points=("nose", "tail"))),
         ("3-D with 0 goal states", {"subject": subject("toy", K, time_grid(0.5, 1.5), 3, 0)}),

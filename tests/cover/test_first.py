@@ -92,3 +92,14 @@ def test_a_prepared_question_answers_as_the_planner_does():
     assert {tuple(x) for x in plans.plans} == {tuple(x) for x in ours.samples}
     e = verdicts(prepared.scene, plans.plans[:, :2], plans.plans[:, 2:])
     np.testing.assert_allclose(plans.clearance, e.clearance, rtol=0, atol=1e-12)
+
+
+@pytest.mark.night
+def test_plans_from_one_place_start_there():
+    model, problem = toy_case(8)
+    anywhere = Planner(model).prepare(problem).first(KEYS[0]).plans[0]
+    here = Planner(model).prepare(problem, at=anywhere[:2])
+    plans = np.concatenate([here.first(key, 4).plans for key in KEYS[:6]])
+    assert len(plans) and (plans[:, :2] == anywhere[:2]).all()
+    e = verdicts(here.scene, plans[:, :2], plans[:, 2:])
+    assert e.safe.all()

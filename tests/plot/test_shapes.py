@@ -9,7 +9,7 @@ from drawn_bodies import CAR, CAR_AT, DRONE_AT, car, drone, turned
 from parc_jax.app.plot import shapes
 from parc_jax.app.plot.shapes import FRONT, SIDE, TOP, views_of
 from parc_jax.common.sets.box import box
-from parc_jax.common.sets.hpolytope import from_box
+from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.problem.body import Disc, Part
 from parc_jax.problem.problem import goal_of_points
 
@@ -59,3 +59,15 @@ def test_the_goal_of_many_points_is_one_region_or_several():
     own = {"front_left": box([0, 0], [1, 1]), "rear_left": box([0, 0], [2, 1])}
     found = shapes.goals(goal_of_points(CAR, own), 2, 4)
     assert [(points, area(outline)) for points, (outline,) in found] == [([0], 1.0), ([3], 2.0)]
+
+
+def test_rows_that_link_coordinates_are_not_left_out():
+    """|x| <= 1, y <= z, z <= x / 2, y >= -1: the rows of z bound y."""
+    A = [[1, 0, 0], [-1, 0, 0], [0, 1, -1], [-0.5, 0, 1], [0, -1, 0], [0, 0, -1]]
+    poly = hpolytope(A, [1, 1, 0, 0, 1, 5])
+    part, at = shapes.linked(poly, (0, 1))
+    assert part.n == 3 and at == [0, 1]
+    assert area(shapes.shadow(poly)) == pytest.approx(2.0)
+    loose = from_box(box([0, 0, 0, 0], [1, 2, 3, 4]))
+    part, at = shapes.linked(loose, (3, 1))
+    assert part.n == 2 and at == [1, 0] and len(part.b) == 4

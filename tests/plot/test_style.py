@@ -11,6 +11,7 @@ from toy_answer import toy_answer
 
 from benchmarks.curves import GapCurve, gap
 from parc_jax.app.plot import shapes, style
+from parc_jax.app.plot.shapes import predicted
 from parc_jax.common.errors import InputError
 from parc_jax.problem.body import Part, Polygon
 
@@ -77,3 +78,15 @@ def test_grown_obstacles_hold_obstacle_and_body():
     assert turned_in.max(axis=0) == pytest.approx([0.0, 0.6])
     turned = shapes.placed(np.array([[1.0, 0.0]]), np.array([5.0, 5.0]), np.pi / 2)
     assert turned == pytest.approx(np.array([[5.0, 6.0]]))
+
+
+def test_predictions_on_the_host_are_the_network_s():
+    answer = toy_answer()
+    seen = predicted(answer.model, answer.samples)
+    n = len(answer.samples)
+    expected = (
+        answer.samples[:, None, :2]
+        + np.linspace(0, 1, 5)[None, :, None] * answer.samples[:, None, 2:]
+    )
+    assert seen.path == pytest.approx(expected) and seen.q == pytest.approx(answer.samples[:, 2:3])
+    assert seen.error.shape == (n, 4, 2) and (seen.error == 0.02).all()

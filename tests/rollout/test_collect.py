@@ -10,7 +10,7 @@ import pytest
 from synthetic_plants import disturbed, failing, noisy, plant
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import Stage
+from parc_jax.common.keys import SEEDS, Stage, key_of
 from parc_jax.learning.bound.start_gap import translation_gap
 from parc_jax.learning.runs import collect as collecting
 from parc_jax.learning.runs.batch import concatenate
@@ -125,6 +125,12 @@ def test_a_folder_of_other_work_is_refused_and_a_damaged_chunk_is_computed_again
         list(stream_rollouts(system, jax.random.PRNGKey(9), 64, path=tmp_path, quiet=True))
 
 
+def test_new_style_keys_are_the_same_keys(system):
+    assert equal(
+        collect(system, jax.random.key(3), 20, quiet=True), collect(system, KEY, 20, quiet=True)
+    )
+
+
 @pytest.mark.parametrize(
     ("key", "n", "words"),
     [
@@ -221,3 +227,8 @@ def test_chunks_come_in_order_and_the_workers_do_not_run_ahead():
         seen.append(int(arrays["x"][0]))
         assert len(started) <= len(seen) + 5
     assert seen == list(range(40))
+
+
+@pytest.mark.parametrize("seed", [0, 7, SEEDS - 1])
+def test_the_key_of_a_seed_is_that_of_jax(seed):
+    assert (key_of(seed) == np.asarray(jax.random.PRNGKey(seed))).all()

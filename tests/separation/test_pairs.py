@@ -3,13 +3,14 @@
 from fractions import Fraction
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.learning.bound.error_set import ErrorBox, template
+from parc_jax.learning.bound.error_set import ErrorBox, at, template
 from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Part, Polygon, body_of, hull
 from parc_jax.problem.problem import goal_of_points, reach_avoid
@@ -71,6 +72,21 @@ def test_boxes_tell_no_more_than_the_gap(pairs, faces):
             assert (away <= least + 1e-12).all()
             close += int((away > 0.5 * np.abs(least)).sum())
     assert close > 100  # where they tell anything they tell much
+
+
+@pytest.mark.night
+def test_the_gap_of_one_interval_is_that_of_all(pairs):
+    rng = np.random.default_rng(1)
+    path = rng.normal(size=(6, 6)) * 3
+    errors = ErrorBox(rng.uniform(0, 0.1, (5, 3, 2)))
+    with x64():
+        gap, w = pairs.gaps(jnp.asarray(path), errors)
+    for o in range(4):
+        for t in range(5):
+            one, own = pairs.gap(o, path[t], path[t + 1], at(errors, t))
+            assert abs(one - gap[o, t]) < 1e-12
+            np.testing.assert_allclose(own, w[o, t], atol=1e-9)
+    assert np.asarray(gap > 0).any()
 
 
 def test_unknown_points_and_late_spans_are_refused(problem):

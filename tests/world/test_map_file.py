@@ -34,6 +34,11 @@ def test_the_lowest_row_comes_first_and_205_is_unknown(tmp_path):
     assert grid.free_space().region.bounds == pytest.approx((-1.0, 2.0, -0.8, 2.1))
 
 
+def test_negate_turns_black_and_white(tmp_path):
+    grid = written(tmp_path, GREYS, negate=1)
+    assert grid.free.tolist() == [[False] * 4, [False, False, False, True]]
+
+
 def test_scale_is_free_below_the_threshold_and_raw_is_in_percent(tmp_path):
     assert written(tmp_path, GREYS, more="mode: scale\n").free.sum() == 4
     raw = np.array([[0, 19, 20, 100, 101, 255]], np.uint8)

@@ -161,6 +161,7 @@ def test_seeds_depend_on_the_answers_and_on_chance_that_was_drawn_later():
     assert json.dumps(again[0]) == json.dumps(again[1])
 
 
+@pytest.mark.slow
 def test_what_no_plan_solves_by_construction_has_none():
     for one in instances("large", TOYS):
         if one.known == "none":

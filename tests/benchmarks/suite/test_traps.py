@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from suite_cases import robust, text
 
 from benchmarks.suite.boxes import puck
@@ -16,6 +17,7 @@ def of(name):
     return one
 
 
+@pytest.mark.slow
 def test_the_hidden_caster_is_hardly_seen_and_refutes_who_ignores_it():
     one = of("puck_07")
     lo, hi = np.array(puck.K)
