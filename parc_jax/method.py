@@ -88,8 +88,9 @@ class Exact:
         p0, k = (x[None] for x in no_plan.safe_plan)
         plan = points(p0, k, verdicts(scene, p0, k))
         corridors, first = corridors_around(scene, rng, plan), time.perf_counter() - begin
-        found = found._replace(points=plan, corridors=corridors, first_corridor_s=first)
-        return found._replace(first_sample_s=no_plan.seconds), no_plan
+        since = {"first_sample_s": no_plan.seconds, "first_corridor_s": first}
+        timings = {**found.timings, **since}
+        return found._replace(points=plan, corridors=corridors, timings=timings), no_plan
 
     def _drawn(
         self, scene: Scene, key, rng, settings: Settings, limit: Limit, within=None

@@ -3,17 +3,18 @@
 import logging
 import time
 from collections.abc import Callable, Sequence
+from itertools import compress
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import numpy as np
 
-from parc_jax.answer.answer import Answer, volume_of_plans
+from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import Looks
 from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, as_key, stream
 from parc_jax.common.probes import require_sound_arithmetic
-from parc_jax.common.status import Ended, Status
+from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.system import System
 from parc_jax.method import Exact
@@ -25,64 +26,22 @@ from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part
 from parc_jax.proof.regions import RegionTable, regions_of
 from parc_jax.safe_set.batch.box_scenes import BoxScenes
-from parc_jax.safe_set.batch.search import Problems, problem_of, search_batch
+from parc_jax.safe_set.batch.search import BatchAnswer, Problems, problem_of, search_batch
 from parc_jax.safe_set.corridors.first import MOST, first_safe
 from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene
+from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene, volume_of_all
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.localise import Local
     from parc_jax.drive.local.refine import Refined
     from parc_jax.drive.local.validate import Validate
 
+WHOLE = Settings.whole()
 COLD_WORK = 0.03  # two looks, with corridors between: `warm_up` wants the compiled programs alone
 
 _log = logging.getLogger(__name__)
-
-
-class BatchAnswer(NamedTuple):
-    """The answer to s problems. Row i belongs to problem i.
-
-    found: (s,) bool: a safe plan was found; False never says that none exists.
-    plans: (s, samples, n_p + n_k), largest clearance first, NaN where fewer were found.
-    clearance: (s, samples) [m] kept by each plan for every trajectory inside the tube, rounding
-        paid; NaN likewise.
-    draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None
-        when not asked.
-    seconds: of layout, search and proof, apart.
-    answers: full answers of the problems in `whole`, by row.
-    """
-
-    found: np.ndarray
-    plans: np.ndarray
-    clearance: np.ndarray
-    draws: np.ndarray
-    proved: np.ndarray | None
-    seconds: dict[str, float]
-    answers: dict
-
-    @property
-    def status(self) -> np.ndarray:
-        """(s,) Status: PROVED where the exact checker accepted the best plan, else BOUNDED [T11],
-        or NOT_FOUND.
-        """
-        out = np.where(self.found, Status.BOUNDED, Status.NOT_FOUND)
-        if self.proved is not None:
-            out[self.proved] = Status.PROVED
-        return out
-
-    def __repr__(self) -> str:
-        proved = "" if self.proved is None else f", {int(self.proved.sum())} proved"
-        return f"<BatchAnswer: {int(self.found.sum())} of {len(self.found)} found{proved}>"
-
-    @property
-    def best(self) -> np.ndarray:
-        """(s, n_p + n_k): the plan of the largest clearance of every problem, NaN where none was
-        found.
-        """
-        return self.plans[:, 0]
 
 
 class FirstPlans(NamedTuple):
@@ -121,10 +80,7 @@ class Prepared:
 
     def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
         """The answer that `Planner.solve` gives. Raises InputError."""
-        return self._solve(key, _settings("solve", settings), time.perf_counter())
-
-    def _solve(self, key: jax.Array, settings: Settings, begin: float) -> Answer:
-        """begin: [s] of the clock, from which the times of the answer count."""
+        settings, begin = _settings("solve", settings), time.perf_counter()
         method = settings.method or Exact()
         cover, no_plan = method.search(self.scene, stream(key, Stage.SEARCH), settings)
         return answered(self.scene, cover, no_plan, settings, begin)
@@ -155,28 +111,23 @@ def answered(
         parts = certificates()
         accepted, held, _ = prove(scene.problem, scene.model, parts, cover.corridors)
         refused = int((~accepted).sum() + (~held).sum())
-        samples, written = samples[accepted], _those(parts, accepted)
+        samples, written = samples[accepted], list(compress(parts, accepted))
         if not held.all():  # coverage was counted with the refused corridors: nothing is stated
             cover = cover._replace(coverage=cover.coverage._replace(at_least=0.0))
-        corridors = _those(cover.corridors, held)
+        corridors = tuple(compress(cover.corridors, held))
         cover = cover._replace(corridors=corridors, proved=True, refused=refused)
         took = time.perf_counter() - covered
         _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
-    timings = {
-        "first_sample_s": cover.first_sample_s,
-        "first_corridor_s": cover.first_corridor_s,
-        "corridors_s": cover.corridors_s,
-        "cover_s": covered - begin,
-        "proof_s": time.perf_counter() - covered,
-    }
+    spent = {"cover_s": covered - begin, "proof_s": time.perf_counter() - covered}
     found, ended = len(samples) + len(cover.corridors) > 0, cover.ended
     if no_plan is not None:
         no_plan = no_plan._replace(uncertainty=scene.nominal.uncertainty)
         # a limit in seconds is told wherever it cut work off; else the end of what was decisive
         if no_plan.ended is not None and ended != Ended.SECONDS:
             ended = ended if found and no_plan.ended != Ended.SECONDS else no_plan.ended
-    volume = volume_of_plans(scene)
-    cover = cover._replace(ended=ended, total_volume=volume, timings=timings)
+    cover = cover._replace(
+        ended=ended, total_volume=volume_of_all(scene), timings={**cover.timings, **spent}
+    )
     return Answer(scene, cover, samples, written, no_plan)
 
 
@@ -224,11 +175,9 @@ class Planner:
         Raises InputError when the problem does not fit the model, SoundnessError when this
         installation computes wrong numbers.
         """
-        settings = _checked("solve", problem, settings)
         as_key(key)
-        require_sound_arithmetic()
-        begin = time.perf_counter()
-        answer = self.prepare(problem, at=at)._solve(key, settings, begin)
+        settings = _settings("solve", settings)
+        answer = self.prepare(problem, at=at).solve(key, settings)
         if validate is None:
             return answer
         # imported late: queries alone run no system
@@ -242,7 +191,7 @@ class Planner:
 
         problem, at: as of `solve`. Raises as `solve` does.
         """
-        _checked("prepare", problem, None)
+        require_problem(problem)
         require_sound_arithmetic()
         nominal = query(problem, self.model, at).nominal(self._robust_models)
         return Prepared(pruned_scene(nominal))
@@ -261,7 +210,7 @@ class Planner:
         Returns the answer of a query with next to no work, from a separate random stream: its plans
         are safe, and proved with `proof`, but cover little.
         """
-        settings = _checked("warm_up", problem, settings)
+        settings = _settings("warm_up", settings)
         cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
         apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
         return self.solve(problem, apart, cold, at=at)
@@ -297,7 +246,8 @@ class Planner:
         # imported late: queries alone need no trainer
         from parc_jax.drive.local.refine import Zoom, refine
 
-        settings = _checked("refine", problem, settings)
+        require_problem(problem)
+        settings = _settings("refine", settings)
         if problem.uncertainty is not None:
             raise InputError(
                 "refine: expected a problem without uncertainty; set uncertainty=None."
@@ -366,23 +316,18 @@ class Planner:
         return BatchAnswer(found, best.plans, best.clearance, draws, proved, seconds, answers)
 
 
-def _checked(call: str, problem, settings) -> Settings:
-    """The settings, or the default. Raises InputError for types that users mix up."""
+def require_problem(problem) -> None:
+    """Raises InputError for what users take for a problem."""
     if not isinstance(problem, Problem):
         hint = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
-        raise InputError(expected(call, "a problem", problem, hint))
-    return _settings(call, settings)
+        raise InputError(expected("Planner", "a problem", problem, hint))
 
 
 def _settings(call: str, settings) -> Settings:
     if settings is not None and not isinstance(settings, Settings):
         hint = "pj.Settings(samples=10) or pj.Settings.fast()"
         raise InputError(expected(call, "Settings", settings, hint))
-    return Settings.whole() if settings is None else settings
-
-
-def _those(parts, accepted) -> list:
-    return [part for part, keep in zip(parts, accepted, strict=True) if keep]
+    return WHOLE if settings is None else settings
 
 
 def _proved(

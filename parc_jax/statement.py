@@ -5,12 +5,14 @@ model and its tube (C), the error bound of the tube (E), the risk of a drawn pla
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
+from parc_jax.common.premises import ASSUMED
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
+from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
-from parc_jax.safe_set.verdict.infeasible import Reason
+from parc_jax.safe_set.verdict.infeasible import Reason, why_none
 
 MOST_NUMBERS = 8  # that are listed
 IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
@@ -215,3 +217,82 @@ def about_episodes(episodes) -> str:
             "something was touched inside the tubes, so something that (C) assumes does not hold."
         )
     return " ".join(sentences)
+
+
+def headline(answer) -> str:
+    """An `Answer` in one line."""
+    name = answer.model.system or "unnamed system"
+    if not answer.status.found:
+        return f"Answer for {name}: {answer.status}"
+    share = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of the model's safe set"
+    if answer.cover.within is not None:
+        share += " around what a search found"
+    counts = counted(len(answer.samples), "plan"), counted(len(answer.corridors), "corridor")
+    return f"Answer for {name}: {answer.status}, {', '.join(counts)}, {share}"
+
+
+def summary(answer, drawn: str) -> str:
+    """`Answer.summary`. drawn: the sentence about a drawn plan, of an answer with plans."""
+    cover, asked = answer.cover, answer.scene.nominal
+    lines = [f"{headline(answer)}.", f"Status: {answer.status.text}."]
+    if answer.status.found:
+        share = about_share(
+            answer.share,
+            cover.safe,
+            from_here=answer.scene.at is not None,
+            around=cover.within is not None,
+            box=answer.model.claim.law.box,
+        )
+        around = " around what a search found" if cover.within is not None else ""
+        held = about_coverage(answer.coverage, f"the safe set{around}")
+        lines.append(f"Safe: {share}.")
+        lines.append(f"{counted(len(answer.corridors), 'corridor').capitalize()}: {held}.")
+        if cover.refused:
+            lines.append(f"Refused by the checker, and left out: {cover.refused:,}.")
+        lines.append(drawn)
+    elif answer.absence is not None:
+        lines.append(answer.absence.details())
+    if cover.ended is not None:
+        lines.append(cover.ended.sentence)
+    if asked.pose is not None:
+        lines.append(about_pose(*asked.pose))
+    if asked.uncertainty is not None:
+        lines.append(f"Robust to: {asked.uncertainty.words}.")
+    if answer.validation is not None:
+        lines.append(answer.validation.summary())
+    # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
+    assumed = [
+        f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
+        for entry in answer.model.claim.premises
+        if entry.standing == ASSUMED
+    ]
+    lines.append(f"Holds if ({counted(len(assumed), 'assumption')}): {', '.join(assumed)}.")
+    return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)
+
+
+def details(answer, drawn: str, polytopes: int) -> str:
+    """`Answer.details`, with a number of polytopes. drawn: as of `summary`."""
+    asked, cover, absence = answer.scene.nominal, answer.cover, answer.absence
+    ended, uncertainty, claim = cover.ended, asked.uncertainty, answer.model.claim
+    tube = [] if asked.pose is None else [about_pose(*asked.pose)]
+    if answer.status.found and uncertainty is not None:
+        tube.append(about_uncertainty(uncertainty.words))
+    tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")
+    if answer.status.found:
+        plans = about_plans(len(answer.samples), polytopes, len(answer.corridors), cover.proved)
+        spans = about_spans(asked.problem.all_spans, answer.model.time.n_steps)
+        lines = [f"(C) {plans} {spans}".rstrip()]
+        if cover.within is not None:
+            lines.append(about_place(cover.within, answer.model.n_k))
+        lines += [*tube, drawn]
+    elif absence is not None:
+        lines = [absence.details(), *tube]
+        if absence.ended is ended:  # which the sentence of the proof has already
+            ended = None
+    else:
+        none = nothing_found(why_none(answer.scene))
+        lines = [none if uncertainty is None else uncertainty.of_none(none)]
+    if ended is not None:
+        lines.append(ended.sentence)
+    lines += [] if answer.validation is None else [answer.validation.details()]
+    return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)

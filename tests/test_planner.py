@@ -17,7 +17,7 @@ WRONG = {
     ),
     "a path for a problem": (
         lambda: PLANNER().solve("boat.toml", KEY),
-        r"solve: expected a problem; got 'boat.toml'. Try pj.exchange.load_problem\(path\)",
+        r"Planner: expected a problem; got 'boat.toml'. Try pj.exchange.load_problem\(path\)",
     ),
     "a seed for a key": (
         lambda: PLANNER().solve(toy_query.gap(), 3),

@@ -29,7 +29,7 @@ from parc_jax.common.lp.exact import gamma
 from parc_jax.common.status import Ended
 from parc_jax.proof.regions import regions_of
 from parc_jax.safe_set.corridors.sampling import points
-from parc_jax.safe_set.corridors.search import Cover
+from parc_jax.safe_set.corridors.search import UNTIMED, Cover
 from parc_jax.safe_set.corridors.stopping import nothing_covered
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -63,6 +63,7 @@ class Published:
         p0, k = drawn[:, : model.n_p], drawn[:, model.n_p :]
         e = verdicts(scene, p0, k)
         safe = points(p0, k, e).at(e.safe)
+        found = time.perf_counter() - begin if len(safe.k) else None
         cover = Cover(
             drawn=len(drawn),
             reaching=len(drawn),
@@ -70,7 +71,7 @@ class Published:
             volume=float("nan"),
             points=safe,
             coverage=nothing_covered(settings.confidence),
-            first_sample_s=time.perf_counter() - begin if len(safe.k) else None,
+            timings={**UNTIMED, "first_sample_s": found},
             ended=Ended.TARGET if len(safe.k) else Ended.WORK,
         )
         return cover.pick(generator(key), settings.samples), None

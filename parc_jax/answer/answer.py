@@ -17,38 +17,24 @@ from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.why import Why, why_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
-from parc_jax.common.premises import ASSUMED
-from parc_jax.common.spelling import counted, hex_text, rounded_down, rounded_up
+from parc_jax.common.spelling import hex_text, rounded_up
 from parc_jax.common.status import Status
 from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.problem.problem import Problem, goal_box
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part
-from parc_jax.safe_set.corridors.best import best_plan
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.polytopes import Polytopes, cut_polytopes
-from parc_jax.safe_set.corridors.safe_plans import SafePlans, as_plans
+from parc_jax.safe_set.corridors.safe_plans import SafePlans, as_plans, best_plan
 from parc_jax.safe_set.corridors.search import Cover, Share
 from parc_jax.safe_set.corridors.stopping import Coverage
-from parc_jax.safe_set.verdict.infeasible import why_none
-from parc_jax.safe_set.verdict.scene import Scene, volume_of_all
-from parc_jax.statement import (
-    about_coverage,
-    about_place,
-    about_plans,
-    about_pose,
-    about_risk,
-    about_sensing,
-    about_share,
-    about_spans,
-    about_uncertainty,
-    nothing_found,
-)
+from parc_jax.safe_set.verdict.scene import Scene
+from parc_jax.statement import about_risk, about_sensing, details, headline, summary
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.choice import Choice
@@ -84,11 +70,11 @@ class Answer:
     unchecked: str = ""
 
     def __repr__(self) -> str:
-        return f"<{self._headline()}>"
+        return f"<{headline(self)}>"
 
     def _repr_html_(self) -> str:
         lines = "".join(f"<li>{html.escape(line)}</li>" for line in self.details().split("\n"))
-        return f"<b>{html.escape(self._headline())}</b><ul>{lines}</ul>"
+        return f"<b>{html.escape(headline(self))}</b><ul>{lines}</ul>"
 
     @property
     def problem(self) -> Problem:
@@ -274,57 +260,11 @@ class Answer:
             return NoStatement("how much of the safe set they cover was not measured")
         return claim.risk(density=density)
 
-    def _headline(self) -> str:
-        name = self.model.system or "unnamed system"
-        if not self.status.found:
-            return f"Answer for {name}: {self.status}"
-        share = (
-            f"at least {rounded_down(100 * self.coverage.at_least, 3)} % of the model's safe set"
-        )
-        if self.cover.within is not None:
-            share += " around what a search found"
-        counts = counted(len(self.samples), "plan"), counted(len(self.corridors), "corridor")
-        return f"Answer for {name}: {self.status}, {', '.join(counts)}, {share}"
-
     def summary(self) -> str:
         """The answer in a few lines: status, share of plans that are safe, coverage, risk, and the
         assumptions that it rests on. `details` has all sentences.
         """
-        cover, asked = self.cover, self.scene.nominal
-        lines = [f"{self._headline()}.", f"Status: {self.status.text}."]
-        if self.status.found:
-            share = about_share(
-                self.share,
-                cover.safe,
-                from_here=self.scene.at is not None,
-                around=cover.within is not None,
-                box=self.model.claim.law.box,
-            )
-            around = " around what a search found" if cover.within is not None else ""
-            held = about_coverage(self.coverage, f"the safe set{around}")
-            lines.append(f"Safe: {share}.")
-            lines.append(f"{counted(len(self.corridors), 'corridor').capitalize()}: {held}.")
-            if cover.refused:
-                lines.append(f"Refused by the checker, and left out: {cover.refused:,}.")
-            lines.append(self._about_draw())
-        elif self.absence is not None:
-            lines.append(self.absence.details())
-        if cover.ended is not None:
-            lines.append(cover.ended.sentence)
-        if asked.pose is not None:
-            lines.append(about_pose(*asked.pose))
-        if asked.uncertainty is not None:
-            lines.append(f"Robust to: {asked.uncertainty.words}.")
-        if self.validation is not None:
-            lines.append(self.validation.summary())
-        # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
-        assumed = [
-            f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
-            for entry in self.model.claim.premises
-            if entry.standing == ASSUMED
-        ]
-        lines.append(f"Holds if ({counted(len(assumed), 'assumption')}): {', '.join(assumed)}.")
-        return "\n".join([*lines, self.unchecked] if self.unchecked else lines)
+        return summary(self, self._about_draw())
 
     def details(self, polytopes: Polytopes | None = None) -> str:
         """All sentences: (C) the proof about the model and its tube, (E) the bound of the tube's
@@ -332,36 +272,12 @@ class Answer:
 
         polytopes: of this answer, to be included in (C).
         """
-        ended, uncertainty, absence = self.cover.ended, self.scene.nominal.uncertainty, self.absence
-        pose, claim = self.scene.nominal.pose, self.model.claim
-        tube = [] if pose is None else [about_pose(*pose)]
-        if self.status.found and uncertainty is not None:
-            tube.append(about_uncertainty(uncertainty.words))
-        tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")
         if polytopes is not None and polytopes.scene is not self.scene:
             raise InputError(
                 "polytopes: expected polytopes of this answer; got those of another. Cut them with "
                 "`answer.polytopes(key)`."
             )
-        if self.status.found:
-            counts = len(self.samples), 0 if polytopes is None else len(polytopes)
-            plans = about_plans(*counts, len(self.corridors), self.cover.proved)
-            spans = about_spans(self.problem.all_spans, self.model.time.n_steps)
-            lines = [f"(C) {plans} {spans}".rstrip()]
-            if self.cover.within is not None:
-                lines.append(about_place(self.cover.within, self.model.n_k))
-            lines += [*tube, self._about_draw()]
-        elif absence is not None:
-            lines = [absence.details(), *tube]
-            if absence.ended is ended:  # which the sentence of the proof has already
-                ended = None
-        else:
-            none = nothing_found(why_none(self.scene))
-            lines = [none if uncertainty is None else uncertainty.of_none(none)]
-        if ended is not None:
-            lines.append(ended.sentence)
-        lines += [] if self.validation is None else [self.validation.details()]
-        return "\n".join([*lines, self.unchecked] if self.unchecked else lines)
+        return details(self, self._about_draw(), 0 if polytopes is None else len(polytopes))
 
     def _about_draw(self) -> str:
         risk, uncertainty = self.risk(), self.scene.nominal.uncertainty
@@ -424,20 +340,6 @@ def density_of_k(answer: Answer) -> float:
             ends = np.nanmax(np.prod(np.maximum(sides, 0), axis=1))
     k_volume = answer.model.domain.volume if uncertainty is None else uncertainty.k_volume
     return max(1.0, float(k_volume * ends / held))  # below 1 by bad luck with the volume alone
-
-
-def volume_of_plans(scene: Scene) -> float:
-    """Volume of all plans that a query is about, before tube or uncertainty take anything off: of K
-    times the goal's box, or of K alone where there is one start. [T15]
-    """
-    asked = scene.nominal
-    if asked.uncertainty is None or asked.query is None:
-        return volume_of_all(scene)
-    volume = asked.uncertainty.volume_of_k(asked.model.domain)
-    if scene.at is not None:
-        return volume
-    lo, hi = goal_box(asked.query.problem.goal, asked.query.model.layout)
-    return volume * float(np.prod((hi - lo)[: asked.model.n_p]))
 
 
 def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:

@@ -4,6 +4,7 @@ A look is a test that may decide which plan is driven. m of them, declared befor
 each, so that all of them together err with probability at most delta. [T1, T6]
 """
 
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -37,6 +38,7 @@ class Look(NamedTuple):
         return f"{begin} {self.number} of {self.planned}{end}" if self.planned > 1 else ""
 
 
+@dataclass(eq=False, repr=False)
 class Looks:
     """The account of the looks at one answer and at all that is derived from it: choices and local
     claims hold this very object. It is mutable by design: a look is spent when its runs are made,
@@ -46,10 +48,9 @@ class Looks:
     taken. taken: how many were.
     """
 
-    def __init__(self):
-        self.delta: Fraction | None = None
-        self.planned = 0
-        self.taken = 0
+    delta: Fraction | None = None
+    planned: int = 0
+    taken: int = 0
 
     def __repr__(self) -> str:
         if self.delta is None:

@@ -7,9 +7,19 @@ accelerator likes all rows at once. Its sizes have never been measured: no accel
 Many devices: one mesh with one axis of rows, over which `solve_batch` splits its scenes.
 """
 
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Int
+
+from parc_jax.common.arrays import x64
 
 AXIS = "rows"
 
@@ -77,3 +87,124 @@ def backend(device=None) -> Backend:
     """The sizes for a device; None: for the kind that JAX is set to."""
     platform = jax.default_backend() if device is None else device.platform
     return CPU if platform == "cpu" else ACCELERATOR
+
+
+class Calls(NamedTuple):
+    """How n rows are spread over calls of one compiled size.
+
+    n: rows. size: rows of a call, padding included. lanes: devices of a mesh, or threads.
+    share: rows of one lane in one call. loop: see `_many`.
+    """
+
+    n: int
+    size: int
+    lanes: int
+    share: int
+    loop: bool
+
+    def padded(self, first: np.ndarray) -> np.ndarray:
+        """Rows of the calls that begin at `first` (...): (..., size), the last one repeated."""
+        return np.minimum(first[..., None] + np.arange(self.size), self.n - 1)
+
+    def counts(self, first: np.ndarray) -> np.ndarray:
+        """How many of those are no padding: (...)."""
+        return np.clip(self.n - first, 0, self.share).astype(np.int32)
+
+
+def spread(
+    one: Callable,
+    rows: Any,
+    start: Any,
+    shared: Any,
+    mesh: jax.sharding.Mesh | None = None,
+    how: Backend | None = None,
+):
+    """one(row, start_row, shared) -> row of results, for all rows of stacked arrays, in calls of a
+    fixed size; NumPy in and out.
+
+    one: a kernel, which is compiled once.
+    mesh: spread over its devices. None: over the cores of this machine.
+    how: by default as suits the kind of device.
+    """
+    how = how or backend()
+    n = len(jax.tree.leaves(start)[0])
+    cores = (os.cpu_count() or 1) if how.threads else 1
+    lanes = cores if mesh is None else mesh.size
+    calls = Calls(n, how.scenes, lanes, min(how.scenes, -(-n // lanes)), how.in_turn)
+    if mesh is not None:
+        begins = range(0, calls.n, calls.share * calls.lanes)
+        parts = [_on_mesh(mesh, one, calls, rows, start, shared, begin) for begin in begins]
+    else:
+        call = partial(_here, one, calls, rows, start, shared)
+        with ThreadPoolExecutor(calls.lanes) as pool:
+            parts = list(pool.map(call, range(0, calls.n, calls.share)))
+    return jax.tree.map(lambda *x: np.concatenate(x), *parts)
+
+
+def _many(one: Callable, loop: bool, n: Int[jax.Array, " lanes"], rows: Any, start: Any, shared):
+    """The first n rows of stacked arrays. Kernel.
+
+    loop: one after another, so that a solved one ends at once and its program never sees another;
+    rows beyond n are not run. Otherwise by vmap.
+    """
+    if not loop:
+        return jax.vmap(one, in_axes=(0, 0, None))(rows, start, shared)
+    row = partial(jax.tree.map, lambda x: x[0])
+    out = jax.eval_shape(one, row(rows), row(start), shared)
+    count = len(jax.tree.leaves(start)[0])
+    out = jax.tree.map(lambda x: jnp.zeros((count, *x.shape), x.dtype), out)
+
+    def step(i, out):
+        got = one(*jax.tree.map(lambda x: x[i], (rows, start)), shared)
+        return jax.tree.map(lambda whole, x: whole.at[i].set(x), out, got)
+
+    return jax.lax.fori_loop(0, n[0], step, out)
+
+
+_local = jax.jit(_many, static_argnums=(0, 1))
+
+
+def _here(one: Callable, calls: Calls, rows: Any, start: Any, shared: Any, begin: int):
+    """The rows from `begin` on of one lane, on this machine."""
+    first = np.array([begin])
+    count = calls.counts(first)
+    index = np.minimum(calls.padded(first)[0], begin + int(count[0]) - 1)
+    with x64():
+        taken = jax.tree.map(lambda x: x[index], (rows, start))
+        got = jax.device_get(_local(one, calls.loop, count, *taken, shared))
+    return jax.tree.map(lambda x: x[: int(count[0])], got)
+
+
+def _on_mesh(
+    mesh: jax.sharding.Mesh,
+    one: Callable,
+    calls: Calls,
+    rows: Any,
+    start: Any,
+    shared: Any,
+    begin: int,
+):
+    """The rows from `begin` on of one call on all devices."""
+    first = begin + calls.share * np.arange(mesh.size)
+    counts = calls.counts(first)
+    index = calls.padded(first).ravel()
+    taken = jax.tree.map(lambda x: x[index], (rows, start))
+    with x64():
+        split, whole = (jax.NamedSharding(mesh, jax.P(*axis)) for axis in (mesh.axis_names, ()))
+        placed = jax.device_put((counts, *taken), split)
+        everywhere = jax.device_put(shared, whole)
+        got = jax.device_get(_sharded(one, calls.loop, mesh)(*placed, everywhere))
+    kept = np.concatenate([d * calls.size + np.arange(count) for d, count in enumerate(counts)])
+    return jax.tree.map(lambda x: x[kept], got)
+
+
+@lru_cache
+def _sharded(one: Callable, loop: bool, mesh: jax.sharding.Mesh):
+    """The kernel on every device of a mesh, each on a part of the rows: no device waits for the
+    rows of another one.
+    """
+    rows = jax.P(mesh.axis_names[0])
+    everywhere = jax.P()
+    specs = {"mesh": mesh, "in_specs": (rows, rows, rows, everywhere), "out_specs": rows}
+    # the checker of replication does not see through loops whose first state is a constant
+    return jax.jit(jax.shard_map(partial(_many, one, loop), **specs, check_vma=False))

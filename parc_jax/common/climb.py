@@ -12,10 +12,15 @@ Points = np.ndarray | tuple[np.ndarray, ...]  # candidates (n, ...); a tuple hol
 
 
 class Ranked(NamedTuple):
-    """Candidates x (n, ...), the best first. value (n,): of each, larger is better."""
+    """Candidates x (n, ...), of a climb the best first. value (n,): of each, larger is better."""
 
     x: Points
     value: np.ndarray
+
+    @property
+    def score(self) -> float:
+        """The value of the first; -inf without a candidate."""
+        return float(self.value[0]) if len(self.value) else -np.inf
 
     def at(self, index) -> "Ranked":
         """Those of an index array or slice."""

@@ -8,8 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.common import struct
+from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
@@ -20,11 +22,13 @@ from parc_jax.learning.bound.claim import (
     claim_from_json,
     derived,
 )
+from parc_jax.learning.bound.error_set import ErrorTemplate
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.bound.tube import Tube, tube_arrays, tube_from_arrays
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
+from parc_jax.learning.network.rounding import UNIT, RoundingBound, rounding_bound
 from parc_jax.learning.runs.files import read_npz, write_npz
 from parc_jax.learning.system import TimeGrid
 
@@ -209,3 +213,32 @@ def load(path, system: str | None = None) -> TrajectoryModel:
             f"{path}: expected a model of {system!r}; it was learned from {claim.subject.system!r}."
         )
     return trajectory_model(net, claim)
+
+
+def float_slack(model: TrajectoryModel, size: Float[ArrayLike, "..."]):
+    """[T11] One number that covers every rounding between the real-number verdict and its float64
+    evaluation.
+
+    size: (...) [m] largest goal bound plus largest corner plus radius, of one scene or of many.
+    Network error, the sums p0 + c and w.p - h (fewer than 32 operations, more only for a row of a
+    goal over more coordinates, on numbers no larger than the sizes together), corners and reaches
+    rounded to nearest; all per unit of |w|_1. Supports between faces are sums of products with an
+    inverse: its condition is at most about 60 (FLAT), so 8,192 units of the sum of their terms pay
+    for it.
+    """
+    bound, widest, between_faces = once(model, _rounding)
+    longest = max(32, model.n_c + model.n_q + 3)  # operations one after another: a row of the goal
+    sizes = 4 * bound.magnitude.max() + size + widest
+    return 4 * bound.error.max() + 2 * longest * UNIT * sizes + 8192 * UNIT * between_faces
+
+
+def _rounding(model: TrajectoryModel) -> tuple[RoundingBound, float, float]:
+    """Of the network; the largest half width of the tube [m]; the largest sum of the terms of a
+    support between its faces, 0 for boxes.
+    """
+    tube, claimed = model.tube, model.tube.claimed  # in the other bins nothing is ever safe
+    widest = max(tube.interval[claimed].max(initial=0.0), tube.final[claimed].max(initial=0.0))
+    sets = (tube.errors, tube.final_errors)
+    sizes = [e.largest[claimed] for e in sets if isinstance(e, ErrorTemplate)]
+    terms = max((float(size.max(initial=0.0)) for size in sizes), default=0.0)
+    return rounding_bound(model.net, model.domain), widest, terms

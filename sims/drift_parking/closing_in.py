@@ -12,7 +12,7 @@ from parc_jax.common.keys import generator
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.corridors.sampling import Points, draw, joined, near
-from parc_jax.safe_set.corridors.search import Cover, corridors_around
+from parc_jax.safe_set.corridors.search import UNTIMED, Cover, corridors_around
 from parc_jax.safe_set.corridors.stopping import nothing_covered
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import Scene, scene_of
@@ -56,7 +56,7 @@ class ClosingIn:
             points=seen,
             coverage=none,
             corridors=corridors,
-            first_sample_s=found,
+            timings={**UNTIMED, "first_sample_s": found},
         ).pick(rng, settings.samples), None
 
 

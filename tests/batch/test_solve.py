@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from toy_models import line_model, random_model, random_problem, rectangle_problem
 
-from parc_jax.common.backend import ACCELERATOR, CPU
+from parc_jax.common.backend import ACCELERATOR, CPU, Calls, spread
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
@@ -20,14 +20,15 @@ from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import nominal_problems
 from parc_jax.problem.uncertainty import Uncertainty
-from parc_jax.safe_set.batch import proposals
 from parc_jax.safe_set.batch import search as batch_run
 from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
-from parc_jax.safe_set.batch.proposals import About, Best, along_fan
-from parc_jax.safe_set.batch.search import Calls, passes, run, search_many, stack_problems
+from parc_jax.safe_set.batch.proposals import About, along_fan, search
+from parc_jax.safe_set.batch.search import passes, stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict import rounds
 from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.rounds import Best
 from parc_jax.safe_set.verdict.scene import padded_to_class, scene_of
 
 KEY = jax.random.PRNGKey(5)
@@ -86,17 +87,15 @@ def test_every_plan_passes_the_single_query_and_the_exact_checker(toy):
 def test_without_the_float64_verdict_unsafe_plans_would_come_back(toy, monkeypatch):
     planner, problems, _ = toy
 
-    def trusting(net, tube, scene, p0, k):
-        e = proposals_verdict(net, tube, scene, p0, k)
+    def trusting(*plan):
+        e = proposals_verdict(*plan)
         return e._replace(
             goal=abs(e.goal), start=abs(e.start), clearance=abs(e.clearance), bin=abs(e.bin)
         )
 
-    proposals_verdict = proposals.verdict
-    monkeypatch.setattr(proposals, "verdict", trusting)
-    monkeypatch.setattr(
-        batch_run, "_local", {search_many: jax.jit(partial(search_many), static_argnums=0)}
-    )
+    proposals_verdict = rounds.verdict
+    monkeypatch.setattr(rounds, "verdict", trusting)
+    monkeypatch.setattr(batch_run, "search", partial(search))  # another one: compiled anew
     assert planner.solve_batch(
         problems[3:4], KEY, draws=64
     ).found.all()  # the scene that has no plan
@@ -143,7 +142,7 @@ def test_vectorised_and_looped_scenes_get_the_same_verdicts(toy):
     best = Best(np.zeros((S, 2, 4)), np.full((S, 2), -np.inf))
     numbers = np.arange(S, dtype=np.uint32)
     (a, turns_a), (b, turns_b) = (
-        run(search_many, (size.scenes, numbers), best, shared, how=how)
+        spread(search, (size.scenes, numbers), best, shared, how=how)
         for how in (CPU, replace(ACCELERATOR, scenes=8))
     )
     np.testing.assert_array_equal(a.clearance > 0, b.clearance > 0)

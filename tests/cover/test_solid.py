@@ -9,7 +9,7 @@ from scipy.stats import chisquare
 
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
-from parc_jax.safe_set.corridors.polytopes import sample_solid, solid
+from parc_jax.common.sets.hull import sample_solid, solid
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 5])

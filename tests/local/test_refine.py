@@ -78,13 +78,15 @@ def test_the_score_is_the_least_margin_under_all_of_the_tube_or_a_part(rng):
     scene = scene_of(toy.problem(wall=0.6), model)
     p0, k = rng.uniform(-0.2, 0.4, (400, 2)), rng.uniform(0, 1, (400, 2))
     plans = rank_given(scene, p0, k)
-    assert (np.diff(plans.margin) <= 0).all()
-    e = verdicts(scene, plans.p0, plans.k)
-    assert (plans.margin == e.room).all()
-    assert ((plans.margin > 0) == e.safe).all() and e.safe.any() and not e.safe.all()
+    assert (np.diff(plans.value) <= 0).all()
+    e = verdicts(scene, *plans.x)
+    assert (plans.value == e.room).all()
+    assert ((plans.value > 0) == e.safe).all() and e.safe.any() and not e.safe.all()
     less = rank_plans(scene, np.random.default_rng(0), part=0.5)
-    under = verdicts(scene.under(told(model, tube=scaled_tube(model.tube, 0.5))), less.p0, less.k)
-    assert under.safe[less.margin > 0].all() and less.score == under.clearance[0]
+    under = verdicts(
+        scene.under(told(model, tube=scaled_tube(model.tube, 0.5))), less.x[0], less.x[1]
+    )
+    assert under.safe[less.value > 0].all() and less.score == under.clearance[0]
     assert less.score > rank_plans(scene, np.random.default_rng(0)).score
 
 
@@ -92,7 +94,7 @@ def test_where_no_plan_is_safe_the_order_still_points_somewhere():
     model = toy.model()
     scene = scene_of(toy.problem(wall=0.3), model)
     plans = rank_plans(scene, np.random.default_rng(0))
-    assert len(plans.k) and -0.2 < plans.score < 0
+    assert len(plans.x[1]) and -0.2 < plans.score < 0
     middle = np.full((1, 2), 0.5)
     assert plans.score > rank_given(scene, 0.15 + 0 * middle, middle).score
 
@@ -100,8 +102,8 @@ def test_where_no_plan_is_safe_the_order_still_points_somewhere():
 def test_centres_are_good_plans_apart_from_each_other():
     model = toy.model()
     plans = rank_plans(scene_of(toy.problem(), model), np.random.default_rng(0), spacing=0.1)
-    chosen = plans.k[spaced(plans.k, model.domain, 4, 0.1)]
-    assert (chosen[0] == plans.k[0]).all() and len(chosen) > 1
+    chosen = plans.x[1][spaced(plans.x[1], model.domain, 4, 0.1)]
+    assert (chosen[0] == plans.x[1][0]).all() and len(chosen) > 1
     gap = np.abs(chosen[:, None] - chosen[None]).max(axis=2) + np.eye(len(chosen))
     assert gap.min() >= 0.1
 

@@ -14,8 +14,9 @@ from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part
+from parc_jax.safe_set.separation.pruning import extent_in
 from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
-from parc_jax.safe_set.verdict.scene import extent_in, pruned_scene, scene_of, unpruned_scene
+from parc_jax.safe_set.verdict.scene import pruned_scene, scene_of, unpruned_scene
 
 SLACKS = 1e-10  # [m] the slack of a scene grows with its size
 GOAL = box([-0.5, -0.5, -1], [0.5, 0.5, 1])

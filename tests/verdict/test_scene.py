@@ -9,12 +9,13 @@ from turning_bar import straight_bar
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
+from parc_jax.learning.model import float_slack
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.rounding import UNIT
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import finite_box, goal_box, goal_of_points, reach_avoid
 from parc_jax.safe_set.separation.pairs import BUCKETS
-from parc_jax.safe_set.verdict.scene import float_slack, scene_of
+from parc_jax.safe_set.verdict.scene import scene_of
 
 GOAL = box([-0.5, -0.5, -1], [0.5, 0.5, 1])
 OBSTACLE = box([2, 2], [3, 3])

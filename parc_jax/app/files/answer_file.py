@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from parc_jax.answer.answer import Answer, volume_of_plans
+from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import looks_of_json
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.common.errors import InputError
@@ -24,7 +24,13 @@ from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import Scene, lowered, padded, pruned_scene
+from parc_jax.safe_set.verdict.scene import (
+    Scene,
+    lowered,
+    padded,
+    pruned_scene,
+    volume_of_all,
+)
 from parc_jax.statement import about_file
 
 
@@ -76,7 +82,7 @@ def _answer(data: dict, report) -> Answer:
         corridors=corridors,
         within=Place(*sides) if sides else None,
         ended=ended,
-        total_volume=volume_of_plans(scene) if total is None else float(total),
+        total_volume=volume_of_all(scene) if total is None else float(total),
         proved=True,
     )
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)

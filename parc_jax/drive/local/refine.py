@@ -126,11 +126,11 @@ class Zoom:
         side = shares[0] ** (1 / model.n_k)
         # the tube is left out of the order, for that of a small box is another one
         plans = rank_plans(scene, rng, part=0.0, spacing=side)
-        under = rank_given(scene, plans.p0, plans.k).score
+        under = rank_given(scene, *plans.x).score
         widest = float(np.median(model.tube.final, axis=0).max())
         note(Bought("model of all of K", model.domain, 1.0, 0, under, widest))
         note(Bought("the same without a tube", model.domain, 1.0, 0, plans.score, 0.0))
-        aims = self._first_aims(plans.p0, plans.k, side)
+        aims = self._first_aims(*plans.x, side)
         samples: list[PilotSample] = []
         best = -np.inf
         for number, share in enumerate(shares):

@@ -47,24 +47,11 @@ SPREAD = 0.06  # [sides of the box of ends] of the first of them about the given
 FEW = 32  # runs that score a place to end, before all of them do
 
 
-class RankedPlans(NamedTuple):
-    """Plans p0 (n, n_p), k (n, n_k), the best first, and margin (n,), the least one of each."""
-
-    p0: np.ndarray
-    k: np.ndarray
-    margin: np.ndarray
-
-    @property
-    def score(self) -> float:
-        """The largest margin; -inf without a plan."""
-        return float(self.margin[0]) if len(self.k) else -np.inf
-
-
 def rank_plans(
     scene: Scene, rng: np.random.Generator, part: float = 1.0, spacing: float = 0.0
-) -> RankedPlans:
-    """Search for the plans of a model with the largest margins: uniform draws, then rounds ever
-    closer to the best.
+) -> Ranked:
+    """Search for the plans (p0, k) of a model with the largest margins: uniform draws, then rounds
+    ever closer to the best.
 
     part: of the tube under which they are scored, 0 for the model alone.
     spacing: [sides of K] least distance of the plans around which the next are drawn, so that
@@ -91,16 +78,13 @@ def rank_plans(
         near_z = ends + spread * (scene.z_hi - scene.z_lo) * rng.uniform(-1, 1, ends.shape)
         return anchor(scene, near_z, near_k)[0], near_k
 
-    begin = Ranked((first.p0, first.k), first.margin)
-    best = climb(begin, closer, lambda x: verdicts(scored_by, *x).room, SPREADS, RANKED)
-    return RankedPlans(*best.x, best.value)
+    return climb(first, closer, lambda x: verdicts(scored_by, *x).room, SPREADS, RANKED)
 
 
-def rank_given(scene: Scene, p0: np.ndarray, k: np.ndarray) -> RankedPlans:
-    """The best of the plans p0 (n, n_p), k (n, n_k)."""
+def rank_given(scene: Scene, p0: np.ndarray, k: np.ndarray) -> Ranked:
+    """The best of the plans p0 (n, n_p), k (n, n_k), with the least margin of each."""
     margin = verdicts(scene, p0, k).room
-    best = ranked((p0, k), margin).at(slice(min(RANKED, int((margin > -np.inf).sum()))))
-    return RankedPlans(*best.x, best.value)
+    return ranked((p0, k), margin).at(slice(min(RANKED, int((margin > -np.inf).sum()))))
 
 
 def spaced(k: np.ndarray, domain: Box, most: int, spacing: float) -> np.ndarray:

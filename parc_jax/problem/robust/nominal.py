@@ -74,7 +74,8 @@ class Query:
         """
         problem, model, pose = self.problem, self.model, self.pose
         uncertainty = problem.uncertainty
-        require_given(uncertainty, model)
+        if uncertainty is not None or model.given:
+            require_given(uncertainty, model)
         if uncertainty is not None and uncertainty.is_nothing:
             uncertainty, problem = None, replace(problem, uncertainty=None)
         if uncertainty is None and pose is None:

@@ -12,14 +12,13 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
-from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.model import TrajectoryModel, float_slack
 from parc_jax.problem.body import Body, Disc, Polygon, numbered
 from parc_jax.problem.problem import Problem, reach_avoid
 from parc_jax.safe_set.separation.pairs import Obstacles, obstacles_of
 from parc_jax.safe_set.verdict.scene import (
     CORNERS,
     SceneArrays,
-    float_slack,
     in_closed_form,
     more_rows,
     size_class,

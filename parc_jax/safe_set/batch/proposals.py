@@ -13,10 +13,11 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int, Integer
+from jaxtyping import Bool, Float, Int
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import dot, product, single
+from parc_jax.common.shapes import Index
 from parc_jax.learning.bound.bins import open_bin_of
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.bound.reach import Reach, reach
@@ -25,7 +26,7 @@ from parc_jax.learning.network.predict import moved_to, predict
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
 from parc_jax.safe_set.separation.pairs import Obstacles
-from parc_jax.safe_set.verdict.pointwise import verdict
+from parc_jax.safe_set.verdict.rounds import Best, Judge, Proposals, rounds
 from parc_jax.safe_set.verdict.scene import SceneArrays
 
 STRIDE = 4  # [knots] from which to which paths are taken to be straight at a rough look
@@ -169,16 +170,6 @@ class Pool:
     way: jax.Array
 
 
-@struct.dataclass
-class Best:
-    """The best safe plans so far, best first: plans (n, n_p + n_k), clearance (n,) [m], -inf where
-    there is none.
-    """
-
-    plans: jax.Array
-    clearance: jax.Array
-
-
 def pool_of(net: ReLUNetwork, tube: Tube, k: Float[jax.Array, "n n_k"]) -> Pool:
     """The pool of given k."""
 
@@ -253,19 +244,19 @@ def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
     return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
 
 
-def improve(
-    best: Best,
+def promising(
     about: About,
     scene: SceneArrays,
     pool: Pool,
     chosen: Int[jax.Array, " c"],
     z: Float[jax.Array, "c n_p"],
     worth: Bool[jax.Array, " c"],
-) -> Best:
-    """Estimate proposals, check the most promising ones in float64, hold on to the best.
+    kept: int,
+) -> Proposals:
+    """The coarse test: proposals of the largest estimated clearance, those to be judged.
 
     chosen: (c,) items of the pool, which give k. z: (c, n_p) [m] ends.
-    worth: (c,) bool, the others are ignored.
+    worth: (c,) bool, the others come last. kept: number of plans that are looked for.
     """
     checked = CHECKED
     # (c, n_c, T + 1) float32, which end in z
@@ -273,7 +264,7 @@ def improve(
     path = end[:, :, None] + pool.way[chosen]
     taken = about.fan.of(pool.bin[chosen])
     if not scene.obstacles.closed:  # a check costs much, and estimates are nearly right
-        checked = min(CHECKED, len(best.clearance))
+        checked = min(CHECKED, kept)
         rough = jnp.where(worth, estimate_roughly(scene.obstacles, path, taken), -jnp.inf)
         _, few = jax.lax.top_k(rough, min(LOOKED, len(z)))
         z, chosen, worth, path = z[few], chosen[few], worth[few], path[few]
@@ -281,69 +272,55 @@ def improve(
     estimate = estimate_clearance(scene.obstacles, path, taken)
     estimate = jnp.where(worth, estimate, -jnp.inf)
     _, most = jax.lax.top_k(estimate, min(checked, len(z)))
-    k = pool.k[chosen[most]]
-    p0 = z[most] - pool.end[chosen[most], : z.shape[1]]
-    seen = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))(about.net, about.tube, scene, p0, k)
-    clearance = jnp.where(seen.safe, seen.clearance, -jnp.inf)
-    plans = jnp.concatenate([best.plans, jnp.concatenate([p0, k], axis=1)])
-    clearance = jnp.concatenate([best.clearance, clearance])
-    clearance, kept = jax.lax.top_k(clearance, len(best.clearance))
-    return Best(plans[kept], clearance)
+    of = chosen[most]
+    p0 = z[most] - pool.end[of, : z.shape[1]]
+    return Proposals(p0, pool.k[of], pool.bin[of][:, None], 1, worth[most])
 
 
-def search(
-    about: About,
-    scene: SceneArrays,
-    number: Integer[jax.Array, ""],
-    best: Best,
-    pool: Pool,
-    key: jax.Array,
-    first: Integer[jax.Array, ""],
-    last: Integer[jax.Array, ""],
-) -> tuple[Best, jax.Array]:
-    """Rounds first..last - 1 of one scene; ends when every place of `best` holds a safe plan.
+def search(row: tuple, best: Best, shared: tuple) -> tuple[Best, jax.Array]:
+    """Rounds first ... last - 1 of one scene; ends when every place of `best` holds a safe plan.
+    Kernel.
 
-    number: () of the scene, folded into the key.
+    row: scene and its number, folded into the key. shared: (about, pool, key, first, last).
     Returns the best plans and the number of rounds.
     """
+    scene, number = row
+    about, pool, key, first, last = shared
     ends = allowed_ends(pool, scene)
     rank = jnp.cumsum(ends.any, dtype=jnp.int32)
     n = rank[-1]  # items of the pool with an end
     key = jax.random.fold_in(key, number)
     order = jnp.arange(PROPOSED, dtype=jnp.int32)
 
-    def step(state: tuple):
-        number, best = state
+    def propose(number: Index) -> Proposals:
         item = (number * PROPOSED + order) % jnp.maximum(n, 1)
         chosen = jnp.minimum(jnp.searchsorted(rank, item + 1), len(rank) - 1)
         round_key = jax.random.fold_in(key, number)
         share = jax.random.uniform(round_key, (PROPOSED, ends.lo.shape[1]), ends.lo.dtype)
         z = ends.lo[chosen] + share * (ends.hi - ends.lo)[chosen]
         worth = jnp.broadcast_to(n > 0, order.shape)
-        return number + 1, improve(best, about, scene, pool, chosen, z, worth)
+        return promising(about, scene, pool, chosen, z, worth, len(best.clearance))
 
-    def unfinished(state: tuple):
-        number, best = state
-        return (number < last) & (n > 0) & ~(best.clearance > 0).all()
+    last, best = rounds(
+        propose,
+        Judge(about.net, about.tube, scene).clearest,
+        lambda best: (n == 0) | (best.clearance > 0).all(),
+        best,
+        (first, last),
+    )
+    return best, last - first
 
-    number, best = jax.lax.while_loop(unfinished, step, (first, best))
-    return best, number - first
 
-
-def rewarm(
-    about: About,
-    scene: SceneArrays,
-    number: Integer[jax.Array, ""],
-    best: Best,
-    plans: Float[jax.Array, "w dims"],
-    key: jax.Array,
-) -> Best:
+def rewarm(row: tuple, best: Best, shared: tuple) -> Best:
     """Begin from earlier plans (w, n_p + n_k), NaN where there is none: the same k and ends, then
-    farther and farther away.
+    farther and farther away. Kernel.
 
+    row: scene, its number, earlier plans. shared: (about, key).
     Proposal i < w is plan i itself, moved as little as goal and start require; the others vary k
     and have the same end.
     """
+    scene, number, plans = row
+    about, key = shared
     n_p = scene.z_lo.shape[0]
     usable = jnp.isfinite(plans).all(axis=1)
     source = jnp.arange(PROPOSED) % len(plans)
@@ -359,7 +336,8 @@ def rewarm(
     ends = allowed_ends(pool, scene)
     z = jnp.clip(old[:, :n_p] + before.end[:, :n_p], ends.lo, jnp.maximum(ends.lo, ends.hi))
     worth = ends.any & usable[source]
-    return improve(best, about, scene, pool, jnp.arange(PROPOSED), z, worth)
+    asked = promising(about, scene, pool, jnp.arange(PROPOSED), z, worth, len(best.clearance))
+    return Judge(about.net, about.tube, scene).clearest(asked, best)
 
 
 def _sides(A: Float[jax.Array, "h n"], b: Float[jax.Array, " h"]):

@@ -7,7 +7,6 @@ between host and device but the key or the list.
 """
 
 from functools import lru_cache, partial
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -24,19 +23,20 @@ from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.corridors.sampling import BinEnds, Draw, ends_of, points
-from parc_jax.safe_set.verdict.pointwise import (
-    Verdicts,
-    anchored,
-    end_network,
-    prediction,
-    verdict,
-    verdict_in_turn,
+from parc_jax.safe_set.verdict.pointwise import Verdicts, anchored, end_network, prediction
+from parc_jax.safe_set.verdict.rounds import (
+    NO_LIMIT,
+    FirstSafe,
+    Judge,
+    Limits,
+    Proposals,
+    no_plans,
+    rounds,
 )
 from parc_jax.safe_set.verdict.scene import ROOM, Scene, SceneArrays, padded
 
 SLOTS = (1, 4, 16)  # capacities of a compiled program, in plans
 MOST = SLOTS[-1]
-NO_LIMIT = 2**31 - 1  # of separation tests
 # without its emitters of fused loops XLA compiles this program for a CPU in half the time, and it
 # runs as fast; the option says nothing to other devices, and later lines of XLA do not have it
 COMPILER = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 10) else None
@@ -81,55 +81,6 @@ def _moved(tree: tuple):
 def _of_model(model: TrajectoryModel, _device: jax.Device | None):
     with x64():
         return jax.device_put((model.net, end_network(model), model.tube))
-
-
-class Proposals(NamedTuple):
-    """Plans p0 (r, n_p), k (r, n_k). bins (r, c): those that contain k, of which the first n_bins
-    count; a plan must be safe in all of them. worth (r,) bool: the others do not reach the goal.
-    """
-
-    p0: jax.Array
-    k: jax.Array
-    bins: jax.Array
-    n_bins: jax.Array | int
-    worth: jax.Array
-
-
-class Limits(NamedTuple):
-    """Ends of a search: n safe plans, one with a clearance of room [m], or so many tests of one
-    plan against one pair of an obstacle and a part, which are nearly all of the work.
-    """
-
-    n: jax.Array | int
-    room: jax.Array | float = jnp.inf
-    tests: jax.Array | int = NO_LIMIT
-
-
-class FirstSafe(NamedTuple):
-    """Safe plans in the order of the proposals; the first `count` entries of the arrays are valid.
-
-    rows (n,): numbers among the proposals of their round. plans (n, n_p + n_k). clearance (n,) [m]:
-    least over every run inside the tube. judged: proposals up to the last one needed, reaching: of
-    these, looks: tests of a plan against a pair. touched: a pair that the last plan touches, -1 for
-    none.
-    """
-
-    rows: jax.Array
-    plans: jax.Array
-    clearance: jax.Array
-    count: jax.Array
-    judged: jax.Array
-    reaching: jax.Array
-    looks: jax.Array
-    touched: jax.Array
-
-    def fetched(self) -> "FirstSafe":
-        """The valid plans, on the host."""
-        # one by one: `device_get` of all takes 0.2 ms, a third of a prepared query
-        with jax.transfer_guard_device_to_host("allow"):
-            host = [np.asarray(x) for x in self]
-        counts = [int(x) for x in host[3:]]
-        return FirstSafe(*(x[: counts[0]] for x in host[:3]), *counts)
 
 
 def first_safe(scene: Scene, key: jax.Array, n: int) -> tuple[FirstSafe, Verdicts]:
@@ -197,23 +148,19 @@ def _number(n: int, device: jax.Device | None) -> jax.Array:
 def _first_safe(
     asked: Placed, key: jax.Array, n: Index, slots: int, how: Backend
 ) -> tuple[FirstSafe, Verdicts]:
-    judge = _in_turn if how.in_turn else _side_by_side
-
-    def round_of(state: tuple):
-        i, safe = state
-        drawn = draw_round(asked, jax.random.fold_in(key, i), how.round)
-        return i + 1, judge(asked, drawn, safe, Limits(n))
-
-    def unfinished(state: tuple):
-        i, safe = state
-        some = asked.ends.volume.sum() > 0
-        return (i < how.rounds) & (safe.count < n) & some
-
-    begin = jnp.zeros((), jnp.int32), _nothing(asked, slots)
-    safe = jax.lax.while_loop(unfinished, round_of, begin)[1]
+    judge = Judge(asked.net, asked.tube, asked.scene)
+    first = judge.in_turn if how.in_turn else judge.side_by_side
+    none = ~(asked.ends.volume.sum() > 0)
+    _, safe = rounds(
+        lambda i: draw_round(asked, jax.random.fold_in(key, i), how.round),
+        partial(first, limits=Limits(n)),
+        lambda safe: (safe.count >= n) | none,
+        no_plans(asked.scene, slots),
+        (0, how.rounds),
+    )
     p0, k = jnp.split(safe.plans, [asked.scene.z_lo.shape[0]], axis=1)
     seen = jax.vmap(prediction, in_axes=(None, None, None, 0, 0))
-    return safe, seen(asked.net, asked.tube, asked.scene, p0, k)
+    return safe, seen(*judge, p0, k)
 
 
 @partial(jax.jit, compiler_options=COMPILER)
@@ -226,16 +173,8 @@ def _preferred(
     limits: Limits,
 ) -> FirstSafe:
     listed = Proposals(p0, k, bins, n_bins, jnp.ones(len(k), bool))
-    return _in_turn(asked, listed, _nothing(asked, MOST), limits)
-
-
-def _nothing(asked: Placed, slots: int) -> FirstSafe:
-    """No plan yet, and capacity for some."""
-    scene, zero = asked.scene, jnp.zeros((), jnp.int32)
-    n = scene.z_lo.shape[0] + scene.k_lo.shape[0]
-    plans = jnp.zeros((slots, n), scene.k_lo.dtype)
-    rows = jnp.zeros(slots, jnp.int32)
-    return FirstSafe(rows, plans, plans[:, 0], zero, zero, zero, zero, zero - 1)
+    judge = Judge(asked.net, asked.tube, asked.scene)
+    return judge.in_turn(listed, no_plans(asked.scene, MOST), limits)
 
 
 def draw_round(asked: Placed, key: jax.Array, size: int) -> Proposals:
@@ -265,74 +204,3 @@ def _between(
     lo: Float[jax.Array, "#b n"], hi: Float[jax.Array, "#b n"], share: Float[jax.Array, "b n"]
 ):
     return lo + share * (hi - lo)
-
-
-def _in_turn(asked: Placed, proposals: Proposals, safe: FirstSafe, limits: Limits) -> FirstSafe:
-    """With the safe ones of the proposals, each judged by itself until a limit ends it."""
-    p0, k, bins, n_bins, worth = proposals
-
-    def clearance_of(i: Index, touched: Index, looks: Index):
-        """The least over all bins of plan i, the pair that it touches, and the tests so far."""
-
-        def in_bin(c: Index, state: tuple):
-            least, touched, looks = state
-            seen, touched, more = verdict_in_turn(
-                asked.net, asked.tube, asked.scene, p0[i], k[i], bins[i, c], touched
-            )
-            own = jnp.where(seen.reaches, seen.clearance, -jnp.inf)
-            return jnp.minimum(least, own), touched, looks + more
-
-        begin = jnp.asarray(jnp.inf, k.dtype), touched, looks
-        return jax.lax.fori_loop(0, n_bins, in_bin, begin)
-
-    def judge(state: tuple):
-        left, safe, _ = state
-        i = jnp.argmax(left).astype(jnp.int32)
-        clearance, touched, looks = clearance_of(i, safe.touched, safe.looks)
-        at = safe.count  # written whether safe or not; the next one overwrites it where not
-        safe = safe._replace(
-            rows=safe.rows.at[at].set(i),
-            plans=safe.plans.at[at].set(jnp.concatenate([p0[i], k[i]])),
-            clearance=safe.clearance.at[at].set(clearance),
-            count=at + (clearance > 0).astype(at.dtype),
-            looks=looks,
-            touched=touched,
-        )
-        return left.at[i].set(False), safe, i
-
-    def unfinished(state: tuple):
-        left, safe, _ = state
-        roomy = (safe.count > 0) & (safe.clearance[safe.count - 1] >= limits.room)
-        return left.any() & (safe.count < limits.n) & ~roomy & (safe.looks < limits.tests)
-
-    begin = worth, safe, jnp.zeros((), jnp.int32)
-    left, safe, last = jax.lax.while_loop(unfinished, judge, begin)
-    whole = (safe.count < limits.n) & ~left.any()
-    return _counted(safe, worth, jnp.where(whole, len(k), last + 1))
-
-
-def _side_by_side(
-    asked: Placed, proposals: Proposals, safe: FirstSafe, limits: Limits
-) -> FirstSafe:
-    """The same up to n safe plans, with all plans of a round judged at once, in their first bin."""
-    p0, k, bins, _, worth = proposals
-    judge = jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0))
-    seen = judge(asked.net, asked.tube, asked.scene, p0, k, bins[:, 0])
-    good = seen.safe & worth
-    place = safe.count + jnp.cumsum(good, dtype=jnp.int32) - 1
-    to = jnp.where(good & (place < limits.n), place, len(safe.rows))  # beyond the slots: dropped
-    new = jnp.arange(len(k), dtype=jnp.int32), jnp.concatenate([p0, k], axis=1), seen.clearance
-    kept = (x.at[to].set(y, mode="drop") for x, y in zip(safe[:3], new, strict=True))
-    count = jnp.minimum(safe.count + good.sum(dtype=jnp.int32), limits.n)
-    last = jnp.argmax(good & (place == limits.n - 1)).astype(jnp.int32)
-    safe = FirstSafe(*kept, count, *safe[4:])
-    return _counted(safe, worth, jnp.where(count < limits.n, len(k), last + 1))
-
-
-def _counted(safe: FirstSafe, worth: jax.Array, judged: Index) -> FirstSafe:
-    """With the first so many plans of a round counted."""
-    counts = jnp.arange(len(worth), dtype=jnp.int32) < judged
-    reaching = (worth & counts).sum(dtype=jnp.int32)
-    return safe._replace(
-        judged=safe.judged + judged.astype(jnp.int32), reaching=safe.reaching + reaching
-    )

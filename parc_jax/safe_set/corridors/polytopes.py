@@ -5,7 +5,6 @@ network is an affine map; with vertices, volumes and uniform samples. [T29]
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -16,7 +15,7 @@ from parc_jax.common.arrays import product, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.hull import convex_hull, delaunay, halfspace_intersection, scaled_around
+from parc_jax.common.sets.hull import Solid, sample_solid, solid
 from parc_jax.common.sets.vertices import chebyshev_center
 from parc_jax.common.shapes import Index, Params
 from parc_jax.common.spelling import rounded_down
@@ -30,9 +29,7 @@ from parc_jax.safe_set.corridors.safe_plans import as_plans, members
 from parc_jax.safe_set.corridors.sampling import (
     Place,
     Points,
-    cell_of,
     ends_from,
-    groups,
     safe_ones,
 )
 from parc_jax.safe_set.corridors.search import draw_safe_plans
@@ -70,7 +67,7 @@ class SafePolytope:
 
     @property
     def cell(self) -> bytes:
-        """Name of its region and bin, as of `Points.cell`."""
+        """Name of its region and bin, as of `cell_of`."""
         return cell_of(self.pattern[None], np.array([self.bin]))[0].tobytes()
 
     @cached_property
@@ -135,6 +132,24 @@ def _cell_rows(
     return A, b, C, d
 
 
+def cell_of(pattern: np.ndarray, bins: np.ndarray) -> np.ndarray:
+    """(b,) byte strings that are equal exactly when pattern (b, n_hidden) and bin (b,) are."""
+    packed = np.packbits(pattern, axis=1)
+    tail = np.ascontiguousarray(bins, dtype="<i4").view(np.uint8).reshape(len(packed), 4)
+    name = np.ascontiguousarray(np.concatenate([packed, tail], axis=1))
+    return name.view(f"V{name.shape[1]}")[:, 0]
+
+
+def groups(cells: np.ndarray):
+    """Pairs (cell bytes, indices) of equal cells."""
+    if len(cells) == 0:
+        return []
+    order = np.argsort(cells, kind="stable")
+    ranked = cells[order]
+    cut = np.flatnonzero(ranked[1:] != ranked[:-1]) + 1
+    return [(cells[index[0]].tobytes(), index) for index in np.split(order, cut)]
+
+
 def cut_around(
     scene: Scene, corridors: Corridors, counts: np.ndarray, points: Points
 ) -> list[SafePolytope]:
@@ -146,7 +161,7 @@ def cut_around(
     popular = np.argsort(-counts, kind="stable")
     kept = corridors.kept(points.path, points.bin)[:, popular]
     cuts = []
-    for _, cell in groups(points.cell):
+    for _, cell in groups(cell_of(points.pattern, points.bin)):
         for c in greedy(kept[cell]):
             inside = points.at(cell[kept[cell, c]])
             # a polytope is convex: the mean of plans inside is inside too
@@ -198,13 +213,13 @@ class Polytopes:
         return f"<Polytopes: {len(self):,}, at least {least} % of the safe set>"
 
     @cached_property
-    def _solids(self) -> list["Solid"]:
+    def _solids(self) -> list[Solid]:
         """Geometry of the polytopes, without those thinner than rounding; of sections at the one
         start, where all plans have it.
         """
         return [shape for shape in map(self._solid, self.all) if shape is not None]
 
-    def _solid(self, polytope: SafePolytope) -> "Solid | None":
+    def _solid(self, polytope: SafePolytope) -> Solid | None:
         start = self.scene.at
         if start is None:
             return solid(polytope.halfspaces, np.concatenate([polytope.p0, polytope.k]))
@@ -262,7 +277,7 @@ class Polytopes:
         """(b,) number of polytopes around each point."""
         rows = [np.zeros(0, int)]
         polytopes = [np.zeros(0, int)]
-        for cell, index in groups(at.cell):
+        for cell, index in groups(cell_of(at.pattern, at.bin)):
             here = self._by_cell.get(cell, [])
             rows.append(np.repeat(index, len(here)))
             polytopes.append(np.tile(np.array(here, int), len(index)))
@@ -301,7 +316,7 @@ class Polytopes:
                 )
         return rng.permutation(np.concatenate(out))[:n]
 
-    def _around(self, solids: list["Solid"], x: np.ndarray) -> np.ndarray:
+    def _around(self, solids: list[Solid], x: np.ndarray) -> np.ndarray:
         """(b,) number of solids around each point x (b, n_p + n_k), one of which drew it."""
         of = x if self.scene.at is None else x[:, self.scene.model.n_p :]
         inside = ((of @ s.polytope.A.T <= s.polytope.b).all(axis=1) for s in solids)
@@ -351,84 +366,3 @@ def cut_polytopes(
     if len(fresh.k):
         cut.coverage = stopping_rule(0.5, confidence).after(cut.has(fresh)).coverage
     return cut
-
-
-class Solid(NamedTuple):
-    """Geometry of a polytope. polytope: without redundant rows. vertices (v, n). volume: [product
-    of the axis units].
-
-    simplices (s, n + 1): vertex indices of a triangulation. weights (s,): share of the volume in
-    each simplex.
-    """
-
-    polytope: HPolytope
-    vertices: np.ndarray
-    volume: float
-    simplices: np.ndarray
-    weights: np.ndarray
-
-
-def solid(polytope: HPolytope, inside: np.ndarray) -> Solid | None:
-    """Vertices, volume, triangulation. None when the set is too thin for floating-point geometry.
-
-    inside (n,): a point strictly inside. Coordinates are centred on it and scaled per axis before
-    qhull sees them.
-    """
-    if len(inside) == 1:
-        return _segment(polytope)
-    scaled = scaled_around(polytope.A, polytope.b, inside)
-    if scaled is None:
-        return None
-    A, b, scale = scaled
-    cut = halfspace_intersection(A, b, np.zeros(len(inside)))
-    if cut is None:
-        return None
-    corners = np.unique(cut.intersections.round(12), axis=0)
-    hull = convex_hull(corners)
-    if hull is None:  # corners that share a facet up to rounding confuse qhull
-        hull = convex_hull(corners, "QJ Pp")
-    simplices = None if hull is None else _simplices(corners[hull.vertices])
-    if simplices is None:
-        return None
-    needed = np.unique(np.concatenate([np.asarray(f) for f in cut.dual_facets]).astype(int))
-    vertices = inside + corners[hull.vertices] * scale
-    edges = vertices[simplices[:, 1:]] - vertices[simplices[:, :1]]
-    sizes = np.abs(np.linalg.det(edges))
-    volume = float(hull.volume * np.prod(scale))
-    return Solid(
-        HPolytope(polytope.A[needed], polytope.b[needed]),
-        vertices,
-        volume,
-        simplices,
-        sizes / sizes.sum(),
-    )
-
-
-def _segment(polytope: HPolytope) -> Solid | None:
-    """A set on a line, between the nearest of its rows."""
-    a, b = polytope.A[:, 0], polytope.b
-    ends = b[a != 0] / a[a != 0]
-    lo, hi = ends[a[a != 0] < 0].max(), ends[a[a != 0] > 0].min()
-    if not lo < hi:
-        return None
-    rows = HPolytope(np.array([[1.0], [-1.0]]), np.array([hi, -lo]))
-    return Solid(rows, np.array([[lo], [hi]]), hi - lo, np.array([[0, 1]]), np.ones(1))
-
-
-def _simplices(vertices: np.ndarray) -> np.ndarray | None:
-    """Triangulation (s, n + 1) of the hull of vertices (v, n); a simplex is its own, and qhull
-    refuses it joggled.
-    """
-    v, n = vertices.shape
-    if v == n + 1:
-        return np.arange(v)[None]
-    return delaunay(vertices, "QJ Pp")
-
-
-def sample_solid(shape: Solid, rng: np.random.Generator, n: int) -> np.ndarray:
-    """n points (n, d), uniform in the solid: a simplex by volume, then flat Dirichlet weights on
-    its corners.
-    """
-    pick = rng.choice(len(shape.weights), n, p=shape.weights)
-    weights = rng.dirichlet(np.ones(shape.simplices.shape[1]), n)
-    return np.einsum("nc,ncd->nd", weights, shape.vertices[shape.simplices[pick]])

@@ -8,10 +8,9 @@ exist. `common.climb` ends around the best candidate; here all of a level is mov
 the result is spread over the safe set.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
+from parc_jax.common.climb import Ranked
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.safe_set.corridors.sampling import Place, place_around
 from parc_jax.safe_set.corridors.stopping import Limit
@@ -27,13 +26,6 @@ PATIENCE = 4  # levels without PROGRESS, a share of what a level still lacks, th
 PROGRESS = 0.05
 JITTER = 1e-10  # [sides of K and of the goal's box] added to every move
 JUMP = 2.38  # of differential evolution, over the square root of twice the dimension
-
-
-class _Plans(NamedTuple):
-    """A population: x (b, n_p + n_k) ends and parameters, their least margins (b,)."""
-
-    x: np.ndarray
-    margin: np.ndarray
 
 
 def where_safe(scene: Scene, rng: np.random.Generator, largest: int, limit: Limit) -> Place | None:
@@ -63,8 +55,7 @@ def where_around(
         x = np.clip(seed + size * (hi - lo) * rng.standard_normal((POPULATION, len(seed))), lo, hi)
         margin = _margins(scene, x)
         if (margin > 0).mean() >= KEPT:
-            safe = margin > 0
-            return _around(scene, rng, _Plans(x[safe], margin[safe]), limit)
+            return _around(scene, rng, Ranked(x, margin).at(margin > 0), limit)
     return place_around(np.repeat(seed[None], 2, axis=0), lo, hi)
 
 
@@ -72,46 +63,45 @@ def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int, limit: Limit)
     """Safe plans, or None where the climb ends below."""
     lo, hi = _whole(scene)
     x = rng.uniform(lo, hi, (n, len(lo)))
-    plans = _Plans(x, _margins(scene, x))
+    plans = Ranked(x, _margins(scene, x))
     limit.start()  # what comes before mostly compiles
-    if not np.isfinite(plans.margin).any():
+    if not np.isfinite(plans.value).any():
         return None
     levels = [_level(plans)]
     for _ in range(MOST_LEVELS):
         if levels[-1] >= 0:
-            safe = plans.margin > 0
-            return _Plans(plans.x[safe], plans.margin[safe])
+            break
         plans = _copied(rng, plans, levels[-1], n)
         plans = _moved(scene, rng, plans, levels[-1], MOVES, limit)
         levels.append(_level(plans))
         before = levels[-1 - PATIENCE] if len(levels) > PATIENCE else -np.inf
         if levels[-1] < (1 - PROGRESS) * before or limit.over():
             break
-    safe = plans.margin > 0
-    return _Plans(plans.x[safe], plans.margin[safe]) if safe.any() else None
+    safe = plans.value > 0
+    return plans.at(safe) if safe.any() else None
 
 
-def _level(plans: _Plans) -> float:
+def _level(plans: Ranked) -> float:
     """The margin that the share KEPT of the plans have, but no more than a safe one needs."""
-    finite = np.where(np.isfinite(plans.margin), plans.margin, -np.finfo(float).max)
+    finite = np.where(np.isfinite(plans.value), plans.value, -np.finfo(float).max)
     return min(float(np.quantile(finite, 1 - KEPT, method="higher")), 0.0)
 
 
-def _copied(rng: np.random.Generator, plans: _Plans, level: float, n: int) -> _Plans:
+def _copied(rng: np.random.Generator, plans: Ranked, level: float, n: int) -> Ranked:
     """n plans drawn from those of at least this level."""
-    among = np.flatnonzero(plans.margin >= level)
+    among = np.flatnonzero(plans.value >= level)
     chosen = among[rng.integers(0, len(among), n)]
-    return _Plans(plans.x[chosen], plans.margin[chosen])
+    return plans.at(chosen)
 
 
 def _moved(
     scene: Scene,
     rng: np.random.Generator,
-    plans: _Plans,
+    plans: Ranked,
     level: float,
     moves: int,
     limit: Limit,
-) -> _Plans:
+) -> Ranked:
     """The plans after some moves that never leave the level: steps along differences of others,
     which fit a level however thin and slanted it is. limit: may end them between two moves.
     """
@@ -132,10 +122,10 @@ def _moved(
         better = new >= level
         x = np.where(better[:, None], tried, x)
         margin = np.where(better, new, margin)
-    return _Plans(x, margin)
+    return Ranked(x, margin)
 
 
-def _around(scene: Scene, rng: np.random.Generator, safe: _Plans, limit: Limit) -> Place:
+def _around(scene: Scene, rng: np.random.Generator, safe: Ranked, limit: Limit) -> Place:
     """A place around all the safe plans that moves from these lead to."""
     above = np.finfo(float).tiny
     plans = _copied(rng, safe, above, POPULATION)

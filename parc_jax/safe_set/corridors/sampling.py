@@ -68,7 +68,6 @@ class Points(NamedTuple):
     """Plans with their predictions; leading axis b.
 
     p0 (b, n_p), k (b, n_k), path (b, T + 1, n_c), bin (b,) int64, pattern (b, n_hidden) bool.
-    cell (b,): bytes of pattern and bin, equal for plans that share both.
     """
 
     p0: np.ndarray
@@ -76,7 +75,6 @@ class Points(NamedTuple):
     path: np.ndarray
     bin: np.ndarray
     pattern: np.ndarray
-    cell: np.ndarray
 
     def at(self, index: np.ndarray | slice | int) -> "Points":
         """The points of an index or mask."""
@@ -282,13 +280,13 @@ def no_points(model: TrajectoryModel) -> Points:
     bins = np.zeros(0, np.int64)
     path = np.zeros((0, model.time.n_steps + 1, model.n_c))
     p0, k = np.zeros((0, model.n_p)), np.zeros((0, model.n_k))
-    return Points(p0, k, path, bins, pattern, cell_of(pattern, bins))
+    return Points(p0, k, path, bins, pattern)
 
 
 def points(p0: np.ndarray, k: np.ndarray, e: Verdicts | Screened) -> Points:
-    """Plans with their predictions, and their cells named."""
+    """Plans with their predictions."""
     # of one dtype, whoever counted the bins: for another one all that follows is compiled again
-    return Points(p0, k, e.path, e.bin.astype(np.int64), e.pattern, cell_of(e.pattern, e.bin))
+    return Points(p0, k, e.path, e.bin.astype(np.int64), e.pattern)
 
 
 def joined(parts: list[Points]) -> Points:
@@ -297,21 +295,3 @@ def joined(parts: list[Points]) -> Points:
     if len(some) == 1:
         return some[0]
     return Points(*(np.concatenate(fields) for fields in zip(*some, strict=True)))
-
-
-def cell_of(pattern: np.ndarray, bins: np.ndarray) -> np.ndarray:
-    """(b,) byte strings that are equal exactly when pattern (b, n_hidden) and bin (b,) are."""
-    packed = np.packbits(pattern, axis=1)
-    tail = np.ascontiguousarray(bins, dtype="<i4").view(np.uint8).reshape(len(packed), 4)
-    name = np.ascontiguousarray(np.concatenate([packed, tail], axis=1))
-    return name.view(f"V{name.shape[1]}")[:, 0]
-
-
-def groups(cells: np.ndarray):
-    """Pairs (cell bytes, indices) of equal cells."""
-    if len(cells) == 0:
-        return []
-    order = np.argsort(cells, kind="stable")
-    ranked = cells[order]
-    cut = np.flatnonzero(ranked[1:] != ranked[:-1]) + 1
-    return [(cells[index[0]].tobytes(), index) for index in np.split(order, cut)]

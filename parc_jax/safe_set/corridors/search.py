@@ -53,6 +53,7 @@ LEAVE_NEAR = 0.5  # the same for points drawn close by, as a share of those outs
 
 
 SHARE_CONFIDENCE = 0.99  # of the interval of the safe share
+UNTIMED = dict.fromkeys(("first_sample_s", "first_corridor_s", "corridors_s"))
 
 
 class Share(NamedTuple):
@@ -96,14 +97,14 @@ class Cover(NamedTuple):
     drawn, reaching, safe: counts over all draws, which are uniform over a set of that volume.
     points: safe plans among them; of a method, those that become the answer's samples.
     coverage: share of the model's safe set that the corridors hold.
-    first_sample_s, first_corridor_s, corridors_s: [s] from the beginning to the first safe plan, to
-        the first corridor, and until the corridors were certified to cover enough.
     within: the place that was drawn from, where safe plans are too rare for draws from all;
         coverage and volume are of the safe set in it then.
     ended: by target, work or seconds; None where a file does not say.
     total_volume: of all plans that the query is about, in units of p0 and k multiplied.
     proved: the checker accepted all samples and corridors; refused: how many it did not accept,
-        which were left out. timings: [s] by stage.
+        which were left out. timings: [s] from the beginning to the first safe plan, to the first
+        corridor, and until the corridors were certified to cover enough; of an answer also of the
+        whole search and of the proof.
     """
 
     drawn: int
@@ -113,16 +114,13 @@ class Cover(NamedTuple):
     points: Points
     coverage: Coverage
     corridors: Sequence[Corridor] = ()
-    first_sample_s: float | None = None
-    first_corridor_s: float | None = None
-    corridors_s: float | None = None
     history: Sequence[Progress] = ()
     within: Place | None = None
     ended: Ended | None = Ended.TARGET
     total_volume: float = float("nan")
     proved: bool = False
     refused: int = 0
-    timings: Mapping[str, float | None] = {}
+    timings: Mapping[str, float | None] = UNTIMED
 
     @property
     def hopeless(self) -> bool:
@@ -159,13 +157,9 @@ class Cover(NamedTuple):
 
     def later(self, seconds: float) -> "Cover":
         """The cover with times that begin so many seconds earlier."""
-        times = {name: getattr(self, name) for name in _TIMES}
-        moved = {name: None if at is None else at + seconds for name, at in times.items()}
+        times = {name: None if at is None else at + seconds for name, at in self.timings.items()}
         history = [p._replace(seconds=p.seconds + seconds) for p in self.history]
-        return self._replace(history=history, **moved)
-
-
-_TIMES = ("first_sample_s", "first_corridor_s", "corridors_s")
+        return self._replace(history=history, timings=times)
 
 
 class Query(NamedTuple):
@@ -188,7 +182,7 @@ class Search(NamedTuple):
 
     rule: when the corridors cover enough. outside: plans of the last fresh draw that are not
     covered. looks: so far. leave: so many may stay without a corridor. slivers: the uncovered
-    remainder lies in slivers, which uniform draws rarely hit. Times as in Cover.
+    remainder lies in slivers, which uniform draws rarely hit. timings: as of Cover, so far.
     """
 
     building: Building
@@ -197,9 +191,7 @@ class Search(NamedTuple):
     looks: int = 0
     leave: int = 0
     slivers: bool = False
-    first_sample_s: float | None = None
-    first_corridor_s: float | None = None
-    corridors_s: float | None = None
+    timings: Mapping[str, float] = {}
     history: tuple[Progress, ...] = ()
 
 
@@ -239,9 +231,7 @@ def cover(
         points=sampler.seen,
         coverage=search.rule.coverage,
         corridors=search.building.corridors.all,
-        first_sample_s=search.first_sample_s,
-        first_corridor_s=search.first_corridor_s,
-        corridors_s=search.corridors_s,
+        timings={**UNTIMED, **search.timings},
         history=search.history,
         within=within,
         ended=ended,
@@ -263,12 +253,11 @@ def look(query: Query, search: Search, fresh: Points) -> Search:
         return search
     seconds = query.spent()
     rule = search.rule.after(covered)
-    if rule.satisfied:
-        search = search._replace(corridors_s=seconds)
+    since = {"corridors_s": seconds} if rule.satisfied else {}
     progress = Progress(seconds, len(building.corridors), float(covered.mean()))
     return search._replace(
         rule=rule,
-        first_sample_s=search.first_sample_s or seconds,
+        timings={"first_sample_s": seconds, **search.timings, **since},
         history=(*search.history, progress),
     )
 
@@ -289,8 +278,8 @@ def extend(query: Query, search: Search) -> Search:
             break
         building = build(query.scene, search.building, query.rng, few)
         few = False
-        since = search.first_corridor_s or query.spent()
-        search = search._replace(building=building, first_corridor_s=since)
+        timings = {"first_corridor_s": query.spent(), **search.timings}
+        search = search._replace(building=building, timings=timings)
     if search.history:
         query.limit.start()
     return search
@@ -343,7 +332,8 @@ def draw_safe_plans(
     none = nothing_covered(confidence)
     short = Ended.SECONDS if limit.cut else Ended.WORK
     ended = Ended.TARGET if tally.safe >= n else short
-    return Cover(*tally, joined(seen), none, first_sample_s=first, within=within, ended=ended)
+    timings = {**UNTIMED, "first_sample_s": first}
+    return Cover(*tally, joined(seen), none, within=within, ended=ended, timings=timings)
 
 
 def _ended(query: Query, search: Search, tally: Counts) -> Ended | None:

@@ -16,17 +16,21 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Int
 
+from parc_jax.common.arrays import once
 from parc_jax.common.sets.box import Box
-from parc_jax.learning.model import TrajectoryModel
+from parc_jax.common.sets.hull import corners_of_many
+from parc_jax.learning.bound.error_set import at
+from parc_jax.learning.model import TrajectoryModel, float_slack
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.network.rounding import UNIT
-from parc_jax.problem.body import Part
-from parc_jax.problem.problem import Problem
+from parc_jax.problem.body import Part, numbered
+from parc_jax.problem.problem import Problem, box_of_rows, goal_box, require_dimensions
 from parc_jax.safe_set.separation.directions import Multiplier, Run, body_support
 from parc_jax.safe_set.separation.inequality import excess
+from parc_jax.safe_set.separation.pairs import corners, exists
 
 BOXES = 1024  # about so many boxes of K, alike along all axes
 
@@ -88,21 +92,12 @@ class Extent(NamedTuple):
     hi: np.ndarray
     error: np.ndarray
 
-    def of(self, part: Part) -> "Extent":
-        """Of the points of a part alone."""
-        return Extent(*(x[:, list(part.points)] for x in self))
-
     @property
     def at_any_time(self) -> "Extent":
         """One interval that holds all."""
         return Extent(
             self.lo.min(axis=0)[None], self.hi.max(axis=0)[None], self.error.max(axis=0)[None]
         )
-
-    @property
-    def size(self) -> float:
-        """[m] Largest coordinate, with its error."""
-        return float((np.maximum(np.abs(self.lo), np.abs(self.hi)) + self.error).max())
 
 
 class Apart(NamedTuple):
@@ -111,8 +106,7 @@ class Apart(NamedTuple):
     kept: (n,) numbers of the remaining pairs.
     row: (pairs,) of a pruned pair the row of the obstacle that separates it, -1 for the others.
     spans: (pairs, 2) first and last interval in which each exists.
-    beyond: [m] a bound on the distance of all plans from the pruned pairs, infinite where there are
-        none.
+    beyond: [m] a bound on the distance of all plans from the pruned pairs.
     """
 
     kept: np.ndarray
@@ -131,44 +125,59 @@ class Apart(NamedTuple):
         return out
 
 
-def extent_of(
-    ways: tuple[np.ndarray, np.ndarray],
-    ends: tuple[np.ndarray, np.ndarray],
-    starts: tuple[np.ndarray, np.ndarray],
-    errors: Float[np.ndarray, "intervals n_c"],
-    rounding: float,
-    n_p: int,
-) -> Extent:
-    """The reachable envelope of plans whose first point ends in a box and starts in another one.
+def prune(problem: Problem, model: TrajectoryModel) -> Apart | None:
+    """The pairs that one row separates from every plan that reaches; None where there are none.
 
-    ways: as of `ways_of`.
-    ends, starts: (lo, hi) (n_p,) [m], which may be infinite.
-    errors: (T, n_c) [m] largest half widths of any bin.
-    rounding: [m].
+    Raises InputError where the problem does not fit the model.
     """
-    lo, hi = (side.reshape(len(side), -1, n_p) for side in ways)
-    end_lo = np.maximum(ends[0], starts[0] - hi[0, 0])
-    end_hi = np.minimum(ends[1], starts[1] - lo[0, 0])
-    lo, hi = lo + end_lo - rounding, hi + end_hi + rounding
-    return Extent(
-        np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]), errors.reshape(lo[1:].shape)
-    )
+    require_dimensions(problem, model.n_p, model.n_q, model.points)
+    return apart(problem, model, *extent_in(problem, model))
 
 
-def apart(problem: Problem, parts: Sequence[Part], extent: Extent, slack: float) -> Apart:
-    """Prune the pairs that one row separates.
+def extent_in(problem: Problem, model: TrajectoryModel) -> tuple[Extent, float]:
+    """The reachable envelope of the points of plans that reach, and the slack [m] of inequalities
+    about it.
 
-    parts: of the body, with the numbers of their points.
+    Such a plan ends in the goal with any error that its bin allows, so it is predicted to end in
+    the goal's box moved back by all of these errors.
+    """
+    tube, n_p = model.tube, model.n_p
+    claimed = tube.claimed  # in the other bins nothing reaches
+    goal_lo, goal_hi = (x[:n_p] for x in goal_box(problem.goal, model.layout))
+    final = at(tube.final_errors, (claimed, None))
+    axes = np.eye(n_p, tube.final.shape[1])
+    most = final.support(axes).max(axis=0, initial=0.0)
+    least = -final.support(-axes).max(axis=0, initial=0.0)
+    starts = np.full(n_p, -np.inf), np.full(n_p, np.inf)  # anywhere
+    if problem.start is not None:
+        starts = box_of_rows(problem.start)
+    sizes = np.abs([goal_lo, goal_hi, most, least, *starts])
+    slack = float(float_slack(model, sizes[np.isfinite(sizes)].max()))
+    lo, hi = (side.reshape(len(side), -1, n_p) for side in once(model, ways_of))
+    end_lo = np.maximum(goal_lo - most, starts[0] - hi[0, 0])
+    end_hi = np.minimum(goal_hi - least, starts[1] - lo[0, 0])
+    lo, hi = lo + end_lo - 2 * slack, hi + end_hi + 2 * slack
+    widest = tube.interval[claimed].max(axis=0, initial=0.0)
+    lo, hi = np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:])
+    return Extent(lo, hi, widest.reshape(lo.shape)), slack
+
+
+def apart(problem: Problem, model: TrajectoryModel, extent: Extent, slack: float) -> Apart | None:
+    """Prune the pairs that one row separates; None where none is.
+
     extent: where the points can be.
     slack: [m] per unit of |w|_1, which every inequality pays.
+    Raises InputError for an obstacle that exists too late, is empty or unbounded.
     """
+    parts = numbered(problem.body, model.points)
     n, n_parts = len(problem.obstacles), len(parts)
-    spans = spans_of(problem, len(extent.error))
+    spans = spans_of(problem, model.time.n_steps)
+    _check_obstacles(problem, spans, model.time.n_steps)
     room = np.full((n, n_parts), -np.inf)
     row = np.full((n, n_parts), -1)
     known = np.isfinite(extent.lo).all() and np.isfinite(extent.hi).all()
     for p, part in enumerate(parts if n and known else ()):
-        own = extent.of(part)
+        own = Extent(*(x[:, list(part.points)] for x in extent))
         room[:, p], row[:, p] = _settled(problem, np.arange(n), part, own.at_any_time, slack, None)
         # far away from all times' box at once, or looked at interval by interval
         close = np.flatnonzero(room[:, p] <= 0)
@@ -176,12 +185,33 @@ def apart(problem: Problem, parts: Sequence[Part], extent: Extent, slack: float)
             found = _settled(problem, close, part, own, slack, spans[close])
             room[close, p], row[close, p] = found
     settled = (room > 0).ravel()
+    beyond = float(room.ravel()[settled].min(initial=np.inf))
+    if not np.isfinite(beyond):
+        return None
     return Apart(
         kept=np.flatnonzero(~settled),
         row=np.where(settled, row.ravel(), -1),
         spans=np.repeat(spans, n_parts, axis=0),
-        beyond=float(room.ravel()[settled].min(initial=np.inf)),
+        beyond=beyond,
     )
+
+
+def _check_obstacles(problem: Problem, spans: np.ndarray, n_steps: int) -> None:
+    """Raises InputError for an obstacle that exists too late, is empty or unbounded."""
+    for j in np.flatnonzero(spans[:, 1] >= n_steps):
+        exists(problem, int(j), n_steps)
+    # polygons with corners, and boxes as `from_box` writes them, are neither: no need for LPs
+    sides = np.zeros((0, 0))
+    known = corners_of_many(problem.obstacles)
+    for j, obstacle in enumerate(problem.obstacles):
+        n = obstacle.n
+        if known[j] is not None:
+            continue
+        if len(sides) != 2 * n:
+            sides = np.concatenate([np.eye(n), -np.eye(n)])
+        boxed = obstacle.A.shape == sides.shape and (obstacle.A == sides).all()
+        if not (boxed and (obstacle.b[:n] >= -obstacle.b[n:]).all()):
+            corners(obstacle, f"obstacle {j}")
 
 
 def spans_of(problem: Problem, n_steps: int) -> np.ndarray:
@@ -226,7 +256,8 @@ def _gap(A: np.ndarray, b: np.ndarray, part: Part, extent: Extent, slack: float)
             for lo, hi, error in zip(*(x.swapaxes(0, 1) for x in extent), strict=True)
         ]
     )
-    terms = size.max(axis=1) * A.shape[1] * extent.size + np.abs(threshold)
+    farthest = (np.maximum(np.abs(extent.lo), np.abs(extent.hi)) + extent.error).max()
+    terms = size.max(axis=1) * A.shape[1] * farthest + np.abs(threshold)
     paid = threshold + slack * size.sum(axis=1) + ROUNDING * UNIT * terms
     return (
         excess([least], paid[:, None])

@@ -7,20 +7,16 @@ never rejects a plan: rows 0 x <= FREE, obstacles that are never active.
 import dataclasses
 
 import numpy as np
-from jaxtyping import ArrayLike, Float
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64, once
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.hull import corners_of_many
-from parc_jax.learning.bound.error_set import ErrorBox, at
-from parc_jax.learning.bound.tube import Tube
-from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.bound.error_set import ErrorBox
+from parc_jax.learning.model import TrajectoryModel, float_slack
 from parc_jax.learning.network.predict import Layout
-from parc_jax.learning.network.rounding import UNIT, rounding_bound
-from parc_jax.problem.body import Body, numbered
-from parc_jax.problem.problem import Problem, box_of_rows, goal_box, require_dimensions
+from parc_jax.problem.body import Body
+from parc_jax.problem.problem import Problem, goal_box, require_dimensions
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.separation.directions import DirectionTable, direction_table
 from parc_jax.safe_set.separation.pairs import (
@@ -28,12 +24,9 @@ from parc_jax.safe_set.separation.pairs import (
     Obstacles,
     alike,
     bucket,
-    corners,
-    exists,
-    numbered_pairs,
     obstacles_of,
 )
-from parc_jax.safe_set.separation.pruning import Apart, Extent, apart, extent_of, spans_of, ways_of
+from parc_jax.safe_set.separation.pruning import Apart, Extent, apart, prune
 
 # [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`
 CORNERS = 17
@@ -141,25 +134,13 @@ def scene_of(problem: Problem, model: TrajectoryModel) -> Scene:
     return lowered(NominalProblem(problem, model))
 
 
-def lowered(nominal: NominalProblem, apart: Apart | None = None) -> Scene:
-    """The scene of a nominal problem, at its own size.
-
-    apart: obstacles to leave out.
-    Raises InputError where the problem does not fit the model.
-    """
-    arrays = scene_arrays(nominal.problem, nominal.model, apart)
-    count = np.int32(len(numbered_pairs(nominal.problem, None if apart is None else apart.kept)))
-    return Scene(**(vars(arrays) | {"count": count}), nominal=nominal, apart=apart)
-
-
 def pruned_scene(nominal: NominalProblem) -> Scene:
     """The padded scene of a nominal problem, without the obstacles that are proved separated from
     every plan that ends in the goal. [T11, T14]
 
     Raises InputError where the problem does not fit the model.
     """
-    found = prune(nominal.problem, nominal.model)
-    return _pruned(nominal, found)
+    return padded(lowered(nominal, prune(nominal.problem, nominal.model)))
 
 
 def scene_along(nominal: NominalProblem, k: np.ndarray, path: np.ndarray) -> Scene:
@@ -168,16 +149,14 @@ def scene_along(nominal: NominalProblem, k: np.ndarray, path: np.ndarray) -> Sce
     k: (n_k,) parameters of the plan. path: (T + 1, n_c) [m] prediction of it.
     Raises InputError.
     """
-    problem, tube = nominal.problem, nominal.model.tube
-    _check_obstacles(problem, nominal.model.time.n_steps)
-    places = path.reshape(len(path), -1, nominal.model.n_p)
+    model, tube = nominal.model, nominal.model.tube
+    places = path.reshape(len(path), -1, model.n_p)
     error = tube.interval[tube.bins_of(k[None])[0]].max(axis=0).reshape(places[1:].shape)
-    slack = float(float_slack(nominal.model, np.abs(places).max()))
+    slack = float(float_slack(model, np.abs(places).max()))
     lo = np.minimum(places[:-1], places[1:]) - 2 * slack
     hi = np.maximum(places[:-1], places[1:]) + 2 * slack
-    parts = numbered(problem.body, nominal.model.points)
-    found = apart(problem, parts, Extent(lo, hi, error), slack)
-    return _pruned(nominal, found)
+    found = apart(nominal.problem, model, Extent(lo, hi, error), slack)
+    return padded(lowered(nominal, found))
 
 
 def unpruned_scene(scene: Scene) -> Scene:
@@ -187,11 +166,6 @@ def unpruned_scene(scene: Scene) -> Scene:
 
 def _with_all(scene: Scene) -> Scene:
     return padded(lowered(scene.nominal))
-
-
-def _pruned(nominal: NominalProblem, found: Apart) -> Scene:
-    scene = lowered(nominal, found if np.isfinite(found.beyond) else None)
-    return padded(scene)
 
 
 def _table(scene: Scene) -> DirectionTable:
@@ -205,10 +179,13 @@ def _alike(scene: Scene) -> Alike:
     return alike(w[:n], scene.obstacles.points[:n], len(w))
 
 
-def scene_arrays(
-    problem: Problem, model: TrajectoryModel, apart: Apart | None = None
-) -> SceneArrays:
-    """The arrays of a problem without uncertainty, as a batch takes them. Raises InputError."""
+def lowered(nominal: NominalProblem, apart: Apart | None = None) -> Scene:
+    """The scene of a nominal problem, at its own size.
+
+    apart: obstacles to leave out.
+    Raises InputError where the problem does not fit the model.
+    """
+    problem, model = nominal.problem, nominal.model
     if problem.uncertainty is not None:
         raise InputError(
             "scene: expected a nominal problem; this one is under uncertainty. Ask a planner, or "
@@ -221,12 +198,24 @@ def scene_arrays(
     grown = obstacles_of(problem, model.points, model.layout, in_closed_form(problem, model), kept)
     bounds = np.array([*box_lo, *box_hi])
     size = np.abs(bounds[np.isfinite(bounds)]).max() + CORNERS * grown.size
-    z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
-    goal, first = _rows(problem.goal), _rows(start)
-    k_lo, k_hi = model.domain.lo, model.domain.hi
-    beyond = np.float64(np.inf if apart is None else apart.beyond)
-    slack = float_slack(model, size)
-    return SceneArrays(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, slack, beyond, None)
+    goal_A, goal_b = _rows(problem.goal)
+    start_A, start_b = _rows(start)
+    return Scene(
+        goal_A=goal_A,
+        goal_b=goal_b,
+        start_A=start_A,
+        start_b=start_b,
+        z_lo=box_lo[: model.n_p],
+        z_hi=box_hi[: model.n_p],
+        k_lo=model.domain.lo,
+        k_hi=model.domain.hi,
+        obstacles=grown,
+        slack=float_slack(model, size),
+        beyond=np.float64(np.inf if apart is None else apart.beyond),
+        count=np.int32(len(problem.obstacles) * len(problem.parts) if kept is None else len(kept)),
+        nominal=nominal,
+        apart=apart,
+    )
 
 
 def _rows(poly: HPolytope):
@@ -237,11 +226,16 @@ def _rows(poly: HPolytope):
 
 
 def volume_of_all(scene: Scene) -> float:
-    """Volume of all plans of a query, in units of p0 and k multiplied: K times the box around the
-    goal of the first point; of K alone where all plans have one start. [T15]
+    """Volume of all plans of a query, before tube or uncertainty take anything off, in units of p0
+    and k multiplied: K times the box around the goal of the first point; of K alone where all plans
+    have one start. [T15]
     """
-    k = float(scene.model.domain.volume)
-    return k if scene.at is not None else k * float(np.prod(scene.z_hi - scene.z_lo))
+    asked, model = scene.nominal, scene.model
+    sides, k = scene.z_hi - scene.z_lo, float(model.domain.volume)
+    if asked.uncertainty is not None and asked.query is not None:
+        lo, hi = goal_box(asked.query.problem.goal, asked.query.model.layout)
+        sides, k = (hi - lo)[: model.n_p], asked.uncertainty.volume_of_k(model.domain)
+    return k if scene.at is not None else k * float(np.prod(sides))
 
 
 def in_closed_form(problem: Problem, model: TrajectoryModel) -> bool:
@@ -251,90 +245,6 @@ def in_closed_form(problem: Problem, model: TrajectoryModel) -> bool:
     planar = model.layout == Layout(model.time.n_steps, 2)
     boxes = isinstance(model.tube.errors, ErrorBox)
     return planar and boxes and not isinstance(problem.body, Body)
-
-
-def float_slack(model: TrajectoryModel, size: Float[ArrayLike, "..."]):
-    """[T11] One number that covers every rounding between the real-number verdict and its float64
-    evaluation.
-
-    size: (...) [m] largest goal bound plus largest corner plus radius, of one scene or of many.
-    Network error, the sums p0 + c and w.p - h (fewer than 32 operations, more only for a row of a
-    goal over more coordinates, on numbers no larger than the sizes together), corners and reaches
-    rounded to nearest; all per unit of |w|_1. Supports between faces are sums of products with an
-    inverse: its condition is at most about 60 (FLAT), so 8,192 units of the sum of their terms pay
-    for it.
-    """
-    bound = rounding_bound(model.net, model.domain)
-    longest = max(32, model.n_c + model.n_q + 3)  # operations one after another: a row of the goal
-    claimed = model.tube.claimed  # in the other bins nothing is ever safe
-    widest = max(
-        model.tube.interval[claimed].max(initial=0.0), model.tube.final[claimed].max(initial=0.0)
-    )
-    sizes = 4 * bound.magnitude.max() + size + widest
-    slack = 4 * bound.error.max() + 2 * longest * UNIT * sizes
-    if isinstance(model.tube.errors, ErrorBox) or not claimed.any():
-        return slack
-    return slack + 8192 * UNIT * once(model.tube, _terms)
-
-
-def _terms(tube: Tube) -> float:
-    """Largest sum of the terms of a support between the faces of a tube."""
-    sets = (tube.errors, tube.final_errors)
-    return max(float(at(e, tube.claimed).largest.max()) for e in sets)
-
-
-def prune(problem: Problem, model: TrajectoryModel) -> Apart:
-    """The obstacles that every plan that reaches is separated from by one row. Raises InputError as
-    `pruned_scene` does.
-    """
-    require_dimensions(problem, model.n_p, model.n_q, model.points)
-    _check_obstacles(problem, model.time.n_steps)
-    parts = numbered(problem.body, model.points)
-    extent, slack = extent_in(problem, model)
-    return apart(problem, parts, extent, slack)
-
-
-def extent_in(problem: Problem, model: TrajectoryModel) -> tuple[Extent, float]:
-    """The reachable envelope of the points of plans that reach, and the slack [m] of inequalities
-    about it.
-
-    Such a plan ends in the goal with any error that its bin allows, so it is predicted to end in
-    the goal's box moved back by all of these errors.
-    """
-    tube, n_p = model.tube, model.n_p
-    claimed = tube.claimed  # in the other bins nothing reaches
-    goal_lo, goal_hi = (x[:n_p] for x in goal_box(problem.goal, model.layout))
-    final = at(tube.final_errors, (claimed, None))
-    axes = np.eye(n_p, tube.final.shape[1])
-    most = final.support(axes).max(axis=0, initial=0.0)
-    least = -final.support(-axes).max(axis=0, initial=0.0)
-    starts = np.full(n_p, -np.inf), np.full(n_p, np.inf)
-    if problem.start is not None:
-        starts = box_of_rows(problem.start)
-    sizes = np.abs([goal_lo, goal_hi, most, least, *starts])
-    slack = float(float_slack(model, sizes[np.isfinite(sizes)].max()))
-    ways = once(model, ways_of)
-    ends = goal_lo - most, goal_hi - least
-    widest = tube.interval[claimed].max(axis=0, initial=0.0)
-    return extent_of(ways, ends, starts, widest, 2 * slack, n_p), slack
-
-
-def _check_obstacles(problem: Problem, n_steps: int) -> None:
-    """Raises InputError for an obstacle that exists too late, is empty or unbounded."""
-    for j in np.flatnonzero(spans_of(problem, n_steps)[:, 1] >= n_steps):
-        exists(problem, int(j), n_steps)
-    # polygons with corners, and boxes as `from_box` writes them, are neither: no need for LPs
-    sides = np.zeros((0, 0))
-    known = corners_of_many(problem.obstacles)
-    for j, obstacle in enumerate(problem.obstacles):
-        n = obstacle.n
-        if known[j] is not None:
-            continue
-        if len(sides) != 2 * n:
-            sides = np.concatenate([np.eye(n), -np.eye(n)])
-        boxed = obstacle.A.shape == sides.shape and (obstacle.A == sides).all()
-        if not (boxed and (obstacle.b[:n] >= -obstacle.b[n:]).all()):
-            corners(obstacle, f"obstacle {j}")
 
 
 def size_class(n: int, least: int = 1) -> int:
