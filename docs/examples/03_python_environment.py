@@ -10,11 +10,13 @@ import numpy as np
 
 import parc_jax as pj
 
+TIME = pj.learning.time_grid(dt=0.1, t_f=1.0, dt_record=0.05)
+
 
 class SkidEnv:
     """The cart as an environment: state (x, y, heading, time), as gymnasium.make(...) gives one."""
 
-    dt = 0.05
+    dt = TIME.dt_record
 
     def reset(self, *, seed=None, options=None):
         """A grip for this episode, the cart at the origin."""
@@ -36,21 +38,22 @@ def policy(observation, k):
     return k[0] * (1.5 - t), 2 * k[1] * t
 
 
-def position(environment, observation):
-    """Workspace position (x, y) [m]."""
-    return observation[:2]
-
-
-def heading(environment, observation):
-    """Final heading [rad], not wrapped."""
-    return observation[2:3]
+def episode(rng, k):
+    """One episode under k: places (n_record + 1, 2) [m] and the final heading [rad], unwrapped."""
+    environment = SkidEnv()
+    seen, _ = environment.reset(seed=int(rng.integers(2**31)))
+    places = [np.array(seen[:2])]  # a copy: many environments write into the same array
+    for _ in range(TIME.n_record):
+        seen, _, terminated, truncated, _ = environment.step(policy(seen, k))
+        places.append(np.array(seen[:2]))
+        if (terminated or truncated) and len(places) <= TIME.n_record:
+            raise RuntimeError("the episode ended early")  # this run has failed
+    return np.stack(places), seen[2:3]
 
 
 if __name__ == "__main__":
-    time = pj.learning.time_grid(dt=0.1, t_f=1.0, dt_record=SkidEnv.dt)
-    episode = pj.learning.EnvironmentRun(SkidEnv, policy, time.n_record, position, heading)
     box, law = pj.box([0.5, -0.5], [1.0, 0.5]), {"grip": 0.05}
-    robot = pj.python_system(episode, box, time, name="env", n_p=2, n_q=1, workers=2, law=law)
+    robot = pj.python_system(episode, box, TIME, name="env", n_p=2, n_q=1, workers=2, law=law)
 
     ask = runpy.run_path(str(Path(__file__).with_name("02_jax_function.py")))["ask"]
     answer = ask(robot, jax.random.PRNGKey(0))

@@ -11,4 +11,3 @@ from parc_jax.app.plot.regions import region_verdicts as region_verdicts
 from parc_jax.app.plot.regions import regions as regions
 from parc_jax.app.plot.samples import samples as samples
 from parc_jax.app.plot.style import save as save
-from parc_jax.app.plot.timeline import timeline as timeline

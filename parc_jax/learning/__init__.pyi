@@ -4,7 +4,6 @@ from parc_jax.learning.bound.claim import load_claim as load_claim
 from parc_jax.learning.bound.counts import required_runs as required_runs
 from parc_jax.learning.bound.declared import assumed_claim as assumed_claim
 from parc_jax.learning.bound.declared import declared_claim as declared_claim
-from parc_jax.learning.bound.monitor import refit as refit
 from parc_jax.learning.bound.monitor import update as update
 from parc_jax.learning.bound.pipeline import bound_error as bound_error
 from parc_jax.learning.bound.start_gap import translation_gap as translation_gap
@@ -15,4 +14,3 @@ from parc_jax.learning.network.train import train as train
 from parc_jax.learning.runs.collect import collect as collect
 from parc_jax.learning.system import time_grid as time_grid
 from parc_jax.learning.systems.chained import chained as chained
-from parc_jax.learning.systems.environment import EnvironmentRun as EnvironmentRun

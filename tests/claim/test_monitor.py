@@ -7,12 +7,10 @@ from functools import partial
 import jax
 import numpy as np
 import pytest
-from profiles import training_profile
 from synthetic_plants import (
     between_knots,
     disturbed,
     exact,
-    noisy,
     plant,
     straight_network,
 )
@@ -20,7 +18,7 @@ from synthetic_plants import (
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.monitor import inside_tube, monitor, refit, update
+from parc_jax.learning.bound.monitor import inside_tube, monitor, update
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import time_grid
@@ -124,17 +122,3 @@ def test_new_data_gives_a_new_claim(claim):
     assert small.eps > claim.eps  # what a hundred runs support
     with pytest.raises(InputError, match="training runs"):
         update(claim, NET, seen, seen, bins=(1, 1))
-
-
-def test_refitting_the_last_layer_keeps_the_regions_and_lowers_the_error():
-    train = collect(plant(noisy), KEY, 500, quiet=True)
-    features = np.random.default_rng(0).normal(size=(12, 2))
-    from parc_jax.learning.network.relu import relu_network
-
-    deep = relu_network([features, np.zeros((9, 12))], [np.linspace(-1, 1, 12), np.zeros(9)])
-    better = refit(deep, train)
-    np.testing.assert_array_equal(better.weights[0], deep.weights[0])
-    assert (
-        training_profile(better, train, (1, 1)).interval.mean()
-        < 0.5 * training_profile(deep, train, (1, 1)).interval.mean()
-    )

@@ -12,7 +12,6 @@ from parc_jax.app.plot import shapes
 from parc_jax.app.plot.errors import Entry, errors
 from parc_jax.app.plot.projections import default_pairs, projections
 from parc_jax.app.plot.samples import samples
-from parc_jax.app.plot.timeline import clearances, timeline
 from parc_jax.common.errors import InputError
 
 
@@ -91,13 +90,3 @@ def test_projections_contain_the_samples(answer):
     assert len(projections(answer, pairs=[(0, 1), (2, 3)]).axes) == 2
     with pytest.raises(InputError, match="fills rows"):
         projections(answer, pairs=[(0, 1)] * 4)
-
-
-def test_timeline_clearance_is_the_distance_to_the_grown_block(answer):
-    gaps = clearances(answer, answer.samples[3])
-    # plan 3 ends at (0, 0.02); block 0 starts at y = 0.3, the body takes 0.1 and the tube 0.02
-    assert gaps[0, 3] == pytest.approx(0.3 - 0.02 - 0.1 - 0.02, abs=1e-9)
-    drawn = timeline(answer, (0, 3), toy_replay(answer), names=["upper", "lower"])
-    assert len(drawn.axes) == 4 and drawn.axes[2].get_yticklabels()[0].get_text() == "lower"
-    with pytest.raises(InputError):
-        timeline(answer, (4,))

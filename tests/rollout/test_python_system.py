@@ -11,7 +11,6 @@ import pytest
 import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.start_gap import translation_gap
-from parc_jax.learning.systems.environment import EnvironmentRun
 from parc_jax.learning.systems.python_system import python_system
 
 DOMAIN, TIME = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)
@@ -94,31 +93,3 @@ def test_translation_invariance_is_measured():
     ).p.tolist() == pytest.approx([3.0, 0.2])
     with pytest.raises(InputError, match="rollout_from"):
         translation_gap(system(walk, 0), KEY, starts)
-
-
-class Room:
-    """An environment with two coordinates that ends at x > 1."""
-
-    def reset(self, *, seed=None, options=None):
-        self.seen = np.zeros(2)
-        self.push = options["push"]
-        return self.seen, {}
-
-    def step(self, action):
-        self.seen += action * self.push
-        return self.seen, 0.0, bool(self.seen[0] > 1), False, {}
-
-
-@pytest.mark.slow
-def test_an_environment_becomes_a_system():
-    episode = EnvironmentRun(
-        Room,
-        lambda seen, k: k[0],
-        2,
-        lambda room, seen: seen,
-        lambda room, seen: seen[:1],
-        lambda k: {"push": 2.0},
-    )
-    runs = pj.learning.collect(system(episode, 0), KEY, n=20, quiet=True)
-    assert np.allclose(runs.p[:, 1], 2 * runs.k) or runs.failed.any()
-    assert (runs.failed == (2 * runs.k[:, 0] > 1)).all() and 0 < runs.failed.sum() < 20

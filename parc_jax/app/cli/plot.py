@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.common.errors import InputError
 
-Figure = Literal["samples", "regions", "projections", "timeline"]
+Figure = Literal["samples", "regions", "projections"]
 Job = tuple[str, Callable[[], Path]]  # a name, and the function that draws it
 
 
@@ -145,7 +145,6 @@ def _possible(answer) -> list[str]:
         *(["samples"] if len(answer.samples) else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
         *(["projections"] if several and answer.corridors else []),
-        *(["timeline"] if len(answer.samples) and answer.problem.obstacles else []),
     ]
 
 

@@ -6,7 +6,6 @@ draws on `to`: None (a new figure is returned), a path (it is also saved there, 
 matplotlib Axes.
 
 samples      safe plans in the workspace, with their true runs
-timeline     clearance and separating directions of some plans over time
 projections  the safe polytopes from several sides
 regions      the regions of K by verdict and by time; `region_verdicts` gives the verdict of each
 errors       the tubes of several models over time

@@ -18,7 +18,7 @@ from parc_jax.learning.bound.settings import GAP, intersample_of
 from parc_jax.learning.bound.start_gap import declared_gap
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.labels import plain_k
-from parc_jax.learning.network.relu import ReLUNetwork, features, relu_network
+from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import NAMED, RolloutBatch, worst_by_group
 from parc_jax.learning.runs.law import LOG
 
@@ -205,7 +205,7 @@ def update(
     seen:  all runs used before the decision to update: for training, and by a monitor until its
         alarm.
     fresh: runs of the law to be deployed, made after that decision, unseen by network and profile.
-    tune:  (net, seen) -> net, for example `refit`; None = the same network.
+    tune:  (net, seen) -> net; None = the same network.
     options: of `bound_error`; eps, delta, shape, gap, intersample, bins, claims and blocks are
         those of the old claim where not given, and as many fresh runs are left outside as these
         allow.
@@ -242,18 +242,3 @@ def update(
     new = bound_error(net, fresh, None, train=seen, **old | options)
     source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
     return net, derived(new, evidence={"updated_from": source})
-
-
-def refit(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:
-    """The network with its last layer solved anew by least squares on the data; hidden layers, and
-    so regions, stay. Raises InputError when fewer than ten runs are finite.
-    """
-    from parc_jax.learning.network.train import training_arrays
-
-    k, y = training_arrays(data)
-    hidden = features(net.weights[:-1], net.biases[:-1], k)
-    centre = hidden.mean(axis=0)
-    solution = np.linalg.lstsq(hidden - centre, y - y.mean(axis=0), rcond=1e-10)[0].T
-    return relu_network(
-        [*net.weights[:-1], solution], [*net.biases[:-1], y.mean(axis=0) - solution @ centre]
-    )
