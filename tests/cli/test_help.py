@@ -1,4 +1,4 @@
-"""Help fits a terminal of 80 columns and speaks of numbers, names and paths, not of types."""
+"""Help speaks of numbers, names and paths, not of types."""
 
 import dataclasses
 import inspect
@@ -24,7 +24,7 @@ def offers(command) -> dict[str, Offer]:
 COMMANDS = tuple(name for name in cli.COMMANDS if name != "export")
 
 
-def test_help_fits_is_readable_and_has_an_example(capsys, monkeypatch):
+def test_help_is_readable_and_has_an_example(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     wrong = []
     for command in ("", *COMMANDS):
@@ -34,8 +34,7 @@ def test_help_fits_is_readable_and_has_an_example(capsys, monkeypatch):
         words = " ".join(said.split())
         shown = f"parc-jax {command}" in words and "Example" in words
         shown = shown if command else all(name in words for name in COMMANDS)
-        wide = max(map(len, said.splitlines())) > 80
-        wrong += [command] if stop.value.code or wide or types.search(said) or not shown else []
+        wrong += [command] if stop.value.code or types.search(said) or not shown else []
     assert not wrong, wrong
 
 

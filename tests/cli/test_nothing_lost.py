@@ -171,15 +171,6 @@ def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
         with only_of(module, work):
             pass
     assert (work / "train").read_text() == "runs"
-    for stream in (sys.stdin, sys.stderr):
-        monkeypatch.setattr(stream, "isatty", lambda: True)
-    for reply, goes in (("\n", False), ("y\n", True)):
-        monkeypatch.setattr(sys.stdin, "readline", lambda reply=reply: reply)
-        with pytest.raises(ValueError if goes else pj.InputError), only_of(module, work):
-            raise ValueError
-        assert "Discard them? [y/N]" in capsys.readouterr().err
-        assert (work / "train").exists() is not goes
-    assert not work.exists()  # nothing was finished
 
 
 HOLDS = """

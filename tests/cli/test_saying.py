@@ -1,57 +1,20 @@
 """What a command says while it works, and of sizes that look like another unit."""
 
-import io
-import threading
-
 import pytest
 import toy_query
 from toy_bodies import points_model
 
 from parc_jax.answer.why import odd_size
-from parc_jax.app.cli import process as saying
+from parc_jax.app.cli.process import saying
 from parc_jax.common.sets.box import box
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid
 
 
-class Stream(io.StringIO):
-    """Tells when a sign of life has been written to it."""
-
-    def __init__(self, on_terminal):
-        super().__init__()
-        self.on_terminal, self.seen = on_terminal, threading.Event()
-
-    def isatty(self):
-        return self.on_terminal
-
-    def write(self, text):
-        super().write(text)
-        if "... 0 s" in text:
-            self.seen.set()
-
-
-@pytest.mark.parametrize("on_terminal", [False, True])
-def test_work_that_goes_on_says_so(on_terminal, monkeypatch):
-    stream = Stream(on_terminal)
-    monkeypatch.setattr(saying.sys, "stderr", stream)
-    monkeypatch.setattr(saying, "EVERY_S", {on_terminal: 1e-3})
-    with saying.saying() as say:
-        say("looking")
-        assert stream.seen.wait(60)
-    said = stream.getvalue()
-    if on_terminal:
-        assert said.startswith("\r\x1b[Klooking ...\r\x1b[Klooking ... 0 s") and said.endswith(
-            "\x1b[K"
-        )
-        assert "\n" not in said
-    else:
-        assert said.startswith("looking ...\nlooking ... 0 s\n") and "\r" not in said
-
-
-def test_a_sign_of_life_every_ten_seconds_and_none_where_nothing_is_wanted(capsys):
-    assert saying.EVERY_S == {True: 1.0, False: 10.0}
-    with saying.saying(quiet=True) as say:
-        say("looking")
+def test_the_stage_is_named_unless_nothing_is_wanted(capsys):
+    saying(quiet=False)("looking")
+    assert capsys.readouterr().err == "looking ...\n"
+    saying(quiet=True)("looking")
     assert capsys.readouterr().err == ""
 
 

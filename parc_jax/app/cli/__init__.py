@@ -7,7 +7,6 @@ With --verbose (twice for more), or PARC_JAX_LOG=info or debug, every command lo
 Completion scripts: parc-jax --tyro-print-completion bash (or zsh). Version: parc-jax --version.
 """
 
-import contextlib
 import gc
 import importlib
 import os
@@ -89,7 +88,7 @@ def _dispatch(arguments: list[str], interrupts: Event) -> int:
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import tyro
 
-    from parc_jax.app.cli.options import readable, wrapped
+    from parc_jax.app.cli.options import readable
 
     first = arguments[0] if arguments else ""
     commands = {
@@ -97,9 +96,8 @@ def _dispatch(arguments: list[str], interrupts: Event) -> int:
         for name in COMMANDS
     }
     try:
-        with wrapped() if {"-h", "--help"} & set(arguments) else contextlib.nullcontext():
-            looks = {"prog": "parc-jax", "description": __doc__, "use_underscores": False}
-            return tyro.extras.subcommand_cli_from_dict(commands, args=arguments, **looks)
+        looks = {"prog": "parc-jax", "description": __doc__, "use_underscores": False}
+        return tyro.extras.subcommand_cli_from_dict(commands, args=arguments, **looks)
     except ParcError as error:
         return _say(error, BAD_INPUT if isinstance(error, InputError) else NO_ANSWER)
     except BrokenPipeError:

@@ -144,10 +144,9 @@ def explain(place: Path, /) -> int:
         place: An answer file, which is checked anew, or the folder of a study, with the times of
             its stages.
     """
-    from parc_jax.app.cli.options import fitted
     from parc_jax.app.study.report import explained
 
-    print(fitted(explained(place)))
+    print(explained(place))
     return 0
 
 
@@ -168,7 +167,6 @@ def replay(
         log: Logged runs (.npz, .mat, folder) on the time grid and of the points of its model; those
             with k outside of its K are left out.
     """
-    from parc_jax.app.cli.options import fitted
     from parc_jax.app.files.answer_file import load_answer
     from parc_jax.app.study.replay import replay_recorded
     from parc_jax.learning.runs.loaders import load_rollouts
@@ -181,5 +179,5 @@ def replay(
     counts = {"runs": runs.n, "with_start": 0}
     if replayed is not None:
         words, counts = replayed.details(), replayed.counts()
-    print(json.dumps(counts, indent=1) if shell.json else fitted(words))
+    print(json.dumps(counts, indent=1) if shell.json else words)
     return 1 if replayed is None else 0

@@ -36,7 +36,6 @@ def learn(
         out: The model file. Unfinished work stays beside it, in OUT.unfinished.
     """
     from parc_jax.app.cli import logged as logs
-    from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import held, only_of, require_place
     from parc_jax.app.cli.systems import of_study
     from parc_jax.common.keys import key_of
@@ -66,7 +65,7 @@ def learn(
                 learned.model.save(out)
             shutil.rmtree(work, ignore_errors=True)
     said = logs.summary(learned, out, as_json=shell.json)
-    print(said if shell.json else fitted(said))
+    print(said)
     return 0 if learned.model.tube.claimed.any() else 1
 
 

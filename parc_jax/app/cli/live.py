@@ -44,9 +44,8 @@ def live(
         problem = scene_of(learned)
     else:
         problem, learned = load_problem(scene, learned.points), labelled(learned, scene)
-    with saying(shell.quiet) as say:
-        say(COMPILING)
-        place = None if at is None else numbers_of_option("at", at)
-        page = open_page(learned, problem, place, port, wait=False)
+    saying(shell.quiet)(COMPILING)
+    place = None if at is None else numbers_of_option("at", at)
+    page = open_page(learned, problem, place, port, wait=False)
     page.run()
     return 0

@@ -1,16 +1,11 @@
-"""Options of the commands, from the fields of records, and their help on a narrow terminal."""
+"""Options of the commands, from the fields of records."""
 
-import contextlib
 import importlib
 import inspect
-import io
 import re
-import shutil
-import sys
-import textwrap
 import types
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,8 +14,6 @@ from parc_jax.common.options import Options, told
 
 SCALARS = (int, float, str, bool, Path)
 METAVARS = {int: "N", float: "X", str: "NAME", Path: "PATH"}
-FRAME = "╭│╰"  # first letters of the lines of a box, which are wrapped already
-NARROWEST = 40
 
 
 @dataclass(frozen=True)
@@ -191,32 +184,3 @@ def metavar_of(hint) -> str | None:
     if origin is tuple and (one := metavar_of(parts[0])) is not None:
         return f"{one} {one} ..." if one.isalpha() else f"{{{one}}} ..."
     return "|".join(map(str, parts)) if origin is typing.Literal else None
-
-
-@contextlib.contextmanager
-def wrapped() -> Iterator[None]:
-    """Long lines outside of boxes are broken at the terminal's width, also when the block exits."""
-    held = io.TextIOWrapper(io.BytesIO(), encoding=sys.stdout.encoding)
-    try:
-        with contextlib.redirect_stdout(held):
-            yield
-    finally:
-        held.seek(0)
-        for line in held.read().splitlines():
-            print(line if line[:1] in FRAME else _filled(line))
-
-
-def fitted(text: str) -> str:
-    """The text with its sentences broken at the width of the terminal; tables, and text for
-    anything but a terminal, stay as they are.
-    """
-    if not sys.stdout.isatty():
-        return text
-    lines = text.split("\n")
-    return "\n".join(line if "  " in line.strip() else _filled(line) for line in lines)
-
-
-def _filled(line: str) -> str:
-    """A line that is longer than the terminal is wide, as several."""
-    width = max(NARROWEST, shutil.get_terminal_size().columns)
-    return line if len(line) <= width else textwrap.fill(line, width, break_on_hyphens=False)

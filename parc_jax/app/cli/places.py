@@ -118,14 +118,17 @@ def _locked(lock: Path, place: Path):
 @contextlib.contextmanager
 def only_of(module: ModuleType, work: Path) -> Iterator[None]:
     """Refuse finished runs in `work` of another program, such as the files of the system before
-    they were changed, or discard them if the user agrees. Raises InputError.
+    they were changed. Raises InputError.
 
     When nothing was finished inside, `work` is removed again.
     """
     note, now = work / "source.sha256", source_hash(module)
     if work.is_dir() and any(work.iterdir()) and not (note.is_file() and note.read_text() == now):
-        _require_consent(work, module.__name__)
-        shutil.rmtree(work)
+        raise InputError(
+            f"{work}: expected unfinished runs of {module.__name__} as it is now; those there are "
+            "of another program, or of that module before it was changed. Delete them, or name "
+            "another --out."
+        )
     with folders(note):
         write_atomic(note, now.encode())
         try:
@@ -133,19 +136,6 @@ def only_of(module: ModuleType, work: Path) -> Iterator[None]:
         finally:
             if work.is_dir() and list(work.iterdir()) == [note]:
                 shutil.rmtree(work)
-
-
-def _require_consent(work: Path, module: str) -> None:
-    """Ask the user to discard unfinished runs. Raises InputError without a yes."""
-    if sys.stdin.isatty() and sys.stderr.isatty():
-        question = f"{work} holds unfinished runs of another program than {module} as it is now."
-        print(f"parc-jax: {question} Discard them? [y/N] ", end="", file=sys.stderr, flush=True)
-        if sys.stdin.readline().strip().lower() in ("y", "yes"):
-            return
-    raise InputError(
-        f"{work}: expected unfinished runs of {module} as it is now; those there are of another "
-        "program, or of that module before it was changed. Delete them, or name another --out."
-    )
 
 
 def source_hash(module: ModuleType) -> str:

@@ -6,7 +6,6 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 
 from parc_jax.common.errors import InputError
@@ -18,7 +17,6 @@ _LOADING = "<frozen importlib"  # file of the frames of an import
 COMPILING = "compiling"
 SEARCHING = "looking for safe plans, or for a proof that there are none"
 STAGES = {"first query (cold)": COMPILING, "safe set": SEARCHING}  # of a study, without a bar
-EVERY_S = {True: 1.0, False: 10.0}  # [s] between two signs of life: on a terminal, elsewhere
 
 
 class _BesideBars(logging.Handler):
@@ -83,48 +81,19 @@ def stoppable() -> Iterator[threading.Event]:
         signal.signal(signal.SIGINT, before)
 
 
-@contextlib.contextmanager
-def saying(quiet: bool = False) -> Iterator[Callable[[str], None]]:
-    """Within, `say(stage)` names the present stage, and repeats it with its time: on a terminal in
-    one line that goes away, elsewhere in a line every ten seconds. quiet: say nothing.
-    """
-    if quiet:
-        yield lambda stage: None
-        return
-    out, ended = sys.stderr, threading.Event()
-    terminal = out.isatty()
-    stage, begin = "", time.perf_counter()
+def saying(quiet: bool = False) -> Callable[[str], None]:
+    """`say(stage)` names the present stage on stderr. quiet: nothing is said."""
 
-    def write(line: str) -> None:
-        out.write(f"\r\x1b[K{line}" if terminal else f"{line}\n")
-        out.flush()
+    def say(stage: str) -> None:
+        if not quiet:
+            print(f"{stage} ...", file=sys.stderr, flush=True)
 
-    def say(name: str) -> None:
-        nonlocal stage, begin
-        stage, begin = name, time.perf_counter()
-        write(f"{stage} ...")
-
-    def repeat() -> None:
-        every = EVERY_S[terminal]
-        while not ended.wait(every):
-            spent = time.perf_counter() - begin
-            if stage and spent > every / 2:
-                write(f"{stage} ... {spent:.0f} s")
-
-    thread = threading.Thread(target=repeat, daemon=True)
-    thread.start()
-    try:
-        yield say
-    finally:
-        ended.set()
-        thread.join()
-        if terminal and stage:
-            write("")
+    return say
 
 
 @contextlib.contextmanager
 def during(stage: str, quiet: bool = False) -> Iterator[None]:
-    """Within, a stage of a study without a progress bar is named as by `solve`."""
-    with saying(quiet or stage not in STAGES) as say:
-        say(STAGES.get(stage, ""))
-        yield
+    """A stage of a study without a progress bar is named as by `solve`."""
+    if stage in STAGES:
+        saying(quiet)(STAGES[stage])
+    yield

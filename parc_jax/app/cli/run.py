@@ -32,7 +32,6 @@ def run(
         model: A saved model, in place of rollouts and training.
         figures: Draw the figures.
     """
-    from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import held, only_of, require_place
     from parc_jax.app.cli.process import during
     from parc_jax.app.cli.systems import black_box_of, build, find, study_of
@@ -59,7 +58,7 @@ def run(
         how = {"model": saved, "learn_from": learn_from, "figures": figures, "quiet": shell.quiet}
         said = partial(during, quiet=shell.quiet)
         outcome = run_study(black_box, problem, settings, out, shell.seed, **how, during=said)
-    facts = json.dumps(outcome.metrics, indent=1) if shell.json else fitted(report(outcome, out))
+    facts = json.dumps(outcome.metrics, indent=1) if shell.json else report(outcome, out)
     print(facts)
     return 0 if outcome.answer.status.found else 1
 

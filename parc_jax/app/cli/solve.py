@@ -62,7 +62,6 @@ def solve(
     import sys
 
     from parc_jax.answer.why import odd_size
-    from parc_jax.app.cli.options import fitted
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.cli.process import COMPILING, SEARCHING, saying
     from parc_jax.app.cli.scene import as_json, place_of_option, under_uncertainty, verdict
@@ -94,26 +93,26 @@ def solve(
         odd = degrees_hint("heading [rad]", place[-1], place[-1]).strip()
     if odd:
         print(odd, file=sys.stderr)
-    with saying(shell.quiet) as say:
-        cold_s = None
-        if first:
-            say("compiling, and looking for a safe plan")
-            limit = settings.budget_s
-            settings = Settings.fast().replace(samples=1, proof=True, budget_s=limit)
-        else:
-            # so that the times are those of the search and not of the compiler
-            say(COMPILING)
-            cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
-            say(SEARCHING)
-        answer = planner.solve(problem, key, settings, at=place)
-        if validate or study:
-            say("running the system in this scene")
-            answer = _validated(answer, key, settings, **study)
+    say = saying(shell.quiet)
+    cold_s = None
+    if first:
+        say("compiling, and looking for a safe plan")
+        limit = settings.budget_s
+        settings = Settings.fast().replace(samples=1, proof=True, budget_s=limit)
+    else:
+        # so that the times are those of the search and not of the compiler
+        say(COMPILING)
+        cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
+        say(SEARCHING)
+    answer = planner.solve(problem, key, settings, at=place)
+    if validate or study:
+        say("running the system in this scene")
+        answer = _validated(answer, key, settings, **study)
     answer.save(out)
     if answer.validation is not None and answer.validation.answer is not None:
         answer.validation.answer.save(out.with_suffix(".validated.json"))
     short = shell.quiet
-    print(as_json(answer, out, cold_s) if shell.json else fitted(verdict(answer, out, short)))
+    print(as_json(answer, out, cold_s) if shell.json else verdict(answer, out, short))
     return 0 if answer.status.found else 1
 
 
