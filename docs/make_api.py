@@ -19,7 +19,6 @@ ROOMS = (
     "drive",
     "types",
     "exchange",
-    "ros",
 )
 FURTHER = {
     "Records of options": (

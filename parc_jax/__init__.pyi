@@ -6,7 +6,6 @@ from parc_jax import drive as drive
 from parc_jax import learning as learning
 from parc_jax import problem as problem
 from parc_jax import proof as proof
-from parc_jax import ros as ros
 from parc_jax.app import exchange as exchange
 from parc_jax.app import figures as figures
 from parc_jax.app import types as types

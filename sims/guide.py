@@ -59,9 +59,8 @@ class Guide:
 
 
 def along_ways(pilot) -> Callable:
-    """A preference of a `pj.ros.Pilot`: the distance from the place of rest to the goal, on its map
-    through free cells; straight while there is no map. `node` takes it as
-    prefer:=sims.guide:along_ways.
+    """The preference of a `Pilot`: the distance from the place of rest to the goal, on its map
+    through free cells; straight while there is no map.
     """
     sides = np.roll(pilot.outline, -1, axis=0) - pilot.outline
     across = sides[:, 0] * pilot.outline[:, 1] - sides[:, 1] * pilot.outline[:, 0]

@@ -14,7 +14,7 @@ from needs import need
 import parc_jax
 
 MOST = 26  # names that a reader meets at once
-ROOMS = ("drive", "exchange", "learning", "problem", "proof", "ros", "types")
+ROOMS = ("drive", "exchange", "learning", "problem", "proof", "types")
 NAMES = [name for name in parc_jax.__all__ if not inspect.ismodule(getattr(parc_jax, name))]
 NAMES += [f"{room}.{name}" for room in ROOMS for name in getattr(parc_jax, room).__all__]
 

@@ -15,7 +15,6 @@ from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
 from parc_jax.problem.world.moving import moving
 from parc_jax.problem.world.seen import seen_from
 from parc_jax.ros.bags.recording import frames_of, stamp_of, yaw_of
-from parc_jax.ros.driving import Driving
 
 EVERY = 3  # intervals of a manoeuvre for which a disc has one outline
 SIDES = np.pi / 4 * np.arange(8)  # of an outline: a loop's scenes are padded to as many corners
@@ -100,10 +99,11 @@ def movers_in(message: Any) -> Movers:
     return Movers(stamp, places)
 
 
-def among(movers: Movers, ways: Sequence, pose: np.ndarray, at: int, d: Driving, time: TimeGrid):
+def among(movers: Movers, ways: Sequence, pose: np.ndarray, at: int, d: Any, time: TimeGrid):
     """Obstacles and spans of a manoeuvre from a pose (x, y, ..) at the time `at` [ns].
 
-    ways: obstacles that stand still. The manoeuvre stays within the square of half width
+    ways: obstacles that stand still. d: `mover_radius`, `mover_speed` and `reach` as of the
+    settings of a pilot (`sims.driving`). The manoeuvre stays within the square of half width
     `d.reach`, so movers that cannot enter it are left out. Returns a sentence where a mover may be
     at the robot.
     """

@@ -4,7 +4,7 @@ python -m parc_jax.ros.node --ros-args -p model:=model.npz -p radius:=0.2 -p lea
 """
 
 import dataclasses
-import pkgutil
+import importlib
 import sys
 
 import numpy as np
@@ -19,8 +19,6 @@ from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.world.outlines import read_footprint
 from parc_jax.ros.bags.recording import stamp_of
-from parc_jax.ros.driving import Driving
-from parc_jax.ros.pilot import Pilot
 
 try:
     from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
@@ -41,6 +39,9 @@ except ImportError as error:
         sys.exit(2)
     raise InputError(ABSENT) from None
 
+# drivers are no part of this package: one that comes along
+Pilot = importlib.import_module("sims.pilot").Pilot
+Driving = importlib.import_module("sims.driving").Driving
 KINDS = {"Odometry": Odometry, "PoseWithCovarianceStamped": PoseWithCovarianceStamped}
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -49,11 +50,10 @@ class PilotNode(Node):
     """Subscribes to map or scan, pose and goal; publishes manoeuvre, path and statement per step.
 
     Parameters: model, radius or footprint, episode (a file that is written at the end),
-    pose_kind (Odometry or PoseWithCovarianceStamped), prefer (module:function, which makes of the
-    pilot its preference), tolerance [m] of GetPlan, and the fields of `Driving`. Topics, to be
-    remapped: map, scan, movers, odom, goal_pose in; ~/manoeuvre (Float64MultiArray: the parameters
-    k, named in its layout), ~/path (Path, stamped at the knots), ~/statement (String) out. Service:
-    ~/plan (nav_msgs/GetPlan).
+    pose_kind (Odometry or PoseWithCovarianceStamped), tolerance [m] of GetPlan, and the fields of
+    `sims.driving.Driving`. Topics, to be remapped: map, scan, movers, odom, goal_pose in;
+    ~/manoeuvre (Float64MultiArray: the parameters k, named in its layout), ~/path (Path, stamped
+    at the knots), ~/statement (String) out. Service: ~/plan (nav_msgs/GetPlan).
     """
 
     def __init__(self, **options):
@@ -61,8 +61,6 @@ class PilotNode(Node):
         self.episode = self._parameter("episode", "")
         self.tolerance = self._parameter("tolerance", 0.2)
         self.pilot = Pilot(load(self._parameter("model", "")), self._robot(), self._driving())
-        if prefer := self._parameter("prefer", ""):
-            self.pilot.prefer = pkgutil.resolve_name(prefer)(self.pilot)
         kind = self._parameter("pose_kind", "Odometry")
         if kind not in KINDS:
             raise InputError(f"pose_kind: expected one of {', '.join(KINDS)}; got {kind!r:.40}.")
@@ -142,7 +140,7 @@ class PilotNode(Node):
         outline, radius = self._parameter("footprint", ""), self._parameter("radius", 0.0)
         return read_footprint(outline) if outline else radius
 
-    def _driving(self) -> Driving:
+    def _driving(self):
         """The fields of `Driving` as parameters; an empty list stands for None."""
         given = {}
         for field in dataclasses.fields(Driving):

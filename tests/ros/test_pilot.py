@@ -19,10 +19,10 @@ from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_part
-from parc_jax.ros.driving import Driving
 from parc_jax.ros.measured import map_in, seen_in
-from parc_jax.ros.pilot import Pilot
+from sims.driving import Driving
 from sims.guide import Guide, along_ways
+from sims.pilot import Pilot
 
 need("shapely")
 GIVEN = ("twist.twist.linear.x", "twist.twist.linear.y")

@@ -12,8 +12,8 @@ from toy_models import told
 
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_part
-from parc_jax.ros.driving import Driving
-from parc_jax.ros.pilot import Pilot
+from sims.driving import Driving
+from sims.pilot import Pilot
 
 need("shapely")
 import shapely  # noqa: E402

@@ -28,9 +28,10 @@ from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.problem.world.outlines import Footprint
 from parc_jax.ros import measured
 from parc_jax.ros.bags.recording import frames_of, pose_in, stamp_of, value_at
-from parc_jax.ros.driving import Driving
 from parc_jax.ros.measured import Movers, among, require_frame, swept_in
 from parc_jax.safe_set.settings import Settings
+from sims.driving import Driving
+from sims.guide import along_ways
 
 ANYTHING = 1e3  # [units of q] bound of goal states that are free
 SIDES = 16  # of the polygon around a disc, for free space at the start
@@ -45,7 +46,8 @@ class Pilot:
 
     model: its manoeuvres end at rest. robot: outline with the model's points, or radius [m] for a
     model of one point. prefer: maps an Outlook and the goal (x, y) to costs (b,); by default the
-    straight distance from the place of rest to the goal. (`sims.guide` finds ways around walls.)
+    distance to the goal from the place of rest, on a map through free cells (`along_ways`), without
+    one straight.
     """
 
     def __init__(
@@ -56,10 +58,11 @@ class Pilot:
         prefer: Prefer | None = None,
     ):
         self.driving = d = Driving() if driving is None else driving
-        self.model, self.prefer = model, _straight if prefer is None else prefer
+        self.model = model
         self.outline, self.body = _outline(model, robot)
         heading = 0.0 if model.rotation is None else d.uncertainty_heading
         uncertainty = Uncertainty(start=d.uncertainty_start, heading=heading)
+        self.prefer = along_ways(self) if prefer is None else prefer
         limits = {"looks": d.effort_looks, "deadline": d.deadline, "room": d.room}
         effort = Effort(judged=Effort.candidates, **limits)
         self.loop = Loop(model, self.body, leave=d.leave, uncertainty=uncertainty, effort=effort)
@@ -337,11 +340,6 @@ class Pilot:
 
     def _at(self, pose: np.ndarray) -> np.ndarray:
         return pose if self.model.rotation is not None else pose[:2]
-
-
-def _straight(outlook: Outlook, goal: np.ndarray) -> np.ndarray:
-    """(b,) [m] from where each candidate comes to rest to the goal."""
-    return np.linalg.norm(outlook.path[:, -1] - goal, axis=1)
 
 
 def _goal(model: TrajectoryModel, where: Box) -> GoalOfPoints:
