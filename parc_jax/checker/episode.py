@@ -16,7 +16,7 @@ from .exact import array, dot, fields, integers, need, number, rejecting, whole
 from .plans import Context
 from .question import about_the_model
 from .rests_on import checked_premises, comes_or_goes, doubt_of, lines_of, seconds
-from .turns import OFF, cosine_and_sine
+from .turns import MOST, OFF, cosine_and_sine
 
 KIND = "parc_jax.episode/"  # of any version
 EPISODE = f"{KIND}3"
@@ -142,6 +142,7 @@ class Chain:
         turned = len(pose) == n_p + 1
         need(turned or len(pose) == n_p, f"a pose has {n_p} numbers, in the plane maybe a heading")
         need(not turned or n_p == 2, "a heading is of the plane")
+        need(not turned or abs(pose[n_p]) <= MOST, f"a heading is beyond {MOST} rad")
         for part in context.parts:
             own = {i // self.copies for i in part.points}
             every = {i * self.copies + c for i in own for c in range(self.copies)}

@@ -48,7 +48,7 @@ def second_told(monkeypatch, tmp_path):
     def ask(answer):
         path = tmp_path / "answer.json"
         path.write_text(answer if isinstance(answer, str) else json.dumps(answer))
-        return second.ask(second.find_second(path), path)
+        return second.ask(second.find_second(), path)
 
     return ask
 

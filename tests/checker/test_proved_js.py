@@ -64,7 +64,7 @@ def told(monkeypatch, tmp_path):
 
     def ask(content):
         (tmp_path / "answer.json").write_bytes(content)
-        return second.ask(second.find_second(tmp_path / "answer.json"), tmp_path / "answer.json")
+        return second.ask(second.find_second(), tmp_path / "answer.json")
 
     return ask
 

@@ -3,6 +3,7 @@ two.
 """
 
 import json
+from fractions import Fraction as F
 
 import known
 import pytest
@@ -141,7 +142,7 @@ def test_a_fault_in_node_is_no_rejection(monkeypatch, tmp_path):
     monkeypatch.setattr(second, "PROVED_JS", tmp_path / "absent.js")
     monkeypatch.delenv(second.VARIABLE, raising=False)
     answer = save(tmp_path / "answer.json", toy_file())
-    said = second.ask(second.find_second(answer), answer)
+    said = second.ask(second.find_second(), answer)
     assert said.code is None and "ended with 1" in said.lines[0]
 
 
@@ -164,19 +165,16 @@ def test_what_is_no_answer_is_code_two(shell, stand_in):
     assert code == 2 and said == "" and "expected an answer file" in complained
 
 
-def test_of_an_episode_the_second_has_no_verdict(shell, stand_in, monkeypatch):
-    """Whatever its program would say, and where there is none."""
+@needs_node
+def test_of_an_episode_both_have_a_verdict(shell, monkeypatch):
+    """The proved one too, of one that is driven in the world, and of one that turns."""
+    monkeypatch.delenv(second.VARIABLE, raising=False)
     robot = Robot(6)
-    file = robot.episode(robot.driven(2))
-    stand_in("rejects")
-    code, said, _ = shell(file)
-    assert code == 3 and "the proved checker reads answers; it does not read episodes" in said
-    last = "Verdicts: the Python checker accepts; the proved checker gave none."
-    assert said.splitlines()[-1] == last
-    monkeypatch.delenv(second.VARIABLE)
-    monkeypatch.setattr(second.shutil, "which", lambda name: None)
-    assert shell(file)[0] == 3
-    report = json.loads(shell(file, "--json")[1])
-    assert report["second"]["code"] is None and report["first"]["accepted"] is True
-    file["manoeuvres"][1]["pose"] = file["manoeuvres"][1]["sample"]["p0"] = ["90", "90"]
-    assert shell(sealed(file))[0] == 1
+    for heading in (None, F(1, 3)):
+        file = robot.episode(robot.driven(2, heading))
+        code, said, _ = shell(file)
+        assert code == 0 and said.splitlines()[-1].endswith("the proved checker accepts.")
+        assert "2 manoeuvres of one body" in said and "NOT PROVED here: that each began" in said
+    file["manoeuvres"][1]["problem"]["obstacles"][0]["b"][2] = "0"  # reaches to where it stands
+    code, said, _ = shell(sealed(file))
+    assert code == 1 and "REJECTED: 1 entries are not proved, the first is manoeuvres[1]" in said

@@ -30,7 +30,6 @@ VERDICTS = {
     IN_PART: "accepts what it looked at, not all",
     None: "gave none",
 }
-NO_EPISODES = "NO VERDICT: the proved checker reads answers; it does not read episodes."
 
 
 def check(
@@ -48,7 +47,7 @@ def check(
         answer: The answer file.
         second: Ask the proved checker too: the program that PARC_JAX_PROVED_CHECKER names, else
             the one of the page in node. Exit code 0 if both accept, 1 if either rejects, 3 if the
-            second did not look at all of it, as at episodes, which it does not read.
+            second did not look at all of it.
         processes: Share the entries among so many processes.
     """
     arguments = [str(answer), f"--processes={processes}", *(["--json"] if shell.json else [])]
@@ -57,7 +56,7 @@ def check(
 
 def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
     """Both verdicts, and the exit code of the two."""
-    other = find_second(answer)  # refused before the first one takes its time
+    other = find_second()  # refused before the first one takes its time
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         first = checker.main(arguments)
@@ -92,16 +91,10 @@ class Verdict(NamedTuple):
     lines: list[str]
 
 
-def find_second(answer: Path) -> Second:
-    """The built program that the environment names, else node with the one of the page; none of
-    them for an episode. Raises InputError.
+def find_second() -> Second:
+    """The built program that the environment names, else node with the one of the page. Raises
+    InputError.
     """
-    try:
-        episode = checker.is_episode(checker.load(answer))
-    except (OSError, checker.Rejected):
-        episode = False  # the first checker reports it
-    if episode:
-        return Second("it reads no episodes", ())
     named = os.environ.get(VARIABLE)
     if named:
         program = shutil.which(named)
@@ -123,8 +116,6 @@ def find_second(answer: Path) -> Second:
 
 def ask(second: Second, answer: Path) -> Verdict:
     """Run the second checker on a file."""
-    if not second.command:
-        return Verdict(None, [NO_EPISODES])
     command = [*second.command, str(answer.resolve())]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     with contextlib.suppress(ValueError, KeyError, TypeError):

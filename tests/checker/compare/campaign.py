@@ -31,6 +31,7 @@ NAMES = (
     "readers",
     "changed_bytes",
     "terms",
+    "episodes",
 )
 
 

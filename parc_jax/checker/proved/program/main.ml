@@ -11,7 +11,7 @@ let read path =
 
 let () =
   match List.tl (Array.to_list Sys.argv) with
-  | "--each" :: (_ :: _ as paths) -> List.iter (fun path -> print_endline (Verdict.to_json (Verdict.check_answer (read path)))) paths
+  | "--each" :: (_ :: _ as paths) -> List.iter (fun path -> print_endline (Verdict.to_json (Verdict.check_file (read path)))) paths
   | "--read" :: (_ :: _ as paths) ->
     List.iter (fun path ->
         print_endline (match Verdict.read (read path) with
@@ -21,7 +21,7 @@ let () =
     match read path with
     | exception (Sys_error why) -> prerr_endline ("The file cannot be read: " ^ why); exit 2
     | source ->
-      let v = Verdict.check_answer source in
+      let v = Verdict.check_file source in
       List.iter print_endline v.lines;
       exit v.code
   end

@@ -105,6 +105,9 @@ let common numbers =
   d
 let short numbers = ignore (common numbers); numbers
 
+let less x y = Big.sign (Big.sub (Big.mul y.qnum x.qden) (Big.mul x.qnum y.qden)) > 0
+let zero = { qnum = Big.zero; qden = Big.one }
+
 (* ---- Problem, network, tube ---- *)
 let rows_of get n =
   let a = list (vecn n) (get "A") in
@@ -297,6 +300,45 @@ let answer get listed =
               | Null -> Unclaimed
               | x -> match readable (no_plan p) x with Some found -> found | None -> Unread) }
 
+(* ---- An episode ---- *)
+let same_number x y = Big.equal x.qnum y.qnum && Big.equal x.qden y.qden
+
+(* All copies of a point, or none, are in a part of the body. *)
+let whole_copies copies b =
+  let every = List.concat_map (fun i -> List.init copies (fun c -> (i / copies * copies) + c)) b.corners in
+  if List.sort_uniq compare every <> List.sort_uniq compare b.corners then bad "a part of the body leaves out copies of a point"
+
+let most_turn = { qnum = Big.of_int 8; qden = Big.one } (* [rad] of a heading *)
+
+let episode get =
+  let entries = match get "manoeuvres" with Arr (_ :: _ as l) -> l | _ -> bad "an episode without a manoeuvre" in
+  let entries = List.map (fields [ "begin"; "pose"; "problem"; "sample" ]) entries in
+  let dt_of o = number (Option.get (field "dt" o)) in
+  let first = List.hd entries "problem" in
+  let p = problem first and n = network (get "network") in
+  let e, h = tube p (get "tube") in
+  let copies = whole 1 p.n_points (get "copies") in
+  let off = vecn (p.n_p + 2) (get "doubt") in
+  if List.exists (fun x -> Big.sign x.qnum < 0) off then bad "a doubt is negative";
+  let turned o = match list number (o "pose") with
+    | pose when List.length pose = p.n_p -> false
+    | [ _; _; heading ] when p.n_p = 2 ->
+      if less most_turn { heading with qnum = Big.abs heading.qnum } then bad "a heading is beyond 8 rad";
+      true
+    | _ -> bad "a pose has a number for each axis, in the plane maybe a heading" in
+  let turning = turned (List.hd entries) in
+  let manoeuvre o =
+    let q = problem (o "problem") in
+    let side (a, b) (c, d) = same_number a c && same_number b d in
+    if not (List.length q.domain = List.length p.domain && List.for_all2 side q.domain p.domain
+            && same_number (dt_of (o "problem")) (dt_of first)) then bad "another problem has another domain or time step";
+    if turned o <> turning then bad "a manoeuvre is told in another frame than the one before";
+    List.iter (whole_copies copies) q.parts;
+    { begin0 = number (o "begin"); pose = List.filteri (fun i _ -> i < p.n_p) (list number (o "pose")); asked = q;
+      its_hints = h; its_plan = readable (sample q) (o "sample") } in
+  ( { its_net = n; its_tube = e; tick = dt_of first; turning; doubt = List.filteri (fun i _ -> i < p.n_p) off;
+      done0 = List.map manoeuvre entries }, p )
+
 (* ---- The claim ---- *)
 
 (* As Python's unicode_escape spells a text: printable, and on one line. *)
@@ -342,9 +384,6 @@ let at names o =
     | Some _ -> bad "a part of the claim is not an object" in
   match List.fold_left one (Some o) names with Some Null -> None | found -> found
 let listed names o = match at names o with None -> [] | Some l -> list (fun x -> x) l
-
-let less x y = Big.sign (Big.sub (Big.mul y.qnum x.qden) (Big.mul x.qnum y.qden)) > 0
-let zero = { qnum = Big.zero; qden = Big.one }
 
 (* Of a set that was tested in its scene [T42]. *)
 let tested get =

@@ -48,6 +48,11 @@ let refused entries =
   let found = List.concat_map names entries in
   Printf.sprintf "REJECTED: %d entries are not proved, the first is %s" (List.length found) (List.hd found)
 
+let about_the_model without bins =
+  if without = 0 then "The tube holds the model's own trajectory in every bin."
+  else Printf.sprintf "The tube leaves out the model's own trajectory in %d of %d bins: what is proved there may be about none."
+      without bins
+
 (* What is proved, in words: all numbers are the checker's. *)
 let proved r =
   let counted n one many what = if n = 0 then [] else [ Printf.sprintf "  %d %s%s" n (if n = 1 then one else many) what ] in
@@ -63,26 +68,14 @@ let proved r =
      | Shares (safe, unsafe) ->
        [ "  of the (p0, k) whose first point ends in the file's box z, whatever else";
          Printf.sprintf "    the goal asks, by volume: safe at least %s, unsafe at least %s" (per_cent safe) (per_cent unsafe) ])
-  @ [ (if r.n_without = 0 then "The tube holds the model's own trajectory in every bin."
-       else Printf.sprintf "The tube leaves out the model's own trajectory in %d of %d bins: what is proved there may be about none."
-           r.n_without r.n_bins) ]
+  @ [ about_the_model r.n_without r.n_bins ]
 
 (* The marks by kind; none for proofs of no plan where there is none. *)
 let named marks = List.filter (fun (kind, l) -> kind <> "no_plan" || l <> []) (List.combine (kinds @ [ "no_plan" ]) marks)
 
-(* What a file says: the answer, what is known of its claim, and the hashes.  Raises Bad, or what the reader was not written for. *)
-let read source =
-  let answer = parse source in
-  allow answer;
-  let get k = match answer with
-    | Obj l -> (match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)
-    | _ -> bad "the file is not an object" in
-  if get "format" <> Str "parc_jax.answer/3" then bad "the format is unknown";
-  let quoted = Reader.fields hashed (get "hash") in
-  List.iter (fun part ->
-      if text "a hash" (quoted part) <> Sha256.hex (canonical (get part)) then bad "the hash of the %s does not match" part)
-    hashed;
-  let claim = match get "claim" with
+(* What is known of a claim beside this network, tube, K and time step, and its premises. *)
+let known_claim claim quoted n_bins domain dt =
+  let claim = match claim with
     | Null -> None
     | Obj l as claim ->
       List.iter (fun part ->
@@ -92,6 +85,38 @@ let read source =
         [ "network"; "tube" ];
       Some claim
     | _ -> bad "the claim is not an object" in
+  match claim with
+  | None -> (Reader.Assumed "no claim", None)
+  | Some o ->
+    let same = Reader.same_number in
+    let both (a, b) (c, d) = same a c && same b d in
+    let about k = List.length k = List.length domain && List.for_all2 both k domain in
+    if not (Option.fold ~none:true ~some:about (Reader.domain_of o)) then bad "the claim is about another domain";
+    (match List.map Reader.number (Reader.listed [ "subject"; "time" ] o) with
+     | step :: _ when not (same step dt) -> bad "the claim is about another time step"
+     | _ -> ());
+    (Reader.claim n_bins o, Some o)
+
+let premises (known, claim) = (known, Option.map (Reader.premises known) claim)
+
+(* The fields of an object, where it is one. *)
+let getter = function
+  | Obj l -> (fun k -> match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)
+  | _ -> bad "the file is not an object"
+
+(* Hashes that a file quotes of its parts. *)
+let compare_hashes get names part =
+  let quoted = Reader.fields names (get "hash") in
+  List.iter (fun name ->
+      if text "a hash" (quoted name) <> Sha256.hex (canonical (part name)) then bad "the hash of the %s does not match" name)
+    names;
+  quoted
+
+(* What a file says: the answer, what is known of its claim, and the hashes.  Raises Bad, or what the reader was not written for. *)
+let read_answer answer =
+  let get = getter answer in
+  if get "format" <> Str "parc_jax.answer/3" then bad "the format is unknown";
+  let quoted = compare_hashes get hashed get in
   ignore (Reader.fields ("format" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
             ~optional:("meta" :: optional) answer);
   let listed kind = match get kind with
@@ -99,69 +124,112 @@ let read source =
     | exception Bad _ when List.mem kind optional -> []
     | _ -> bad "%s is not a list" kind in
   let asked = Reader.answer get listed in
-  let known = match claim with
-    | None -> (Reader.Assumed "no claim", None)
-    | Some o ->
-      let same x y = Reader.Big.equal x.qnum y.qnum && Reader.Big.equal x.qden y.qden in
-      let both (a, b) (c, d) = same a c && same b d in
-      let about k = List.length k = List.length asked.scene.domain && List.for_all2 both k asked.scene.domain in
-      if not (Option.fold ~none:true ~some:about (Reader.domain_of o)) then bad "the claim is about another domain";
-      let dt = Option.map Reader.number (Reader.at [ "dt" ] (get "problem")) in
-      (match (List.map Reader.number (Reader.listed [ "subject"; "time" ] o), dt) with
-       | step :: _, Some dt when not (same step dt) -> bad "the claim is about another time step"
-       | _ -> ());
-      let known = Reader.claim (List.length asked.around.finals) o in
-      (match known with
-       | Reader.Tests t when t.scene <> Some (quoted "problem") -> bad "the set was tested in another scene"
-       | Reader.Tests t ->
-         let there = listed "corridors" in
-         let hash = Sha256.hex (canonical (Arr [ Arr there; t.within ])) in
-         if List.length there <> t.corridors || t.set <> Some (Str hash) then
-           bad "another set was tested than the corridors of this file"
-       | _ -> ());
-      (known, Some (Reader.premises known o)) in
-  (asked, known, quoted)
+  let dt = Reader.number (getter (get "problem") "dt") in
+  let known, claim = known_claim (get "claim") quoted (List.length asked.around.finals) asked.scene.domain dt in
+  (match known with
+   | Reader.Tests t when t.scene <> Some (quoted "problem") -> bad "the set was tested in another scene"
+   | Reader.Tests t ->
+     let there = listed "corridors" in
+     let hash = Sha256.hex (canonical (Arr [ Arr there; t.within ])) in
+     if List.length there <> t.corridors || t.set <> Some (Str hash) then
+       bad "another set was tested than the corridors of this file"
+   | _ -> ());
+  (asked, premises (known, claim), quoted)
 
-let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
+let of_episode = [ "network"; "tube"; "manoeuvres"; "claim"; "copies"; "doubt"; "premises" ]
+
+(* The same of an episode.  What it adds to its premises is not read. *)
+let read_episode file =
+  let get = getter file in
+  if get "format" <> Str "parc_jax.episode/3" then bad "the format is unknown";
+  let part = function
+    | "episode" -> Obj (List.map (fun name -> (name, get name)) of_episode)
+    | name -> get name in
+  let quoted = compare_hashes get [ "network"; "tube"; "episode" ] part in
+  ignore (Reader.fields ("format" :: "hash" :: of_episode) ~optional:[ "meta" ] file);
+  let asked, p = Reader.episode get in
+  let known, claim = known_claim (get "claim") quoted (List.length asked.its_tube.finals) p.domain asked.tick in
+  (match known, Option.bind claim (Reader.field "kind") with
+   | Reader.Tests _, _ | _, Some (Str "validated") ->
+     bad "its claim is about draws from one set in one scene, and its plans were chosen"
+   | _ -> ());
+  (asked, premises (known, claim), quoted)
+
+let shown = function
+  | Reader.Numbers c when not (Check.check_claim c) -> bad "the claim's runs do not show its eps with its delta"
+  | Reader.Tests t when not (List.for_all (fun (_, _, _, c) -> Check.check_claim c) t.steps) ->
+    bad "a test does not show the claim's eps with its delta"
+  | _ -> ()
+
+let rests (known, premises) quoted names =
+  (match known with
+   | Reader.Assumed what ->
+     let colon = if premises = None then "." else ":" in
+     [ Printf.sprintf "The proof rests on the tube, which is ASSUMED (%s)%s" what colon ]
+   | Reader.Unchecked why ->
+     [ "The proof rests on the tube, ASSUMED: the claim's arithmetic was not checked, since"; "  " ^ why ^ ":" ]
+   | Reader.Tests _ ->
+     [ "Runs may leave the tube. That each test of the set shows this risk with this delta";
+       "  was checked; what is not marked so is the file's word:" ]
+   | Reader.Numbers _ ->
+     [ "The proof rests on the tube. That so many runs show this eps with this delta was";
+       "  checked; what is not marked so is the file's word:" ])
+  @ Option.value premises ~default:[]
+  @ List.map (fun part -> Printf.sprintf "  sha256 %s %s" part (text "a hash" (quoted part))) names
+
+let rejected lines entries = { code = 1; lines = [ lines ]; entries }
+
+let answered progress file =
+  let asked, known, quoted = read_answer file in
+  follow progress
+    [ ("samples", List.length asked.samples); ("sets", List.length asked.sets);
+      ("corridors", List.length asked.corridors); ("doubt", List.length asked.doubts); ("no_plan", 1) ];
+  shown (fst known);
+  match Check.check_answer asked with
+  | Misfit -> rejected "REJECTED: problem, network and tube do not fit each other, or a width is negative" []
+  | Refused marks -> let entries = named marks in rejected (refused entries) entries
+  | Accepted (marks, r) -> { code = 0; lines = proved r @ rests known quoted hashed; entries = named marks }
+
+let driven progress file =
+  let asked, known, quoted = read_episode file in
+  let n = List.length asked.done0 in
+  follow progress [ ("manoeuvres", n) ];
+  shown (fst known);
+  match Check.check_episode asked with
+  | Shapeless -> rejected "REJECTED: a manoeuvre began within half a time step of the one before it, or a number has no place" []
+  | Stopped marks -> let entries = [ ("manoeuvres", marks) ] in rejected (refused entries) entries
+  | Driven (n, bins, without) ->
+    let frame = if asked.turning then "in the robot's own frame there" else "in the world" in
+    let lines =
+      [ "ACCEPTED. Proved by a checker that is itself proved, for every trajectory inside the tube:";
+        Printf.sprintf "  %d manoeuvre%s of one body, each told %s from wherever its pose truly was: until" n (if n = 1 then "" else "s") frame;
+        "    the next one begins, and at rest where it ends, no point of the body is in an obstacle that its";
+        "    problem has then, moved by what the pose was off by";
+        "NOT PROVED here: that each began where the one before may have been left, that each came to rest,";
+        "  what copies of a point stand for, and the premises of the file";
+        about_the_model without bins ] in
+    { code = 0; lines = lines @ rests known quoted [ "network"; "tube"; "episode" ];
+      entries = [ ("manoeuvres", List.init n (fun _ -> true)) ] }
+
+let is_episode file = match Reader.field "format" file with
+  | Some (Str s) -> Reader.begins_with "parc_jax.episode/" s
+  | _ -> false
+
+let check_file ?(progress = fun _ _ _ -> ()) (source : string) : t =
   match
-    let asked, known, quoted = read source in
-    follow progress
-      [ ("samples", List.length asked.samples); ("sets", List.length asked.sets);
-        ("corridors", List.length asked.corridors); ("doubt", List.length asked.doubts); ("no_plan", 1) ];
-    (match known with
-     | Reader.Numbers c, _ when not (Check.check_claim c) -> bad "the claim's runs do not show its eps with its delta"
-     | Reader.Tests t, _ when not (List.for_all (fun (_, _, _, c) -> Check.check_claim c) t.steps) ->
-       bad "a test does not show the claim's eps with its delta"
-     | _ -> ());
-    (Check.check_answer asked, known, quoted)
+    let file = parse source in
+    allow file;
+    if is_episode file then driven progress file else answered progress file
   with
-  | exception Bad why -> { code = 1; lines = [ "REJECTED: " ^ why ]; entries = [] }
-  | exception Work.Exceeded ->
-    { code = 1; lines = [ "REJECTED: it asks for more work than the size of the file allows" ]; entries = [] }
+  | verdict -> verdict
+  | exception Bad why -> rejected ("REJECTED: " ^ why) []
+  | exception Work.Exceeded -> rejected "REJECTED: it asks for more work than the size of the file allows" []
   | exception (Stack_overflow | Out_of_memory) ->
-    { code = 1; lines = [ "REJECTED: the file asks for more memory than this program has; nothing was found wrong" ]; entries = [] }
-  | exception (Failure _ | Invalid_argument _ | Not_found | Division_by_zero) ->
-    { code = 1; lines = [ "REJECTED: the file is malformed" ]; entries = [] }
-  | Misfit, _, _ ->
-    { code = 1; lines = [ "REJECTED: problem, network and tube do not fit each other, or a width is negative" ]; entries = [] }
-  | Refused marks, _, _ -> let entries = named marks in { code = 1; lines = [ refused entries ]; entries }
-  | Accepted (marks, r), (known, premises), quoted ->
-    let rests =
-      (match known with
-       | Reader.Assumed what ->
-         let colon = if premises = None then "." else ":" in
-         [ Printf.sprintf "The proof rests on the tube, which is ASSUMED (%s)%s" what colon ]
-       | Reader.Unchecked why ->
-         [ "The proof rests on the tube, ASSUMED: the claim's arithmetic was not checked, since"; "  " ^ why ^ ":" ]
-       | Reader.Tests _ ->
-         [ "Runs may leave the tube. That each test of the set shows this risk with this delta";
-           "  was checked; what is not marked so is the file's word:" ]
-       | Reader.Numbers _ ->
-         [ "The proof rests on the tube. That so many runs show this eps with this delta was";
-           "  checked; what is not marked so is the file's word:" ])
-      @ Option.value premises ~default:[]
-      @ List.map (fun part -> Printf.sprintf "  sha256 %s %s" part (text "a hash" (quoted part))) hashed in
-    { code = 0; lines = proved r @ rests; entries = named marks }
+    rejected "REJECTED: the file asks for more memory than this program has; nothing was found wrong" []
+  | exception (Failure _ | Invalid_argument _ | Not_found | Division_by_zero) -> rejected "REJECTED: the file is malformed" []
+
+(* Of an answer alone, for comparisons. *)
+let read source = let file = parse source in allow file; read_answer file
 
 (* As JSON, with a digit for every entry: for comparisons and for the page. *)
 let to_json (v : t) : string =

@@ -22,3 +22,6 @@ Print Assumptions risk_of_a_set.
 Print Assumptions risk_of_a_density.
 Print Assumptions claim_shown.
 Print Assumptions bounds_shown.
+Print Assumptions accepted_episode.
+Print Assumptions accepted_place.
+Print Assumptions a_drive_there_is.

@@ -1,6 +1,6 @@
 (* The checker as OCaml.  Indices become machine integers, numbers those of zarith. *)
 From Coq Require Import ExtrOcamlBasic ExtrOcamlNatInt ExtrOcamlZBigInt ZArith QArith.
-From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer ClaimSpec Claim.
+From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer Episode ClaimSpec Claim.
 (* Not trusted: greatest common divisors, quotients and roots are tried where they are used
    (Arithmetic.v, Claim.v; exactly in reader.ml). *)
 Extract Constant Z.gcd => "Z.gcd".
@@ -14,4 +14,4 @@ Extract Constant Pos.mul => "Work.mul".
 Extract Constant Z.eqb => "Work.equal".
 (* The same, and says how far it is (work.ml): *)
 Extract Constant told => "Work.told".
-Extraction "program/check.ml" check_answer check_claim.
+Extraction "program/check.ml" check_answer check_episode check_claim.

@@ -6,9 +6,9 @@
    directions a corridor has by dirs_of, what tells entries apart by the keys of Answer.v: whatever
    belongs is safe, but how much belongs, these say. *)
 From Coq Require Import Reals QArith Qreals List Permutation Sorted.
-From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer ArithmeticFacts
+From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer Episode ArithmeticFacts
   ConditionFacts.
-From ParcJax Require Theorems DoubtFacts NoPlanFacts Sanity NotVoid AnswerFacts.
+From ParcJax Require Theorems DoubtFacts NoPlanFacts Sanity NotVoid AnswerFacts EpisodeFacts.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -286,3 +286,45 @@ Definition bounds_shown : forall c, check_claim c = true ->
     Q2R (eps c) <= 1 /\
   forall e, In (Some e) (in_bins c) -> exists b, In b (blocks c) /\ Q2R e = Q2R (bound b)
   := ClaimFacts.bounds_shown.
+
+(* ---- Episodes (Episode.v has the words) ---- *)
+(* Of a robot that, while each manoeuvre is under way, keeps to a trajectory in its tube, told from
+   where it truly began, and rests at its end: at every time from the first begin on exactly one
+   manoeuvre is under way, and no point of the body is in an obstacle of its problem that is there
+   then, moved by what its pose was off by.  The body is one; the numbers are those of the
+   manoeuvres, of the bins, and of those that leave out the model.  where_ i has places as
+   manoeuvre i tells them: in the world, or in the frame of the robot as it was said to begin. *)
+Definition accepted_episode : forall e n b w, check_episode e = Driven n b w ->
+  (n = length (done e) /\ b = length (bins (its_tube e)) /\
+   w = length (filter (fun B => negb (centred B)) (bins (its_tube e)))) /\
+  exists m0, hd_error (done e) = Some m0 /\
+  (forall m, In m (done e) -> parts (asked m) = parts (asked m0)) /\
+  forall (u : nat -> rv) (where_ : nat -> R -> nat -> rv),
+  (forall i turn, nth_error (turns (done e)) i = Some turn -> keeps_to e turn (u i) (where_ i)) ->
+  forall time, Q2R (begin m0) <= time ->
+  exists i turn, nth_error (turns (done e)) i = Some turn /\ under_way turn time /\
+    (forall j other, nth_error (turns (done e)) j = Some other -> under_way other time -> j = i) /\
+    clear_of e (fst turn) (fun a => u i a - toR (start_of e (fst turn)) a) (where_ i) time
+  := EpisodeFacts.accepted_episode.
+(* In the world, of poses that are off by no more than their doubt: no point of the body is in an
+   obstacle less the box of that doubt, which is the obstacle that was grown by it. *)
+Definition accepted_place : forall e n b w, check_episode e = Driven n b w -> turning e = false ->
+  exists m0, hd_error (done e) = Some m0 /\
+  (forall m, In m (done e) -> parts (asked m) = parts (asked m0)) /\
+  forall where_ : R -> nat -> rv,
+  (forall turn, In turn (turns (done e)) -> exists u,
+     (forall a, (a < n_p (asked m0))%nat ->
+       Rabs (u a - toR (pose (fst turn)) a) <= toR (doubt e) a) /\
+     keeps_to e turn u where_) ->
+  forall time, Q2R (begin m0) <= time ->
+  exists turn, In turn (turns (done e)) /\ under_way turn time /\
+    forall o t p x, In o (obstacles (asked (fst turn))) -> (first o <= t <= last o)%nat ->
+      INR t <= clock e (fst turn) time <= INR (S t) -> In p (parts (asked m0)) ->
+      inPart (n_p (asked m0)) p (where_ time) x -> ~ inPoly (less_a_box (doubt e) (rows o)) x
+  := EpisodeFacts.accepted_place.
+Definition a_drive_there_is : forall e n b w, check_episode e = Driven n b w ->
+  forallb centred (bins (its_tube e)) = true ->
+  exists where_ : nat -> R -> nat -> rv,
+  forall i turn, nth_error (turns (done e)) i = Some turn ->
+    keeps_to e turn (toR (start_of e (fst turn))) (where_ i)
+  := EpisodeFacts.a_drive_there_is.
