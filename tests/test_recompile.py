@@ -52,15 +52,6 @@ def test_a_new_size_compiles_and_is_counted(warm):
     assert compiled_by(lambda: verdicts(scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
 
 
-def test_host_only_parts_in_the_kernels_arguments_would_be_noticed(warm, monkeypatch):
-    monkeypatch.setattr(scenes.Scene, "arrays", property(lambda self: self))
-    model, problem = toy_case(51)
-    from parc_jax.safe_set.verdict.pointwise import verdicts
-
-    scene = scenes.scene_of(problem, model)
-    assert compiled_by(lambda: verdicts(scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
-
-
 KEY = jax.random.key(0)
 COVER = Settings(target=0.1, samples=5, budget_s=300, proof=False)
 SEVERAL = Settings.fast().replace(samples=100)

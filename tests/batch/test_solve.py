@@ -4,7 +4,6 @@ query.
 
 import itertools
 from dataclasses import replace
-from functools import partial
 
 import jax
 import numpy as np
@@ -26,7 +25,6 @@ from parc_jax.safe_set.batch.proposals import About, along_fan, search
 from parc_jax.safe_set.batch.search import passes, stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict import rounds
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.rounds import Best
 from parc_jax.safe_set.verdict.scene import padded_to_class, scene_of
@@ -80,25 +78,6 @@ def test_every_plan_passes_the_single_query_and_the_exact_checker(toy):
         draws=512,
     )
     assert list(proved.proved) == [True, True, False]
-
-
-@pytest.mark.slow
-@pytest.mark.soundness
-def test_without_the_float64_verdict_unsafe_plans_would_come_back(toy, monkeypatch):
-    planner, problems, _ = toy
-
-    def trusting(*plan):
-        e = proposals_verdict(*plan)
-        return e._replace(
-            goal=abs(e.goal), start=abs(e.start), clearance=abs(e.clearance), bin=abs(e.bin)
-        )
-
-    proposals_verdict = rounds.verdict
-    monkeypatch.setattr(rounds, "verdict", trusting)
-    monkeypatch.setattr(batch_run, "search", partial(search))  # another one: compiled anew
-    assert planner.solve_batch(
-        problems[3:4], KEY, draws=64
-    ).found.all()  # the scene that has no plan
 
 
 @pytest.mark.night

@@ -175,38 +175,10 @@ def test_every_check_has_a_certificate_that_only_it_rejects(monkeypatch, tmp_pat
     assert not survivors, "no certificate is rejected by these alone:\n" + "\n".join(survivors)
 
 
-# Slips of a programmer: file, right, wrong, and the certificate that tells them apart.
-WIDER = "max(before, after)"
-GROWN = "h * wider.denominator + wider.numerator"
+# Slips of a programmer: file, right, wrong, and the certificate that tells them apart; others are
+# planted at night: benchmarks/attacks/faults_checker.py.
 SLIPS = [
-    ("plans", "        return value > 0\n", "        return value >= 0\n", "touching"),
-    (
-        "plans",
-        "b - final.support(a, i)",
-        "b",
-        "a goal missed by less than the tube",
-    ),
-    ("plans", "h + support(part, w)", "h", "touching"),
-    ("plans", GROWN, "h * wider.denominator", "touching"),
-    ("plans", WIDER, "before", "a set in contact at knot 1, in the second interval's width only"),
-    ("plans", WIDER, "after", "a set in contact at knot 1, in the first interval's width only"),
-    (
-        "plans",
-        "for s in range(first, first + len(errors) + 1)",
-        "for s in range(first + 1, first + len(errors) + 1)",
-        "contact at the first knot only",
-    ),
-    (
-        "plans",
-        "for s in range(first, first + len(errors) + 1)",
-        "for s in range(first, first + len(errors))",
-        "contact at the last knot only",
-    ),
-    ("plans", "errors(bins, max)", "errors(bins, min)", "contact in the width of one of two bins"),
-    ("plans", "errors(bins, max)", "errors(bins, min)", "a goal missed in one of two bins"),
     ("plans", "root += 1", "root += 0", "touching by less than the rounding of a root"),
-    ("plans", "max(-dot(w, vertex)", "max(dot(w, vertex)", "touching with a polygon"),
-    ("plans", "max(-dot(w, vertex)", "min(-dot(w, vertex)", "touching with a polygon"),
     (
         "plans",
         "inside = value > 0",
@@ -226,7 +198,6 @@ SLIPS = [
         "a constant neuron with the wrong sign",
     ),
     ("plans", "(1, self.lo[i], False),", "", "an inner point at the domain's lower end"),
-    ("plans", "(1, low, place > 0),", "", "an inner point below its bin"),
     ("plans", "(-1, self.hi[i], False),", "", "an inner point at the domain's upper end"),
     ("plans", "(-1, high, place < n_places - 1),", "", "an inner point above its bin"),
     ("plans", 'sign = 1 if bit == "1" else -1', "sign = 1", "a pattern for the other side"),
@@ -247,12 +218,6 @@ SLIPS = [
         "for part, i, entry in entries:",
         'for part, i, entry in [e for e in entries if e[:2] != ("corridors", 1)]:',
         "a second corridor whose plan does not keep to it",
-    ),
-    (
-        "plans",
-        "errors(bins, max)",
-        "errors(bins, min)",
-        "a corridor whose plan does not keep to it in one of two bins",
     ),
     (
         "question",
@@ -276,30 +241,12 @@ SLIPS = [
     ("answer", "parse_float=refuse, ", "", "a float in a part that is ignored"),
     ("answer", ", parse_constant=refuse", "", "a NaN in a part that is ignored"),
     (
-        "question",
-        "Several(sets, min)",
-        "Several(sets, max)",
-        "a goal leaf for the wider of two bins",
-    ),
-    (
-        "question",
-        "Several(sets, min)",
-        "Several(sets, max)",
-        "a box of z for the wider of two bins",
-    ),
-    (
         "errors",
         "map(min, positions, least)",
         "map(max, positions, least)",
         "a box of z for an end wider than the last interval",
     ),
     ("errors", "held = held and", "held = held or", "an error of a face outside the last interval"),
-    (
-        "errors",
-        "all(each.contains(x) for",
-        "any(each.contains(x) for",
-        "an error of a face in one of two bins",
-    ),
     (
         "hits",
         "inside_tube = all(",
@@ -322,28 +269,11 @@ SLIPS = [
         "for i in part.points[:1]:",
         "contact of the second point only",
     ),
-    ("doubt", "condition.c * scale - lost", "condition.c * scale", "room to touch"),
-    ("plans", "errors(bins, max)", "errors(bins, min)", "a box that meets a bin with wider errors"),
-    (
-        "plans",
-        "errors(bins, max)",
-        "errors(bins, min)",
-        "a safe leaf inside the narrower of two bins",
-    ),
-    ("plans", "x - e for", "x for", "contact at knot 1, in the first interval's width only"),
-    ("plans", "for s in (t, stop)", "for s in (t,)", "contact at the last knot only"),
-    ("plans", "for s in (t, stop)", "for s in (stop,)", "contact at the first knot only"),
     (
         "no_plan",
         "hi[i]), pair, strict=True",
         "hi[i]), pair, strict=False",
         "one face missing",
-    ),
-    (
-        "cells",
-        "if min(values) < 0 < max(values)",
-        "if False",
-        "a safe leaf that fails between the corners of k",
     ),
     ("cells", "== 2", "== 3", "a safe leaf that fails between the corners of k"),
     (
@@ -364,8 +294,6 @@ SLIPS = [
     ("bounds", "min(x * a, x * b)", "max(x * a, x * b)", "a false leaf by bounds"),
     ("bounds", "line(least, -less, scale)", "line(least, -least, scale)", "a false leaf by bounds"),
     ("hits", "(1 - alpha, alpha)", "(alpha, 1 - alpha)", "a hit at the other knot"),
-    ("claim", "looks * share", "share", "a claim with a second look for nothing"),
-    ("claim", "range(discard, 0, -1)", "range(0)", "a claim with a run left outside for nothing"),
     ("hits", "x + weight * y for", "x + y for", "an error of a point without weight"),
 ]
 

@@ -115,65 +115,6 @@ def test_twenty_thousand_plans_about_corridors():
         assert not faults
 
 
-@pytest.fixture(scope="module")
-def uneven():
-    """A scene in which nothing is wrong and one bin's widths are a quarter of the other's."""
-    answer = build.scene(200, starts=False, n_q=0)
-    for part in ("interval", "final"):
-        answer["tube"][part][0] = quarter(answer["tube"][part][0])
-    assert not look(build.rehash(answer), 300)[0]
-    return answer
-
-
-def narrowest(real):
-    return lambda self, bins, pick: real(self, bins, min)
-
-
-def without_obstacles(real):
-    return lambda self, *about: (asked for asked in real(self, *about) if not asked.strict)
-
-
-def all_pass(real):
-    return lambda self, columns, scale, pattern=None: real(
-        self, columns, scale, pattern and "1" * len(pattern)
-    )
-
-
-def without_bodies(real):
-    def clear(self, o, part, *about):
-        return real(self, o, part._replace(radius=F(0)), *about)
-
-    return clear
-
-
-def point_boxes(real):
-    """Boxes around the prediction alone."""
-    return lambda self, b: [[[0] * 2 * self.n_p] * self.n_points] * self.T
-
-
-BROKEN = [
-    ("errors", narrowest, "another verdict"),
-    ("errors", lambda _: lambda self, *_: (self.interval[0], self.final[0]), "another verdict"),
-    ("shrunken_goal", lambda _: lambda self, final: self.goal, "another verdict"),
-    ("_clear", without_bodies, "another verdict"),
-    ("reach", point_boxes, "another verdict"),
-    ("conditions", without_obstacles, "not safe"),
-    ("hidden", all_pass, "no polytope"),
-]
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("number", range(len(BROKEN)))
-def test_the_look_at_members_notices_a_broken_checker(number, uneven, monkeypatch):
-    name, slip, fault = BROKEN[number]
-    monkeypatch.setattr(checker.Context, name, slip(getattr(checker.Context, name)))
-    assert any(fault in look(uneven, 50, seed)[0] for seed in range(6))
-
-
-def quarter(x):
-    return [quarter(v) for v in x] if isinstance(x, list) else build.text(build.value(x) / 4)
-
-
 def reason(answer):
     """Why the checker rejects an answer, or None."""
     try:

@@ -119,14 +119,6 @@ def test_members_pass_the_exact_check_with_the_directions_of_the_corridor(answer
     assert len(strangers) == 50
 
 
-def test_a_test_that_forgets_the_tube_is_noticed(answer, rng):
-    _, _, path, bins = plans(answer, rng, 6000)
-    tube = answer.model.tube
-    without_width = tube.replace(interval=tube.interval * 0)
-    careless = Corridors(without_width, answer.corridors)
-    assert (careless.kept(path, bins) & (kept_by_hand(answer, path, bins) < -1e-9)).any()
-
-
 def test_the_polytopes_are_corridors_in_cells(answer, rng):
     cut = answer.polytopes(jax.random.key(1), 4000)
     for rows, polytope in zip(cut.sets, cut.all, strict=True):

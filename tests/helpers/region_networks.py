@@ -111,7 +111,3 @@ def outputs(net, k):
     for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
         k = np.maximum(k @ W.T + b, 0.0)
     return k @ net.weights[-1].T + net.biases[-1]
-
-
-def patterns_of(table):
-    return {pattern.tobytes() for pattern in table.patterns}

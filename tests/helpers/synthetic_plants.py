@@ -89,12 +89,6 @@ def between_knots(T=4, height=0.3):
     return run
 
 
-def goal_only(key, k, s):
-    """Exact in the workspace, off by up to 0.5 in the other goal state."""
-    p, q = straight(k, s)
-    return p, q + 0.5 * jnp.sin(9 * k[1:])
-
-
 def disturbed(key, k, s, scale=1.0):
     """Error from the disturbance alone, a normal gain, the same for every k."""
     p, q = straight(k, s)

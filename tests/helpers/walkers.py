@@ -19,18 +19,6 @@ def walk(rng, k):
     return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), [k[0]]
 
 
-def deadly(rng, k, grave: str):
-    """The same, ending its process the first time that it meets one of a few k."""
-    if k[0] < 0.08:
-        try:
-            Path(grave, k[0].hex()).touch(exist_ok=False)
-        except FileExistsError:
-            pass
-        else:
-            os._exit(9)
-    return walk(rng, k)
-
-
 def upright(rng, k):
     """The first one, which never slips."""
     return walk(rng, 0.9 * k)

@@ -1,6 +1,4 @@
-"""Laws of sets and LPs, for polytopes drawn by hypothesis; each law is shown to fail on a broken
-kernel.
-"""
+"""Laws of sets and LPs, for polytopes drawn by hypothesis."""
 
 from fractions import Fraction
 
@@ -156,104 +154,30 @@ def law_samples_stay_inside(rng, n, h):
     ).all()
 
 
-def bad_hit_and_run(key, A, b, start, count, thin):
-    away = jax.random.normal(key[0], (count, start.shape[1]))
-    return np.repeat(start[:, None], count, axis=1) + np.asarray(away)[None]
-
-
-def no_share(s, t):
-    h = REAL_HULL(s, t)
-    A, b = h.A.copy(), h.b.copy()
-    A[: len(s.b), -1], b[: len(s.b)] = 0.0, s.b
-    return h.replace(A=A, b=b)
-
-
-def without_clipping(c, A, b, mu, lo, hi):
-    rho = c + A.T @ mu
-    return np.minimum(rho * lo, rho * hi).sum() - mu @ b
-
-
-REAL_HULL, REAL_VERTICES = affine.convex_hull, vertices.vertices
-REAL_TRIANGULATE, REAL_RATIONAL = sampling.triangulate, rational.rational_vertices
-REAL_BALL = vertices.chebyshev_center
-
-
-CASES = {  # law: (module, name, mutant)
-    law_hull_contains_both_ends_and_their_mixtures: (
-        affine,
-        "convex_hull",
-        lambda s, t: affine.as_ah(s),
-    ),
-    law_hull_is_no_larger_than_both_supports: (affine, "convex_hull", no_share),
-    law_shrink_then_perturb_stays_inside: (
-        operations,
-        "shrink",
-        lambda p, e: p.replace(b=p.b - e @ p.A.T),
-    ),
-    law_grown_set_contains_every_perturbation: (
-        operations,
-        "grow",
-        lambda p, e: p.replace(b=p.b + e @ p.A.T),
-    ),
-    law_supports_of_a_sum_add: (operations, "minkowski_sum", lambda p, q: affine.convex_hull(p, q)),
-    law_vertices_span_the_set: (vertices, "vertices", lambda p: REAL_VERTICES(p)[1:]),
-    law_volumes_add_scale_and_ignore_translation: (
-        sampling,
-        "triangulate",
-        lambda v: REAL_TRIANGULATE(v)[1:],
-    ),
-    law_row_order_changes_nothing: (
-        vertices,
-        "vertices",
-        lambda p: REAL_VERTICES(p) * (1 + abs(p.b[0])),
-    ),
-    law_chebyshev_ball_fits_and_none_is_larger: (
-        vertices,
-        "chebyshev_center",
-        lambda p: REAL_BALL(p)._replace(radius=0.3),
-    ),
-    law_lower_bound_is_below_every_point: (
-        solving,
-        "_lower_bound",
-        lambda lp, c, hint: c @ hint.x + 1e-3,
-    ),
-    law_multipliers_give_a_bound_whatever_they_are: (exact, "dual_bound", without_clipping),
-    law_more_rows_never_fill_an_empty_set: (solving, "_lower_bound", lambda lp, c, hint: -np.inf),
-    law_rational_vertices_satisfy_their_rows_exactly: (
-        rational,
-        "rational_vertices",
-        lambda p: [(x + Fraction(1, 10**18), y) for x, y in REAL_RATIONAL(p)],
-    ),
-    law_samples_stay_inside: (
-        sampling,
-        "hit_and_run_batch",
-        lambda keys, A, b, start, count, thin: bad_hit_and_run(
-            keys, A, b, np.asarray(start), count, thin
-        ),
-    ),
-}
-
-
+LAWS = (
+    law_hull_contains_both_ends_and_their_mixtures,
+    law_hull_is_no_larger_than_both_supports,
+    law_shrink_then_perturb_stays_inside,
+    law_grown_set_contains_every_perturbation,
+    law_supports_of_a_sum_add,
+    law_vertices_span_the_set,
+    law_volumes_add_scale_and_ignore_translation,
+    law_row_order_changes_nothing,
+    law_chebyshev_ball_fits_and_none_is_larger,
+    law_lower_bound_is_below_every_point,
+    law_multipliers_give_a_bound_whatever_they_are,
+    law_more_rows_never_fill_an_empty_set,
+    law_rational_vertices_satisfy_their_rows_exactly,
+    law_samples_stay_inside,
+)
 drawn = given(seed=st.integers(0, 2**31 - 1), n=st.integers(1, 4), h=st.integers(1, 6))
 
 
-@pytest.mark.parametrize("law", CASES, ids=lambda law: law.__name__)
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
 @settings(derandomize=True, deadline=None, max_examples=8, print_blob=True)
 @drawn
 def test_law(law, seed, n, h):
     law(np.random.default_rng(seed), n, h)
-
-
-@pytest.mark.parametrize("law", CASES, ids=lambda law: law.__name__)
-def test_law_catches_a_broken_kernel(law, monkeypatch):
-    module, name, mutant = CASES[law]
-    monkeypatch.setattr(module, name, mutant)
-    for seed in range(12):
-        try:
-            law(np.random.default_rng(seed), 1 + seed % 3, 4)
-        except (AssertionError, ValueError):
-            return
-    pytest.fail("the mutant passed the law")
 
 
 def test_boxes_are_polytopes(rng):

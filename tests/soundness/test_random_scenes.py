@@ -6,7 +6,6 @@ by the same comparison.
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from dense_oracle import DEPTH, knots_of, row_room, smallest_distance
@@ -15,7 +14,6 @@ from toy_models import anchored_plans, random_model, random_problem
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.problem.problem import Problem
-from parc_jax.safe_set.separation import segment
 from parc_jax.safe_set.verdict import pointwise as engine
 from parc_jax.safe_set.verdict.pointwise import verdicts as verdicts_of
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -185,83 +183,3 @@ def test_the_batched_entry_agrees_with_the_kernel(models):
             int(got.bin[0]) == int(expected.bin[i])
             and (got.pattern[0] == expected.pattern[i]).all()
         )
-
-
-def one_end(pa, pb, corners, radius):
-    return segment.separation(pa, pa, corners, radius)
-
-
-def other_end(pa, pb, corners, radius):
-    return segment.separation(pb, pb, corners, radius)
-
-
-def no_disc(pa, pb, corners, radius):
-    return segment.separation(pa, pb, corners, radius * 0)
-
-
-def farther_end(pa, pb, corners, radius):
-    _, w = segment.separation(pa, pb, corners, radius)
-    support = jnp.max(segment.dot2(corners, w[None]))
-    return jnp.maximum(segment.dot2(w, pa), segment.dot2(w, pb)) - support - radius, w
-
-
-def later_error(scene, path, errors):
-    return CLEARANCE(scene, path, errors.replace(half=jnp.roll(errors.half, -1, axis=0)))
-
-
-def no_error(scene, path, errors):
-    return CLEARANCE(scene, path, errors.replace(half=errors.half * 0))
-
-
-def always_active(scene, path, errors):
-    off = scene.obstacles.replace(active=~scene.obstacles.active)
-    return CLEARANCE(scene.replace(obstacles=off), path, errors)
-
-
-def space_major(net, layout, k):
-    offsets, q, pattern = PREDICT(net, layout, k)
-    knots = offsets[1:].reshape(offsets.shape[1], T).T
-    return jnp.concatenate([offsets[:1], knots]), q, pattern
-
-
-def no_activation(net, layout, k):
-    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
-        k = jnp.matmul(W, k) + b
-    offsets, q, _ = PREDICT(type(net)(net.weights[-1:], net.biases[-1:]), layout, k)
-    return offsets, q, jnp.zeros(sum(HIDDEN), bool)
-
-
-def one_bin(edges, k):
-    return jnp.where(BIN_OF(edges, k) >= 0, 0, -1)
-
-
-def no_tube_at_the_goal(A, b, x, slack):
-    return jnp.asarray(1.0)
-
-
-CLEARANCE, PREDICT, BIN_OF = engine.clearance, engine.predict, engine.open_bin_of
-FAULTS = {
-    "first end of the segment only": (
-        segment,
-        "separations",
-        jax.vmap(one_end, in_axes=(0, 0, 0, None)),
-    ),
-    "second end of the segment only": (
-        segment,
-        "separations",
-        jax.vmap(other_end, in_axes=(0, 0, 0, None)),
-    ),
-    "disc dropped": (segment, "separations", jax.vmap(no_disc, in_axes=(0, 0, 0, None))),
-    "farther end for the nearer one": (
-        segment,
-        "separations",
-        jax.vmap(farther_end, in_axes=(0, 0, 0, None)),
-    ),
-    "error of the next interval": (engine, "clearance", later_error),
-    "no error": (engine, "clearance", no_error),
-    "obstacles active in the other intervals": (engine, "clearance", always_active),
-    "outputs read space-major": (engine, "predict", space_major),
-    "no ReLU": (engine, "predict", no_activation),
-    "tube of the first bin": (engine, "open_bin_of", one_bin),
-    "goal and start not looked at": (engine, "row_margin", no_tube_at_the_goal),
-}

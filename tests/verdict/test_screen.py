@@ -2,7 +2,6 @@
 is caught.
 """
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
@@ -12,7 +11,6 @@ from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors import sampling as drawing
 from parc_jax.safe_set.corridors.sampling import draw, near
-from parc_jax.safe_set.verdict import screen as screening
 from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 from parc_jax.safe_set.verdict.screen import CHUNK, screen
@@ -93,16 +91,6 @@ def test_no_point_close_by_may_be_inside_of_the_domain(rng, monkeypatch):
     monkeypatch.setattr(drawing, "NEAREST", 1e6)
     monkeypatch.setattr(drawing, "FARTHEST", 1e7)
     assert len(near(scene, rng, seen, 20).k) == 0
-
-
-def test_a_screen_that_trusts_its_first_look_is_caught(rng, monkeypatch):
-    model, problem = toy_case(4)
-    scene = scene_of(problem, model)
-    monkeypatch.setattr(
-        screening, "_separated_items", lambda *items: jnp.ones(len(items[-1]), bool)
-    )
-    quick, exact = both(model, scene, *proposals(model, scene, rng, 6 * CHUNK))
-    assert len(np.setdiff1d(quick, exact)) > 0
 
 
 @pytest.mark.slow
