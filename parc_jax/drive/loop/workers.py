@@ -2,23 +2,19 @@
 identified. Imports NumPy alone: workers start at once.
 """
 
+import functools
 import json
-import multiprocessing
 import pickle
-import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import closing
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
+from concurrent.futures import FIRST_COMPLETED, wait
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from parc_jax.common.errors import InputError
+from parc_jax.learning.systems.fleet import Processes
 from parc_jax.learning.systems.user_code import own_place, said
-
-READY = "ready"
 
 
 class Outcome(NamedTuple):
@@ -92,22 +88,15 @@ def _of_numpy(value: object):
     raise InputError(f"Outcome: expected told of plain values; got {type(value).__name__}.")
 
 
-def serve(parent: Connection, pickled: bytes) -> None:
-    """Run in a worker process: receive tasks and send episodes by the connection `parent`, one at a
-    time, until it is closed.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, which ends its workers
-    try:
-        drive, law = pickle.loads(pickled)
-    except Exception as error:
-        parent.send(said(error))
-        return
-    try:
-        parent.send(READY)
-        while True:
-            parent.send(run_one(drive, law, parent.recv()))
-    except (EOFError, OSError):  # the parent is gone
-        return
+@functools.cache
+def _unpickled(pickled: bytes) -> tuple[Callable, Callable]:
+    return pickle.loads(pickled)
+
+
+def run_pickled(pickled: bytes, task: Task | None) -> Driven | None:
+    """`run_one` in a worker process, of drive and law as they were pickled; None to begin alone."""
+    drive, law = _unpickled(pickled)
+    return None if task is None else run_one(drive, law, task)
 
 
 def driven(drive: Callable, law: Callable, tasks: Iterable[Task], workers: int) -> Iterator[Driven]:
@@ -124,68 +113,23 @@ def driven(drive: Callable, law: Callable, tasks: Iterable[Task], workers: int) 
             "episodes: expected a drive and a law that can be sent to worker processes; "
             f"{error}. Define them at the top level of a module, or pass workers=0."
         ) from None
-    crew = _Crew(pickled, deque(tasks))
-    with closing(crew):
-        for _ in range(min(workers, len(crew.waiting))):
-            crew.begin()
-        while crew.at_work:
-            yield from crew.some()
-
-
-class _Crew:
-    """Processes and their tasks. waiting: tasks that are not begun."""
-
-    def __init__(self, pickled: bytes, waiting: deque[Task]):
-        self.pickled, self.waiting = pickled, waiting
-        self.at_work: dict[Connection, tuple] = {}  # connection: process and its task, if any
-        # fresh processes: a fork of one that runs JAX may hang
-        self._context = multiprocessing.get_context("spawn")
-
-    def begin(self) -> None:
-        """One process more."""
-        here, there = self._context.Pipe()
-        process = self._context.Process(target=serve, args=(there, self.pickled), daemon=True)
-        process.start()
-        there.close()  # so that its end is seen here
-        self.at_work[here] = process, None
-
-    def some(self) -> Iterator[Driven]:
-        """Episodes that ended by now; waits for one at least, or for a process that is ready."""
-        for here in wait(list(self.at_work)):
-            process, task = self.at_work[here]
-            try:
-                message = here.recv()
-            except (EOFError, OSError):
-                yield self._lost(here, process, task)
-                continue
-            if isinstance(message, Driven):
-                yield message
-            elif message != READY:
-                raise InputError(f"episodes: expected to be sent to a worker process; {message}.")
-            if self.waiting:
-                self.at_work[here] = process, self.waiting.popleft()
-                here.send(self.at_work[here][1])
-            else:
-                del self.at_work[here]
-                here.close()
-
-    def _lost(self, here: Connection, process: BaseProcess, task: Task | None) -> Driven:
-        """An episode that ended its process; another process takes its place."""
-        del self.at_work[here]
-        here.close()
-        process.join()
-        if task is None:
-            raise InputError(
-                "episodes: expected worker processes to start; one ended before its first episode. "
-                'Guard the script\'s own start with `if __name__ == "__main__":`, or pass '
-                "workers=0."
-            )
-        if self.waiting:
-            self.begin()
-        return failed(task.number, f"its process ended with exit code {process.exitcode}")
-
-    def close(self) -> None:
-        for here, (process, _) in self.at_work.items():
-            process.kill()
-            process.join()
-            here.close()
+    waiting = deque(tasks)
+    workers = min(workers, len(waiting))
+    processes, at_work = Processes(workers), {}
+    try:
+        for begun in [processes.submit(run_pickled, pickled, None) for _ in range(workers)]:
+            if (error := begun.exception()) is not None:  # before the first episode, so of none
+                raise InputError(
+                    f"episodes: expected worker processes to start; {said(error)}. Guard the "
+                    'script\'s own start with `if __name__ == "__main__":`, or pass workers=0.'
+                )
+        while waiting or at_work:
+            while waiting and len(at_work) < workers:
+                task = waiting.popleft()
+                at_work[processes.submit(run_pickled, pickled, task)] = task
+            for done in wait(at_work, return_when=FIRST_COMPLETED).done:
+                task, error = at_work.pop(done), done.exception()
+                # an episode that ends its process has failed; another process takes its place
+                yield done.result() if error is None else failed(task.number, said(error))
+    finally:
+        processes.kill()

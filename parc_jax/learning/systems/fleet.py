@@ -46,15 +46,18 @@ class Processes(Executor):
         if getattr(multiprocessing.current_process(), "_inheriting", False):
             raise SystemExit(1)  # a worker that imports an unguarded script; its parent says so
         self._free: LifoQueue[ProcessPoolExecutor | None] = LifoQueue()
+        self._at_work: set[ProcessPoolExecutor] = set()
         for _ in range(workers):
             self._free.put(None)
 
     def submit(self, function: Callable, /, *arguments) -> Future:
         """The call on its way; waits for a free place. A process that dies is ChildProcessError."""
         process = self._free.get() or _process()
+        self._at_work.add(process)
         outer: Future = Future()
 
         def ended(inner: Future) -> None:
+            self._at_work.discard(process)
             error = inner.exception()
             dead = isinstance(error, BrokenExecutor)
             self._free.put(None if dead else process)
@@ -74,6 +77,13 @@ class Processes(Executor):
             process = self._free.get()
             if process is not None:
                 process.shutdown(wait, cancel_futures=cancel_futures)
+
+    def kill(self) -> None:
+        """End all processes, with the calls that they are at."""
+        for process in list(self._at_work):
+            for one in list((process._processes or {}).values()):
+                one.kill()
+        self.shutdown()
 
 
 def _process() -> ProcessPoolExecutor:
