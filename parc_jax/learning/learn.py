@@ -25,10 +25,8 @@ from parc_jax.learning.bound.pipeline import (
     HeldRuns,
     Runs,
     SystemRuns,
-    advice,
     bound_errors,
     learn_profiles,
-    runs_ahead,
 )
 from parc_jax.learning.bound.settings import BoundSettings, ModelBound
 from parc_jax.learning.bound.start_gap import StartTrial, try_starts
@@ -38,7 +36,6 @@ from parc_jax.learning.network.fit import Training, fit
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.prior.teach import taught
 from parc_jax.learning.runs.batch import RolloutBatch, concatenate, worst_by_group
-from parc_jax.learning.runs.chunks import Forecast
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.system import System, check_system
 
@@ -170,13 +167,6 @@ def fit_network(train: RolloutBatch, settings: Learning, key: jax.Array) -> ReLU
     return fit(train, settings, jax.random.fold_in(stream(key, Stage.FIT), 0))
 
 
-def forecast_of(settings: Learning, quiet: bool = False, early: bool = False) -> Forecast:
-    """The cost of all runs that `learn` makes. early: including those of a first bound."""
-    bounds = [settings.bound, _first_bound(settings)] if early else [settings.bound]
-    n = settings.rollouts + sum(runs_ahead(bound) for bound in bounds)
-    return Forecast(n, advice(settings.bound, "--eps "), quiet)
-
-
 def _from_system(
     system: System,
     key: jax.Array,
@@ -186,11 +176,10 @@ def _from_system(
     watch: Watch,
     first: Callable[[TrajectoryModel], None] | None,
 ) -> Learned:
-    forecast = forecast_of(settings, quiet, early=first is not None)
     with watch("other starts"):
         start = try_starts(system, key, settings.gap)
     with watch("training rollouts"):
-        options = {"path": path and path / "training", "quiet": quiet, "forecast": forecast}
+        options = {"path": path and path / "training", "quiet": quiet}
         chunks = stream_rollouts(system, key, settings.rollouts, Stage.TRAIN, **options)
         train = concatenate(chunks, settings.rollouts)
     with watch("training"):
@@ -199,12 +188,12 @@ def _from_system(
         # a separate stream and folder: the next bound loses none of its fresh runs
         few = stream(key, Stage.FIRST), train.n, path and path / "first"
         with watch("first claim"):
-            runs = SystemRuns(system, *few, quiet, forecast)
+            runs = SystemRuns(system, *few, quiet)
             model = _bounded(net, runs, train, _first_bound(settings), start)
         first(model)
         # the same bins: the query of this model has then compiled that of the next one
         settings = settings.replace(bins=model.tube.edges)
-    runs = SystemRuns(system, key, train.n, path, quiet, forecast)
+    runs = SystemRuns(system, key, train.n, path, quiet)
     return Learned(_bounded(net, runs, train, settings.bound, start, watch=watch), train, start)
 
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import check_count
-from parc_jax.common.spelling import rounded_up
 
 MOST = "most"  # discards: as many as the runs, eps and delta allow
 
@@ -142,14 +141,6 @@ def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
     beyond = np.arange(len(ordered), 0, -1) / (len(ordered) + 1)
     enough = bdtr(float(discard), n, beyond) >= SURE
     return float(ordered[np.argmax(enough)]) if enough.any() else math.inf
-
-
-def cheaper(eps: float, delta: float, spelled: str = "eps = ") -> str:
-    """The number of runs for ten times the eps, in words, or "" beyond 1."""
-    if 10 * eps >= 1:
-        return ""
-    few = required_runs(10 * eps, delta)
-    return f"{spelled}{rounded_up(str(10 * eps), 3)} needs {few:,} fresh ones"
 
 
 def as_probability(name: str, value: Fraction | float | str) -> Fraction:

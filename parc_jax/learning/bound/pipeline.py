@@ -19,7 +19,7 @@ from parc_jax.common.keys import Stage, as_key
 from parc_jax.learning.bound.bins import Bins
 from parc_jax.learning.bound.calibrate import block_of_bins, block_shares, calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import ErrorClaim
-from parc_jax.learning.bound.counts import MOST, as_probability, cheaper, required_runs
+from parc_jax.learning.bound.counts import MOST, as_probability, required_runs
 from parc_jax.learning.bound.edges import choose_edges
 from parc_jax.learning.bound.measure import Errors, check_profile, measure, scores_of
 from parc_jax.learning.bound.profile import evened, fitted_profile, learnt_from, profile_of
@@ -29,7 +29,6 @@ from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import layout_of
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch, refitted
-from parc_jax.learning.runs.chunks import Forecast
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.system import System, check_system
 
@@ -49,7 +48,7 @@ class SystemRuns(Runs):
     """Runs of a black box from the streams of `key`.
 
     first_row: of the further runs, behind the training runs in the TRAIN stream. path: folder for
-    finished chunks. quiet: no progress bars. forecast: of the cost of all runs.
+    finished chunks. quiet: no progress bars.
     """
 
     system: System
@@ -57,7 +56,6 @@ class SystemRuns(Runs):
     first_row: int
     path: Path | None
     quiet: bool
-    forecast: Forecast | None = None
 
     def further(self, n: int) -> Iterable[RolloutBatch]:
         """The TRAIN stream behind the training runs."""
@@ -69,7 +67,7 @@ class SystemRuns(Runs):
 
     def _stream(self, n: int, stage: Stage, name: str, first_row: int):
         path = None if self.path is None else Path(self.path) / name
-        options = {"path": path, "quiet": self.quiet, "forecast": self.forecast}
+        options = {"path": path, "quiet": self.quiet}
         return stream_rollouts(self.system, self.key, n, stage, first_row=first_row, **options)
 
 
@@ -124,7 +122,7 @@ def bound_error(
     train: training runs of the network, for the error shape.
     profile: an error shape instead, whose outer edges are K.
     path: folder for finished chunks, from which a killed run continues with the same numbers.
-    quiet: no progress bars and no forecast of a cost above half a minute.
+    quiet: no progress bars.
     Raises InputError.
     """
     places = (net, ReLUNetwork), (asked, BoundSettings | None), (train, RolloutBatch | None)
@@ -150,9 +148,7 @@ def bound_error(
         runs, start = HeldRuns(held), StartTrial(settings.gap, None)
     else:
         first_row = 0 if train is None else int(train.rows.max()) + 1
-        n = runs_ahead(settings, has_train=train is not None, has_profile=profile is not None)
-        forecast = Forecast(n, advice(settings), quiet)
-        runs = SystemRuns(system, key, first_row, path, quiet, forecast)
+        runs = SystemRuns(system, key, first_row, path, quiet)
         start = try_starts(system, key, settings.gap)
     profiles = None if profile is None else [profile]
     return bound_errors([net], runs, train, settings, start, profiles=profiles)[0][0]
@@ -247,24 +243,6 @@ def _measured(
             errors.append(Errors(*(np.asarray(e, dtype) for e in measure(net, batch))))
     joined = [Errors(*map(np.concatenate, zip(*errors, strict=True))) for errors in parts]
     return np.concatenate(k), joined
-
-
-def runs_ahead(
-    settings: BoundSettings, *, has_train: bool = True, has_profile: bool = False
-) -> int:
-    """Number of runs behind the claims of one network; by bin a lower bound, as bins are
-    cut later.
-    """
-    looks = settings.looks * len(settings.claims)
-    further = 0 if has_profile else _profile_runs(settings, has_train, looks)
-    return further + (settings.fresh or _required(settings, looks))
-
-
-def advice(settings: BoundSettings, prefix: str = "eps = ") -> str:
-    """The number of runs of a larger eps, in words, or "" where eps does not decide."""
-    if settings.fresh or "bins" in settings.claims or settings.discard not in (0, MOST):
-        return ""
-    return cheaper(settings.eps, settings.delta / (settings.looks * len(settings.claims)), prefix)
 
 
 def fresh_runs(settings: BoundSettings, profile: Tube, looks: int) -> int:

@@ -1,13 +1,10 @@
 """Work in chunks: worker threads, bounded memory, results in order, finished chunks stored and
-resumed with the same system only, and a forecast of the time.
+resumed with the same system only.
 """
 
 import json
 import os
 import queue
-import sys
-import threading
-import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -194,79 +191,3 @@ def default_chunk(system, n: int, workers: int) -> int:
     largest = max(how.rollouts, how.rollout_bytes // row_bytes)
     wanted = max(16, -(-n // workers))
     return min(1 << (largest.bit_length() - 1), 1 << (wanted - 1).bit_length())
-
-
-LONG_S = 30.0  # [s] work above this is announced
-
-
-class Forecast:
-    """The cost of all runs of a command, announced once, at the rate of the first ones.
-
-    runs: of all stages together. advice: a cheaper choice, in words. quiet: no announcement.
-    """
-
-    def __init__(self, runs: int, advice: str = "", quiet: bool = False):
-        self.runs, self.advice = runs, advice
-        self._is_said = quiet
-        self._lock = threading.Lock()
-
-    def measured(self, name: str, seconds_per_run: float) -> None:
-        """Report the time of a run of the system `name`, all workers together."""
-        with self._lock:
-            if self._is_said:
-                return
-            self._is_said = True
-        if self.runs * seconds_per_run > LONG_S:
-            from tqdm import tqdm
-
-            tqdm.write(self.sentence(name, seconds_per_run), file=sys.stderr)
-
-    def sentence(self, name: str, seconds_per_run: float) -> str:
-        """For example "cart: 12,300 runs x 0.6 s = 2 h; eps = 0.01 needs 690 runs"."""
-        each, total = spell(seconds_per_run), spell(self.runs * seconds_per_run)
-        cost = f"{name}: {self.runs:,} runs x {each} = {total}"
-        return f"{cost}; {self.advice}" if self.advice else cost
-
-
-class Pace:
-    """Seconds per run from the chunks of workers, reported to a forecast for the system `name`.
-
-    The first chunk and those beside it wait for a compiler, or for processes that start, and do not
-    count; without a compiler one of LONG_S counts.
-    """
-
-    def __init__(
-        self, workers: int, compiles: bool, forecast: Forecast | None = None, name: str = ""
-    ):
-        self._workers, self._compiles = workers, compiles
-        self._forecast, self._name = forecast, name
-        self._from: float | None = None
-        self._lock = threading.Lock()
-
-    def timed(self, runs: int, work: Callable):
-        """work(), which makes so many runs."""
-        began = time.perf_counter()
-        result = work()
-        each = self.of(runs, began, time.perf_counter())
-        if each is not None and self._forecast is not None:
-            self._forecast.measured(self._name, each)
-        return result
-
-    def of(self, runs: int, began: float, ended: float) -> float | None:
-        """Seconds per run of one chunk that ran from `began` to `ended` [s], or None."""
-        with self._lock:
-            first = self._from is None
-            if first:
-                self._from = ended
-        counts = ended - began >= LONG_S and not self._compiles if first else began >= self._from
-        return (ended - began) / runs / self._workers if counts else None
-
-
-def spell(seconds: float) -> str:
-    """A duration for people: two digits and a unit."""
-    sizes = {"d": 86_400, "h": 3_600, "min": 60, "s": 1}
-    unit = next((name for name, size in sizes.items() if seconds >= size), "s")
-    if seconds < 0.1:
-        return f"{1e3 * seconds:.2g} ms"
-    amount = seconds / sizes[unit]
-    return f"{amount:,.0f} {unit}" if amount >= 100 else f"{amount:.2g} {unit}"

@@ -21,8 +21,6 @@ from parc_jax.learning.runs.batch import RolloutBatch, concatenate, rollout_batc
 from parc_jax.learning.runs.chunks import (
     Arrays,
     ChunkStore,
-    Forecast,
-    Pace,
     default_chunk,
     require_same_runs,
     run_chunks,
@@ -50,7 +48,6 @@ def collect(
     chunk=None,
     path=None,
     quiet=False,
-    forecast: Forecast | None = None,
 ) -> RolloutBatch:
     """Run the system n times. Row i depends on (key, stage, i) alone.
 
@@ -65,7 +62,7 @@ def collect(
         was; an existing file of the same work is loaded. Either way the first of the stored runs
         are simulated again: a system that does not repeat them is refused. Runs of a system that is
         not compiled here and that were begun before the stop count as lost (`RolloutBatch.lost`).
-    quiet: no progress bar, and no forecast. forecast: of a longer work that these runs are part of.
+    quiet: no progress bar.
     Raises InputError.
     """
     work = _Work(system, key, n, stage, k, first_row, dtype)
@@ -74,7 +71,7 @@ def collect(
     identity = work.identity()
     parts = None if path is None else Path(f"{path}.parts")
     chunk = work.chunk(chunk, parts)
-    batch = concatenate(_streamed(work, chunk, parts, quiet, forecast), n)
+    batch = concatenate(_streamed(work, chunk, parts, quiet), n)
     if parts is not None:
         save_rollouts(path, batch, {"system": identity, "chunk": chunk})
         shutil.rmtree(parts, ignore_errors=True)
@@ -93,13 +90,12 @@ def stream_rollouts(
     chunk=None,
     path=None,
     quiet=False,
-    forecast: Forecast | None = None,
 ) -> Iterator[RolloutBatch]:
     """The batches of `collect` chunk by chunk, in order, in bounded memory, on several workers.
     path: a folder for the chunks. Raises InputError, also when the system changes while it runs.
     """
     work = _Work(system, key, n, stage, k, first_row, dtype)
-    return _streamed(work, work.chunk(chunk, path), path, quiet, forecast)
+    return _streamed(work, work.chunk(chunk, path), path, quiet)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,9 +175,7 @@ def _kept(x, dtype) -> np.ndarray:
     return np.array(x, dtype) if isinstance(x, np.ndarray) else np.asarray(x, dtype)
 
 
-def _streamed(
-    work: _Work, chunk: int, path, quiet: bool, forecast: Forecast | None
-) -> Iterator[RolloutBatch]:
+def _streamed(work: _Work, chunk: int, path, quiet: bool) -> Iterator[RolloutBatch]:
     from tqdm import tqdm
 
     system, n, first_row = work.system, work.n, work.first_row
@@ -203,12 +197,9 @@ def _streamed(
             # a compiled chunk as a whole, for the same bits; one run of anything else
             again = chunks[index] if sim.traceable else chunks[index][:1]
             require_same_runs(store.folder, stored, work.simulate(again, devices[0]), system)
-    pace = Pace(
-        len(devices), sim.traceable, None if quiet else forecast or Forecast(n), system.name
-    )
 
     def one(index, device):
-        arrays = pace.timed(len(chunks[index]), lambda: work.simulate(chunks[index], device))
+        arrays = work.simulate(chunks[index], device)
         same = (work.law, system.time) == (law, grid)
         if not same or remembered(system).content != sim.content:
             raise InputError(
