@@ -1,25 +1,15 @@
-"""Policies: observation and files."""
-
-import json
+"""The observation of a policy is its definition, wherever the boat is."""
 
 import jax
 import numpy as np
 import pytest
 
 from sims.asv.policy import (
-    HOVER,
     LAYOUTS,
     observe,
-    policy_from_file_arrays,
 )
 
 seen_from = jax.jit(observe, static_argnums=0)
-
-
-@pytest.fixture
-def arrays():
-    with np.load(HOVER, allow_pickle=False) as file:
-        return dict(file)
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -50,35 +40,3 @@ def test_observation_is_the_definition(layout, rng):
         shift = rng.normal(size=2)  # the vessel only knows where the goal is from it
         moved = seen_from(layout, position + shift, yaw, velocity, goal + shift)
         np.testing.assert_allclose(moved, expected, atol=1e-12)
-
-
-def broken(arrays, **changes):
-    return {**arrays, **changes}
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda a: {n: v for n, v in a.items() if n != "W1"}, "W1; they are missing"),
-        (lambda a: broken(a, W0=a["W0"][:, :5]), "expected weights"),
-        (lambda a: broken(a, b1=np.full_like(a["b1"], np.nan)), "expected finite numbers"),
-        (lambda a: broken(a, obs_var=-a["obs_var"]), "variances >= 0"),
-        (lambda a: broken(a, activation=np.array("relu")), "expected tanh layers"),
-        (lambda a: broken(a, meta=np.array("{}")), "expected meta"),
-        (
-            lambda a: broken(
-                a, meta=np.array(json.dumps({**json.loads(str(a["meta"])), "period": 0.03}))
-            ),
-            "control period",
-        ),
-        (
-            lambda a: broken(
-                a, meta=np.array(json.dumps({**json.loads(str(a["meta"])), "layout": "x"}))
-            ),
-            "expected a layout",
-        ),
-    ],
-)
-def test_bad_arrays_are_refused(arrays, change, message):
-    with pytest.raises(ValueError, match=message):
-        policy_from_file_arrays(change(arrays))

@@ -73,19 +73,6 @@ def test_scene():
     assert isinstance(asv.problem(body="decagon").body, Polygon)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"plant": "rk4"}, "expected 'mjx' or 'ode'"),
-        ({"law": "storm"}, "expected one of none, study, full"),
-        ({"policy": "no/such.npz"}, r"expected an \.npz policy file"),
-    ],
-)
-def test_bad_options_say_what_to_try(options, message):
-    with pytest.raises(ValueError, match=message):
-        asv.system(**options)
-
-
 @pytest.mark.night
 def test_shipped_policy_arrives_and_hovers():
     policy, key = asv.load_policy(), jax.random.key(5)

@@ -3,7 +3,6 @@
 import json
 import sys
 from dataclasses import replace
-from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 from compilations import compiled_by
 from needs import need
 
-import parc_jax as pj
 import sims
 from parc_jax.app import cli
 from parc_jax.drive.loop.commitment import Step
@@ -19,7 +17,6 @@ from sims import barn
 from sims.barn.drive import PATIENCE, drive
 from sims.barn.guidance import FAR, Guidance
 from sims.lidar import lidar
-from sims.rectangle import centre_and_corners
 
 START, GOAL = np.array([0.0, 0.0, np.pi / 2]), np.array([0.0, 6.0])
 
@@ -164,21 +161,3 @@ def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_
     assert content_of(tmp_path / "model.npz").startswith(episode.stem.rsplit("_", 1)[1])
     episode.unlink()
     assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 1
-
-
-def test_a_model_of_another_outline_is_refused():
-    from sims.barn.driver import require_outline, robot
-
-    system = robot()
-    for size, fits in ((system.size, True), ((0.42, 0.33), False)):
-        corners = centre_and_corners(np.zeros(2), 0.0, *size).ravel()
-        layout = SimpleNamespace(n_offsets=10 * 13 - 2, n_p=2, n_c=10)
-        still = pj.learning.relu_network(
-            [np.zeros((129, 4))], [np.append(np.tile(corners, 13)[2:], 0.0)]
-        )
-        model = SimpleNamespace(net=still, layout=layout, domain=system.domain)
-        if fits:
-            require_outline(model)
-        else:
-            with pytest.raises(pj.InputError, match=r"of 0.458 m x 0.416 m; its corners are off"):
-                require_outline(model)

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import sims
-from parc_jax.common.errors import InputError
 from sims.drift_parking import simulate
 from sims.drift_parking.plant_ode import newton_euler
 from sims.drift_parking.vehicle import State, Wrench
@@ -115,10 +114,3 @@ def test_mujoco_accelerations_are_those_of_the_closed_form(rng):
     got = jax.jit(plant)(state, cos, sin, wrench)
     want = newton_euler(state, cos, sin, wrench)
     np.testing.assert_allclose(got, want, rtol=1e-12, atol=1e-12)
-
-
-def test_bad_requests_are_refused():
-    with pytest.raises(InputError, match="mjx"):
-        sims.load("drift_parking", plant="bullet")
-    with pytest.raises(InputError, match="float64"):
-        sims.load("drift_parking", plant="ode").rollout(None, jnp.array([10.0, 0.6], jnp.float32))

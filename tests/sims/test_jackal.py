@@ -12,7 +12,6 @@ from drawn_keys import drawn_keys
 
 import parc_jax as pj
 import sims
-from parc_jax.common.errors import InputError
 from sims.jackal import Driven, drift, params
 from sims.jackal.before import running
 from sims.jackal.chained import Chain, chained
@@ -79,23 +78,6 @@ def test_the_same_run_elsewhere(jackal):
 def test_another_heading_is_the_same_run_turned(jackal, poses):
     turned = jackal.poses(KEYS[:4], KS[:4], np.tile([0.0, 0.0, 2.2], (4, 1)))
     np.testing.assert_allclose(turned, poses[:4], rtol=0, atol=1e-5)
-
-
-@pytest.mark.parametrize(
-    "options, said",
-    [
-        ({"plant": "gazebo"}, "mujoco, twin"),
-        ({"law": "ice"}, "floor, none"),
-        ({"body": "disc"}, "rectangle, outside"),
-        ({"moving": 0.7}, "at most 0.53 s, so that a stop of 0.67 s fits"),
-        ({"ramp": (0.0, 1.0)}, "two positive rates"),
-        ({"speed": 2.5}, "up to 2 m/s and 4 rad/s"),
-        ({"speed": 1.0, "backward": 1.1}, "backward from 0 up to the speed; got 1, 1.5 and 1.1"),
-    ],
-)
-def test_bad_options_are_refused(options, said):
-    with pytest.raises(InputError, match=said):
-        sims.load("jackal", **options)
 
 
 # the twin

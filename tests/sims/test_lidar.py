@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from parc_jax.common.errors import InputError
 from sims.lidar import Lidar, Shapes, cast, lidar, shapes
 
 
@@ -69,13 +68,3 @@ def test_noise_is_bounded_as_declared_and_only_on_what_was_hit():
     assert np.abs(off[true.returned]).max() > 0.009 and not off[~true.returned].any()
     again = sensor.scan((0, 0, 0), world, np.random.default_rng(5))
     np.testing.assert_array_equal(again.ranges, noisy.ranges)
-
-
-def test_bad_sensors_and_shapes_are_refused():
-    for options in ({"beams": 1}, {"view": 7.0}, {"max_range": -1.0}, {"noise": -0.1}):
-        with pytest.raises(InputError, match="at least 2 beams"):
-            lidar(**options)
-    with pytest.raises(InputError, match="a radius"):
-        shapes([[0.0, 0.0]])
-    with pytest.raises(InputError, match="finite places"):
-        shapes([[np.nan, 0.0]], 0.1)
