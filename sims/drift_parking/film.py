@@ -32,7 +32,7 @@ def film_of(
     quiet: bool = True,
     size: tuple[int, int] = (960, 480),
 ) -> Path:
-    """Simulate one safe sample of an answer and write the film: .mp4, .gif, or a folder of .png
+    """Simulate one safe sample of an answer and write the film: .gif, or a folder of .png
     files.
 
     On the floor: the goal (green) and, for every reference point, the boxes around its predicted

@@ -1,5 +1,5 @@
 """A rendered film of the car drifting into the space, without a screen: `python -m sims.f110.film
---out film.mp4`.
+--out film.gif`.
 """
 
 from pathlib import Path
@@ -38,7 +38,7 @@ def film(
     rendered here.
 
     Args:
-        out: A .mp4 or .gif file, or a folder for .png files.
+        out: A .gif file, or a folder for .png files.
         k: Line [m] and speed [m/s].
         start: [m]; by default the one from which the car without disturbance stops in the middle of
             the space.

@@ -87,7 +87,7 @@ def test_a_film_of_its_own_is_of_its_own_robot_alone(shell, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--video", "film.avi"), ".mp4 or .gif"),
+        (("--video", "film.avi"), "expected a .gif file"),
         (("--video", "f.gif", "--sample", "99"), "one of 5 safe samples, 0 to 4; got 99"),
         (("--out", "answer.json"), "answer.json is a file and no folder. Name another place"),
         (("--html", "answer.json/page.html"), "is a file and no folder"),

@@ -2,8 +2,6 @@
 refused.
 """
 
-import sys
-
 import numpy as np
 import pytest
 from toy_models import host_outputs, random_network
@@ -102,54 +100,7 @@ def test_what_is_no_such_network_is_refused(rng, tmp_path):
             load_network(tmp_path / name)
 
 
-def test_without_torch_one_sentence_says_what_to_do(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "torch", None)  # an import of it fails, installed or not
-    with pytest.raises(InputError, match=r"needs torch.*np\.savez\(path") as refusal:
-        load_network(tmp_path / "net.pt")
-    assert "\n" not in str(refusal.value)
-
-
-@pytest.fixture
-def trained():
-    """A network as PyTorch users have it: nn.Sequential in float32, with its own initial
-    weights.
-    """
-    nn = pytest.importorskip("torch", reason="needs torch; docs/contributing.md has the command").nn
-    return nn.Sequential(
-        nn.Linear(2, 8), nn.ReLU(), nn.Linear(8, 8), nn.ReLU(), nn.Linear(8, 5, bias=False)
-    )
-
-
-def torch_outputs(net, x):
-    import torch
-
-    with torch.no_grad():
-        return net.double()(torch.tensor(x)).numpy()
-
-
-@pytest.mark.parametrize("suffix", [".pt", ".pth"])
-def test_a_state_dict_of_torch_computes_the_same(trained, rng, tmp_path, suffix):
-    import torch
-
-    torch.save(trained.state_dict(), tmp_path / f"net{suffix}")
-    net, x = load_network(tmp_path / f"net{suffix}"), rng.normal(size=(300, 2))
-    assert (
-        net.hidden == (8, 8)
-        and np.abs(host_outputs(net, x) - torch_outputs(trained, x)).max() < 1e-12
-    )
-    norm = normalisation(rng, net)
-    folded = load_network(tmp_path / f"net{suffix}", norm)
-    wanted = norm.y_mean + norm.y_scale * torch_outputs(trained, np.asarray(norm.inputs(x)))
-    assert np.abs(host_outputs(folded, x) - wanted).max() < 1e-11
-
-
-def test_other_files_of_torch_are_refused(trained, tmp_path):
-    import torch
-
-    torch.save(trained, tmp_path / "module.pt")  # a pickled program, which is never run
-    torch.save([1, 2], tmp_path / "list.pt")
-    torch.save({"epoch": 3, "model": trained.state_dict()}, tmp_path / "checkpoint.pt")
-    (tmp_path / "torn.pt").write_bytes((tmp_path / "list.pt").read_bytes()[:100])
-    for name in ("module", "list", "checkpoint", "torn", "absent"):
-        with pytest.raises(InputError, match=r"state dict|no such file|expected"):
-            load_network(tmp_path / f"{name}.pt")
+@pytest.mark.parametrize("suffix", [".pt", ".pth", ".h5"])
+def test_files_of_torch_are_sent_to_npz(tmp_path, suffix):
+    with pytest.raises(InputError, match=r"expected a network as .npz or .onnx.*np\.savez\(path"):
+        load_network(tmp_path / f"net{suffix}")

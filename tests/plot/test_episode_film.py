@@ -47,6 +47,6 @@ def test_what_is_no_episode_is_refused(tmp_path):
     (tmp_path / "answer.json").write_text("{}")
     with pytest.raises(InputError, match="expected a"):
         figures.film(tmp_path / "answer.json", tmp_path / "film.gif")
-    with pytest.raises(InputError, match="mp4"):
+    with pytest.raises(InputError, match="ffmpeg"):
         figures.film(tmp_path / "answer.json", tmp_path / "film.avi")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["answer.json"]

@@ -43,7 +43,7 @@ def plot(
         out: Folder of the figures. Default: that of the answer.
         figures: Which figures. Default: all that the answer supports but projections, which cut
             polytopes, or none with --html or --video.
-        video: Film one safe sample: .gif, .mp4 (needs the extra film), or a folder of .png files.
+        video: Film one safe sample: .gif, or a folder of .png files.
             Without a simulator the film shows the model's prediction.
         sample: Number of the sample that is filmed, from 0.
         system: Simulator for the film, as for `learn`. Default: the system that the answer names,

@@ -36,17 +36,18 @@ def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwor
     *.npz       W0, b0, W1, b1, ... with W (out, in); or the names of a PyTorch state dict. May hold
                 x_mean, x_scale, y_mean, y_scale.
     *.onnx      a chain of Gemm, MatMul, Add, Sub, Mul, Div, Relu, Flatten, Identity; needs the
-    package onnx. *.pt, *.pth a state dict (torch.save(net.state_dict(), path)); needs torch.
+    package onnx.
     normalisation: the network computes y_mean + y_scale * net((k - x_mean) / x_scale); it is folded
     into the weights, and the equality is checked on random inputs.
     """
     path = Path(path)
     if path.suffix == ".onnx":
         return _normalised(read_onnx(path), normalisation)
-    if path.suffix in (".pt", ".pth"):
-        return from_state_dict(_torch_state(path), normalisation, str(path))
     if path.suffix != ".npz":
-        raise InputError(f"{path}: expected a network as .npz, .onnx, .pt or .pth.")
+        raise InputError(
+            f"{path}: expected a network as .npz or .onnx. A state dict of torch is written by "
+            "np.savez(path, **{k: v.numpy() for k, v in net.state_dict().items()})."
+        )
     arrays = read_npz(path)
     scalings = {name: arrays.pop(name) for name in SCALINGS if name in arrays}
     if scalings:
@@ -123,29 +124,6 @@ def _array(key: str, value, name: str) -> np.ndarray:
         raise InputError(
             f"{name}: expected numbers in {key!r}; got {type(value).__name__}."
         ) from None
-
-
-def _torch_state(path: Path) -> Mapping:
-    try:
-        import torch
-    except ImportError:
-        raise InputError(
-            f"{path}: reading it needs torch, which is not installed. Save the arrays as .npz: "
-            "np.savez(path, **{k: v.numpy() for k, v in net.state_dict().items()})."
-        ) from None
-    try:
-        state = torch.load(path, map_location="cpu", weights_only=True)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except Exception as error:  # torch raises any error of its unpickler
-        raise InputError(
-            f"{path}: expected a state dict of tensors; {type(error).__name__}: {error!s:.200}"
-        ) from None
-    if not isinstance(state, Mapping):
-        raise InputError(
-            f"{path}: expected a state dict; got {type(state).__name__}. Save net.state_dict()."
-        )
-    return state
 
 
 class Linear(NamedTuple):

@@ -1,12 +1,11 @@
 """Films: of one plan, its true run where there is one, else the model's prediction; of an episode,
 one manoeuvre after another, each with the reachable set of the body and the stop that it ends in.
 
-In the plane from above, in space from three sides. A film is a .mp4 or .gif file or a folder of
+In the plane from above, in space from three sides. A film is a .gif file or a folder of
 .png files, complete or absent.
 """
 
 import io
-import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -28,7 +27,7 @@ DPI = 100
 INCHES = {2: (7.2, 5.0), 3: (11.6, 4.0)}  # by dimension of the workspace
 INCHES_OF_EPISODE = (4.6, 5.0)
 FREE, STANDS = "#F3F0DC", "#D9D9D9"  # regions observed to be free, and true outlines
-KINDS = (".mp4", ".gif", "")
+KINDS = (".gif", "")
 COLOURS, COLOURS_OF_EPISODE = 128, 32  # of a .gif; an episode has seven, and their edges
 PALETTE_FRAMES = 6  # frames that choose the colours
 
@@ -41,7 +40,7 @@ def film(
     *,
     quiet: bool = True,
 ) -> Path:
-    """Film one safe sample of an answer, or an episode: .mp4, .gif, or a folder of .png files.
+    """Film one safe sample of an answer, or an episode: .gif, or a folder of .png files.
 
     source: an answer; or an episode in the plane, or its file, which is checked anew first.
     sample: number of the sample of an answer.
@@ -66,16 +65,9 @@ def require_kind(out: Path) -> None:
     """Refuse another suffix, before anything is drawn. Raises InputError."""
     if out.suffix not in KINDS:
         raise InputError(
-            f"film: expected a .mp4 or .gif file, or a folder for .png files; got {out}."
+            f"film: expected a .gif file, or a folder for .png files, of which ffmpeg makes "
+            f"any other; got {out}."
         )
-    if out.suffix == ".mp4":
-        try:
-            import imageio_ffmpeg  # noqa: F401
-        except ImportError:
-            raise InputError(
-                f"film: {out} needs imageio and imageio-ffmpeg: pip install 'parc_jax[film]'. A "
-                ".gif file, or a folder for .png files, needs neither."
-            ) from None
 
 
 def require_sample(answer, sample: int) -> None:
@@ -106,8 +98,6 @@ def write_film(
     """
     out = Path(out)
     require_kind(out)
-    if out.suffix == ".mp4":
-        return write_atomic(out, _mp4(images, rate))
     if out.suffix == ".gif":
         return write_atomic(out, _gif(images, rate, colours))
     from matplotlib.image import imsave
@@ -116,15 +106,6 @@ def write_film(
     for number, image in enumerate(images):
         imsave(out / f"{number:04d}.png", image)
     return out
-
-
-def _mp4(images: Sequence[np.ndarray], rate: float) -> bytes:
-    import imageio.v2 as imageio
-
-    with tempfile.TemporaryDirectory() as folder:  # the encoder writes to a path alone
-        target = Path(folder) / "film.mp4"
-        imageio.mimwrite(target, images, fps=rate, macro_block_size=2)
-        return target.read_bytes()
 
 
 def _gif(images: Sequence[np.ndarray], rate: float, colours: int) -> bytes:

@@ -35,7 +35,7 @@ def film_of(
     quiet: bool = True,
     size: tuple[int, int] = (720, 405),
 ) -> Path:
-    """Fly one safe sample of an answer and write the film: .mp4, .gif, or a folder of .png files.
+    """Fly one safe sample of an answer and write the film: .gif, or a folder of .png files.
     Raises InputError when there is no such sample or nothing can be rendered here.
     """
     film.require_film(out, answer, sample)
