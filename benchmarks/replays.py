@@ -12,21 +12,40 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import jax
+import numpy as np
 import tyro
 from tqdm import tqdm
 
 from parc_jax.app.cli.systems import black_box_of, build, find, study_of
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.cache import keep_compiled
-from parc_jax.app.study.replay import counts_of
+from parc_jax.app.study.replay import _executed, _refuse_contradictions
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, stream
 from parc_jax.learning.model import load
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.planner import Planner
+from parc_jax.safe_set.verdict.outcomes import reached_and_touched
+from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 STEP = 2048  # plans at a time: a few hundred MiB of trajectories
 COUNTED = ("plans", "reached", "touched", "left the tube")
+
+
+def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[str, int]:
+    """Counts of outcomes of many plans, without their distances. Raises SoundnessError as `replay`
+    does.
+    """
+    runs, inside = _executed(system, scene, plans, key, quiet=True)
+    scene = unpruned_scene(scene)
+    reached, touched = reached_and_touched(scene, runs, plans[:, : scene.model.n_p])
+    _refuse_contradictions(plans, inside & (touched | ~reached))
+    return {
+        "plans": len(plans),
+        "reached": int(reached.sum()),
+        "touched": int(touched.sum()),
+        "left the tube": int((~inside).sum()),
+    }
 
 
 @dataclass(frozen=True)

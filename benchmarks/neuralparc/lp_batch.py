@@ -14,7 +14,6 @@ from parc_jax.common.arrays import as_float64, slices, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import (
     dual_bound,
-    proves_empty,
     row_bounds,
     violation,
 )
@@ -26,6 +25,19 @@ _CHUNK = 1024  # most programs per compiled call: the working set stays in cache
 # fewest; between the two, batches are padded to powers of two so that few shapes compile
 _BUCKET = 64
 _ROW_BUCKET = 8  # rows are padded to a multiple of this
+
+
+def proves_empty(A, b, multipliers, lo, hi, margin: float):
+    """Where multipliers prove {A x <= b, lo <= x <= hi} empty. [T12b], with c = 0: Farkas' witness.
+
+    multipliers: (..., h), scaled so that the largest is one. margin: [row units] by which the proof
+        must clear zero.
+    """
+    scale = np.max(
+        np.where(np.isfinite(multipliers), multipliers, 0.0), axis=-1, keepdims=True, initial=0.0
+    )
+    y = multipliers / np.where(scale > 0, scale, 1.0)
+    return dual_bound(np.zeros(A.shape[-1]), A, b, y, lo, hi) > margin
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.files.network_file import write_onnx
+from parc_jax.app.files.network_file import onnx_package
 from parc_jax.checker import number
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
@@ -25,6 +25,8 @@ from parc_jax.learning.runs.files import write_atomic
 from parc_jax.proof.certificate.write import by_pair
 from parc_jax.safe_set.separation.directions import Multiplier
 from parc_jax.safe_set.verdict.scene import unpruned_scene
+
+OPSET, IR_VERSION = 17, 8  # old enough for every verifier and engine in use
 
 
 class NetworkQuestion(NamedTuple):
@@ -161,3 +163,34 @@ def _real(value: float) -> str:
     """A decimal without exponent that spells the float exactly."""
     text = format(Decimal(float(value)), "f")
     return text if "." in text else f"{text}.0"
+
+
+def write_onnx(path, net: ReLUNetwork, dtype=np.float64) -> Path:
+    """Write the network as Gemm and Relu nodes, input `X` (batch, n_in), output `Y` (batch, n_out);
+    atomically.
+
+    dtype: float64 is exact; float32, which most verifiers read, is another, rounded network.
+    Raises InputError.
+    """
+    onnx, dtype = onnx_package(), np.dtype(dtype)
+    if dtype not in (np.float32, np.float64):
+        raise InputError(f"onnx: expected dtype float32 or float64; got {dtype}.")
+    nodes, constants, at = [], [], "X"
+    for i, (W, b) in enumerate(zip(net.weights, net.biases, strict=True)):
+        last = i == len(net.weights) - 1
+        for name, value in ((f"W{i}", W), (f"b{i}", b)):
+            constants.append(onnx.numpy_helper.from_array(value.astype(dtype), name))
+        inputs, name = [at, f"W{i}", f"b{i}"], "Y" if last else f"z{i}"
+        nodes.append(onnx.helper.make_node("Gemm", inputs, [name], f"linear{i}", transB=1))
+        if not last:
+            at = f"h{i}"
+            nodes.append(onnx.helper.make_node("Relu", [name], [at], f"relu{i}"))
+    kind = onnx.helper.np_dtype_to_tensor_dtype(dtype)
+    sizes = (("X", net.n_in), ("Y", net.n_out))
+    ends = [[onnx.helper.make_tensor_value_info(name, kind, ["batch", n])] for name, n in sizes]
+    graph = onnx.helper.make_graph(nodes, "parc_jax", *ends, initializer=constants)
+    opset = [onnx.helper.make_opsetid("", OPSET)]
+    version = {"opset_imports": opset, "ir_version": IR_VERSION, "producer_name": "parc_jax"}
+    model = onnx.helper.make_model(graph, **version)
+    onnx.checker.check_model(model)
+    return write_atomic(path, model.SerializeToString())

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from benchmarks.neuralparc.lp_batch import propose
+from benchmarks.neuralparc.lp_batch import propose, proves_empty
 from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.lp_solve import solve
 from benchmarks.neuralparc.sets.affine import as_ah, membership
-from parc_jax.common.lp.exact import proves_empty, violation
+from parc_jax.common.lp.exact import violation
 from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.tolerances import TOLERANCES

@@ -11,8 +11,8 @@ from needs import need
 from toy_bodies import points_model, points_problem
 from toy_models import host_outputs, random_network
 
-from benchmarks.peers.question import safety_question, vnnlib, write_question
-from parc_jax.app.files.network_file import load_network, write_onnx
+from benchmarks.peers.question import safety_question, vnnlib, write_onnx, write_question
+from parc_jax.app.files.network_file import load_network
 from parc_jax.common.errors import InputError
 from parc_jax.planner import Planner
 from parc_jax.proof.regions import enumerate_regions

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from benchmarks.neuralparc.lp_batch import proves_empty
 from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.lp_solve import feasible, solve
 from parc_jax.common.errors import InputError
-from parc_jax.common.lp.exact import proves_empty
 from parc_jax.common.tolerances import TOLERANCES
 
 

@@ -5,10 +5,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from benchmarks.neuralparc.lp_batch import proves_empty
 from parc_jax.common.lp.exact import (
     dual_bound,
     exact_dual_bound,
-    proves_empty,
     round_down,
     round_up,
     row_bounds,

@@ -8,7 +8,8 @@ from toy_models import told
 from turning_bar import Bar, straight_bar
 
 import parc_jax as pj
-from parc_jax.app.study.replay import counts_of, replay
+from benchmarks.replays import counts_of
+from parc_jax.app.study.replay import replay
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import SoundnessError
 from parc_jax.common.keys import Stage

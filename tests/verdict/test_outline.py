@@ -9,7 +9,8 @@ import toy_driven
 from synthetic_plants import plant
 
 import parc_jax as pj
-from parc_jax.app.study.replay import counts_of, replay
+from benchmarks.replays import counts_of
+from parc_jax.app.study.replay import replay
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.runs.law import law_of

@@ -20,7 +20,7 @@ from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.realisations import executions_of
-from parc_jax.safe_set.verdict.outcomes import outcomes, reached_and_touched
+from parc_jax.safe_set.verdict.outcomes import outcomes
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
@@ -67,22 +67,6 @@ def replay(
     # the proof covers runs inside the tube, so one that fails there refutes it
     _refuse_contradictions(plans, out.inside & out.failed)
     return out
-
-
-def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[str, int]:
-    """Counts of outcomes of many plans, without their distances. Raises SoundnessError as `replay`
-    does.
-    """
-    runs, inside = _executed(system, scene, plans, key, quiet=True)
-    scene = unpruned_scene(scene)
-    reached, touched = reached_and_touched(scene, runs, plans[:, : scene.model.n_p])
-    _refuse_contradictions(plans, inside & (touched | ~reached))
-    return {
-        "plans": len(plans),
-        "reached": int(reached.sum()),
-        "touched": int(touched.sum()),
-        "left the tube": int((~inside).sum()),
-    }
 
 
 def tally(runs: Replay, repeats: int, delta: float) -> dict:

@@ -66,19 +66,6 @@ def dual_bound(c, A, b, multipliers, lo, hi):
     return np.where(np.isfinite(bound), bound, -np.inf)
 
 
-def proves_empty(A, b, multipliers, lo, hi, margin: float):
-    """Where multipliers prove {A x <= b, lo <= x <= hi} empty. [T12b], with c = 0: Farkas' witness.
-
-    multipliers: (..., h), scaled so that the largest is one. margin: [row units] by which the proof
-        must clear zero.
-    """
-    scale = np.max(
-        np.where(np.isfinite(multipliers), multipliers, 0.0), axis=-1, keepdims=True, initial=0.0
-    )
-    y = multipliers / np.where(scale > 0, scale, 1.0)
-    return dual_bound(np.zeros(A.shape[-1]), A, b, y, lo, hi) > margin
-
-
 def row_bounds(A, b, lo=None, hi=None):
     """Bounds (lo, hi), each (..., n), that rows with a single nonzero entry imply, rounded outward;
     infinite where none do. Bounds passed in are intersected with them.
