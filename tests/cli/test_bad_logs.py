@@ -42,9 +42,8 @@ CASES = [
 
 
 @pytest.fixture
-def learn(capsys, monkeypatch, tmp_path):
-    """Learn a log; (exit code, said, complained). Nothing is trained."""
-    monkeypatch.chdir(tmp_path)
+def learn(shell, monkeypatch, tmp_path):
+    """Learn a log. Nothing is trained."""
 
     def trained(*_, **__):
         raise AssertionError("a network was trained")
@@ -55,9 +54,7 @@ def learn(capsys, monkeypatch, tmp_path):
         k, p = LOGS[name]
         np.savez(tmp_path / f"{name}.npz", k=k, p=p)
         times = ("--dt", 0.25, "--t-f", 1, "--out", "m.npz", "--no-cache", "--eps", 0.2)
-        with pytest.raises(SystemExit) as stop:
-            cli.main(["learn", f"{name}.npz", *map(str, (*times, *options))])
-        return stop.value.code, *capsys.readouterr()
+        return shell("learn", f"{name}.npz", *times, *options)
 
     return run
 

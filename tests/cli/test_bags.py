@@ -5,7 +5,6 @@ import pytest
 from needs import need
 
 import parc_jax as pj
-from parc_jax.app import cli
 
 need("rosbags")
 from bag_files import drive, write  # noqa: E402
@@ -16,15 +15,8 @@ K = ("--domain", 0.2, 1.0, -0.5, 0.5)
 
 
 @pytest.fixture
-def learn(capsys, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-
-    def run(*options):
-        with pytest.raises(SystemExit) as stop:
-            cli.main(["learn", *map(str, options), "--out", "m.npz", "--no-cache"])
-        return stop.value.code, *capsys.readouterr()
-
-    return run
+def learn(shell):
+    return lambda *options: shell("learn", *options, "--out", "m.npz", "--no-cache")
 
 
 def cut_off(path):

@@ -3,24 +3,13 @@
 from pathlib import Path
 
 import pytest
-import toy_cart
 
 import parc_jax as pj
-from parc_jax.app import cli
 
 
-@pytest.fixture
-def shell(capsys, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(str(Path(toy_cart.__file__).parent))
-
-    def run(*arguments):
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as stop:
-            cli.main([str(a) for a in arguments])
-        return (stop.value.code or 0), *capsys.readouterr()
-
-    return run
+@pytest.fixture(autouse=True)
+def found(cart):
+    pass
 
 
 FILE = "runs/rows_000000020_000000059.npz"

@@ -1,14 +1,11 @@
 """`learn` from logs: the eps that they support, and what it reports."""
 
-from pathlib import Path
-
 import jax
 import numpy as np
 import pytest
 import toy_cart
 
 import parc_jax as pj
-from parc_jax.app import cli
 
 SMALL = (
     "--hidden",
@@ -30,17 +27,8 @@ SMALL = (
 
 
 @pytest.fixture
-def learn(capsys, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(str(Path(toy_cart.__file__).parent))
-
-    def run(*arguments):
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as stop:
-            cli.main(["learn", *(str(a) for a in arguments), *(str(a) for a in SMALL)])
-        return stop.value.code, *capsys.readouterr()
-
-    return run
+def learn(shell, cart):
+    return lambda *arguments: shell("learn", *arguments, *SMALL)
 
 
 @pytest.mark.slow

@@ -7,25 +7,12 @@ import numpy as np
 import pytest
 import toy_query
 
-from parc_jax.app import cli
-from parc_jax.problem.problem_file import save_problem
-
 
 @pytest.fixture
-def solve(capsys, monkeypatch, tmp_path):
-    """Solve the toy query with further arguments: (exit code, said, complained)."""
-    monkeypatch.chdir(tmp_path)
-    toy_query.planner().model.save("model.npz")
-    save_problem("scene.toml", toy_query.gap())
-
-    def run(*options):
-        capsys.readouterr()
-        arguments = ("solve", "model.npz", "scene.toml", "--quiet", "--no-cache", *options)
-        with pytest.raises(SystemExit) as stop:
-            cli.main(list(arguments))
-        return stop.value.code, *capsys.readouterr()
-
-    return run
+def solve(shell, files):
+    """Solve the toy query with further arguments."""
+    asked = ("solve", "model.npz", "scene.toml", "--quiet", "--no-cache")
+    return lambda *options: shell(*asked, *options)
 
 
 def test_a_command_tells_what_it_does_only_when_asked(solve, monkeypatch):

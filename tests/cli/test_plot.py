@@ -6,8 +6,6 @@ import pytest
 import toy_query
 from matplotlib.image import imread
 
-from parc_jax.app import cli
-
 ROBOT = """
 import jax.numpy as jnp
 import parc_jax as pj
@@ -28,18 +26,10 @@ def system():
 
 
 @pytest.fixture
-def shell(capsys, monkeypatch, tmp_path):
-    """Run a command line beside an answer of the toy query: (exit code, said, complained)."""
-    monkeypatch.chdir(tmp_path)
+def shell(shell, tmp_path):
+    """The shell beside an answer of the toy query."""
     toy_query.answer().save(tmp_path / "answer.json")
-
-    def run(*arguments):
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as stop:
-            cli.main([str(a) for a in arguments])
-        return (stop.value.code or 0), *capsys.readouterr()
-
-    return run
+    return shell
 
 
 def test_without_the_simulator_the_prediction_is_filmed_and_that_is_said(shell, tmp_path):

@@ -10,7 +10,6 @@ import pytest
 from episode_files import Robot, sealed
 from toy_file import save, toy_file
 
-from parc_jax.app import cli
 from parc_jax.app.cli import check as second
 
 SAYS = {  # stands for the built program: what it prints, and the code that it ends with
@@ -26,15 +25,13 @@ needs_node = pytest.mark.needs("node")
 
 
 @pytest.fixture
-def shell(capsys, monkeypatch, tmp_path):
-    """`parc-jax check --second` on an answer: (exit code, what it printed, what it complained)."""
+def shell(shell, monkeypatch, tmp_path):
+    """`parc-jax check --second` on an answer."""
     monkeypatch.delenv(second.VARIABLE, raising=False)
 
     def run(answer, *more):
         path = save(tmp_path / "answer.json", answer)
-        with pytest.raises(SystemExit) as stop:
-            cli.main(["check", str(path), "--second", *more])
-        return (stop.value.code or 0), *capsys.readouterr()
+        return shell("check", path, "--second", *more)
 
     return run
 

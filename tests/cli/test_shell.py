@@ -11,31 +11,8 @@ import numpy as np
 import pytest
 import toy_query
 
-from parc_jax.app import cli
 from parc_jax.problem.problem_file import load_problem, save_problem
 from sims.rectangle import POINTS
-
-
-@pytest.fixture
-def shell(capsys, monkeypatch, tmp_path):
-    """Run a command line in an empty folder: (exit code, what it printed, what it complained)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as stop:
-            cli.main([str(a) for a in arguments])
-        return (stop.value.code or 0), *capsys.readouterr()
-
-    return run
-
-
-@pytest.fixture
-def files(tmp_path):
-    """model.npz and scene.toml of the toy query."""
-    toy_query.planner().model.save(tmp_path / "model.npz")
-    save_problem(tmp_path / "scene.toml", toy_query.gap())
-    return tmp_path
 
 
 def test_solve_check_plot(shell, files):

@@ -5,26 +5,14 @@ sentence and exit code 2.
 import pytest
 import toy_query
 
-from parc_jax.app import cli
 from parc_jax.app.cli.scene import under_uncertainty
-from parc_jax.problem.problem_file import save_problem
 from parc_jax.problem.uncertainty import Uncertainty
 
 
 @pytest.fixture
-def shell(capsys, monkeypatch, tmp_path):
-    """Run `solve` on the toy query with these options: (exit code, what it printed, complained)."""
-    monkeypatch.chdir(tmp_path)
-    toy_query.planner().model.save("model.npz")
-    save_problem("scene.toml", toy_query.gap())
-
-    def run(*options):
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as stop:
-            cli.main(["solve", "model.npz", "scene.toml", "--no-cache", *map(str, options)])
-        return (stop.value.code or 0), *capsys.readouterr()
-
-    return run
+def shell(shell, files):
+    """`solve` on the toy query with these options."""
+    return lambda *options: shell("solve", "model.npz", "scene.toml", "--no-cache", *options)
 
 
 @pytest.mark.parametrize(
