@@ -2,7 +2,9 @@
 `python -m benchmarks.few_runs FOLDER`, which holds the files named in CASES; the Husky's log comes
 with the package.
 
-A fifth of the recordings is set aside before anything is learned, and replayed against the answer.
+A fifth of the recordings is set aside before anything is learned, and replayed against the answer,
+and against the set that the held-out ones validate. --bay: of so many times the robot's size and
+not the case's own; --runs: no more recordings; --wild: one of them mirrored at twice the size.
 """
 
 import argparse
@@ -18,9 +20,11 @@ import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import key_of
 from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.drive.local.validate import Validate
 from parc_jax.learning.learn import WITH_PRIOR, learn_report
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import law_spec
+from parc_jax.safe_set.verdict.outcomes import reached_and_touched
 from sims.foreign.husky import log, windows
 from sims.foreign.husky.scenario import problem
 from sims.rectangle import POINTS, centre_and_corners
@@ -120,24 +124,71 @@ CASES = (
 )
 
 
-def row(case: Case, folder: Path, seed: int) -> str:
+def harder(
+    runs: pj.types.RolloutBatch, most: int | None, wild: bool, seed: int
+) -> pj.types.RolloutBatch:
+    """At most so many of the recordings, and one of them mirrored at twice the size."""
+    rng = np.random.default_rng(seed)
+    groups = np.arange(runs.n) if runs.groups is None else runs.groups
+    names = rng.permutation(np.unique(groups))[:most]
+    runs = runs.select(np.isin(groups, names))
+    if wild:
+        odd = np.isin(groups[np.isin(groups, names)], names[:1])
+        runs = runs.replace(p=np.where(odd[:, None, None], -2 * np.asarray(runs.p), runs.p))
+    return runs
+
+
+def row(
+    case: Case, folder: Path, seed: int, bay: float | None, most: int | None, wild: bool
+) -> str:
     """A row of the table. Raises SoundnessError where a run inside the tube failed."""
-    known, unseen = case.read(folder).split(UNSEEN, seed)
-    learned = learn_report(known, key_of(seed), WITH_PRIOR, "twist")
+    known, unseen = harder(case.read(folder), most, wild, seed).split(UNSEEN, seed)
+    train, held = known.split(0.5, seed)
+    learned = learn_report(train, key_of(seed), WITH_PRIOR, "twist", holdout=held)
     model, claim = learned.model, learned.model.claim
     wide = 100 * float(model.tube.interval.max())
-    scene = problem(case.bay[1], case.bay[0])
-    answer = pj.Planner(model).solve(scene, jax.random.PRNGKey(seed), pj.Settings(samples=20))
+    length, width = case.bay if bay is None else (bay * side for side in case.size)
+    scene = problem(width, length)
+    settings = pj.Settings(samples=20)
+    answer = pj.Planner(model).solve(
+        scene, jax.random.PRNGKey(seed), settings, validate=Validate(held)
+    )
     told = f"{claim.discard} of {claim.n} | {rounded_up(100 * float(claim.eps), 3)} %"
     told = f"| {case.name} | {known.n} | {told} | ±{rounded_up(wide, 3)} cm | {answer.status.label}"
     replayed = pj.drive.replay_recorded(answer, unseen) if answer.status.found else None
-    if replayed is None:
-        return f"{told} | | |\n{learned.prior}"
-    n = replayed.counts()
-    share = f"{rounded_down(100 * answer.share_of_k())} %"
-    tried = f"{n['with_start']} of {n['runs']}: {n['replays']} replays"
-    went = f"{n['left_the_tube']} left, {n['missed_the_goal']} missed, {n['touched']} touched"
-    return f"{told}, {share} of K | {tried}, {went} | 0 |\n{learned.prior}"
+    if replayed is not None:
+        n = replayed.counts()
+        share = f"{rounded_down(100 * answer.share_of_k())} %"
+        tried = f"{n['with_start']} of {n['runs']}: {n['replays']} replays"
+        went = f"{n['left_the_tube']} left, {n['missed_the_goal']} missed, {n['touched']} touched"
+        told = f"{told}, {share} of K | {tried}, {went}"
+    return f"{told} | {validated(answer, unseen, seed)} |\n{learned.prior}"
+
+
+def validated(answer: pj.types.Answer, unseen: pj.types.RolloutBatch, seed: int) -> str:
+    """The validated set, and unseen recordings from a start that it has for them."""
+    found = answer.validation
+    if found.answer is None:
+        return found.details()
+    model = found.answer.model
+    unseen = unseen.select(model.domain.contains(unseen.k))
+    starts = found.answer.starts(jax.random.PRNGKey(seed), unseen.k, 10)
+    rows = np.repeat(np.arange(unseen.n), [len(p0) for p0 in starts])
+    failed = np.zeros(0, bool)
+    if len(rows):
+        p0 = np.concatenate(starts)
+        failed = ~np.logical_and(*_went(found.answer.scene, unseen.select(rows), p0))
+    step, share = found.steps[-1], rounded_down(100 * found.answer.share.share, 3)
+    return (
+        f"(V) {model.claim.discard} of {model.claim.n} failed at {model.claim.evidence['scale']}, "
+        f"next {step.failed} of {step.n}; {share} % of plans; unseen: {len(np.unique(rows))} of "
+        f"{unseen.n} with a start, {failed.sum()} of {len(rows)} replays failed"
+    )
+
+
+def _went(scene, runs, p0) -> tuple[np.ndarray, np.ndarray]:
+    reached, touched = reached_and_touched(scene, runs, p0)
+    return reached, ~touched
 
 
 def main() -> None:
@@ -146,13 +197,16 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="where the logs are")
     parser.add_argument("--only", help="rows whose name has this in it", default="")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--bay", type=float, default=None)
+    parser.add_argument("--runs", type=int, default=None)
+    parser.add_argument("--wild", action="store_true")
     given = parser.parse_args()
     cases = [case for case in CASES if given.only in case.name]
     if not cases:
         names = ", ".join(case.name for case in CASES)
         raise InputError(f"only: expected a part of one of {names}; got {given.only!r}.")
     for case in cases:
-        print(row(case, given.folder, given.seed), flush=True)
+        print(row(case, given.folder, given.seed, given.bay, given.runs, given.wild), flush=True)
 
 
 if __name__ == "__main__":

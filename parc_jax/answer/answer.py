@@ -19,6 +19,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
 from parc_jax.common.spelling import hex_text, rounded_up
 from parc_jax.common.status import Status
+from parc_jax.learning.bound.claim import recorded
 from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel
@@ -141,11 +142,24 @@ class Answer:
 
     def sample(self, key: jax.Array, n: int) -> np.ndarray:
         """n plans (n, n_p + n_k) drawn uniformly from all that the corridors hold. Consumes `key`.
-        Raises InputError.
+        Raises InputError, also for a set that recordings tested, whose law is that of `starts`.
         """
         if n < 0:
             raise InputError(f"sample: expected a number of plans >= 0; got {n}.")
+        if recorded(self.model.claim):
+            raise InputError(
+                "sample: expected a set that was tested by uniform draws; this one was tested by "
+                "recordings, so draw k as in the log, and its start by starts(key, k)."
+            )
         return self._plans.sample(generator(key), n)
+
+    def starts(self, key: jax.Array, k, most: int = 1) -> list[np.ndarray]:
+        """For each k (b, n_k) starts (m, n_p), at most so many, drawn uniformly from all that the
+        corridors hold for it; none where no plan of 400, whose ends are drawn in the goal, is held.
+        Consumes `key`. Raises InputError.
+        """
+        k = as_plans("starts", self.model, np.zeros((len(k), self.model.n_p)), k)[1]
+        return self._plans.starts(generator(key), k, most)
 
     def path(self, p0, k) -> NominalPath:
         """The predicted path of the plan p0 (n_p,), k (n_k,), with times and tube; in the frame of
@@ -283,8 +297,10 @@ class Answer:
         risk, uncertainty = self.risk(), self.scene.nominal.uncertainty
         claim = self.model.claim
         if claim.kind == VALIDATED:
-            most = rounded_up(claim.eps)
-            return f"Risk: a plan drawn by `sample` fails with probability at most {most}: (V)."
+            most, how = rounded_up(claim.eps), "drawn by `sample`"
+            if recorded(claim):
+                how = "whose k is as in the log and whose p0 is drawn by `starts`"
+            return f"Risk: a plan {how} fails with probability at most {most}: (V)."
         density = None if isinstance(risk, NoStatement) else density_of_k(self)
         measured, delta = self.coverage.confidence, self.model.claim.delta
         text = about_risk(risk, "all that the corridors hold", density, measured, delta)

@@ -35,7 +35,7 @@ from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import Training, fit
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.prior.teach import taught
-from parc_jax.learning.runs.batch import RolloutBatch, concatenate, worst_by_group
+from parc_jax.learning.runs.batch import RolloutBatch, concatenate, refitted, worst_by_group
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.system import System, check_system
 
@@ -86,7 +86,7 @@ def learn(
     prior: str | System | None = None,
     settings: Learning | None = None,
     *,
-    holdout: float | None = None,
+    holdout: float | RolloutBatch | None = None,
     path: str | Path | None = None,
     quiet: bool = False,
     **options,
@@ -104,7 +104,7 @@ def learn(
         2 seeds by default; and where the held-out runs are too few for eps, discard="most" is the
         number advised by the training runs, fixed before a held-out one is scored [T2].
     holdout: share of the recorded runs, or of their groups, that sizes the tube; 0.4 by default,
-        0.5 with a prior.
+        0.5 with a prior. Or the runs that do, as `split` set them aside.
     path: a folder for finished chunks of rollouts, from which a killed call continues.
     quiet: no progress bars.
     Returns the model. Raises InputError, also for a system whose start matters more than `gap`.
@@ -120,7 +120,7 @@ def learn_report(
     settings: Learning,
     prior: str | System | None = None,
     *,
-    holdout: float | None = None,
+    holdout: float | RolloutBatch | None = None,
     path: str | Path | None = None,
     quiet: bool = False,
     watch: Watch = nullcontext,
@@ -141,9 +141,12 @@ def learn_report(
             )
         return _from_system(source, key, settings, path and Path(path), quiet, watch, first)
     default = HOLDOUT if prior is None else HOLDOUT_WITH_PRIOR
-    # the last word of a key is the shell's seed: one split for both doors
-    seed = int(key_data(key).ravel()[-1])
-    train, held = source.split(default if holdout is None else holdout, seed)
+    if isinstance(holdout, RolloutBatch):
+        train, held = refitted(source, holdout)
+    else:
+        # the last word of a key is the shell's seed: one split for both doors
+        seed = int(key_data(key).ravel()[-1])
+        train, held = source.split(default if holdout is None else holdout, seed)
     # recorded runs cannot be started elsewhere
     start = StartTrial(settings.gap, None)
     said, profiles = None, None

@@ -16,10 +16,12 @@ import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
+from parc_jax.drive.local import trials
 from parc_jax.drive.local import validate as module
+from parc_jax.drive.local.trials import first_set
 from parc_jax.drive.local.validate import Validate, fixed_sequence
 from parc_jax.learning.bound.claim import check_claim
-from parc_jax.learning.bound.counts import NoStatement
+from parc_jax.learning.bound.counts import NoStatement, required_runs
 from parc_jax.learning.runs.collect import collect, stream_rollouts
 from parc_jax.problem.robust.nominal import query
 
@@ -49,20 +51,23 @@ def repetitions(accepts, widths, failing, seed, tests=300):
         rng = np.random.default_rng((seed, i))
         x = rng.uniform(size=asked.tests)
         failed = rng.uniform(size=asked.tests) < failing(x)
-        chosen = accepts(asked, np.array([x <= w for w in widths]), failed)
+        # the share of each set is known, so where to begin is settled before any plan is drawn
+        first = int((tests * widths >= 2 * required_runs(0.05, WRONG)).argmax())
+        inside = np.array([x <= w for w in widths])
+        chosen = accepts(asked, inside, inside & failed, first)
         wrong += chosen is not None and risk[chosen] > 0.05
     return wrong
 
 
-def in_sequence(asked, inside, failed):
-    steps, passed = fixed_sequence(asked, inside, failed)
+def in_sequence(asked, inside, failed, first):
+    steps, passed = fixed_sequence(asked, inside, failed, first)
     return None if not passed else asked.scales.index(steps[passed - 1].scale)
 
 
-def best_of_all(asked, inside, failed):
+def best_of_all(asked, inside, failed, first):
     """The fault: every set is tested, and the largest that passes is taken."""
-    for j in range(len(inside))[::-1]:
-        n, x = int(inside[j].sum()), int((inside[j] & failed).sum())
+    for j in range(first, len(inside))[::-1]:
+        n, x = int(inside[j].sum()), int(failed[j].sum())
         if binom.cdf(x, n, float(asked.risk)) <= float(asked.delta):
             return j
     return None
@@ -89,12 +94,20 @@ def test_a_test_out_of_order_would_be_noticed():
 def test_the_sequence_ends_with_the_first_test_that_does_not_pass():
     inside = np.array([[True] * 20 + [False] * 280, [True] * 100 + [False] * 200, [True] * 300])
     asked = Validate(SYSTEM, risk=0.05, delta=WRONG, tests=300, scales=(1.0, 0.5, 0.2))
-    failed = np.zeros(300, bool)
-    steps, passed = fixed_sequence(asked, inside, failed)  # the first holds too few
+    failed = np.zeros((3, 300), bool)
+    steps, passed = fixed_sequence(asked, inside, failed, 1)
     assert [step.n for step in steps] == [100, 300] and passed == 2
-    failed[:20] = True
-    steps, passed = fixed_sequence(asked, inside, failed)
+    steps, passed = fixed_sequence(asked, inside, failed, 0)  # the first holds too few
+    assert [step.n for step in steps] == [20] and passed == 0
+    failed[:, :20] = True
+    steps, passed = fixed_sequence(asked, inside, failed, 1)
     assert [step.n for step in steps] == [100] and passed == 0  # a later one may not rescue it
+
+
+def test_the_sequence_begins_where_other_draws_expect_enough():
+    levels = np.repeat([0, 1, 2, 3], [10, 40, 30, 20])  # of three sets, and of none
+    assert [first_set(levels, 3, n, 20) for n in (400, 399, 80, 79)] == [0, 1, 1, 2]
+    assert first_set(levels, 3, 1, 20) == 2
 
 
 def test_the_set_is_larger_and_its_risk_is_what_it_says(answer):
@@ -118,16 +131,16 @@ def test_tests_and_draws_have_one_law(answer, monkeypatch):
     seen = {}
     real = module.fixed_sequence
 
-    def noted(asked, inside, failed):
+    def noted(asked, inside, failed, first):
         seen["inside"] = inside
-        return real(asked, inside, failed)
+        return real(asked, inside, failed, first)
 
     def streamed(*arguments, k, **rest):
         seen["k"] = k
         return stream_rollouts(*arguments, k=k, **rest)
 
     monkeypatch.setattr(module, "fixed_sequence", noted)
-    monkeypatch.setattr(module, "stream_rollouts", streamed)
+    monkeypatch.setattr(trials, "stream_rollouts", streamed)
     again = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=ASKED)
     last = ASKED.scales.index(float(again.validation.answer.model.claim.evidence["scale"]))
     of_tests = seen["k"][seen["inside"][last]]
@@ -216,7 +229,9 @@ def test_sets_are_nested_and_found_by_halving(answer):
     p0, k = np.split(sets[-1].sample(np.random.default_rng(2), 800), [2], axis=1)
     inside = np.array([one.contains(p0, k) for one in sets])
     assert (np.diff(inside.astype(int), axis=0) >= 0).all() and 0 < inside[0].mean() < 1
-    assert np.array_equal(module._inside(sets, p0, k), inside)
+    levels = trials.level(sets, p0, k)
+    assert np.array_equal(levels <= np.arange(len(sets))[:, None], inside)
+    assert (trials.level(sets, p0 + 9, k) == len(sets)).all()
 
 
 def test_runs_that_do_not_return_have_failed():
@@ -225,7 +240,7 @@ def test_runs_that_do_not_return_have_failed():
         return jnp.where(k[0] > 0.55, jnp.nan, p), q
 
     found = toy.planner().solve(
-        toy.problem(), KEY, toy.SETTINGS, validate=replace(ASKED, system=plant(lost, toy.T))
+        toy.problem(), KEY, toy.SETTINGS, validate=replace(ASKED, source=plant(lost, toy.T))
     )
     assert found.validation.answer is None and found.validation.steps[0].failed > 30
     said = found.validation.details()
@@ -240,7 +255,7 @@ def test_runs_that_do_not_return_have_failed():
         ({"scales": (0.5, 1.0)}, "scales: expected falling positive numbers"),
         ({"scales": ()}, "scales: expected falling"),
         ({"tests": 0}, "tests: expected"),
-        ({"system": 3}, "expected"),
+        ({"source": 3}, "expected"),
     ],
 )
 def test_bad_input_is_refused(changes, words):
@@ -254,13 +269,13 @@ def test_what_has_no_law_is_refused():
         toy.planner().solve(uncertain, KEY, toy.SETTINGS, validate=ASKED)
     other = plant(toy.gusty, toy.T + 1)
     with pytest.raises(InputError):
-        toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=replace(ASKED, system=other))
+        toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=replace(ASKED, source=other))
 
 
 def test_a_set_keeps_its_promise_where_the_start_matters():
     """Runs are made from the origin: each is to succeed wherever the start may have put it."""
     scene = toy.problem()
-    asked = replace(ASKED, system=toy.Hill())
+    asked = replace(ASKED, source=toy.Hill())
     planner = pj.Planner(toy.on_the_hill())
     found = planner.solve(scene, KEY, toy.SETTINGS, validate=asked).validation
     plans = found.answer.sample(jax.random.PRNGKey(4), 2000)
@@ -275,6 +290,6 @@ def test_a_set_keeps_its_promise_where_the_start_matters():
 
 
 def test_tests_that_were_made_again_are_counted():
-    asked = replace(ASKED, system=toy.again(), tests=90, scales=(1.0,))
+    asked = replace(ASKED, source=toy.again(), tests=90, scales=(1.0,))
     found = toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=asked).validation
     assert "WORKERS_LOST(60, independent of the run)" in found.details()

@@ -12,10 +12,11 @@ import parc_jax as pj
 from benchmarks.suite.answer import ROWS, Sets
 from benchmarks.suite.entries import engine, kit
 from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.drive.local.trials import first_set
 from parc_jax.drive.local.validate import fixed_sequence
 from parc_jax.learning.bound.calibrate import scaled
 from parc_jax.learning.bound.claim import stand_in
-from parc_jax.learning.bound.counts import most_discards
+from parc_jax.learning.bound.counts import most_discards, required_runs
 from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.safe_set.corridors.corridors import Corridors
@@ -203,7 +204,8 @@ def answer(nested: Nested, scene, succeed, task: kit.Task, rng) -> list[dict]:
     pool = Sets(tuple(nested.pieces), rng).draw(max(POOL, 2 * n))
     of_piece = nested.level(pool)
     bounds = task.bounds(scene)
-    cells, last = _designed(pool, of_piece.min(axis=0), n, bounds, succeed, task, rng)
+    levels = of_piece.min(axis=0)
+    cells, last = _designed(pool, levels, n, bounds, succeed, task, rng)
     found = nested.at(last, cells, pool, of_piece)
     union = Sets(tuple(engine.piece(one) for one in found), rng) if found else None
     if not union:
@@ -214,7 +216,13 @@ def answer(nested: Nested, scene, succeed, task: kit.Task, rng) -> list[dict]:
     # all lie in the last set, though rows that were rounded may say otherwise
     inside = np.arange(last + 1)[:, None] >= np.minimum(of_piece.min(axis=0), last)
     about = SimpleNamespace(risk=task.eps, delta=task.delta, scales=scales)
-    steps, passed = fixed_sequence(about, inside, ~succeed(tests))
+    # where to begin is settled by the pool, of which no plan is a test
+    kept = np.any([((lo <= pool) & (pool <= hi)).all(axis=1) for lo, hi in cells], axis=0)
+    least = required_runs(task.eps, task.delta)
+    first = first_set(levels[kept], last + 1, len(tests), least)
+    steps, passed = fixed_sequence(
+        about, inside, np.broadcast_to(~succeed(tests), inside.shape), first
+    )
     if not passed:
         return []
     chosen = scales.index(steps[passed - 1].scale)

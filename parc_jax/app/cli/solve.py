@@ -33,6 +33,7 @@ def solve(
     at: str | None = None,
     first: bool = False,
     validate: bool = False,
+    runs: Path | None = None,
     study: Annotated[dict, Offer("app.study.settings.Study", left_out="", only=("risk",))],
     uncertainty: Annotated[dict, UNCERTAINTY],
     shell: Annotated[Shell, Offer("app.cli.options.Shell")],
@@ -58,6 +59,8 @@ def solve(
         validate: Run the model's system in this scene too: the largest of nested sets of plans, of
             which one drawn at random fails with probability at most --risk, or 0.003, kept beside
             --out as .validated.json. Its runs grow as 1 / risk.
+        runs: Recorded runs to validate with instead, at a risk of 0.15 with confidence 0.95 by
+            default: those that the model's claim held out, or of another log all.
     """
     import sys
 
@@ -75,7 +78,7 @@ def solve(
     if model.suffix in (".toml", ".json") and scene is not None and scene.suffix == ".npz":
         got = f"{model} and {scene}. Swap the two."
         raise InputError(f"solve: expected the model first and then the scene; got {got}")
-    if first and (validate or study):
+    if first and (validate or runs or study):
         raise InputError("validate: expected a whole set, which --first does not look for.")
     require_place(out)
     learned = model_of(model, system)
@@ -105,9 +108,9 @@ def solve(
         cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
         say(SEARCHING)
     answer = planner.solve(problem, key, settings, at=place)
-    if validate or study:
-        say("running the system in this scene")
-        answer = _validated(answer, key, settings, **study)
+    if validate or runs or study:
+        say("testing nested sets in this scene")
+        answer = _validated(answer, key, settings, runs, **study)
     answer.save(out)
     if answer.validation is not None and answer.validation.answer is not None:
         answer.validation.answer.save(out.with_suffix(".validated.json"))
@@ -116,11 +119,19 @@ def solve(
     return 0 if answer.status.found else 1
 
 
-def _validated(answer, key, settings: Settings, risk: float = 0.003):
+def _validated(answer, key, settings: Settings, runs: Path | None, risk: float | None = None):
     """The answer with its validated set, which is saved beside it."""
     from parc_jax.app.cli.systems import black_box_with, find
     from parc_jax.drive.local.validate import Validate, validated
+    from parc_jax.learning.bound.fresh import calibration_runs
+    from parc_jax.learning.runs.loaders import load_rollouts
 
-    module = find(answer.model.system, needed=("system",))
-    system = black_box_with(module, answer.model.points)
-    return validated(answer, key, settings, Validate(system, risk))
+    model = answer.model
+    if runs is None:
+        source = black_box_with(find(model.system, needed=("system",)), model.points)
+    else:
+        source = load_rollouts(runs, model.time, points=model.points)
+        own = calibration_runs(model.claim, source)
+        if own.any():  # the training runs of the same log are not tests
+            source = source.select(own).replace(domain=model.domain, law=model.claim.law)
+    return validated(answer, key, settings, Validate(source, risk))

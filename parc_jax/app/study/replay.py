@@ -16,7 +16,6 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.counts import clopper_pearson
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.realisations import executions_of
@@ -26,7 +25,6 @@ from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
 CHUNK = 256
-ENDS = 400  # places in the goal tried as the predicted end of a run
 STARTS = 10  # of those that prove safe, replayed at most
 
 
@@ -202,18 +200,10 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
 
 def starts_of(answer: Answer, runs: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
     """Plans (n, n_p + n_k) that the answer proves safe with the k of the runs, at most STARTS of
-    each, and the rows (n,) of the runs that they belong to. Of all starts those are tried that lead
-    to ENDS places in the goal's box, or the only one of the answer.
+    each, and the rows (n,) of the runs that they belong to.
     """
-    model, scene = answer.model, answer.scene
-    lo, hi = (np.asarray(side)[: model.n_p] for side in (scene.z_lo, scene.z_hi))
-    ends = lo + (hi - lo) * np.random.default_rng(0).random((ENDS, model.n_p))
-    offsets = trajectories(model.net, model.layout, runs.k)[0][:, -1, : model.n_p]
-    plans, rows = [np.zeros((0, model.n_p + model.n_k))], [np.zeros(0, int)]
-    for row in np.flatnonzero(model.domain.contains(runs.k)):
-        p0 = ends - offsets[row] if scene.at is None else scene.at[None]
-        k = np.tile(runs.k[row], (len(p0), 1))
-        inside = np.flatnonzero(answer.contains(p0, k))[:STARTS]
-        plans.append(np.concatenate([p0[inside], k[inside]], axis=1))
-        rows.append(np.full(len(inside), row))
-    return np.concatenate(plans), np.concatenate(rows)
+    known = np.flatnonzero(answer.model.domain.contains(runs.k))
+    starts = answer.starts(jax.random.PRNGKey(0), runs.k[known], STARTS)
+    rows = np.repeat(known, [len(p0) for p0 in starts])
+    p0 = np.concatenate([np.zeros((0, answer.model.n_p)), *starts])
+    return np.concatenate([p0, runs.k[rows]], axis=1), rows

@@ -1,5 +1,5 @@
 """Validated sets: learn, then test. Nested certified sets under falling scales of the tube, of
-which fresh runs in this one scene accept as many as show the risk that was asked for. [T42]
+which tests in this one scene accept as many as show the risk that was asked for. [T42]
 """
 
 import hashlib
@@ -20,17 +20,32 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
 from parc_jax.common.options import check_count
 from parc_jax.common.spelling import hex_text, rounded_down, rounded_up
+from parc_jax.drive.local.trials import (
+    TRIED,
+    UNSEEN,
+    Trial,
+    by_recordings,
+    by_runs,
+    first_set,
+    level,
+    levels_of,
+    one_of_each,
+    shape_of,
+)
 from parc_jax.learning.bound.calibrate import ledger_of_tests, scaled
-from parc_jax.learning.bound.claim import scene_claim, stand_in
+from parc_jax.learning.bound.claim import recorded, scene_claim, stand_in
 from parc_jax.learning.bound.counts import (
+    RECORDED_IDS,
+    RECORDINGS,
+    RUNS,
     as_probability,
     most_discards,
     required_runs,
     wrong_claim_probability,
 )
-from parc_jax.learning.bound.start_gap import off_from_start
+from parc_jax.learning.bound.fresh import names_of
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System, check_system
 from parc_jax.planner import Prepared, answered
@@ -43,7 +58,6 @@ from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.search import draw_safe_plans
 from parc_jax.safe_set.corridors.stopping import Limit, stopping_rule
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.outcomes import reached_and_touched
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import predictions
 from parc_jax.safe_set.verdict.scene import Scene, lowered, padded
@@ -51,11 +65,12 @@ from parc_jax.statement import IN_THE_BOX
 
 # tests by default: so many, or so many times as many as suffice where none fails
 LEAST_TESTS, TIMES = 14_000, 10
-# of the claim's tube, down to a fifth of it
+# of the claim's tube, down to a fifth of it; of the error shape, which nothing has sized yet
 SCALES = tuple(round(0.93**i, 3) for i in range(23))
+SCALES_OF_SHAPE = tuple(round(4 * 0.9**i, 3) for i in range(29))
+RISK_AND_DELTA, OF_RECORDINGS = (0.003, 1e-3), (0.15, 0.05)  # by default
 SEEDS = 1000  # plans drawn before any test, one of which each corridor of a set needs inside
 APART = 2**32 - 1  # beyond every number of a row
-CHUNK = 256  # runs per compiled call, as of all large collections
 COVERED_BY = 20_000  # plans drawn to tell how much of the safe set is held
 
 
@@ -63,33 +78,51 @@ COVERED_BY = 20_000  # plans drawn to tell how much of the safe set is held
 class Validate:
     """How a set of plans is validated in one scene, fixed before its runs are made. [T42]
 
-    system: the black box of the model; each test is a run of it.
+    source: the black box of the model, each test a run of it; or recorded runs that its training
+        has not seen, such as `split` sets aside: each recording is one test, a run of it moved to a
+        start that the set has for its k.
     risk: most probability with which a plan drawn from the set may fail. delta: that of saying so
-        falsely.
+        falsely. 0.003 and 1e-3 by default, with recordings 0.15 and 0.05, for which 19 suffice
+        where none fails.
     tests: plans drawn and run once each; None for 14,000, or ten times as many as suffice where
-        none fails if that is more (23,000 for 0.003).
-    scales: of the tube, falling; sets are tested in this order.
+        none fails if that is more (23,000 for 0.003), or for all recordings.
+    scales: of the claim's tube, or with recordings of the error shape, which those that sized the
+        tube have not seen; falling: sets are tested in this order. None for 1 to 0.2, 4 to 0.2.
     Raises InputError.
     """
 
-    system: System
-    risk: Fraction | float | str = 0.003
-    delta: Fraction | float | str = 1e-3
+    source: System | RolloutBatch
+    risk: Fraction | float | str | None = None
+    delta: Fraction | float | str | None = None
     tests: int | None = None
-    scales: Sequence[float] = SCALES
+    scales: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
-        check_system(self.system)
-        risk, delta = as_probability("risk", self.risk), as_probability("delta", self.delta)
-        least = required_runs(risk, delta)
+        runs = self.source if isinstance(self.source, RolloutBatch) else None
+        if runs is None:
+            check_system(self.source)
+        usual = RISK_AND_DELTA if runs is None else OF_RECORDINGS
+        given = [self.risk, self.delta]
+        some = [own if x is None else x for x, own in zip(given, usual, strict=True)]
+        risk, delta = as_probability("risk", some[0]), as_probability("delta", some[1])
+        least, unit = required_runs(risk, delta), RUNS if runs is None else RECORDINGS
         tests = max(LEAST_TESTS, TIMES * least) if self.tests is None else self.tests
+        if runs is not None:
+            tests = runs.n if runs.groups is None else len(np.unique(runs.groups))
+            if self.tests not in (None, tests):
+                raise InputError(
+                    f"tests: expected all {tests:,} recordings, each of which is one test; got "
+                    f"{self.tests!r:.40}. Leave it out, or select runs before any is looked at."
+                )
         check_count("tests", tests, 1, "plans that are run once each")
         if tests < least:
             raise InputError(
-                f"tests: expected at least {least:,}, which show a risk of {rounded_up(risk)} "
-                f"where none fails; got {tests:,}. Ask for more of them, or for more risk."
+                f"tests: expected at least {least:,} {unit.many}, which show a risk of "
+                f"{rounded_up(risk)} where none fails; got {tests:,}. Ask for more of them, or for "
+                "more risk."
             )
-        scales = np.asarray(self.scales, float)
+        usual = SCALES if runs is None else SCALES_OF_SHAPE
+        scales = np.asarray(usual if self.scales is None else self.scales, float)
         if scales.ndim != 1 or not len(scales) or not (np.diff(scales, append=0) < 0).all():
             raise InputError(
                 f"scales: expected falling positive numbers, such as (1.0, 0.8, 0.6); got "
@@ -101,8 +134,8 @@ class Validate:
 
 
 class Step(NamedTuple):
-    """A test of the sequence: the scale of the tube, drawn plans that lie in its set, and how many
-    of their runs failed.
+    """A test of the sequence: the scale of the tube, tests in its set, and how many of them failed,
+    in this set or one before it, whichever is more.
     """
 
     scale: float
@@ -134,8 +167,11 @@ class Validation:
         if share is not None:
             of_all = IN_THE_BOX if self.answer.scene.at is None else "all k in K"
             safe = f"{rounded_down(100 * share.share * held, 3)} % of {of_all}. "
+        drawn = "drawn from them"
+        if recorded(self.answer.model.claim):
+            drawn = f"for k as in the log, of {self.asked.tests:,} recordings,"
         return (
-            f"Validated in this scene: {safe}A plan drawn from them fails with probability at most "
+            f"Validated in this scene: {safe}A plan {drawn} fails with probability at most "
             f"{rounded_up(self.asked.risk)}, confidence {rounded_down(1 - self.asked.delta, 10)}."
         )
 
@@ -146,9 +182,12 @@ class Validation:
         asked = self.asked
         risk, least = rounded_up(asked.risk), required_runs(asked.risk, asked.delta)
         if not self.steps:
+            return "(V) No set was validated: no plan was found under the smallest tube."
+        if self.steps[0].n < least:
             return (
-                f"(V) No set was validated: none holds {least:,} of the {asked.tests:,} plans "
-                f"drawn, which a risk of {risk} takes. Allow more tests, or more risk."
+                f"(V) No set was validated: the first one holds {self.steps[0].n:,} of "
+                f"{asked.tests:,} tests, where a risk of {risk} takes {least:,}. Allow more tests, "
+                "or more risk."
             )
         if self.refused:
             return (
@@ -158,96 +197,76 @@ class Validation:
         first = self.steps[0]
         allowed = most_discards(first.n, float(asked.risk), float(asked.delta))
         return (
-            f"(V) No set was validated: of {first.n:,} plans drawn from the first one "
-            f"{first.failed:,} failed, where a risk of {risk} allows {allowed:,}. Allow more risk."
+            f"(V) No set was validated: of {first.n:,} tests of the first one {first.failed:,} "
+            f"failed, where a risk of {risk} allows {allowed:,}. Allow more risk."
         )
 
 
 def validated(
     answer: Answer, key: jax.Array, settings: Settings, asked: Validate, quiet: bool = True
 ) -> Answer:
-    """The answer with its `validation`: nested sets of plans of its query are tested by fresh runs,
-    and as many accepted as show the risk. [T42]
+    """The answer with its `validation`: nested sets of plans of its query are tested, and as many
+    accepted as show the risk. [T42]
 
     key: its SCENE stream is used, and nothing else. settings: of the search under the smallest
-    tube. Raises InputError for a problem under uncertainty, another system, and a set too small to
-    draw from.
+    tube. Raises InputError for a problem under uncertainty, another system, recordings that do not
+    fit or were seen in training, and a set too small to draw from.
     """
-    query = answer.scene.nominal.query
+    query, source = answer.scene.nominal.query, asked.source
     if query.problem.uncertainty is not None or query.model.claim.subject.given:
         raise InputError(
             "validate: expected a problem without uncertainty and a model without given "
             "parameters, whose law nobody stated; got one. Solve it without validate=."
         )
-    require_same(asked.system, query.model)
     # apart from the runs, whose keys count up from the first row
     own = jax.random.fold_in(stream(key, Stage.SCENE), APART)
     seeds, draws, after = (generator(jax.random.fold_in(own, i)) for i in range(3))
+    if isinstance(source, RolloutBatch):
+        source = one_of_each(query.model, source, draws)
+    else:
+        require_same(source, query.model)
     sets = _sets(query, own, seeds, settings, asked)
-    largest = sets[-1]
-    if not len(largest.corridors):
+    if not len(sets[-1].corridors):
         return replace(answer, validation=Validation(None, (), asked))
-    p0, k = np.split(largest.sample(draws, asked.tests), [query.model.n_p], axis=1)
-    failed, lost = _failures(asked.system, largest.scene, key, p0, k, quiet)
-    steps, passed = fixed_sequence(asked, _inside(sets, p0, k), failed)
+    # where the sequence begins is settled by draws that are no tests
+    least = required_runs(asked.risk, asked.delta)
+    if isinstance(source, RolloutBatch):
+        K = query.model.domain
+        others = levels_of(sets, seeds, seeds.uniform(K.lo, K.hi, (TRIED, K.n)))[1].min(axis=1)
+        first = first_set(others, len(sets), asked.tests, least)
+        trial = by_recordings(source, sets, draws, first)
+    else:
+        plans = [sets[-1].sample(rng, n) for rng, n in ((seeds, SEEDS), (draws, asked.tests))]
+        others = level(sets, *np.split(plans[0], [query.model.n_p], axis=1))
+        first = first_set(others, len(sets), asked.tests, least)
+        trial = by_runs(source, sets, key, plans[1], quiet)
+    steps, passed = fixed_sequence(asked, trial.inside, trial.failed, first)
     if not passed:
         return replace(answer, validation=Validation(None, steps, asked))
-    chosen = sets[asked.scales.index(steps[passed - 1].scale)]
-    under = query.of(_accepted_model(query.model, chosen, steps[:passed], asked, lost))
+    chosen = sets[first + passed - 1]
+    under = query.of(_accepted_model(query.model, chosen, steps[:passed], asked, source, trial))
     found = replace(_as_answer(under, chosen, settings, own, after), looks=answer.looks)
     refused = len(chosen.corridors) - len(found.corridors)
     validation = Validation(None if refused else found, steps, asked, refused)
     return replace(answer, validation=validation)
 
 
-def _failures(
-    system: System, scene: Scene, key: jax.Array, p0: np.ndarray, k: np.ndarray, quiet: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """(tests,) bool: which plans miss the goal, touch something or do not return, run once each, by
-    any that begins where they do as far as the claim declares; and (tests,) how often each was
-    lost, as of `RolloutBatch`.
-    """
-    failed, lost, first = [], [], 0
-    off = off_from_start(scene.model.claim)
-    for runs in stream_rollouts(system, key, len(k), Stage.SCENE, k=k, chunk=CHUNK, quiet=quiet):
-        reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n], off)
-        failed.append(~reached | touched)
-        lost.append(np.zeros(runs.n) if runs.lost is None else runs.lost)
-        first += runs.n
-    return np.concatenate(failed), np.concatenate(lost)
-
-
-def _inside(sets: Sequence[SafePlans], p0: np.ndarray, k: np.ndarray) -> np.ndarray:
-    """(sets, tests) bool: which plans of the last set lie in which; by halving, for sets are
-    nested.
-    """
-    outside, inside = np.full(len(k), -1), np.full(len(k), len(sets) - 1)
-    while (inside - outside > 1).any():
-        middle = (inside + outside) // 2
-        for i in np.unique(middle[inside - outside > 1]):
-            rows = np.flatnonzero((middle == i) & (inside - outside > 1))
-            held = sets[i].contains(p0[rows], k[rows])
-            inside[rows[held]], outside[rows[~held]] = i, i
-    return np.arange(len(sets))[:, None] >= inside
-
-
 def fixed_sequence(
-    asked: Validate, inside: np.ndarray, failed: np.ndarray
+    asked: Validate, inside: np.ndarray, failed: np.ndarray, first: int
 ) -> tuple[tuple[Step, ...], int]:
     """Fixed-sequence testing: the tests that are made, and how many of them pass. [T42]
 
-    inside: (sets, tests) bool, in the order of the scales. failed: (tests,) bool.
-    The sequence begins with the first set in which so many plans lie that none may fail: membership
-    decides that, not failures. It ends with the first test that does not pass.
+    inside, failed: (sets, tests) bool, in the order of the scales. first: set to begin with, fixed
+    before any of these tests was looked at. The sequence ends with the first test that does not
+    pass.
     """
-    least, steps = required_runs(asked.risk, asked.delta), []
-    risk = math.nextafter(float(asked.risk), 0.0)
-    for scale, among in zip(asked.scales, inside, strict=True):
-        step = Step(scale, int(among.sum()), int((among & failed).sum()))
-        if not steps and step.n < least:
-            continue
-        steps.append(step)
-        if wrong_claim_probability(step.n, risk, step.failed) > asked.delta:
+    steps: list[Step] = []
+    risk, most = math.nextafter(float(asked.risk), 0.0), 0
+    for scale, among, bad in list(zip(asked.scales, inside, failed, strict=True))[first:]:
+        # never fewer than before, though recordings that begin elsewhere may: more is careful
+        most = max(most, int((among & bad).sum()))
+        steps.append(Step(scale, int(among.sum()), most))
+        if wrong_claim_probability(steps[-1].n, risk, steps[-1].failed) > asked.delta:
             return tuple(steps), len(steps) - 1
     return tuple(steps), len(steps)
 
@@ -259,9 +278,10 @@ def _sets(
     the last one, of which each set has those that hold one of SEEDS plans, its seed there.
     """
     scenes = []
+    recorded = isinstance(asked.source, RolloutBatch)
+    whole = shape_of(query.model.claim) if recorded else query.model.tube
     for scale in asked.scales:
-        tube = query.model.tube
-        tube = scaled(tube, np.full(tube.n_bins, scale), np.zeros(tube.n_c))
+        tube = scaled(whole, np.full(whole.n_bins, scale), np.zeros(whole.n_c))
         model = query.model.replace(claim=stand_in(query.model.claim, tube))
         # all obstacles: those that no plan of one tube comes near may be near plans of another
         scenes.append(padded(lowered(query.of(model).nominal())))
@@ -282,6 +302,8 @@ def _seeded(
     """The corridors in which one of the plans lies under the tube of the scene, with that plan."""
     tube, e = scene.model.tube, predictions(scene, p0, k)
     safe = points(p0, k, e).at(e.reaches)
+    if not len(safe.k):
+        return Corridors(tube, [])
     kept = Corridors(tube, corridors).kept(safe.path, safe.bin)
     seeds = zip(corridors, kept.argmax(axis=0), kept.any(axis=0), strict=True)
     return Corridors(
@@ -294,7 +316,8 @@ def _accepted_model(
     chosen: SafePlans,
     steps: tuple[Step, ...],
     asked: Validate,
-    lost: np.ndarray,
+    source: System | RolloutBatch,
+    trial: Trial,
 ) -> TrajectoryModel:
     """The model under the tube of the accepted set, with (V) as its claim."""
     last, scene = steps[-1], chosen.scene
@@ -313,8 +336,14 @@ def _accepted_model(
         ),
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}
-    shown["assumptions"] = ledger_of_tests(model.claim, lost)
-    law = law_of(asked.system)
+    shown["assumptions"] = ledger_of_tests(model.claim, trial.lost)
+    law = source.law if isinstance(source, RolloutBatch) else law_of(source)
+    if isinstance(source, RolloutBatch):
+        tested = names_of(source)["runs"]
+        names = hashlib.sha256(canonical(tested).encode()).hexdigest()
+        evidence |= {RECORDED_IDS: tested, "recordings": names}
+        evidence["shape"] = "shape" in model.claim.evidence
+        shown["assumptions"] += (UNSEEN,)
     return model.replace(claim=scene_claim(model.claim, scene.model.tube, law, evidence, **shown))
 
 

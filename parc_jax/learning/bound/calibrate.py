@@ -20,12 +20,12 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     supported_eps,
 )
-from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, short_ids
+from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, names_of, short_ids
 from parc_jax.learning.bound.measure import Scores, score_batch
 from parc_jax.learning.bound.profile import runs_per_bin
 from parc_jax.learning.bound.settings import DISCRETE_TIME, BoundSettings
 from parc_jax.learning.bound.start_gap import invariances
-from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.bound.tube import Tube, tube_to_json
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -100,7 +100,9 @@ def _pac_claim(
     **fields,
 ) -> ErrorClaim:
     """The claim about the profile times scale (n_bins,). evidence: beside that of the runs."""
-    trained = {} if train is None else {"train": content_hash(train.k, train.q)}
+    more = {} if train is None else {"train": content_hash(train.k, train.q)}
+    if scores.seed is None:  # tests by recordings scale this shape, and are none of these runs
+        more |= {"shape": tube_to_json(profile), "training": names_of(train)}
     about, step = scores.subject, scores.subject.time.dt_record
     term = settings.intersample.term(step, profile.n_p, profile.n_points)
     between = settings.intersample.assumption(step)
@@ -118,7 +120,7 @@ def _pac_claim(
             "settled before these runs)",
             *freshness(scores, train),
         ),
-        evidence={"profile": profile.hash} | evidence_of(scores, train) | trained | evidence,
+        evidence={"profile": profile.hash} | evidence_of(scores, train) | more | evidence,
         intersample=tuple(term),
         **fields,
     )

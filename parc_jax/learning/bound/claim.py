@@ -13,6 +13,7 @@ from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import hex_text, listed, nearest_floats, plain, rounded_up
 from parc_jax.learning.bound.counts import (
+    RECORDED_IDS,
     RECORDED_ROWS,
     RECORDINGS,
     RUNS,
@@ -23,7 +24,14 @@ from parc_jax.learning.bound.counts import (
     density_of_share,
     risk_of,
 )
-from parc_jax.learning.bound.statement import DIGITS, DRAWN, VALIDATED, premises_of, statement
+from parc_jax.learning.bound.statement import (
+    DIGITS,
+    DRAWN,
+    OF_A_RECORDING,
+    VALIDATED,
+    premises_of,
+    statement,
+)
 from parc_jax.learning.bound.tube import Tube, tube_from_json, tube_to_json
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic
@@ -171,7 +179,8 @@ class ErrorClaim:
             "n": self.n,
             "discard": self.discard,
             "looks": self.looks,
-            "law": plain(asdict(self.law)) | {"hash": self.law.hash},
+            # with a hash checkers hold all words to the law, which knows of no drawn starts
+            "law": plain(asdict(self.law)) | ({} if recorded(self) else {"hash": self.law.hash}),
             "assumptions": list(self.assumptions),
             "evidence": self.evidence,
             "bin_eps": by_bin,
@@ -232,13 +241,25 @@ def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
 def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **shown) -> ErrorClaim:
     """The claim of tests of one set in one scene, for a tube scaled to `tube`. [T42]
 
-    law: of the system that was run. shown: eps, delta, n tests in the set, `discard` failed ones,
-    the assumptions of these runs.
+    law: of the system that was run, or of the recordings that `evidence` names. shown: eps, delta,
+    n tests in the set, `discard` failed ones, the assumptions of these runs.
     """
-    law = replace(law, k_law="a uniform draw from the set")
-    quantifier = f"{DRAWN}, run afresh in this scene by {law.describe()}"
+    if RECORDED_IDS in evidence:
+        law = law if _corners(claim.domain) == (law.lo, law.hi) else told_of_part(law)
+        how = f"{OF_A_RECORDING}, run in this scene"
+    else:
+        law, how = (
+            replace(law, k_law="a uniform draw from the set"),
+            f"{DRAWN}, run afresh in this scene",
+        )
+    quantifier = f"{how} by {law.describe()}"
     about = {"quantifier": quantifier, "looks": 1, "bin_eps": None, "evidence": evidence}
     return _bound(replace(claim, kind=VALIDATED, tube=tube, law=law, **about, **shown))
+
+
+def recorded(claim: ErrorClaim) -> bool:
+    """Is it about a set that recordings tested?"""
+    return claim.kind == VALIDATED and RECORDED_IDS in claim.evidence
 
 
 def check_claim(claim: ErrorClaim) -> None:

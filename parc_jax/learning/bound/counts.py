@@ -36,6 +36,7 @@ RUNS = Unit("a new rollout", "runs")
 RECORDINGS = Unit("any run of a new recording", "recordings")
 
 RECORDED_ROWS = "rows"  # evidence of a claim about recordings: of how many runs they are
+RECORDED_IDS = "tested"  # evidence of a claim of tests by recordings: the runs that were replayed
 
 
 def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:

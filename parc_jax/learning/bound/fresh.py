@@ -96,6 +96,14 @@ def short_ids(hashes: np.ndarray) -> list[str]:
     return [text.decode()[:12] for text in hashes.tolist()]
 
 
+def names_of(runs: RolloutBatch | None) -> dict[str, list[str]]:
+    """The runs of a log by content, and their recordings by name, as stored in evidence."""
+    if runs is None or runs.seed is not None:
+        return {"runs": [], "recordings": []}
+    groups = [] if runs.groups is None else np.unique(runs.groups).astype(str).tolist()
+    return {"runs": sorted(short_ids(runs.hashes())), "recordings": groups}
+
+
 def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     """Runs of the holdout that are training runs, or parts of the same recordings."""
     seen = np.isin(scores.ids, train.hashes())

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 
 VALIDATED = "validated"  # kind of a claim about one set in one scene
 DRAWN = "a plan drawn uniformly from this set"
+OF_A_RECORDING = (
+    "a plan whose k is that of a new recording for which this set has a start, one of 400 "
+    "that are drawn so as to end in the goal, and whose p0 is the first such start"
+)
 EACH = " or more in each"  # block of bins with a claim
 DIGITS = 10  # of the numbers of a claim, at most
 
@@ -89,7 +93,8 @@ def _unshown(c: "ErrorClaim") -> list[tuple]:
 
 def _validated(c: "ErrorClaim") -> list[tuple]:
     known = c.evidence
-    tube = f"that of the claim {known['of'][:12]} scaled by {known['scale']}; runs may leave it"
+    of = "the error shape" if known.get("shape") else "that"
+    tube = f"{of} of the claim {known['of'][:12]} scaled by {known['scale']}; runs may leave it"
     tried = ", ".join(f"{scale} ({failed} of {n})" for scale, n, failed in known["steps"])
     numbers = {"risk": str(c.eps), "delta": str(c.delta), "n": f"{c.n} {c.unit.many}"}
     numbers |= {"failed of them": c.discard, "set": set_of(known)}
@@ -121,14 +126,23 @@ def _pac(p: Premises) -> str:
 def _in_scene(p: Premises) -> str:
     """Of a validated set. [T42]"""
     n, _ = _number(p)
+    seen = f"{n:,} of {p['tests']:,}"
+    if "recordings" in p:
+        tests = (
+            f"{seen} held-out recordings ({p['recordings'][:12]}) had such a start in it "
+            f"({p['set']}), and at most {p['failed of them']:,} of these failed from there"
+        )
+    else:
+        tests = (
+            f"{seen} plans drawn from the largest of some nested sets lay in this one "
+            f"({p['set']}), and {p['failed of them']:,} of their runs failed"
+        )
     return (
         f"With confidence {_confidence(p)}, {p['law']}, fails (misses the goal, touches something, "
-        f"or does not return) with probability at most {_probability(p['risk'])}: {n:,} of "
-        f"{p['tests']:,} plans drawn from the largest of some nested sets lay in this one "
-        f"({p['set']}), and {p['failed of them']:,} of their runs failed. Tested in falling order "
-        f"of scale, of which each passed (failed of those inside): {p['scales']}. The tube is "
-        f"{p['tube']}. Nothing is said of a plan that is picked by hand or by a search, of another "
-        "scene, or of a second try on this one."
+        f"or does not return) with probability at most {_probability(p['risk'])}: {tests}. Tested "
+        f"in falling order of scale, of which each passed (failed of those inside): {p['scales']}. "
+        f"The tube is {p['tube']}. Nothing is said of a plan that is picked by hand or by a "
+        "search, of another scene, or of a second try on this one."
     )
 
 

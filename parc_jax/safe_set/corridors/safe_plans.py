@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from parc_jax.common.arrays import as_float64, x64
+from parc_jax.common.arrays import as_float64, slices, x64
 from parc_jax.common.climb import Ranked, climb, ranked
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.counts import least_probability
@@ -32,7 +32,7 @@ from parc_jax.safe_set.corridors.sampling import (
 from parc_jax.safe_set.verdict.pointwise import paths_of, predictions, verdicts
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
-ENDS = 8  # predicted ends at which `share_of_k` tries every k
+SPREAD = 8  # predicted ends at which `share_of_k` tries every k
 DRAWS = 2048  # first look over the whole set
 KEPT = 4  # plans around which the closer search draws: of these, then the best so far
 EACH = 128  # draws of a round around one of them: all together fill one compiled verdict
@@ -41,6 +41,8 @@ SPREADS = np.cumprod(np.full(25, 0.75))
 
 NAMED = ("clearance", "room")
 Objective = str | Sequence[float] | np.ndarray | Callable
+ENDS = 400  # drawn predicted ends that a start of one k is looked for among
+ROWS = 100  # k whose starts are judged together, for memory
 
 
 class SafePlans:
@@ -92,6 +94,18 @@ class SafePlans:
                 )
         return np.concatenate(parts)[:n]
 
+    def starts(self, rng: np.random.Generator, k: np.ndarray, most: int = 1) -> list[np.ndarray]:
+        """For each k (b, n_k) at most so many starts (m, n_p) that the set has for it, the first
+        ones among ENDS drawn: each uniform over all of them.
+        """
+        found = []
+        for rows in slices(len(k), ROWS):
+            p0 = starts_of_ends(self.scene, rng, k[rows])
+            n, ends, n_p = p0.shape
+            held = self.contains(p0.reshape(-1, n_p), np.repeat(k[rows], ends, axis=0))
+            found += [p0[i, row][:most] for i, row in enumerate(held.reshape(n, ends))]
+        return found
+
     def share_of_k(self, n: int = 20_000) -> float:
         """Lower 99.9 % confidence bound of the share of K that has a safe start in the set, by n
         draws of k that are always the same.
@@ -122,10 +136,21 @@ class SafePlans:
         ends = paths_of(self.model, p0, k)[:, -1, : self.model.n_p]
         chosen = [int(np.argmin(np.abs(ends - np.median(ends, axis=0)).sum(axis=1)))]
         distance = np.full(len(ends), np.inf)
-        while len(chosen) < min(ENDS, len(ends)):
+        while len(chosen) < min(SPREAD, len(ends)):
             distance = np.minimum(distance, np.abs(ends - ends[chosen[-1]]).sum(axis=1))
             chosen.append(int(np.argmax(distance)))
         return ends[chosen]
+
+
+def starts_of_ends(scene: Scene, rng: np.random.Generator, k: np.ndarray) -> np.ndarray:
+    """(b, ends, n_p) starts from which k (b, n_k) leads to ENDS ends, uniform over the goal's box;
+    or the only start of the scene.
+    """
+    model = scene.model
+    if scene.at is not None:
+        return np.broadcast_to(scene.at, (len(k), 1, model.n_p))
+    ends = rng.uniform(scene.z_lo, scene.z_hi, (len(k), ENDS, model.n_p))
+    return ends - ends_from(0.0, model, k)[:, None]
 
 
 def members(

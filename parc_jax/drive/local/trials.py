@@ -1,0 +1,179 @@
+"""Tests of nested sets of plans, fixed before they are made: fresh runs of drawn plans, or recorded
+runs that nothing has seen, moved to drawn starts. [T42]
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.claim import ErrorClaim
+from parc_jax.learning.bound.fresh import calibration_runs, check_fresh, short_ids
+from parc_jax.learning.bound.measure import score_batch
+from parc_jax.learning.bound.start_gap import off_from_start
+from parc_jax.learning.bound.tube import Tube, tube_from_json
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.system import System
+from parc_jax.safe_set.corridors.safe_plans import SafePlans, starts_of_ends
+from parc_jax.safe_set.verdict.outcomes import reached_and_touched
+from parc_jax.safe_set.verdict.outline import ALIKE
+
+CHUNK = 256  # runs per compiled call, as of all large collections
+AHEAD = 2.0  # times the least number of tests that the first set is expected to hold
+UNSEEN = "UNSEEN(1 look; network, K, error shape and scales were settled before these recordings)"
+TRIED = 200  # k drawn from K, which tell how many recordings a set may have starts for
+
+
+class Trial(NamedTuple):
+    """Tests of nested sets. inside, failed: (sets, tests) bool: which tests are of which set, and
+    which of these failed. lost: (tests,) as of `RolloutBatch`.
+    """
+
+    inside: np.ndarray
+    failed: np.ndarray
+    lost: np.ndarray
+
+
+def level(sets: Sequence[SafePlans], p0: np.ndarray, k: np.ndarray) -> np.ndarray:
+    """(b,) number of the first of nested sets that holds each plan p0 (b, n_p), k (b, n_k), by
+    halving; len(sets) where none does.
+    """
+    before, first = np.full(len(k), -1), np.full(len(k), len(sets))
+    while (first - before > 1).any():
+        middle = (before + first) // 2
+        for i in np.unique(middle[first - before > 1]):
+            rows = np.flatnonzero((middle == i) & (first - before > 1))
+            held = sets[i].contains(p0[rows], k[rows])
+            first[rows[held]], before[rows[~held]] = i, i
+    return first
+
+
+def first_set(levels: np.ndarray, sets: int, tests: int, least: int) -> int:
+    """The set that the sequence begins with: the first that is expected to hold AHEAD times the
+    least number of tests, by levels of other draws; or the last one.
+    """
+    expected = tests * (levels <= np.arange(sets)[:, None]).mean(axis=1)
+    return int(np.append(expected[:-1] >= AHEAD * least, True).argmax())
+
+
+def by_runs(
+    system: System, sets: Sequence[SafePlans], key: jax.Array, plans: np.ndarray, quiet: bool
+) -> Trial:
+    """Plans (tests, n_p + n_k) drawn from the last set, run once each from the SCENE stream: those
+    fail that miss the goal, touch something or do not return, by any run that begins where they do
+    as far as the claim declares.
+    """
+    scene = sets[-1].scene
+    p0, k = np.split(plans, [scene.model.n_p], axis=1)
+    failed, lost, first = [], [], 0
+    off = off_from_start(scene.model.claim)
+    for runs in stream_rollouts(system, key, len(k), Stage.SCENE, k=k, chunk=CHUNK, quiet=quiet):
+        reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n], off)
+        failed.append(~reached | touched)
+        lost.append(np.zeros(runs.n) if runs.lost is None else runs.lost)
+        first += runs.n
+    # of the last set are all of them, though the rounding of a membership may say otherwise
+    levels = np.minimum(level(sets, p0, k), len(sets) - 1)
+    inside = levels <= np.arange(len(sets))[:, None]
+    return Trial(inside, inside & np.concatenate(failed), np.concatenate(lost))
+
+
+def by_recordings(
+    runs: RolloutBatch, sets: Sequence[SafePlans], rng: np.random.Generator, first: int
+) -> Trial:
+    """Recorded runs, each of another recording, moved to a start of each set from `first` on that
+    has one for its k: the first of ENDS drawn ones that the set holds, so uniform on all.
+    """
+    scene = sets[-1].scene
+    p0, levels = levels_of(sets, rng, runs.k)
+    inside = levels.min(axis=1) <= np.arange(len(sets))[:, None]
+    failed, off = np.zeros_like(inside), off_from_start(scene.model.claim)
+    tried = np.full(runs.n, -1)
+    for i in range(first, len(sets)):
+        at = (levels <= i).argmax(axis=1)
+        new = np.flatnonzero(inside[i] & (at != tried))
+        failed[i] = failed[i - 1]  # from the same start as in the set before
+        if len(new):
+            reached, touched = reached_and_touched(scene, runs.select(new), p0[new, at[new]], off)
+            failed[i, new] = ~reached | touched
+        tried[new] = at[new]
+    return Trial(inside, failed, np.zeros(runs.n))
+
+
+def levels_of(
+    sets: Sequence[SafePlans], rng: np.random.Generator, k: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Drawn starts (b, ends, n_p) of k (b, n_k), and their `level` (b, ends)."""
+    scene = sets[-1].scene
+    p0 = starts_of_ends(scene, rng, k)
+    n, ends, n_p = p0.shape
+    levels = np.full((n, ends), len(sets))
+    known = scene.model.domain.contains(k)
+    some = p0[known].reshape(-1, n_p), np.repeat(k[known], ends, axis=0)
+    levels[known] = level(sets, *some).reshape(-1, ends)
+    return p0, levels
+
+
+def one_of_each(
+    model: TrajectoryModel, runs: RolloutBatch, rng: np.random.Generator
+) -> RolloutBatch:
+    """A run of each recording, drawn at random, of runs of the robot of this model that its
+    training has not seen. Raises InputError.
+    """
+    differs = [
+        f"{name} ({getattr(runs, name)} instead of {getattr(model, name)})"
+        for name in (*ALIKE, "n_k")
+        if getattr(runs, name) != getattr(model, name)
+    ]
+    if differs:
+        raise InputError(
+            f"validate: expected recordings of the robot of this model, on its time grid; those of "
+            f"{runs.name} differ in {', '.join(differs)}. Record such runs, or learn from these."
+        )
+    if runs.seed is not None:
+        raise InputError(
+            f"validate: expected recordings; these runs of {runs.name} were collected with a key, "
+            "of which training may have had a part. Pass the system."
+        )
+    K, shape = model.domain, shape_of(model.claim)
+    inside = runs.select(K.contains(runs.k))
+    own = np.array_equal([runs.domain.lo, runs.domain.hi], [K.lo, K.hi])
+    law = runs.law if own else law_spec(runs.name, K, "logged")
+    if inside.n:  # as of a calibration set: independent, and none that the K was fitted to
+        check_fresh(score_batch(model.net, inside.replace(domain=K, law=law), shape), None)
+    _require_unseen(model.claim, runs)
+    groups = np.arange(runs.n) if runs.groups is None else runs.groups
+    order = rng.permutation(runs.n)
+    return runs.select(np.sort(order[np.unique(groups[order], return_index=True)[1]]))
+
+
+def shape_of(claim: ErrorClaim) -> Tube:
+    """The tube that recordings scale: the error shape, which the runs that sized a claim have not
+    seen; the tube of a claim that no recordings sized.
+    """
+    shape = claim.evidence.get("shape")
+    return claim.tube if shape is None else tube_from_json(shape)
+
+
+def _require_unseen(claim: ErrorClaim, runs: RolloutBatch) -> None:
+    """Refuse recordings that training has seen, or a claim without error shape. Raises
+    InputError.
+    """
+    trained = claim.evidence.get("training", {"runs": [], "recordings": []})
+    seen = np.isin(short_ids(runs.hashes()), trained["runs"])
+    if runs.groups is not None:
+        seen |= np.isin(runs.groups.astype(str), trained["recordings"])
+    if "shape" not in claim.evidence:
+        seen |= calibration_runs(claim, runs)
+    if seen.any():
+        raise InputError(
+            "validate: expected recordings of which neither network, K nor error shape have seen "
+            f"a part; of {int(seen.sum())} of {runs.n} runs they have, the first is row "
+            f"{runs.rows[np.argmax(seen)]}. Pass what runs.split(share) set aside before training."
+        )

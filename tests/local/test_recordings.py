@@ -1,0 +1,262 @@
+"""Sets that recorded runs validate: what held-out recordings show, and what they may not be."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import jax
+import numpy as np
+import pytest
+import toy_driven as toy
+from scipy.stats import binom
+from synthetic_plants import plant
+
+import parc_jax as pj
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.drive.local import trials
+from parc_jax.drive.local.validate import Validate, _sets, fixed_sequence
+from parc_jax.learning.learn import learn
+from parc_jax.learning.runs.batch import rollout_batch
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.problem.robust.nominal import query
+from parc_jax.safe_set.corridors import safe_plans
+from parc_jax.safe_set.verdict.outcomes import reached_and_touched
+
+pytestmark = pytest.mark.soundness
+
+KEY = jax.random.PRNGKey(5)
+K = box([0.0, 0.0], [1.0, 1.0])
+TIME = plant(toy.gusty, toy.T).time
+GUST = 0.12  # [m] at the end, times k_0
+RISK, DELTA = 0.1, 0.1
+SCENE = toy.problem(0.62)
+REPEATS, N = 300, 60
+
+
+def recorded(n, seed, windows=1, named=None, slips=0.0):
+    """n recordings of a straight robot and a gust, which all windows of one have in common; and so
+    many of them in which it slips far.
+    """
+    rng = np.random.default_rng(seed)
+    gust = rng.uniform(-1, 1, (n, 2)) + 9 * (rng.uniform(size=(n, 1)) < slips)
+    gust = np.repeat(gust, windows, axis=0)
+    k = rng.uniform(0, 1, (n * windows, 2))
+    s = np.linspace(0, 1, TIME.n_record + 1)[None, :, None]
+    p = s * k[:, None] + s**2 * GUST * k[:, None, :1] * gust[:, None]
+    groups = None if named is None else [f"{named}{i // windows}" for i in range(len(k))]
+    law = law_spec("file:toy", K, "logged")
+    return rollout_batch(k, p, k[:, :1], time=TIME, domain=K, law=law, groups=groups)
+
+
+@pytest.fixture(scope="module")
+def model():
+    """A network and its claim, from recordings."""
+    known, held = recorded(60, 1), recorded(N, 2)
+    options = {"hidden": (4,), "seeds": 1, "steps": 400, "bins": (1, 1), "delta": 0.05}
+    return learn(known, KEY, holdout=held, quiet=True, **options)
+
+
+@pytest.fixture(scope="module")
+def answer(model):
+    asked = Validate(recorded(N, 2), RISK, DELTA)
+    return pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked)
+
+
+@pytest.fixture(scope="module")
+def sets(model):
+    """Nested sets, and the risk of each for 6,000 recordings drawn anew."""
+    asked = Validate(recorded(N, 2), RISK, DELTA, scales=(1.0, 0.6, 0.45, 0.3, 0.1))
+    rng = np.random.default_rng(7)
+    found = _sets(query(SCENE, model), KEY, rng, toy.SETTINGS, asked)
+    return SimpleNamespace(asked=asked, all=found, risk=[risk_of(one, rng) for one in found])
+
+
+def risk_of(one, rng, slips=0.0, n=6000):
+    """Share of failures of new recordings, from a start drawn for each in this set alone."""
+    runs = recorded(n, int(rng.integers(1 << 30)), slips=slips)
+    starts = one.starts(rng, runs.k) if len(one.corridors) else []
+    rows = np.array([i for i, p0 in enumerate(starts) if len(p0)], int)
+    if not len(rows):
+        return 0.0
+    reached, touched = reached_and_touched(
+        one.scene, runs.select(rows), np.array([starts[i][0] for i in rows])
+    )
+    return float((~reached | touched).mean())
+
+
+def wrong_ones(sets, tested):
+    """How often, of REPEATS logs, a set is accepted whose risk is above the one asked for.
+    tested: (log's number, generator) -> Trial.
+    """
+    wrong = 0
+    for i in range(REPEATS):
+        trial = tested(i, np.random.default_rng((11, i)))
+        _, passed = fixed_sequence(sets.asked, trial.inside, trial.failed, 1)
+        wrong += passed > 0 and sets.risk[passed] > RISK
+    return wrong
+
+
+MOST = binom.ppf(0.999, REPEATS, DELTA)
+
+
+@pytest.fixture
+def fewer_ends(monkeypatch):
+    """Starts are looked for among fewer ends, for time."""
+    monkeypatch.setattr(safe_plans, "ENDS", 40)
+
+
+def test_the_sentence_is_false_as_rarely_as_it_says(sets, fewer_ends):
+    assert sets.risk[1] < RISK < max(sets.risk)  # there is something to accept, and to refuse
+
+    def tested(i, rng):
+        return trials.by_recordings(recorded(N, (3, i)), sets.all, rng, 1)
+
+    assert wrong_ones(sets, tested) <= MOST
+
+
+def test_windows_of_one_recording_counted_several_times_are_noticed(sets, fewer_ends):
+    risk = [risk_of(one, np.random.default_rng(3), slips=0.06) for one in sets.all]
+    some = SimpleNamespace(asked=sets.asked, all=sets.all, risk=risk)
+
+    def tested(windows):
+        def one(i, rng):
+            runs = recorded(N // windows, (4, i), windows, slips=0.06)
+            return trials.by_recordings(runs, sets.all, rng, 1)
+
+        return one
+
+    assert wrong_ones(some, tested(1)) <= MOST < wrong_ones(some, tested(12))
+
+
+def test_starts_of_another_law_are_noticed(sets, fewer_ends, monkeypatch):
+    def central(scene, rng, k, real=trials.starts_of_ends):
+        p0 = real(scene, rng, k)  # with most room first
+        off = np.abs(p0 + k[:, None] - [0.5, 0.45]).max(axis=2)
+        return np.take_along_axis(p0, off.argsort(axis=1)[..., None], axis=1)
+
+    monkeypatch.setattr(trials, "starts_of_ends", central)
+
+    def tested(i, rng):
+        return trials.by_recordings(recorded(N, (5, i)), sets.all, rng, 1)
+
+    assert wrong_ones(sets, tested) > MOST
+
+
+def test_new_recordings_fail_as_rarely_as_the_sentence_says(answer):
+    wide = answer.validation.answer
+    rng = np.random.default_rng(9)
+    assert risk_of(wide._plans, rng) <= RISK
+    assert wide.risk().bound == pytest.approx(RISK)
+    assert wide.share.at_least > 1.2 * (answer.share.at_most if answer.share else 0.0)
+
+
+def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_path):
+    wide, step = answer.validation.answer, answer.validation.steps[-1]
+    said = answer.validation.details()
+    claim = wide.model.claim
+    assert "whose k is that of a new recording for which this set" in said and "k as logged" in said
+    assert f"{claim.n:,} of {N} held-out recordings" in said and step.n >= claim.n
+    assert claim.evidence["recordings"][:12] in said and len(claim.evidence["tested"]) == N
+    assert (
+        "UNSEEN(1 look; network, K, error shape" in said
+        and "TRANSLATION_INVARIANCE(within 1e-05" in said
+    )
+    assert f"for k as in the log, of {N} recordings, fails" in answer.validation.summary()
+    again = load_answer(wide.save(tmp_path / "validated.json"))
+    assert again.model.claim.hash == claim.hash and again.risk() == wide.risk()
+    with pytest.raises(InputError, match="draw k as in the log"):
+        again.sample(KEY, 3)
+
+
+def test_starts_are_uniform_on_those_of_a_set(answer):
+    wide = answer.validation.answer
+    k = np.full((400, 2), 0.5)
+    starts = np.array([p0[0] for p0 in wide.starts(KEY, k)])
+    assert wide.contains(starts, k).all()
+    lo, hi = starts.min(axis=0), starts.max(axis=0)
+    grid = np.random.default_rng(2).uniform(lo - 0.1, hi + 0.1, (20_000, 2))
+    truth = grid[wide.contains(grid, np.full((20_000, 2), 0.5))]
+    spread = truth.std(axis=0) / np.sqrt(400)
+    assert (np.abs(starts.mean(axis=0) - truth.mean(axis=0)) < 4 * spread).all()
+    assert [len(p0) for p0 in wide.starts(KEY, [[5.0, 5.0]])] == [0]
+
+
+def test_sets_hold_more_recordings_each(sets):
+    trial = trials.by_recordings(recorded(N, 8), sets.all, np.random.default_rng(1), 1)
+    assert (np.diff(trial.inside.astype(int), axis=0) >= 0).all()
+    assert trial.failed.any() and not (trial.failed & ~trial.inside).any()
+
+
+def test_a_recording_counts_once(model):
+    runs = recorded(30, 12, windows=4, named="drive ")
+    one = trials.one_of_each(model, runs, np.random.default_rng(0))
+    assert one.n == Validate(runs).tests == len(np.unique(one.groups)) == 30
+    assert len({i % 4 for i in one.rows}) > 1  # whichever window
+
+
+def test_a_recording_with_nan_has_failed(sets):
+    runs = recorded(N, 13)
+    p = np.array(runs.p)
+    p[:5, -3:] = np.nan
+    runs = dataclasses.replace(runs, p=p)
+    trial = trials.by_recordings(runs, sets.all, np.random.default_rng(1), 1)
+    assert np.array_equal(trial.failed[-1, :5], trial.inside[-1, :5]) and trial.inside[-1, :5].any()
+
+
+def other(**changes):
+    return dataclasses.replace(recorded(N, 14), **changes)
+
+
+@pytest.mark.parametrize(
+    ("runs", "words"),
+    [
+        (lambda: recorded(N, 1).select(slice(0, 40)), "40 of 40 runs they have"),
+        (lambda: other(time=pj.learning.time_grid(0.5, 2.0, 0.1)), r"time \(.*instead of"),
+        (lambda: other(points=("a", "b")), "n_p .* points"),
+        (lambda: recorded(N, 14).select(np.arange(N) // 2), "30 of 60 runs occur twice"),
+    ],
+)
+def test_recordings_that_do_not_fit_are_refused(model, runs, words):
+    asked = Validate(runs())
+    with pytest.raises(InputError, match=words):
+        pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked)
+
+
+def test_windows_of_a_recording_that_training_saw_are_refused():
+    options = {"hidden": (4,), "seeds": 1, "steps": 50, "bins": (1, 1), "delta": 0.05}
+    runs = recorded(60, 15, windows=2, named="drive ")
+    first = runs.select(np.arange(60))
+    model = learn(first, KEY, holdout=recorded(N, 16, named="else "), quiet=True, **options)
+    rest = runs.select(np.arange(58, 120))
+    with pytest.raises(InputError, match="2 of 62 runs they have"):
+        trials.one_of_each(model, rest, np.random.default_rng(0))
+    assert (
+        trials.one_of_each(model, runs.select(np.arange(60, 120)), np.random.default_rng(0)).n == 30
+    )
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Validate(recorded(18, 1)), "at least 19 recordings"),
+        (lambda: Validate(recorded(60, 1), tests=30), "each of which is one test"),
+        (
+            lambda: (
+                recorded(3, 1)
+                and rollout_batch(
+                    [[np.nan, 0.0]],
+                    np.zeros((1, 21, 2)),
+                    [[0.0]],
+                    time=TIME,
+                    domain=K,
+                    law=law_spec("file:toy", K, "logged"),
+                )
+            ),
+            "whose command is not known",
+        ),
+    ],
+)
+def test_too_few_recordings_or_none_of_k_are_said(make, words):
+    with pytest.raises(InputError, match=words):
+        make()
