@@ -12,6 +12,7 @@ from parc_jax.app.plot import shapes
 from parc_jax.app.plot.errors import Entry, errors
 from parc_jax.app.plot.projections import default_pairs, projections
 from parc_jax.app.plot.samples import samples
+from parc_jax.checker.claim import words_of
 from parc_jax.common.errors import InputError
 
 
@@ -25,7 +26,9 @@ def pac(answer):
     from dataclasses import replace
 
     level = Fraction(1, 1000)
-    return replace(answer.model.claim, kind="pac", eps=level, delta=level, n=7000)
+    dressed = replace(answer.model.claim, kind="pac", eps=level, delta=level, n=7000)
+    facts = dressed.facts()
+    return replace(dressed, quantifier=words_of(facts, facts["law"])[0])
 
 
 def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
