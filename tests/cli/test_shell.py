@@ -22,12 +22,16 @@ def test_solve_check_plot(shell, files):
     assert "parc-jax explain answer.json" in said
     code, all_said, _ = shell("explain", "answer.json")
     assert code == 0 and "(C) For each" in all_said and "(E) " in all_said
+    assert "ACCEPTED" in all_said and all_said.count("  sha256 ") == 4
     lines = [line for line in complained.splitlines() if not line.endswith(" s")]
     assert lines == [
         "compiling ...",
         "looking for safe plans, or for a proof that there are none ...",
     ]
-    assert shell("check", "answer.json")[0] == 0
+    code, said, _ = shell("check", "answer.json")
+    assert code == 0 and said.startswith("ACCEPTED") and said.count("\n") <= 15
+    assert f"{all_said.count('  assumed  ')} assumed: " in said and "sha256" not in said
+    assert said.endswith("parc-jax explain answer.json\n")
     code, said, _ = shell("plot", "answer.json", "--html", "page.html")
     assert code == 0 and said == "page.html\n" and (files / "page.html").stat().st_size > 10_000
     code, said, _ = shell(

@@ -60,9 +60,9 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _run(arguments: list[str], interrupts: Event) -> int:
     if arguments[:1] == ["check"] and not {"-h", "--help", "--second"} & set(arguments):
-        from parc_jax import checker  # before anything heavy: the checker needs no JAX
+        from parc_jax.app.cli.check import brief  # before anything heavy: it needs no JAX
 
-        return checker.main(arguments[1:])
+        return brief(arguments[1:])
     if arguments[:1] == ["--version"]:
         from parc_jax import __version__
 

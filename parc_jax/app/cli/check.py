@@ -6,13 +6,16 @@ import contextlib
 import io
 import json
 import os
+import re
 import shutil
 import subprocess
+from collections import Counter
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from parc_jax import checker
 from parc_jax.app.cli.options import Offer, Shell
+from parc_jax.checker.answer import command_line, tell
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.common.errors import InputError
 
@@ -30,6 +33,8 @@ VERDICTS = {
     IN_PART: "accepts what it looked at, not all",
     None: "gave none",
 }
+# lines of a report that say a premise or a hash, of which a terminal gets the number
+PREMISE = re.compile(r"  (checked|measured|assumed|sha256)\s+([^:]*)")
 
 
 def check(
@@ -51,15 +56,47 @@ def check(
         processes: Share the entries among so many processes.
     """
     arguments = [str(answer), f"--processes={processes}", *(["--json"] if shell.json else [])]
-    return _both(answer, arguments, shell.json) if second else checker.main(arguments)
+    return both(answer, arguments, shell.json) if second else brief(arguments)
 
 
-def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
-    """Both verdicts, and the exit code of the two."""
-    other = find_second()  # refused before the first one takes its time
+def brief(arguments: list[str]) -> int:
+    """The checker's command line, its report in short; the exit code."""
+    code, said = reported(arguments)
+    options = set(arguments)
+    if code == ACCEPTED and not {"--json", "-h", "--help"} & options:
+        said = "\n".join(shortened(said.splitlines(), command_line().parse_args(arguments).answer))
+    if said:
+        tell(said.removesuffix("\n"))
+    return code
+
+
+def reported(arguments: list[str]) -> tuple[int, str]:
+    """The exit code of the checker's command line, and what it prints."""
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
-        first = checker.main(arguments)
+        code = checker.main(arguments)
+    return code, printed.getvalue()
+
+
+def shortened(lines: list[str], answer: Path | str) -> list[str]:
+    """A report with its premises and hashes counted, and the place where they stand."""
+    found = [PREMISE.match(line) for line in lines]
+    kinds = Counter(match[1] for match in found if match)
+    out = [line for line, match in zip(lines, found, strict=True) if match is None]
+    if kinds:
+        assumed = ", ".join(match[2] for match in found if match and match[1] == "assumed")
+        out += [
+            f"  {kinds['checked']} premises checked, {kinds['measured']} measured, "
+            f"{kinds['assumed']} assumed{': ' if assumed else ''}{assumed}",
+            f"All of it, and hashes: parc-jax explain {answer}",
+        ]
+    return out
+
+
+def both(answer: Path, arguments: list[str], as_json: bool) -> int:
+    """Both verdicts, and the exit code of the two."""
+    other = find_second()  # refused before the first one takes its time
+    first, printed = reported(arguments)
     if first not in (ACCEPTED, REJECTED):
         return first  # the first checker has reported that this is no answer
     verdict = ask(other, answer)
@@ -67,13 +104,15 @@ def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
     refused = REJECTED in (first, verdict.code)
     if as_json:
         second = {"program": other.name, "code": verdict.code, "lines": verdict.lines}
-        report = {"accepted": agreed, "first": json.loads(printed.getvalue()), "second": second}
+        report = {"accepted": agreed, "first": json.loads(printed), "second": second}
         print(json.dumps(report, indent=1))
     else:
-        print(f"Python checker:\n{printed.getvalue()}\nProved checker ({other.name}):")
+        lines = printed.splitlines()
+        own = [line for line in verdict.lines if line not in lines]
         one, two = VERDICTS[first], VERDICTS[verdict.code]
-        lines = f"Verdicts: the Python checker {one}; the proved checker {two}."
-        print("\n".join([*verdict.lines, "", lines]))
+        said = f"Verdicts: the Python checker {one}; the proved checker {two}."
+        title = f"Proved checker ({other.name}), where it says it otherwise:"
+        print("\n".join(["Python checker:", *shortened(lines, answer), title, *own, said]))
     return ACCEPTED if agreed else REJECTED if refused else IN_PART
 
 
@@ -114,6 +153,14 @@ def find_second() -> Second:
     return Second(f"node, with {PROVED_JS.name}", (node, "-e", ON_NODE, str(PROVED_JS)))
 
 
+def is_episode(file: Path) -> bool:
+    """Is it the file of an episode?"""
+    try:
+        return checker.is_episode(checker.load(file))
+    except (OSError, checker.Rejected):
+        return False  # a checker reports it
+
+
 def ask(second: Second, answer: Path) -> Verdict:
     """Run the second checker on a file."""
     command = [*second.command, str(answer.resolve())]
@@ -128,17 +175,19 @@ def ask(second: Second, answer: Path) -> Verdict:
 
 
 def explain(place: Path, /) -> int:
-    """All sentences of an answer: what is proved, what is shown, what is assumed. Example:
-    parc-jax explain runs/drift_parking
+    """All sentences of an answer: what is proved, what is shown, what is assumed, and the whole
+    report of the checker. Example: parc-jax explain runs/drift_parking
 
     Args:
-        place: An answer file, which is checked anew, or the folder of a study, with the times of
-            its stages.
+        place: An answer or episode file, which is checked anew, or the folder of a study, with the
+            times of its stages.
     """
     from parc_jax.app.study.report import explained
 
-    print(explained(place))
-    return 0
+    file = place / "answer.json" if place.is_dir() else place
+    if not is_episode(file):
+        print(explained(place), end="\n\n")
+    return checker.main([str(file)])
 
 
 def replay(
