@@ -119,9 +119,9 @@ class Obstacles:
         every = Pair(*map(jnp.asarray, jax.tree.leaves(self)))
         return jax.vmap(Pair.gaps, in_axes=(0, None, None))(every, path, errors)
 
-    def away(self, path: Path, errors: ErrorSet):
-        """(o,) [m] lower bound of the gaps of each pair, up to rounding, from boxes around all
-        points and around the obstacle; -inf where these overlap. Kernel.
+    def box_gaps(self, path: Path, errors: ErrorSet):
+        """(o, T, n_p) [m] gap along each axis, negative where they overlap, between boxes around
+        all points and around the obstacle, without the radius. Kernel.
         """
         n_p = self.vertices.shape[-1]
         places = by_point(path, path.shape[-1] // n_p)
@@ -132,7 +132,13 @@ class Obstacles:
         hi = most(jnp.maximum(places[:-1], places[1:]) + over, axis=1)
         vertices = jnp.asarray(self.vertices)
         below, above = least(vertices, axis=1)[:, None], most(vertices, axis=1)[:, None]
-        apart = jnp.maximum(jnp.maximum(lo[None] - above, below - hi[None]), 0.0)
+        return jnp.maximum(lo[None] - above, below - hi[None])
+
+    def away(self, path: Path, errors: ErrorSet):
+        """(o,) [m] lower bound of the gaps of each pair, up to rounding, from boxes around all
+        points and around the obstacle; -inf where these overlap. Kernel.
+        """
+        apart = jnp.maximum(self.box_gaps(path, errors), 0.0)
         distance = jnp.sqrt(dot(apart, apart))
         known = jnp.where(distance > 0, distance, -jnp.inf)
         return least(jnp.where(self.active, known, jnp.inf), axis=1) - self.radius

@@ -22,15 +22,16 @@ from parc_jax.safe_set.separation.inequality import at_both_knots, excess, heigh
 from parc_jax.safe_set.verdict.pointwise import paths_of, prediction
 from parc_jax.safe_set.verdict.scene import ROOM, Scene, SceneArrays, padded
 
-CHUNK = 256  # plans per compiled call
+CHUNK = 64  # plans per compiled call
 
 
 class Rooms(NamedTuple):
     """What each side leaves of each plan (b,), negative by how much it is in the way.
 
     goal (b, g), start (b, s): [row units over the row's length] infinite for rows that pad. gap
-    (b, o) [m]: of every pair of an obstacle and a part, infinite where it only pads; when (b, o):
-    the interval of it. known (b,): the errors of k are claimed.
+    (b, o) [m]: of every pair of an obstacle and a part, at least as much where it is positive,
+    infinite where it only pads; when (b, o): the interval of a gap that is not. known (b,): the
+    errors of k are claimed.
     """
 
     goal: np.ndarray
@@ -55,16 +56,33 @@ def _rooms(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0: Vector, k: Para
     start = _of_rows(scene.start_A, scene.start_b, p0, scene.slack)
     errors = tube.during(bin)
 
-    def look(o: Index, state: tuple):
-        gaps, w = scene.obstacles.only(o).gaps(seen.path, errors)
-        gaps = gaps - scene.slack * jnp.abs(w).sum(axis=-1)
-        gaps = jnp.where(jnp.asarray(scene.obstacles.active)[o], gaps, jnp.inf)
+    # what boxes leave is a lower bound, and enough where it is positive: a search costs much
+    active, radius = jnp.asarray(scene.obstacles.active), jnp.asarray(scene.obstacles.radius)
+    boxes = scene.obstacles.box_gaps(seen.path, errors).max(axis=2) - radius[:, None] - scene.slack
+    boxes = jnp.where(active, jnp.where(boxes == boxes, boxes, -jnp.inf), jnp.inf)
+    near = jnp.argsort(boxes.min(axis=1))
+
+    def unknown(state: tuple):
+        gaps, known = state
+        t = jnp.argmin(gaps)
+        return ~known[t] & (gaps[t] <= 0)
+
+    def look(i: Index, state: tuple):
+        o = near[i]
+
+        def search(state: tuple):
+            gaps, known = state
+            t = jnp.argmin(gaps)
+            gap, w = scene.obstacles.gap(o, seen.path[t], seen.path[t + 1], tube.during(bin, t))
+            gap = jnp.maximum(gap - scene.slack * jnp.abs(w).sum(), gaps[t])
+            return gaps.at[t].set(gap), known.at[t].set(True)
+
+        gaps, _ = jax.lax.while_loop(unknown, search, (boxes[o], jnp.zeros_like(active[o])))
         t = jnp.argmin(gaps).astype(jnp.int32)
         return state[0].at[o].set(gaps[t]), state[1].at[o].set(t)
 
-    n = len(scene.obstacles.active)
-    far = jnp.full(n, jnp.inf, p0.dtype), jnp.zeros(n, jnp.int32)
-    gap, when = jax.lax.fori_loop(0, scene.count, look, far)
+    far = boxes.min(axis=1), jnp.zeros(len(near), jnp.int32)
+    gap, when = jax.lax.fori_loop(0, (far[0] <= 0).sum(), look, far)
     return Rooms(goal, start, gap, when, (seen.bin >= 0) & jnp.isfinite(lost).all())
 
 
