@@ -98,11 +98,14 @@ class _Side(NamedTuple):
         return f"{self.name} at {'the end' if self.time is None else f'{self.time:.3g} s'}"
 
 
-def why_of(scene: Scene, seed: int = 0) -> Why:
-    """The obstruction of the plans of a scene, the same for the same seed."""
+def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why:
+    """The obstruction of the plans of a scene, the same for the same seed. listed: (b, n_k)
+    parameters, for the nearest of these from the one start, which costs milliseconds.
+    """
     rng, sides = np.random.default_rng(seed), _sides(scene)
     lo, hi = _whole(scene)
-    x, aims = _aimed(scene, rng.uniform(lo, hi, (DRAWN, len(lo))))
+    x = rng.uniform(lo, hi, (DRAWN, len(lo))) if listed is None else listed
+    x, aims = _aimed(scene, x)
     drawn = rooms(scene, *_plans(scene, x))
 
     def children(best: Ranked, spread: float) -> np.ndarray:
@@ -110,12 +113,15 @@ def why_of(scene: Scene, seed: int = 0) -> Why:
         steps = spread / 2 * (hi - lo) * rng.uniform(-1, 1, (len(x), EACH, len(lo)))
         return np.clip(x + steps, lo, hi).reshape(-1, len(lo))
 
-    def worth(x: Points) -> np.ndarray:
-        seen = rooms(scene, *_plans(scene, np.asarray(x)))
+    def worth(seen: Rooms) -> np.ndarray:
         lack = sum(np.minimum(side.of(seen), 0.0) for side in sides)
         return np.where(seen.known, seen.least + BESIDES * lack, -np.inf)
 
-    best = climb(ranked(x, worth(x)).at(slice(KEPT)), children, worth, SPREADS, KEPT)
+    def worth_of(x: Points) -> np.ndarray:
+        return worth(rooms(scene, *_plans(scene, np.asarray(x))))
+
+    spreads = SPREADS if listed is None else ()
+    best = climb(ranked(x, worth(drawn)).at(slice(KEPT)), children, worth_of, spreads, KEPT)
     nearest = np.asarray(best.x)[:1]
     aims = aims & drawn.known if (aims & drawn.known).any() else drawn.known
     safe = float((drawn.least[aims] > 0).mean()) if aims.any() else 0.0
@@ -134,7 +140,8 @@ def why_of(scene: Scene, seed: int = 0) -> Why:
     share = alone[names.index(held[0].name)] / max(only.sum(), 1) if held else 0.0
     pose = scene.nominal.pose
     turned = 0.0 if pose is None or pose.heading is None else pose.heading
-    odd = odd_size(scene.problem, scene.model), degrees_hint("heading [rad]", turned, turned)
+    odd = [odd_size(scene.problem, scene.model), degrees_hint("heading [rad]", turned, turned)]
+    odd = odd if listed is None else []
     said += [question.strip() for question in odd if question]
     if held and not any(odd):
         said.append(_of_many(held[0], share, safe) if passes else _of_nearest(held, both))

@@ -330,3 +330,14 @@ def test_a_clock_that_does_not_go_forward_changes_nothing(line):
     loop.restart()
     again = loop.step([0.0, 0.0], [0.25], [], forward, drift=0.25).committed
     assert again.begin == 0 and again.drift == 0.25
+
+
+def test_the_reason_names_the_obstacle_and_what_would_help(line):
+    """To 0.40 m with a radius of 0.10 m and an error of 0.01 m before a wall at 0.45 m."""
+    loop = loop_of(line, candidates=np.array([[0.5], [0.4]]))
+    steps: list = []
+    assert compiled_by(lambda: steps.append(loop.step([0.0, 0.0], [0.25], [WALL], forward))) == 0
+    said = steps[0].reason
+    assert "none of 2 candidates is safe. The nearest plan of those tried lacks 6 cm" in said
+    assert "to obstacle 0 at" in said and "takes 1 cm of it: without errors it lacks 5 cm" in said
+    assert said.split("What would help: ")[1].startswith("that obstacle farther away by 6 cm")

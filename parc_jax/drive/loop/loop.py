@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from parc_jax.answer.why import why_of
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.probes import require_sound_arithmetic
@@ -152,6 +153,7 @@ class Loop:
         scene = self._scenes.scene(pose_of(pose, model), ())
         k = self._all_of_k(model.domain.lo[list(self.given)])
         preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
+        why_of(scene, listed=k[:1])
         if prover is not None:
             zero = Fraction(0)
             prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.nominal))
@@ -240,7 +242,7 @@ class Loop:
             )
         if len(order) < len(k):
             more += f"; {len(k) - len(order):,} were left out by prefer"
-        why = self._scenes.why_none(scene, k)
+        why = self._scenes.why_none(scene, k, k[order[:judged]])
         return self.go_on(f"none of {judged:,} candidates is safe{more}{why}", gone)
 
     def restart(self) -> None:

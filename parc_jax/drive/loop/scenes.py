@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from parc_jax.answer.why import why_of
 from parc_jax.common.arrays import slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
@@ -67,11 +68,17 @@ class Scenes:
         nominal = replace(nominal, problem=nominal.problem.replace(goal=goal))
         return padded(lowered(nominal), ROOM, CORNERS)
 
-    def why_none(self, scene: Scene, k: np.ndarray) -> str:
-        """A reason why none of k (b, n_k) is safe, as the end of a sentence; empty without one."""
+    def why_none(self, scene: Scene, k: np.ndarray, judged: np.ndarray) -> str:
+        """A reason why none of k (b, n_k) is safe, and of the first ones judged (j, n_k) what the
+        nearest lacks, as the end of a sentence; empty without one.
+        """
         why = why_none(scene)
         if why is not None:
             return f": {why.words.rstrip('.')}"
+        said = why_of(scene, listed=judged[:AT_ONCE]).sentences if len(judged) else ()
+        return ". ".join([self._no_end(k), *(one.rstrip(".") for one in said)])
+
+    def _no_end(self, k: np.ndarray) -> str:
         if self.end is None:
             return ""
         n = self.model.n_c + self.model.n_q
