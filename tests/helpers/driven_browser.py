@@ -31,11 +31,12 @@ def found() -> str | None:
 class Browser:
     """A page in a browser, to run scripts in. Use as a context."""
 
-    def __init__(self, path: str, page: Path):
+    def __init__(self, path: str, page: Path, flags=FLAGS, url: str | None = None):
+        """At a file that says when it is ready, or at a url, with a profile beside `page`."""
         self._number, self._rest = 0, b""
         orders, self._orders = os.pipe()
         self._news, news = os.pipe()
-        command = [path, *FLAGS, f"--user-data-dir={page.with_name('driven')}", "about:blank"]
+        command = [path, *flags, f"--user-data-dir={page.with_name('driven')}", "about:blank"]
         os.set_inheritable(orders, True)
         os.set_inheritable(news, True)
         # the browser takes orders from 3 and answers on 4
@@ -48,10 +49,11 @@ class Browser:
         )
         os.close(orders)
         os.close(news)
-        target = self._ask("Target.createTarget", url=page.as_uri())["targetId"]
+        target = self._ask("Target.createTarget", url=url or page.as_uri())["targetId"]
         attached = self._ask("Target.attachToTarget", targetId=target, flatten=True)
         self._session = attached["sessionId"]
-        self.wait("document.body && document.body.dataset.ready === '1'")
+        if url is None:
+            self.wait("document.body && document.body.dataset.ready === '1'")
 
     def __enter__(self):
         return self
