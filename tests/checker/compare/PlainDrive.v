@@ -9,7 +9,7 @@ Definition asks : problem := Problem 1 0 1 1 1 [(-2, 2)] [] [([1], 100)]
   [Obstacle [([-1], -3)] 0 0] [Part [0%nat] (Disc (1 # 2))].
 Definition network : list layer := [[([1], 0)]].
 Definition around : tube := Tube [[-2; 2]] [[[Widths [1 # 4]]]] [Widths [1 # 4]].
-Definition go (at_time from : Q) : manoeuvre := Manoeuvre at_time [from] asks []
+Definition go (at_time from : Q) : manoeuvre := Manoeuvre at_time [from] 0 asks []
   (Some (Sample [from] [1] [[[(1%nat, [(0%nat, 1)])]]])).
 Definition drive : episode := Episode network around 1 false [1 # 8] [go 0 0; go 1 1].
 Lemma it_is_accepted : check_episode drive = Driven 2 1 0.

@@ -24,7 +24,10 @@ def batch(rng, left, valid=None):
     file = valid or KNOWN.setdefault(seed, episode_mutants.valid(seed))
     edits: dict = {part: list(leaves.edits(file[part])) for part in set(PLACES)}
     for _ in range(min(left, 100)):
-        if rng.random() < 0.5 and valid is None:
+        if rng.random() < 0.1:
+            kind = "frame"
+            mutant = attempt(lambda: framed(file, rng))
+        elif rng.random() < 0.5 and valid is None:
             kind = rng.choice(episode_mutants.KINDS[:-1])
             mutant = attempt(lambda kind=kind: episode_mutants.changed(file, kind, rng))
         else:
@@ -35,6 +38,19 @@ def batch(rng, left, valid=None):
             mutant = attempt(lambda changed=changed: sealed(changed, told=False))
         if mutant is not None:
             yield kind, json.dumps(mutant)
+
+
+def framed(file, rng):
+    """Another heading for one manoeuvre, or its place in the world: the origin, where a plan of
+    either frame starts.
+    """
+    file = copy.deepcopy(file)
+    one = file["manoeuvres"][rng.randrange(len(file["manoeuvres"]))]
+    n_p = one["problem"]["n_p"]
+    heading = [] if n_p != 2 else rng.choice([[], ["8"], ["-8"], ["8.0000001"], ["-0x1p+3"], ["9"]])
+    one["pose"] = [*rng.choice([["0"] * n_p, one["pose"][:n_p]]), *heading]
+    one["sample"]["p0"] = ["0"] * n_p
+    return sealed(file, told=False)
 
 
 def attempt(make):

@@ -335,6 +335,7 @@ let episode get =
     if turned o <> turning then bad "a manoeuvre is told in another frame than the one before";
     List.iter (whole_copies copies) q.parts;
     { begin0 = number (o "begin"); pose = List.filteri (fun i _ -> i < p.n_p) (list number (o "pose")); asked = q;
+      heading = (if turning then List.nth (list number (o "pose")) p.n_p else zero);
       its_hints = h; its_plan = readable (sample q) (o "sample") } in
   ( { its_net = n; its_tube = e; tick = dt_of first; turning; doubt = List.filteri (fun i _ -> i < p.n_p) off;
       done0 = List.map manoeuvre entries }, p )

@@ -24,4 +24,5 @@ Print Assumptions claim_shown.
 Print Assumptions bounds_shown.
 Print Assumptions accepted_episode.
 Print Assumptions accepted_place.
+Print Assumptions accepted_turning.
 Print Assumptions a_drive_there_is.

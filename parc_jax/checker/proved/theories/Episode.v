@@ -6,9 +6,11 @@ Import ListNotations.
 
 (* ---- What a file holds ---- *)
 Open Scope Q_scope.
-(* A plan that could not be read is None.  pose: the place of point 0, in the world. *)
+(* A plan that could not be read is None.  pose: the place of point 0, in the world; heading [rad]:
+   0 where nothing turns. *)
 Record manoeuvre := Manoeuvre {
-  begin : Q; pose : vec; asked : problem; its_hints : list goal_hints; its_plan : option sample }.
+  begin : Q; pose : vec; heading : Q; asked : problem; its_hints : list goal_hints;
+  its_plan : option sample }.
 (* turning: all of a manoeuvre is told in the frame of the robot as it begins, from the origin.
    doubt: half widths of what the place of a pose may be off by.  tick: seconds of an interval. *)
 Record episode := Episode {
@@ -100,6 +102,13 @@ Definition clear_of (e : episode) (m : manoeuvre) (off : rv) (where_ : R -> nat 
     INR t <= clock e m time <= INR (S t) ->
     In b (parts (asked m)) -> inPart (n_p (asked m)) b (where_ time) x ->
     ~ inPoly (rows o) (fun a => x a - off a).
+(* a place of the plane, as it is seen from another one with a heading h *)
+Definition seen_from (from : rv) (h : R) (x : rv) : rv := fun a =>
+  match a with
+  | O => cos h * (x O - from O) + sin h * (x 1%nat - from 1%nat)
+  | 1%nat => cos h * (x 1%nat - from 1%nat) - sin h * (x O - from O)
+  | _ => 0
+  end.
 (* an obstacle less a box of half widths d: what is in it, is in the obstacle when moved by any of
    the box *)
 Definition less_a_box (d : vec) (A : poly) : poly :=

@@ -241,6 +241,46 @@ Proof.
     + intros a Ha. apply Hd. rewrite <- HL. exact Ha.
 Qed.
 
+(* The same of a robot that turns, with headings as stated: a place of the world is never in the
+   body if it is in an obstacle, as that is seen from the stated pose, when moved by any of the
+   doubt. *)
+Theorem accepted_turning e n b w : check_episode e = Driven n b w -> turning e = true ->
+  exists m0, hd_error (done e) = Some m0 /\
+  forall where_ : R -> nat -> rv,
+  (forall turn, In turn (turns (done e)) -> exists v,
+     (forall a, (a < n_p (asked m0))%nat ->
+       Rabs (v a - toR (pose (fst turn)) a) <= toR (doubt e) a) /\
+     keeps_to e turn (fun _ => 0)
+       (fun time i => seen_from v (Q2R (heading (fst turn))) (where_ time i))) ->
+  forall time, Q2R (begin m0) <= time ->
+  exists turn v, In turn (turns (done e)) /\ under_way turn time /\
+    (forall a, (a < n_p (asked m0))%nat ->
+       Rabs (v a - toR (pose (fst turn)) a) <= toR (doubt e) a) /\
+    forall o t p x, In o (obstacles (asked (fst turn))) -> (first o <= t <= last o)%nat ->
+      INR t <= clock e (fst turn) time <= INR (S t) -> In p (parts (asked m0)) ->
+      inPart (n_p (asked (fst turn))) p
+        (fun i => seen_from v (Q2R (heading (fst turn))) (where_ time i))
+        (seen_from v (Q2R (heading (fst turn))) x) ->
+      ~ (forall d, (forall a, (a < n_p (asked m0))%nat -> Rabs (d a) <= toR (doubt e) a) ->
+           inPoly (rows o) (seen_from (toR (pose (fst turn))) (Q2R (heading (fst turn)))
+             (fun a => x a - d a))).
+Proof.
+  intros HA HT. destruct (driven_parts e n b w HA) as (m0 & H0 & D & HB & HL & _ & HM). exists m0.
+  split; [exact H0|]. intros where_ HK time Ht.
+  destruct (accepted_episode e n b w HA) as (_ & m1 & H1 & HP & _). rewrite H0 in H1.
+  injection H1 as <-. destruct (some_turn _ m0 time H0 Ht) as (i & turn & Hi & Hu).
+  pose proof (nth_error_In _ _ Hi) as Hin. destruct (HK turn Hin) as (v & Hv & Hk).
+  exists turn, v. split; [exact Hin|]. split; [exact Hu|]. split; [exact Hv|].
+  intros o t p x Ho Hs Hc Hp Hx Hbad. destruct turn as [m next]. cbn [fst] in *.
+  pose proof (turn_in _ _ _ Hi) as Im. cbn [fst] in Im. rewrite <- (HP m Im) in Hp.
+  refine (manoeuvre_clear e (asked m0) m (HM m Im) next _ _ Hk time Hu o t p _ Ho Hs Hc Hp Hx _).
+  specialize (Hbad (fun a => v a - toR (pose m) a) Hv). intros a c Hac.
+  rewrite (dotR_ext a _ (seen_from (toR (pose m)) (Q2R (heading m))
+    (fun a => x a - (v a - toR (pose m) a)))); [exact (Hbad a c Hac)|].
+  intros j _. unfold start_of. rewrite HT, toR_nil. unfold seen_from.
+  destruct j as [|[|j]]; ring.
+Qed.
+
 (* Nothing of this is about no drive: where every bin allows the error zero, the model's own
    trajectories, one after the other and each to its end, are one. *)
 Theorem a_drive_there_is e n b w : check_episode e = Driven n b w ->

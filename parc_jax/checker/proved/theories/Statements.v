@@ -322,6 +322,30 @@ Definition accepted_place : forall e n b w, check_episode e = Driven n b w -> tu
       INR t <= clock e (fst turn) time <= INR (S t) -> In p (parts (asked m0)) ->
       inPart (n_p (asked m0)) p (where_ time) x -> ~ inPoly (less_a_box (doubt e) (rows o)) x
   := EpisodeFacts.accepted_place.
+(* The same of a robot that turns, with headings as stated: a place of the world is never in the
+   body if it is in an obstacle, as that is seen from the stated pose, when moved by any of the
+   doubt. *)
+Definition accepted_turning : forall e n b w, check_episode e = Driven n b w -> turning e = true ->
+  exists m0, hd_error (done e) = Some m0 /\
+  forall where_ : R -> nat -> rv,
+  (forall turn, In turn (turns (done e)) -> exists v,
+     (forall a, (a < n_p (asked m0))%nat ->
+       Rabs (v a - toR (pose (fst turn)) a) <= toR (doubt e) a) /\
+     keeps_to e turn (fun _ => 0)
+       (fun time i => seen_from v (Q2R (heading (fst turn))) (where_ time i))) ->
+  forall time, Q2R (begin m0) <= time ->
+  exists turn v, In turn (turns (done e)) /\ under_way turn time /\
+    (forall a, (a < n_p (asked m0))%nat ->
+       Rabs (v a - toR (pose (fst turn)) a) <= toR (doubt e) a) /\
+    forall o t p x, In o (obstacles (asked (fst turn))) -> (first o <= t <= last o)%nat ->
+      INR t <= clock e (fst turn) time <= INR (S t) -> In p (parts (asked m0)) ->
+      inPart (n_p (asked (fst turn))) p
+        (fun i => seen_from v (Q2R (heading (fst turn))) (where_ time i))
+        (seen_from v (Q2R (heading (fst turn))) x) ->
+      ~ (forall d, (forall a, (a < n_p (asked m0))%nat -> Rabs (d a) <= toR (doubt e) a) ->
+           inPoly (rows o) (seen_from (toR (pose (fst turn))) (Q2R (heading (fst turn)))
+             (fun a => x a - d a)))
+  := EpisodeFacts.accepted_turning.
 Definition a_drive_there_is : forall e n b w, check_episode e = Driven n b w ->
   forallb centred (bins (its_tube e)) = true ->
   exists where_ : nat -> R -> nat -> rv,
