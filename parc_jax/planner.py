@@ -277,7 +277,7 @@ class Planner:
         settings: by default `Settings.fast()`; of its fields samples (safe plans per problem) and
             proof (exact check of every best plan, some ten milliseconds each) count here.
         draws: most plans to propose per problem; solved ones stop early.
-        pool: values of k shared by all.
+        pool: values of k shared by all; in the first round 256 at most.
         numbers: (s,) a number per problem, by default 0, 1, ...: with the key it decides an answer,
             which so does not depend on the rest of the batch.
         warm: an earlier BatchAnswer of the same problems, or plans.

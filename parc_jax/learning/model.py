@@ -49,7 +49,7 @@ class TrajectoryModel:
     @property
     def domain(self) -> Box:
         """K."""
-        return self.claim.domain
+        return self.claim.subject.domain
 
     @property
     def time(self) -> TimeGrid:

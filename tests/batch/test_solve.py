@@ -117,7 +117,8 @@ def test_vectorised_and_looped_scenes_get_the_same_verdicts(toy):
         batch_run.make_pool(model.net, model.tube, KEY, model.domain.lo, model.domain.hi, 256)
     )
     about = About(model.net, model.tube, along_fan(model.tube))
-    shared = (about, items, np.asarray(KEY), np.int32(0), np.int32(4))
+    order = np.arange(32, dtype=np.int32)
+    shared = (about, items, np.asarray(KEY), order, np.int32(0), np.int32(4))
     best = Best(np.zeros((S, 2, 4)), np.full((S, 2), -np.inf))
     numbers = np.arange(S, dtype=np.uint32)
     (a, turns_a), (b, turns_b) = (

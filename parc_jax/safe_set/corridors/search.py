@@ -162,8 +162,14 @@ class Cover(NamedTuple):
         return self._replace(history=history, timings=times)
 
 
-class Query(NamedTuple):
-    """The constants of a search. rng: of building; draws have another. begin: [s] of the clock."""
+class Search(NamedTuple):
+    """The state of a search, after its constants.
+
+    rng: of building; draws have another. begin: [s] of the clock.
+    rule: when the corridors cover enough. outside: plans of the last fresh draw that are not
+    covered. looks: so far. leave: so many may stay without a corridor. slivers: the uncovered
+    remainder lies in slivers, which uniform draws rarely hit. timings: as of Cover, so far.
+    """
 
     scene: Scene
     rng: np.random.Generator
@@ -171,20 +177,6 @@ class Query(NamedTuple):
     work: Work
     limit: Limit
     begin: float
-
-    def spent(self) -> float:
-        """[s] since the search began."""
-        return time.perf_counter() - self.begin
-
-
-class Search(NamedTuple):
-    """The state of a search.
-
-    rule: when the corridors cover enough. outside: plans of the last fresh draw that are not
-    covered. looks: so far. leave: so many may stay without a corridor. slivers: the uncovered
-    remainder lies in slivers, which uniform draws rarely hit. timings: as of Cover, so far.
-    """
-
     building: Building
     rule: StoppingRule
     outside: Points
@@ -193,6 +185,10 @@ class Search(NamedTuple):
     slivers: bool = False
     timings: Mapping[str, float] = {}
     history: tuple[Progress, ...] = ()
+
+    def spent(self) -> float:
+        """[s] since the search began."""
+        return time.perf_counter() - self.begin
 
 
 def cover(
@@ -213,19 +209,18 @@ def cover(
     """
     begin = time.perf_counter()
     for_draws, rng = rng.spawn(2)
-    query = Query(scene, rng, target, work, limit, begin)
-    points = no_points(scene.model)
-    building = nothing_built(scene.model.tube, points)
-    search = Search(building, stopping_rule(target, confidence), outside=points)
+    none = no_points(scene.model)
+    start = nothing_built(scene.model.tube, none), stopping_rule(target, confidence), none
+    search = Search(scene, rng, target, work, limit, begin, *start)
     with Sampler(scene, for_draws, within) as sampler:
         while True:
-            search = look(query, search, sampler.take())
-            ended = _ended(query, search, sampler.tally)
+            search = look(search, sampler.take())
+            ended = _ended(search, sampler.tally)
             if ended is not None:
                 break
             if len(search.building.corridors):  # the first one should come soon, with all cores
                 sampler.start(ENOUGH if search.rule.announced else EXPLORING)
-            search = extend(query, search)
+            search = extend(search)
     return Cover(
         *sampler.tally,
         points=sampler.seen,
@@ -238,7 +233,7 @@ def cover(
     )
 
 
-def look(query: Query, search: Search, fresh: Points) -> Search:
+def look(search: Search, fresh: Points) -> Search:
     """The search after a look at a fresh draw of safe plans."""
     n = len(fresh.k)
     building, covered = admit(search.building, fresh)
@@ -246,12 +241,12 @@ def look(query: Query, search: Search, fresh: Points) -> Search:
         building=building,
         outside=fresh.at(~covered),
         looks=search.looks + 1,
-        leave=int(LEAVE * query.target * n),
+        leave=int(LEAVE * search.target * n),
         slivers=covered.sum() > (1 - SLIVERS) * n,
     )
     if not n:
         return search
-    seconds = query.spent()
+    seconds = search.spent()
     rule = search.rule.after(covered)
     since = {"corridors_s": seconds} if rule.satisfied else {}
     progress = Progress(seconds, len(building.corridors), float(covered.mean()))
@@ -262,26 +257,26 @@ def look(query: Query, search: Search, fresh: Points) -> Search:
     )
 
 
-def extend(query: Query, search: Search) -> Search:
+def extend(search: Search) -> Search:
     """The search after corridors were built around the plans outside."""
     leave = search.leave
     if search.slivers and len(search.outside.k):
         # one uniform draw in a hundred hits a sliver; close to a hit plans are dense and show which
         # corridor holds most
         n = min(NEAR * len(search.outside.k), MOST_NEAR)
-        around = near(query.scene, query.rng, search.outside, n)
+        around = near(search.scene, search.rng, search.outside, n)
         search = search._replace(building=admit(search.building, around)[0])
         leave = max(leave, int(LEAVE_NEAR * len(search.outside.k)))
     few = len(search.building.corridors) == 0  # the first one should come soon
     while len(search.building.waiting.k) > leave:
-        if search.building.tried >= query.work.corridors or query.limit.over():
+        if search.building.tried >= search.work.corridors or search.limit.over():
             break
-        building = build(query.scene, search.building, query.rng, few)
+        building = build(search.scene, search.building, search.rng, few)
         few = False
-        timings = {"first_corridor_s": query.spent(), **search.timings}
+        timings = {"first_corridor_s": search.spent(), **search.timings}
         search = search._replace(building=building, timings=timings)
     if search.history:
-        query.limit.start()
+        search.limit.start()
     return search
 
 
@@ -336,15 +331,15 @@ def draw_safe_plans(
     return Cover(*tally, joined(seen), none, within=within, ended=ended, timings=timings)
 
 
-def _ended(query: Query, search: Search, tally: Counts) -> Ended | None:
+def _ended(search: Search, tally: Counts) -> Ended | None:
     """What ends the search after a look; None where it goes on. Seconds come last: they say so only
     where they leave something undone.
     """
-    work = query.work
-    if query.limit.cut:
+    work = search.work
+    if search.limit.cut:
         return Ended.SECONDS
     if search.rule.satisfied:
         return Ended.TARGET
     if search.looks >= work.looks or search.building.tried >= work.corridors or tally.hopeless:
         return Ended.WORK
-    return Ended.SECONDS if query.limit.over() else None
+    return Ended.SECONDS if search.limit.over() else None
