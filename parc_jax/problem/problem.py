@@ -8,9 +8,9 @@ import numpy as np
 from parc_jax.common import struct
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.bounding_box import bounding_box
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.vertices import bounding_box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
