@@ -109,6 +109,18 @@ def test_slanted_faces_make_room_that_a_box_has_not(bins):
     assert kinds == ["proved", "proved", "safe", "safe"]
 
 
+@pytest.mark.night
+def test_a_polygon_may_grow_a_part():
+    """A tip that carries a triangle: its lower corner reaches 0.3 down."""
+    triangle = Polygon(np.array([[0.0, -0.3], [0.1, 0.1], [-0.1, 0.1]]))
+    model = bar_model()
+    body = body_of([hull("tail"), Part(("tip",), triangle)])
+    for top, kind in ((-0.1, "undecided"), (0.3, "proved")):
+        answer = decide(model, ending(model, [box([2, -5], [5, top])], body))
+        assert answer.kind == kind
+        assert (answer.safe_plan is None) == (kind == "proved")
+
+
 def test_a_robot_whose_tube_has_no_claim_has_no_plan():
     model = bar_model(e=np.inf)
     answer = decide(model, walls(model, 0.3), max_leaves=20)
