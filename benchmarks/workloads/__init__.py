@@ -24,6 +24,7 @@ NAMES = (
     "table_one",
     "gap",
     "yield",
+    "practice",
     "obstacles",
     "clutter",
     "scaling",
