@@ -215,6 +215,7 @@ def other(**changes):
         (lambda: other(time=pj.learning.time_grid(0.5, 2.0, 0.1)), r"time \(.*instead of"),
         (lambda: other(points=("a", "b")), "n_p .* points"),
         (lambda: recorded(N, 14).select(np.arange(N) // 2), "30 of 60 runs occur twice"),
+        (lambda: other(seed=(0, 1), stage=1), "collected with a key"),
     ],
 )
 def test_recordings_that_do_not_fit_are_refused(model, runs, words):

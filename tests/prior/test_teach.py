@@ -58,6 +58,24 @@ def test_a_simulator_that_is_wrong_is_put_right_by_the_real_runs():
     assert np.median(better) < 0.2 * np.median(np.abs(own - truth).max(axis=1))
 
 
+class Rough(Simulator):
+    """It says of every k something else."""
+
+    def rollout_batch(self, keys, ks):
+        p, q = super().rollout_batch(keys, ks)
+        off = np.sin(900 * np.asarray(ks)).sum(axis=1)[:, None, None, None]
+        return Trajectory(p + off * np.linspace(0, 1, p.shape[1])[:, None, None], q)
+
+
+def test_a_prior_that_runs_alone_surpass_is_left_out():
+    runs = slipping.recorded(TRAIN, noise=0.002)
+    found = taught(Rough(), runs, 300, KEY)
+    assert found.said.startswith("prior maker, left out: the runs alone; ")
+    truth = flat(slipping.recorded(found.runs.k))
+    assert np.median(np.abs(flat(found.runs) - truth).max(axis=1)) < 0.05
+    assert "left out: the" not in taught(Simulator(), runs, 300, KEY).said
+
+
 def test_sizes_are_of_all_training_runs_and_failed_ones_have_none():
     runs = slipping.recorded(TRAIN)
     runs.p[4, 3] = np.inf

@@ -67,7 +67,7 @@ from parc_jax.statement import IN_THE_BOX
 LEAST_TESTS, TIMES = 14_000, 10
 # of the claim's tube, down to a fifth of it; of the error shape, which nothing has sized yet
 SCALES = tuple(round(0.93**i, 3) for i in range(23))
-SCALES_OF_SHAPE = tuple(round(4 * 0.9**i, 3) for i in range(29))
+SCALES_OF_SHAPE = tuple(round(4 * 0.85**i, 3) for i in range(28))
 RISK_AND_DELTA, OF_RECORDINGS = (0.003, 1e-3), (0.15, 0.05)  # by default
 SEEDS = 1000  # plans drawn before any test, one of which each corridor of a set needs inside
 APART = 2**32 - 1  # beyond every number of a row
@@ -87,7 +87,7 @@ class Validate:
     tests: plans drawn and run once each; None for 14,000, or ten times as many as suffice where
         none fails if that is more (23,000 for 0.003), or for all recordings.
     scales: of the claim's tube, or with recordings of the error shape, which those that sized the
-        tube have not seen; falling: sets are tested in this order. None for 1 to 0.2, 4 to 0.2.
+        tube have not seen; falling: sets are tested in this order. None for 1 to 0.2, 4 to 0.05.
     Raises InputError.
     """
 
