@@ -22,6 +22,7 @@ from parc_jax.learning.bound.counts import (
     width_needed,
 )
 from parc_jax.learning.bound.pipeline import (
+    STORED,
     HeldRuns,
     Runs,
     SystemRuns,
@@ -182,7 +183,7 @@ def _from_system(
     with watch("other starts"):
         start = try_starts(system, key, settings.gap)
     with watch("training rollouts"):
-        options = {"path": path and path / "training", "quiet": quiet}
+        options = {"path": path and path / "training", "quiet": quiet, "dtype": STORED}
         chunks = stream_rollouts(system, key, settings.rollouts, Stage.TRAIN, **options)
         train = concatenate(chunks, settings.rollouts)
     with watch("training"):

@@ -143,10 +143,12 @@ def readable(command: Callable, with_offers: bool = True) -> Callable:
                 parameters.append(_shown(option, text))
 
     def shown(*arguments, **options):
-        if options.get("cache"):  # of commands that compile
-            from parc_jax.app.study.cache import keep_compiled
+        if "cache" in options:  # of commands that compile
+            from parc_jax.app.study.cache import keep_compiled, spare_memory
 
-            keep_compiled()
+            spare_memory()
+            if options["cache"]:
+                keep_compiled()
         records = {name: offer.made(options) for name, offer in offers.items()}
         return command(*arguments, **options, **records)
 

@@ -1,11 +1,32 @@
-"""A cache of compiled programs, in a private folder per jaxlib version and processor."""
+"""A cache of compiled programs, in a private folder per jaxlib version and processor; memory that
+compiling took is handed back.
+"""
 
+import contextlib
+import ctypes
 import hashlib
 import os
 import platform
 from pathlib import Path
 
 WORTH_KEEPING_S = 0.005  # [s] of compiling: reading a program takes less
+
+
+LONG_S = 0.3  # [s] of compiling, after which memory is handed back in a few milliseconds
+
+
+def spare_memory() -> None:
+    """Have glibc, where it is the library, hand back what a long compilation used."""
+    import jax
+
+    with contextlib.suppress(OSError, AttributeError):  # no glibc
+        trim = ctypes.CDLL(None).malloc_trim
+
+        def hand_back(event: str, seconds: float, **_) -> None:
+            if event.endswith("backend_compile_duration") and seconds > LONG_S:
+                trim(0)
+
+        jax.monitoring.register_event_duration_secs_listener(hand_back)
 
 
 def keep_compiled() -> None:

@@ -26,7 +26,7 @@ from parc_jax.drive.local.search import rank_plans
 from parc_jax.learning.bound.claim import ErrorClaim, stand_in
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.pipeline import Runs, bound_errors, learn_profiles
+from parc_jax.learning.bound.pipeline import STORED, Runs, bound_errors, learn_profiles
 from parc_jax.learning.bound.settings import (
     DISCRETE_TIME,
     SHAPES,
@@ -323,7 +323,7 @@ class LocalRuns(Runs):
             u = jax.random.uniform(key, lo.shape, lo.dtype)
             return jnp.clip(lo + u * (hi - lo), lo, hi)
 
-        options = {"k": near, "first_row": first_row, "quiet": self.quiet}
+        options = {"k": near, "first_row": first_row, "dtype": STORED, "quiet": self.quiet}
         for batch in stream_rollouts(self.system, self.key, n, stage, **options):
             yield _on_box(batch, law_of(self.system), self.box)
 

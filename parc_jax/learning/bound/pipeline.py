@@ -20,9 +20,16 @@ from parc_jax.learning.bound.bins import Bins
 from parc_jax.learning.bound.calibrate import block_of_bins, block_shares, calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import MOST, as_probability, required_runs
-from parc_jax.learning.bound.edges import choose_edges
+from parc_jax.learning.bound.edges import choose_edges, edges_of
 from parc_jax.learning.bound.measure import Errors, check_profile, measure, scores_of
-from parc_jax.learning.bound.profile import evened, fitted_profile, learnt_from, profile_of
+from parc_jax.learning.bound.profile import (
+    bin_maxima,
+    evened,
+    fitted_profile,
+    joined,
+    learnt_from,
+    smooth_profile,
+)
 from parc_jax.learning.bound.settings import BoundSettings
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.learning.bound.tube import Tube
@@ -31,6 +38,8 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch, refitted
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.system import System, check_system
+
+STORED = np.float32  # positions of many runs: half the memory, 2^-24 of them in every error
 
 
 class Runs(Protocol):
@@ -67,8 +76,8 @@ class SystemRuns(Runs):
 
     def _stream(self, n: int, stage: Stage, name: str, first_row: int):
         path = None if self.path is None else Path(self.path) / name
-        options = {"path": path, "quiet": self.quiet}
-        return stream_rollouts(self.system, self.key, n, stage, first_row=first_row, **options)
+        options = {"path": path, "quiet": self.quiet, "first_row": first_row, "dtype": STORED}
+        return stream_rollouts(self.system, self.key, n, stage, **options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,34 +224,20 @@ def learn_profiles(
     if first is None:
         raise InputError("profile: expected at least one finite training run; got none.")
     by_train = train is not None and train.finite.n > 0
-    batches = itertools.chain([first], batches)
-    if shape == "fitted":
-        runs = list(batches)
-        if bins is None:
-            k, (errors,) = _measured(nets[:1], runs[:1] if train is not None else runs)
-            bins = choose_edges(k, errors, first.domain)
-        return [fitted_profile(net, runs, bins) for net in nets]
-    k, measured = _measured(nets, batches, n_exact=int(by_train))
+    if shape == "fitted" or (bins is None and not by_train):
+        batches = list(batches)  # all of them are looked at twice
     if bins is None:
-        rows = slice(first.n if by_train else None)
-        bins = choose_edges(k[rows], Errors(*(part[rows] for part in measured[0])), first.domain)
-    return [profile_of(k, errors, first.domain, bins, len(first.points)) for errors in measured]
-
-
-def _measured(
-    nets: list[ReLUNetwork], batches: Iterable[RolloutBatch], n_exact: int = 0
-) -> tuple[np.ndarray, list[Errors]]:
-    """Parameters of finite runs, and their errors for every network."""
-    k: list[np.ndarray] = []
-    parts: list[list[Errors]] = [[] for _ in nets]
-    for number, batch in enumerate(batches):
-        # further runs in single precision: an error shape needs no rigour, and there may be many
-        dtype = np.float64 if number < n_exact else np.float32
-        k.append(batch.k)
-        for net, errors in zip(nets, parts, strict=True):
-            errors.append(Errors(*(np.asarray(e, dtype) for e in measure(net, batch))))
-    joined = [Errors(*map(np.concatenate, zip(*errors, strict=True))) for errors in parts]
-    return np.concatenate(k), joined
+        runs = [first] if by_train else [first, *batches]
+        errors = zip(*(measure(nets[0], batch) for batch in runs), strict=True)
+        k = np.concatenate([batch.k for batch in runs])
+        bins = choose_edges(k, Errors(*map(np.concatenate, errors)), first.domain)
+    if shape == "fitted":
+        return [fitted_profile(net, [first, *batches], bins) for net in nets]
+    edges, found = edges_of(first.domain, bins), [None for _ in nets]
+    for batch in itertools.chain([first], batches):
+        each = [bin_maxima(batch.k, measure(net, batch), edges) for net in nets]
+        found = [joined(*both) for both in zip(found, each, strict=True)]
+    return [smooth_profile(one, len(first.points)) for one in found]
 
 
 def fresh_runs(settings: BoundSettings, profile: Tube, looks: int) -> int:

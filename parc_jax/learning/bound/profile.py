@@ -57,7 +57,28 @@ def profile_of(
     """
     # any profile is valid that is fixed before the calibration set is drawn; this one is tight
     edges = choose_edges(k, errors, domain, floor) if bins is None else edges_of(domain, bins)
-    empty, largest, counts = bin_maxima(k, errors, edges)
+    return smooth_profile(bin_maxima(k, errors, edges), n_points, floor)
+
+
+class Maxima(NamedTuple):
+    """Of closed bins: a zero tube, largest errors (n_bins, ...), numbers of runs (n_bins,)."""
+
+    empty: Tube
+    largest: Errors
+    counts: np.ndarray
+
+
+def joined(one: Maxima | None, other: Maxima) -> Maxima:
+    """The maxima of the runs of both, on the same bins."""
+    if one is None:
+        return other
+    largest = Errors(*map(np.maximum, one.largest, other.largest))
+    return Maxima(one.empty, largest, one.counts + other.counts)
+
+
+def smooth_profile(maxima: Maxima, n_points: int, floor: float = TOLERANCES.profile_floor) -> Tube:
+    """The profile of the maxima of all runs, as `profile_of`."""
+    empty, largest, counts = maxima
     widths = [
         smoothed(part.reshape(*empty.grid, -1), counts.reshape(empty.grid)).reshape(part.shape)
         for part in largest
@@ -65,8 +86,8 @@ def profile_of(
     return tube(empty.edges, widths[0] + floor, widths[1] + floor, n_points)
 
 
-def bin_maxima(k: np.ndarray, errors: Errors, edges: Edges) -> tuple[Tube, Errors, np.ndarray]:
-    """Of closed bins: a zero tube, largest errors (n_bins, ...), numbers of runs (n_bins,)."""
+def bin_maxima(k: np.ndarray, errors: Errors, edges: Edges) -> Maxima:
+    """Maxima of the errors of runs with these k (n, n_k)."""
     empty = zero_tube(edges, *errors.interval.shape[1:], errors.final.shape[1])
     numbers = empty.bins_of(k)
     largest = Errors(np.array(empty.interval), np.array(empty.final))
@@ -76,7 +97,7 @@ def bin_maxima(k: np.ndarray, errors: Errors, edges: Edges) -> tuple[Tube, Error
         for part, new in zip(largest, errors, strict=True):
             in_bin = np.maximum.reduceat(new[order], first, axis=0)
             part[present] = np.maximum(part[present], in_bin)
-    return empty, largest, runs_per_bin(numbers, empty.n_bins)
+    return Maxima(empty, largest, runs_per_bin(numbers, empty.n_bins))
 
 
 def runs_per_bin(numbers: np.ndarray, n_bins: int) -> np.ndarray:

@@ -116,7 +116,7 @@ def train_report(
 
 def training_arrays(data: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
     """k (n, n_k), targets (n, n_out) as in `Layout`, of finite runs. Raises InputError."""
-    knots = np.asarray(data.p, np.float64)[:, :: data.time.stride]
+    knots = np.asarray(data.p[:, :: data.time.stride], np.float64)
     offsets = knots.reshape(len(knots), -1)[:, data.n_p :]
     y = np.concatenate([offsets, np.asarray(data.q, np.float64)], axis=1)
     finite = np.isfinite(y).all(axis=1)
