@@ -102,22 +102,5 @@ ROBOT = (
         "cells / 100 < threshold",
         "tests/world/test_grid_map.py::test_99_may_be_declared_a_probability_and_255_is_unknown",
     ),
-    Fault(
-        "pilot_that_takes_an_older_scan_for_news",
-        "Pilot.hear_scan",
-        "at <= self._scanned",
-        "False",
-        "tests/ros/test_seeing.py::test_an_older_scan_does_not_take_away_who_came_since",
-    ),
-    Fault(
-        "pilot_whose_start_is_free_without_the_uncertainty_of_its_pose",
-        "Pilot._look",
-        "d.margin - self._off()",
-        "d.margin",
-        (
-            "tests/ros/test_seeing.py"
-            "::test_what_a_person_looked_at_is_around_the_robot_and_not_around_its_measured_pose"
-        ),
-    ),
 )
 FAULTS: tuple[Fault, ...] = (*CHOSEN, *ROBOT)
