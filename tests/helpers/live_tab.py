@@ -63,6 +63,9 @@ class Tab(driven_browser.Browser):
         place, along = self.page.live.grips[name].place, np.eye(2)[axis]
         begin = self.where(place + ALONG * 0.1 * self.page.size * along)
         way = self.where(place + by * along) - self.where(place)
+        notices = "document.querySelectorAll('[class*=Notification] button')"
+        self.run(f"{notices}.forEach(button => button.click())")  # they lie over the scene
+        time.sleep(0.5)
         self._mouse("mouseMoved", begin)
         time.sleep(0.5)  # it looks under the mouse once a frame
         self._mouse("mousePressed", begin, button="left", clickCount=1)
