@@ -9,10 +9,9 @@ import numpy as np
 
 from benchmarks.neuralparc.lp_program import LinearProgram, LPResult, LPStatus, linear_program
 from parc_jax.common.lp.exact import dual_bound, exact_dual_bound, round_down, row_bounds, violation
+from parc_jax.common.lp.solve import ask_clarabel
 from parc_jax.common.tolerances import TOLERANCES
 
-_MAX_ITERATIONS = 200
-_ACCURACY = 1e-10  # asked of the solver; the verdict does not rely on it
 _KINDS = {"Solved": "solved", "PrimalInfeasible": "empty", "DualInfeasible": "unbounded"}
 
 
@@ -33,50 +32,17 @@ class Hint:
 
 def clarabel_hint(lp: LinearProgram) -> Hint:
     """Run Clarabel once. Never raises on solver trouble: that is kind "trouble"."""
-    import clarabel
-    import scipy.sparse as sparse
-
     rows, offsets = lp.bound_rows()
-    matrix = np.concatenate([lp.E, lp.A, rows])
-    indices = np.tile(np.arange(len(matrix)), lp.n)
-    starts = np.arange(lp.n + 1) * len(matrix)
     e, h = len(lp.f), len(lp.b)
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.max_iter = _MAX_ITERATIONS
-    settings.max_threads = 1
-    settings.tol_gap_abs = _ACCURACY
-    settings.tol_gap_rel = _ACCURACY
-    settings.tol_feas = _ACCURACY
-    cones = [clarabel.NonnegativeConeT(h + len(offsets))]
-    if e:
-        cones.insert(0, clarabel.ZeroConeT(e))
-    try:
-        solution = clarabel.DefaultSolver(
-            sparse.csc_matrix((lp.n, lp.n)),
-            lp.c,
-            # columns with every entry stored: faster to build than by searching for zeros
-            sparse.csc_matrix((matrix.T.ravel(), indices, starts), shape=matrix.shape),
-            np.concatenate([lp.f, lp.b, offsets]),
-            cones,
-            settings,
-        ).solve()
-        words = str(solution.status)
-        x = np.array(solution.x, dtype=float)
-        z = np.array(solution.z, dtype=float)
-    except Exception as error:  # a solver that panics is a solver in trouble
-        return _trouble(lp, f"{type(error).__name__}: {error}")
-    if x.shape != (lp.n,) or z.shape != (matrix.shape[0],):
-        return _trouble(lp, f"{words} with vectors of the wrong length")
+    words, x, z = ask_clarabel(
+        lp.c,
+        np.concatenate([lp.E, lp.A, rows]),
+        np.concatenate([lp.f, lp.b, offsets]),
+        equalities=e,
+    )
     of_equalities = z[:e]
     y = np.concatenate([z[e : e + h], np.maximum(of_equalities, 0), np.maximum(-of_equalities, 0)])
     return Hint(_KINDS.get(words, "trouble"), x, y, z[e + h :], words)
-
-
-def _trouble(lp: LinearProgram, words: str) -> Hint:
-    """A hint that says nothing."""
-    sizes = lp.n, len(lp.b) + 2 * len(lp.f), len(lp.bound_rows()[1])
-    return Hint("trouble", *(np.full(size, np.nan) for size in sizes), words)
 
 
 def solve(c, A, b, E=None, f=None, lo=None, hi=None) -> LPResult:

@@ -9,7 +9,7 @@ from typing import Literal
 
 from parc_jax.common.errors import InputError
 
-PACKAGES = "jax jaxlib flax optax mujoco mujoco-mjx brax scipy numpy"
+PACKAGES = "jax jaxlib flax optax mujoco mujoco-mjx brax scipy clarabel numpy"
 
 
 def bench(
