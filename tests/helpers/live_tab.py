@@ -32,6 +32,7 @@ class Tab(driven_browser.Browser):
         self.wait("document.body && document.body.innerText.includes('safe plans')")
         (new,) = set(page.server.get_clients()) - before
         self._camera = page.server.get_clients()[new].camera
+        time.sleep(3.0)  # to the first picture, and to the notice that lies over it
 
     def ask(self, method: str, **parameters) -> dict:
         """An order of the Chrome DevTools protocol."""
