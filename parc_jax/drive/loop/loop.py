@@ -169,6 +169,7 @@ class Loop:
         spans: Sequence | None = None,
         drift: float = 0.0,
         gone: "shapely.Geometry | None" = None,
+        least: float = 0.0,
     ) -> Step:
         """Commit to the cheapest manoeuvre that is proved safe, or continue the one under way.
 
@@ -182,8 +183,9 @@ class Loop:
         `reach_avoid`; those of `moving` move. After the manoeuvre's rest nothing is claimed of
         them: they may run into a robot that rests [T38]. drift: [m] by which the pose may be off
         against that at which the manoeuvre under way began, beside the uncertainty of both, as
-        odometry may. gone: as of `FreeSpace.gone`, for the sentence. Wrong measurements end in the
-        manoeuvre under way, with a sentence.
+        odometry may. gone: as of `FreeSpace.gone`, for the sentence. least: [m] of clearance
+        without which nothing is committed to. Wrong measurements end in the manoeuvre under way,
+        with a sentence.
         """
         begin = time.perf_counter()
         trouble = "" if self.prover is None else self.prover.trouble()
@@ -208,12 +210,13 @@ class Loop:
         order = order[np.isfinite(cost[order])]
         most = min(len(order), self.effort.judged)
         judged = looks = 0
+        room = max(self.effort.room, least)
         while judged < most and looks < self.effort.looks:
             rows = order[judged : min(judged + AT_ONCE, most)]
             # a short call repeats its last candidate: one shape, one compiled program
             rows = rows[np.minimum(np.arange(AT_ONCE), len(rows) - 1)]
             left = self.effort.looks - looks
-            safe = preferred(scene, k[rows], AMONG, self.effort.room, left)
+            safe = preferred(scene, k[rows], AMONG, room, left)
             judged, looks = min(judged + safe.judged, most), looks + safe.looks
             # read after the verdicts: a manoeuvre that was proved too late begins too late
             if time.perf_counter() - begin > self.effort.deadline:
@@ -222,8 +225,8 @@ class Loop:
                     f"{judged:,} of {len(order):,} candidates were looked at",
                     gone,
                 )
-            if len(safe.rows):
-                i = int(np.argmax(np.minimum(safe.clearance, self.effort.room)))
+            i = int(np.argmax(np.minimum(safe.clearance, room))) if len(safe.rows) else -1
+            if i >= 0 and safe.clearance[i] >= least:
                 chosen, clear = k[rows[safe.rows[i]]], float(safe.clearance[i])
                 until = at + self.lasts
                 about = clear, judged, scene.nominal, float(drift)
@@ -242,13 +245,17 @@ class Loop:
             )
         if len(order) < len(k):
             more += f"; {len(k) - len(order):,} were left out by prefer"
+        if least:
+            more = f" with {least:.2g} m of clearance{more}"
         why = self._scenes.why_none(scene, k, k[order[:judged]])
         return self.go_on(f"none of {judged:,} candidates is safe{more}{why}", gone)
 
-    def restart(self) -> None:
-        """Another episode: the robot rests, at a place where it touches nothing."""
-        self.under_way = self._before = None
-        self._n = 0
+    def restart(self, first: Commitment | None = None) -> None:
+        """Another episode: the robot rests, at a place where it touches nothing; or begins with
+        the manoeuvre `first`, of this loop.
+        """
+        self.under_way, self._before = first, None
+        self._n = 0 if first is None else first.number + 1
 
     def go_on(self, reason: str, gone: "shapely.Geometry | None" = None) -> Step:
         """Continue the manoeuvre under way to its stop, for a reason of the caller: an invalid

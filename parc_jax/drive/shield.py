@@ -1,0 +1,307 @@
+"""A policy of anybody's behind a loop: of each of its actions the nearest certified manoeuvre is
+driven, whose stop is in hand. [T37, T38]
+"""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.common.on_use import package
+from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes, listed_candidates
+from parc_jax.drive.loop.commitment import Commitment, Step
+from parc_jax.drive.loop.episode_file import save_episode
+from parc_jax.drive.loop.loop import AT_ONCE, Effort, Loop
+from parc_jax.drive.loop.prover import Prover
+from parc_jax.learning.model import TrajectoryModel, check_model
+from parc_jax.learning.system import System
+from parc_jax.learning.systems.user_code import said
+from parc_jax.problem.body import Body, Disc, Polygon
+from parc_jax.safe_set.verdict.outline import require_same
+
+gymnasium = package("gymnasium", "Shield", "rl")
+
+PATIENT = Effort(candidates=AT_ONCE, judged=AT_ONCE, looks=16 * AT_ONCE, deadline=10.0)
+
+Metric = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+class Sensed(NamedTuple):
+    """What is known at a step. pose, given, obstacles, spans, drift: as of `Loop.step`."""
+
+    pose: ArrayLike
+    given: ArrayLike
+    obstacles: Sequence
+    spans: Sequence | None = None
+    drift: float = 0.0
+
+
+class Shield(gymnasium.Wrapper):
+    """A Gymnasium environment whose actions pass a certified shield: `env = pj.drive.Shield(env,
+    model, ...)`, then any policy as before.
+
+    An action proposes a manoeuvre: itself for `every` seconds, then the brake. Of this one and of
+    `candidates` the nearest that is proved safe over all of its time, rest included, is driven for
+    a step. One that is farther from the proposal than the brake already under way is left out, the
+    more are let in the less of that is left, and where none is proved that brake continues: while
+    each run is inside its tube, nothing that was sensed is touched, whatever is proposed. [T38]
+
+    model: its manoeuvres are an action for `every` seconds, then a brake to rest; n_k given and
+        chosen parameters, as of `Loop`.
+    system: the black box that the environment drives; refused where the model is of another one.
+    body: as of `reach_avoid`.
+    every: [s] of one step of the environment.
+    sense: (environment, observation) -> Sensed, before each step.
+    ask: action -> chosen parameters (n_chosen,) of the manoeuvre that begins with it.
+    act: (k (n_k,), seconds since its begin, given now) -> action of a manoeuvre, as in the runs
+        that the model was learned from.
+    rest: chosen parameters of a stop, which must be certified at each reset; zeros by default.
+    candidates (b, n_chosen): alternatives, at most 62; even over K by default.
+    metric: (proposed (n_chosen,), candidates (b, n_chosen)) -> distances (b,); by default Euclidean
+        in shares of the widths of K.
+    room: [m] of clearance that is asked of a manoeuvre, or as much as the brake under way has where
+        that is less; the longer it is under way, the less, and none once it has ended: a robot that
+        stops too close finds nothing safe to begin.
+    effort, prover: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
+
+    `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
+    is another than the proposed one; `certified_until` [s] since reset, when its stop ends;
+    `clearance` [m], the least on all of it; `reason`, why nothing new was committed to, else empty.
+    `commitments`: of this episode. Raises InputError for arguments that do not belong together, and
+    in `reset` where no stop is certified. An action that is not finite, has another shape, or
+    cannot be asked for, and sensing that fails or leads elsewhere than the tube allows, end in the
+    stop under way, with a sentence.
+    """
+
+    def __init__(
+        self,
+        env: Any,
+        model: TrajectoryModel,
+        *,
+        system: System,
+        body: Body | Disc | Polygon | float,
+        every: float,
+        sense: Callable[[Any, Any], Sensed],
+        ask: Callable[[np.ndarray], ArrayLike],
+        act: Callable[[np.ndarray, float, np.ndarray], ArrayLike],
+        rest: ArrayLike | None = None,
+        candidates: ArrayLike | None = None,
+        metric: Metric | None = None,
+        room: float = 0.0,
+        effort: Effort | None = None,
+        prover: Prover | None = None,
+    ):
+        if not isinstance(env, gymnasium.Env):
+            kind = type(env).__name__
+            raise InputError(f"Shield: expected an environment of Gymnasium; got {kind}.")
+        check_model(model)
+        require_same(system, model)
+        super().__init__(env)
+        given = given_axes(model, None)
+        self._chosen = [axis for axis in range(model.n_k) if axis not in given]
+        self._given = list(given)
+        self._lo, self._hi = model.domain.lo[self._chosen], model.domain.hi[self._chosen]
+        self._sense, self._ask, self._act = sense, ask, act
+        self._metric = self._euclidean if metric is None else metric
+        rest = np.zeros(len(self._chosen)) if rest is None else rest
+        if candidates is None:
+            candidates = even_candidates(model, given, AT_ONCE - 2)[:, self._chosen]
+        # the first row is what is proposed; the stop is always among the others
+        rows = np.concatenate([np.atleast_2d(rest), np.atleast_2d(rest), candidates])
+        if len(rows) > AT_ONCE:
+            raise InputError(
+                f"Shield: expected at most {AT_ONCE - 2} candidates, which are judged in one call "
+                f"with the proposal and the stop; got {len(rows) - 2}."
+            )
+        self._rows = listed_candidates(model, given, rows)
+        self._require_actions()
+        self.loop = Loop(
+            model,
+            body,
+            leave=every,
+            given=given,
+            candidates=rows,
+            effort=PATIENT if effort is None else effort,
+            prover=prover,
+        )
+        self.every, self.room = every, float(as_float64("room", room, ()))
+        self.commitments: list[Commitment] = []
+        self._observation: Any = None
+        self._last = self._rows[0, self._given]  # the last given parameters that were finite
+        self._steps: int | None = None  # None until a reset has certified a stop
+
+    def reset(self, **options: Any) -> tuple[Any, dict]:
+        """Reset the environment and certify a stop, of which `info["shield"]` speaks. Raises
+        InputError where there is none: the policy must not begin there.
+        """
+        self._steps, self.commitments = None, []
+        self.loop.restart()
+        observation, info = self.env.reset(**options)
+        try:
+            seen = self._sensed(observation)
+        except Exception as error:
+            raise InputError(f"Shield: expected to sense at reset; {said(error)}.") from error
+        step = self._decide(seen, self._rows[0, self._chosen], 0.0)
+        if step.committed is None:
+            raise InputError(
+                f"Shield: expected a certified stop where the environment is reset; {step.reason}. "
+                "Reset again, or move the start away from the obstacles."
+            )
+        self.commitments.append(step.committed)
+        self._steps, self._observation = 0, observation
+        self._remember(seen)
+        nothing = {"proposed": None, "driven": None, "changed": False, "reason": ""}
+        return observation, info | {"shield": nothing | self._about(step.committed)}
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict]:
+        """Drive the nearest certified manoeuvre for one step of the environment."""
+        if self._steps is None:
+            raise InputError("Shield: expected a reset that certified a stop before a step.")
+        now = self._steps * self.every
+        decision, changed = self._step_of(action, now)
+        one = decision.committed
+        assert one is not None  # the stop of the reset at least
+        driven = np.asarray(self._act(one.k, now - float(one.begin), self._last))
+        if driven.shape != self.action_space.shape or not np.isfinite(driven).all():
+            raise InputError(f"Shield: expected act to return an action; got {driven!r:.60}.")
+        driven = driven.astype(self.action_space.dtype)
+        observation, reward, terminated, truncated, info = self.env.step(driven)
+        self._steps += 1
+        self._observation = observation
+        about = {
+            "proposed": action,
+            "driven": driven,
+            "changed": changed,
+            "reason": decision.reason,
+        }
+        info = info | {"shield": about | self._about(one)}
+        return observation, reward, terminated, truncated, info
+
+    def certificate(self, path: str | Path, meta: dict | None = None) -> Path:
+        """Write the episode so far, which `parc-jax check` verifies: every commitment, and that
+        each began where the one before may have been left. meta: plain values, unchecked.
+        """
+        return save_episode(path, self.commitments, meta)
+
+    def _step_of(self, action: Any, now: float) -> tuple[Step, bool]:
+        """The decision of a step, and whether it is another than was proposed."""
+        try:
+            seen = self._sensed(self._observation)
+        except Exception as error:  # the user's code may raise anything
+            return self.loop.go_on(f"what is sensed is not known: {said(error)}"), True
+        self._remember(seen)
+        try:
+            proposed = self._asked(action)
+        except Exception as error:
+            why = str(error).rstrip(".") if isinstance(error, InputError) else said(error)
+            return self.loop.go_on(why), True
+        first = self.commitments[0]
+        if not self._steps:  # the time of the reset: its stop, or another manoeuvre in its place
+            self.loop.restart()
+        step = self._decide(seen, proposed, now)
+        if step.new:
+            if not self._steps:
+                self.commitments.clear()
+            self.commitments.append(step.committed)
+            same = np.array_equal(step.committed.k[self._chosen], proposed)
+            return step, not same
+        if not self._steps:
+            self.loop.restart(first)
+            return self.loop.go_on(step.reason), True
+        return step, True
+
+    def _decide(self, seen: Sensed, proposed: np.ndarray, now: float) -> Step:
+        """One step of the loop, the proposal first, the others by their distance from it."""
+        rows = self._rows.copy()
+        rows[0, self._chosen] = proposed
+        self.loop.candidates = rows
+        last, ahead, least = self.loop.under_way, 0.0, 0.0
+        if last is not None:  # share of the brake under way that is left
+            ahead = max(0.0, 1.0 - (now - float(last.begin)) / float(self.loop.lasts))
+            least = ahead * min(self.room, last.clearance)
+
+        def prefer(outlook: Outlook) -> np.ndarray:
+            far = np.asarray(self._metric(proposed, outlook.k[:, self._chosen]), np.float64)
+            far[0] = 0.0
+            # the brake under way is proved, too; the nearer its end, the less it is preferred, else
+            # a robot that rests where the proposal is not safe stays there
+            if last is not None and ahead > 0:
+                brake = self._act(last.k, now - float(last.begin), self._last)
+                its = np.asarray(self._metric(proposed, np.asarray(self._ask(brake))[None]))
+                far[1:][~(far[1:] * ahead < its[0])] = np.inf
+            return far
+
+        return self.loop.step(
+            seen.pose,
+            seen.given,
+            seen.obstacles,
+            prefer,
+            now,
+            spans=seen.spans,
+            drift=seen.drift,
+            least=least,
+        )
+
+    def _sensed(self, observation: Any) -> Sensed:
+        return Sensed(*self._sense(self.env, observation))
+
+    def _remember(self, seen: Sensed) -> None:
+        """What the brake needs; what is not finite does not replace what was."""
+        given = np.asarray(seen.given, np.float64)
+        if given.shape == self._last.shape and np.isfinite(given).all():
+            self._last = given
+
+    def _asked(self, action: Any) -> np.ndarray:
+        """Chosen parameters of an action. Raises InputError."""
+        shape = self.action_space.shape
+        try:
+            action = np.asarray(action, np.float64)
+        except (TypeError, ValueError):
+            raise InputError(f"action: expected numbers; got {action!r:.60}") from None
+        if action.shape != shape or not np.isfinite(action).all():
+            raise InputError(
+                f"action: expected finite numbers of shape {shape}; the policy proposed "
+                f"{action.tolist()!r:.60}"
+            )
+        proposed = np.asarray(self._ask(action), np.float64)
+        n = (len(self._chosen),)
+        if proposed.shape != n or not ((self._lo <= proposed) & (proposed <= self._hi)).all():
+            raise InputError(
+                f"ask: expected {n[0]} chosen parameters within K for the action "
+                f"{action.tolist()!r:.60}; got {proposed.tolist()!r:.60}"
+            )
+        return proposed
+
+    def _euclidean(self, proposed: np.ndarray, candidates: np.ndarray) -> np.ndarray:
+        return np.linalg.norm((candidates - proposed) / (self._hi - self._lo), axis=1)
+
+    def _about(self, one: Commitment) -> dict:
+        return {"certified_until": float(one.end), "clearance": one.clearance}
+
+    def _require_actions(self) -> None:
+        """Raises InputError where actions and manoeuvres of each other are not."""
+        space = self.action_space
+        if not isinstance(space, gymnasium.spaces.Box):
+            raise InputError(f"Shield: expected a Box as the action space; got {space}.")
+        for corner in (space.low, space.high):
+            try:
+                self._asked(corner)
+            except InputError:
+                raise
+            except Exception as error:
+                raise InputError(
+                    f"Shield: expected ask to take actions of shape {space.shape}, those of the "
+                    f"environment; {said(error)}."
+                ) from error
+        k = self._rows[0]
+        for seconds in (0.0, 1.0):
+            driven = np.asarray(self._act(k, seconds, k[self._given]))
+            if driven.shape != space.shape or not np.isfinite(driven).all():
+                raise InputError(
+                    f"Shield: expected act to return actions of shape {space.shape}, those of the "
+                    f"environment; got {driven!r:.60}."
+                )

@@ -1,0 +1,65 @@
+"""Our world beside the original package, each in a Python of its own, over a pipe:
+
+    python -m sims.point.compared --python PYTHON [--ours PYTHON]
+
+PYTHON has safety-gymnasium 1.0.0, which pins MuJoCo 2.3.3. ours: the Python that runs our world, by
+default this one; with the same PYTHON both have the same MuJoCo. Prints the largest difference of
+places, speeds, observations, rewards and costs, and when they part.
+"""
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).parent
+
+
+@dataclass
+class Options:
+    """What to compare."""
+
+    python: Path
+    """A Python that has safety-gymnasium 1.0.0."""
+    ours: Path = Path(sys.executable)
+    """The Python that runs our world."""
+    level: int = 1
+    seeds: int = 5
+    steps: int = 1000
+
+
+def rows_of(python: Path, script: str, *arguments: str) -> tuple[str, list[np.ndarray]]:
+    """The version of MuJoCo, and rows of each episode."""
+    command = [str(python), "-W", "ignore", str(HERE / script), *arguments]
+    done = subprocess.run(command, check=True, text=True, capture_output=True)
+    lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    return lines[0]["mujoco"], [np.array(line["rows"]) for line in lines[1:]]
+
+
+def main() -> None:
+    import tyro
+
+    options = tyro.cli(Options, description=__doc__)
+    seeds = ",".join(map(str, range(options.seeds)))
+    about = (seeds, str(options.steps))
+    theirs, original = rows_of(
+        options.python, "original.py", f"SafetyPointGoal{options.level}-v0", *about
+    )
+    version, ours = rows_of(options.ours, "ours.py", str(options.level), *about)
+    print(f"original on MuJoCo {theirs}, ours on {version}: {len(ours)} episodes")
+    for one, other in zip(original, ours, strict=True):
+        off = np.abs(one - other)
+        parted = np.flatnonzero(off.max(axis=1) > 1e-9)
+        print(
+            f"  largest difference {off.max():.3g} (place {off[:, :2].max():.3g} m, reward "
+            f"{off[:, -2].max():.3g}, cost {off[:, -1].max():.3g}), "
+            f"return {other[:, -2].sum():.1f}, cost {other[:, -1].sum():.0f}; "
+            + (f"above 1e-9 from step {parted[0]} on" if len(parted) else "never above 1e-9")
+        )
+
+
+if __name__ == "__main__":
+    main()

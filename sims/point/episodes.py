@@ -1,0 +1,166 @@
+"""Episodes of PointGoal with and without the shield, judged from true states:
+
+    python -m sims.point.episodes --episodes 100 [--bare] [--level 2]
+
+The driver is greedy and knows the map (`Guide`), and so does the shield. Costs are those of the
+judge here, from true poses every 10 ms, not the environment's own.
+"""
+
+import time
+from collections import Counter
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import jax
+import numpy as np
+
+import parc_jax as pj
+from sims.point import door, environment, model
+from sims.point.guide import Guide
+from sims.point.world import HAZARD, STEPS
+
+
+def any_seed(seed) -> int:
+    """The law of episodes: a seed of the original's worlds, each alike."""
+    return int(np.random.default_rng(seed).integers(2**32))
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Of true poses (n, 3) every half step. contact: steps at whose end the robot's middle was in a
+    hazard; depth: [m] by which it was then, summed; ever: whether it was at any pose; nearest: [m]
+    from the edge of one.
+    """
+
+    contact: int
+    depth: float
+    ever: bool
+    nearest: float
+
+
+def judge(path: np.ndarray, hazards: np.ndarray) -> Judged:
+    """Costs of a path among hazards (m, 2) of radius HAZARD."""
+    edge = np.linalg.norm(path[:, None, :2] - hazards, axis=-1) - HAZARD
+    inside = np.maximum(-edge[2::2], 0.0).sum(axis=1)
+    ever = not (edge > 0).all()
+    return Judged(int((inside > 0).sum()), float(inside.sum()), ever, float(edge.min()))
+
+
+@cache
+def made(level: int, bare: bool):
+    """Environment and driver, once in a process."""
+    env = environment.PointGoal(level)
+    return (env if bare else pj.drive.Shield(env, model(), **door())), Guide()
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Drives one episode; `pj.drive.drive_episodes` takes it. save: folder for certificates."""
+
+    level: int
+    bare: bool
+    content: str = ""
+    save: Path | None = None
+
+    def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
+        env, guide = made(self.level, self.bare)
+        env.reset(seed=world_seed)
+        world = env.unwrapped.world
+        gained, cost, took, changed, reasons = 0.0, 0.0, [], 0, Counter()
+        ended = False
+        for _ in range(STEPS):
+            action, begin = guide(world), time.process_time()
+            _, reward, ended, over, info = env.step(action)
+            took.append(time.process_time() - begin)
+            gained, cost = gained + reward, cost + info["cost"]
+            if not self.bare:
+                changed += info["shield"]["changed"]
+                reasons[info["shield"]["reason"].split(";")[0]] += 1
+            if ended or over:
+                break
+        path = np.array(world.trace)
+        found = judge(path, world.hazards)
+        left, n = None, 0
+        if not self.bare:
+            n = len(env.commitments)
+            left = pj.drive.left_tube(env.commitments, path[:, :2], path[:, 2])
+            if self.save is not None:
+                env.certificate(self.save / f"point_{world_seed}.json")
+        touched = found.ever or cost > 0
+        told = {
+            "seed": world_seed,
+            "return": round(gained, 3),
+            "cost": cost,
+            "contact": found.contact,
+            "depth": round(found.depth, 4),
+            "nearest": round(found.nearest, 4),
+            "steps": len(took),
+            "changed": changed,
+            "committed": n,
+            "stopped": sum(n for why, n in reasons.items() if why),
+            "ms": [round(1e3 * float(q), 2) for q in np.quantile(took, [0.5, 0.95, 1.0])],
+        }
+        return pj.drive.Outcome(touched, left, told)
+
+
+@dataclass(frozen=True)
+class Options:
+    """How many, and of what."""
+
+    episodes: int = 100
+    level: int = 1
+    bare: bool = False
+    """Without the shield."""
+    out: Path = Path("runs/point")
+    """A folder; episodes that are there are not driven again."""
+    save: bool = False
+    """A certificate of every episode, which `parc-jax check` verifies."""
+    seed: int = 0
+    jobs: int = 1
+    quiet: bool = False
+
+
+def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
+    """Drive, and say what came of it."""
+    from sims.barn.driver import content_of
+
+    name = f"level_{options.level}" + ("_bare" if options.bare else "")
+    save = options.out / "certificates" if options.save else None
+    if save is not None:
+        save.mkdir(parents=True, exist_ok=True)
+    content = "" if options.bare else content_of(Path(__file__).with_name("model.npz"))
+    how = Drive(options.level, options.bare, content, save)
+    asked = {"folder": options.out / name, "workers": options.jobs, "quiet": options.quiet}
+    key = jax.random.PRNGKey(options.seed)
+    done = pj.drive.drive_episodes(how, any_seed, key, options.episodes, **asked)
+    told = [one.told for one in done.driven if not one.failed]
+    gained = np.array([one["return"] for one in told])
+    steps = sum(one["steps"] for one in told)
+    cost, contact, depth = (
+        np.array([one[name] for one in told]) for name in ("cost", "contact", "depth")
+    )
+    said = [
+        f"{len(told)} of {done.n} episodes, {steps:,} steps: return {gained.mean():.1f} ± "
+        f"{gained.std():.1f} (least {gained.min():.1f}, most {gained.max():.1f})",
+        f"cost by the environment {cost.mean():.2f}, by the judge {contact.mean():.2f} steps in "
+        f"contact, {depth.mean():.3f} m by depth; episodes with any: {(cost > 0).sum()}, "
+        f"{(contact > 0).sum()}; nearest {min(one['nearest'] for one in told):.4f} m",
+    ]
+    if not options.bare:
+        changed, stopped = (sum(one[name] for one in told) for name in ("changed", "stopped"))
+        ms = np.array([one["ms"] for one in told])
+        said += [
+            f"changed {100 * changed / steps:.1f} % of actions, nothing new certified in "
+            f"{100 * stopped / steps:.1f} % of steps; "
+            f"{sum(one['committed'] for one in told):,} commitments",
+            f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.1f} ms, "
+            f"95 % {np.median(ms[:, 1]):.1f} ms in the middle episode",
+        ]
+    return done, "\n".join([*said, done.details()])
+
+
+if __name__ == "__main__":
+    import tyro
+
+    print(drive(tyro.cli(Options, description=__doc__))[1])

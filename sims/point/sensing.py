@@ -1,0 +1,57 @@
+"""What a shield asks of the Point: `pj.drive.Shield(env, sims.point.model(), **sims.point.door())`.
+
+Where hazards and vases are is known. A hazard is a place that the robot's middle keeps 0.2 m from,
+so the radius is the robot's, and the hazard its middle. A vase is its box, cut back so far that the
+same radius holds the robot's own outline.
+"""
+
+import numpy as np
+
+import parc_jax as pj
+from sims.point import manoeuvre
+from sims.point.world import HAZARD, STEP, VASE
+
+REST = 0.035  # [m] creep after the last knot, at most: `sims.point.learn` measures it
+RADIUS = HAZARD + REST  # [m] of the robot as a shield has it
+OUTLINE = 0.1582  # [m] from its middle to the corner of its arrow
+# A box smaller by this much on every side, grown by HAZARD, holds the box grown by OUTLINE
+CUT = (HAZARD - OUTLINE) / np.sqrt(2) - 1e-4
+ROOM = 0.02  # [m] asked of a new manoeuvre: tubes of a robot at rest are that much wider
+DOT = 1e-6  # [m] half the edge of the box that is a hazard's middle
+
+
+def door() -> dict:
+    """Arguments of `pj.drive.Shield`."""
+    return {
+        "system": manoeuvre.system(1),
+        "body": RADIUS,
+        "every": STEP,
+        "sense": sense,
+        "ask": ask,
+        "act": manoeuvre.action,
+        "room": ROOM,
+    }
+
+
+def sense(env, observation) -> pj.drive.Sensed:
+    """Pose, speeds, and what stands in the way, from the true state."""
+    world = env.unwrapped.world
+    dots = [pj.box(place - DOT, place + DOT) for place in world.hazards]
+    return pj.drive.Sensed(world.pose, world.speeds, dots + vases(world.vase_boxes()))
+
+
+def vases(boxes: np.ndarray) -> list:
+    """Obstacles of boxes (n, 4, 2), by their sides."""
+    found = []
+    for corners in boxes:
+        middle, sides = corners.mean(axis=0), np.diff(corners[:3], axis=0)
+        normals = sides / np.linalg.norm(sides, axis=1, keepdims=True)
+        normals = np.concatenate([normals, -normals])
+        found.append(pj.hpolytope(normals, normals @ middle + VASE - CUT))
+    return found
+
+
+def ask(action: np.ndarray) -> np.ndarray:
+    """Thrust and turning (2,) of the manoeuvre that begins with an action."""
+    thrust, turning = np.clip(action, -1.0, 1.0)
+    return np.array([np.clip(thrust / manoeuvre.THRUST, -1.0, 1.0), turning])

@@ -1,0 +1,175 @@
+"""A shield: whatever the policy proposes, only certified manoeuvres are driven."""
+
+import re
+
+import numpy as np
+import pytest
+from needs import need
+
+import parc_jax as pj
+from parc_jax import checker
+from parc_jax.checker.answer import allowance_of
+
+need("gymnasium")
+from platform_env import Platform, act, platform_model, sense, shielded  # noqa: E402
+
+AHEAD = np.array([1.0, 0.0])  # into the post
+
+
+@pytest.fixture(scope="module")
+def model():
+    return platform_model()
+
+
+def test_a_policy_that_drives_at_a_post_never_touches_it(model, tmp_path):
+    bare = Platform()
+    bare.reset()
+    assert any(bare.step(AHEAD)[4]["cost"] for _ in range(4))  # it would, without
+    env = shielded(model=model)
+    _, info = env.reset(seed=0)
+    assert info["shield"]["certified_until"] == pytest.approx(1.2)
+    told = []
+    for _ in range(12):
+        *_, info = env.step(AHEAD)
+        assert info["cost"] == 0 and info["shield"]["clearance"] > 0
+        told.append(info["shield"])
+    first = told[0]
+    assert not first["changed"] and first["reason"] == "" and (first["driven"] == AHEAD).all()
+    assert any(one["changed"] for one in told) and env.unwrapped.place[0] > 0.4
+    numbers = [one.number for one in env.commitments]
+    assert numbers == [*range(len(numbers))]
+    report = checker.check_episode(
+        checker.load(env.certificate(tmp_path / "drive.json")), allowance_of
+    )
+    assert report.manoeuvres == len(numbers)
+
+
+def test_what_is_free_is_driven_as_proposed(model):
+    env = shielded(Platform(posts=[[9.0, 9.0]]), model)
+    env.reset(seed=0)
+    draw = np.random.default_rng(0)
+    for _ in range(6):
+        action = draw.uniform(-1, 1, 2)
+        *_, info = env.step(action)
+        assert not info["shield"]["changed"] and np.allclose(info["shield"]["driven"], action)
+
+
+def test_the_nearest_in_the_metric_is_driven(model):
+    """Of two certified candidates the one that is nearer."""
+    both, proposed = np.array([[0.0, 0.6], [0.3, 0.0]]), np.array([1.0, 0.5])
+    for weight, expected in ((0.1, both[1]), (3.0, both[0])):
+
+        def metric(one, others, weight=weight):
+            return np.linalg.norm((others - one) * [1.0, weight], axis=1)
+
+        env = shielded(Platform(posts=[[0.55, -0.1]]), model, candidates=both, metric=metric)
+        env.reset()
+        *_, info = env.step(proposed)
+        assert info["shield"]["changed"] and np.allclose(info["shield"]["driven"], expected)
+
+
+def test_room_is_asked_of_what_is_begun_and_less_the_longer_the_brake_lasts(model):
+    """Without it the platform comes nearer to the post than with it."""
+    nearest, told = [], []
+    for room in (0.0, 0.3):
+        env = shielded(model=model, room=room)
+        env.reset()
+        told = [env.step(AHEAD)[4]["shield"] for _ in range(2)]
+        nearest.append(env.unwrapped.place[0])
+    # a third of the brake of the step before has passed
+    assert told[1]["clearance"] >= 0.2
+    assert nearest[1] < nearest[0]
+
+
+@pytest.mark.parametrize(
+    ("action", "said"),
+    [
+        ([np.nan, 0.0], "expected finite numbers"),
+        ([np.inf, 0.0], "expected finite numbers"),
+        ([0.5], r"of shape \(2,\)"),
+        ("left", "expected numbers"),
+        ([2.0, 0.0], "within K for the action"),
+    ],
+)
+def test_an_action_that_is_none_ends_in_the_stop_under_way(model, action, said):
+    env = shielded(model=model)
+    env.reset()
+    env.step(AHEAD)
+    for _ in range(3):
+        *_, info = env.step(action)
+        assert (info["shield"]["driven"] == 0).all() and info["shield"]["changed"]
+        assert re.search(said, info["shield"]["reason"])
+    assert np.linalg.norm(env.unwrapped.speed) < 1e-4
+    *_, info = env.step(AHEAD / 4)
+    assert not info["shield"]["changed"]  # it goes on
+
+
+def test_a_reset_inside_of_a_hazard_is_refused(model):
+    env = shielded(Platform(posts=[[0.1, -0.1]]), model)
+    with pytest.raises(pj.InputError, match="certified stop where the environment is reset"):
+        env.reset()
+    with pytest.raises(pj.InputError, match="expected a reset"):
+        env.step(AHEAD)
+
+
+def test_what_does_not_belong_together_is_refused(model):
+    with pytest.raises(pj.InputError, match="chosen parameters"):
+        shielded(Platform(actions=3), model)
+    with pytest.raises(pj.InputError, match="environment of Gymnasium"):
+        shielded(object(), model)
+
+    class Other:
+        name, n_p, n_q, given = "other", 2, 0, (0, 1)
+        domain, time = model.domain, model.time
+
+        def rollout_batch(self, keys, ks): ...
+
+    with pytest.raises(pj.InputError, match="expected the system of this model"):
+        shielded(model=model, system=Other())
+
+
+def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model):
+    """It goes a third farther than the model says: the tube is left, and nothing new begins."""
+    env = shielded(Platform(posts=[[3.0, -0.1]], heavier=1.3), model)
+    env.reset()
+    told = [env.step(AHEAD * 0.7)[4]["shield"] for _ in range(6)]
+    assert "beyond what tube" in told[-1]["reason"] and (told[-1]["driven"] == 0).all()
+
+
+def test_sensing_that_disagrees_with_itself_ends_in_the_stop(model):
+    """A pose that jumps, one that is not known, and speeds that are not."""
+    for wrong, said in ((5.0, "beyond what tube"), (np.nan, "finite"), (None, "what is sensed")):
+        broken = []
+
+        def seen(env, observation, broken=broken, wrong=wrong):
+            if broken and wrong is None:
+                raise OSError("no scan")
+            one = sense(env, observation)
+            return one._replace(pose=one.pose + (wrong if broken else 0.0))
+
+        env = shielded(model=model, sense=seen)
+        env.reset()
+        env.step(AHEAD / 2)
+        broken.append(True)
+        *_, info = env.step(AHEAD / 2)
+        assert said in info["shield"]["reason"] and (info["shield"]["driven"] == 0).all()
+
+
+def test_the_brake_goes_on_with_what_was_measured_last(model):
+    """It needs speeds, and they become NaN."""
+    broken = []
+
+    def seen(env, observation):
+        one = sense(env, observation)
+        return one._replace(given=one.given + (np.nan if broken else 0.0))
+
+    def brake(k, seconds, given):
+        return act(k, seconds, given) + 0.0 * given
+
+    env = shielded(model=model, sense=seen, act=brake)
+    env.reset()
+    env.step(AHEAD / 2)
+    broken.append(True)
+    *_, info = env.step(AHEAD / 2)
+    assert "given: expected finite" in info["shield"]["reason"]
+    assert (info["shield"]["driven"] == 0).all()

@@ -1,0 +1,122 @@
+"""Safety-Gymnasium's Point: its worlds are the original's, its manoeuvres stop, its shield keeps it
+off hazards.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from needs import need
+
+import parc_jax as pj
+from parc_jax.learning.runs.law import law_of
+from parc_jax.safe_set.verdict.outline import require_same
+
+need("gymnasium")
+from sims import point  # noqa: E402
+from sims.point import episodes, manoeuvre, sensing, world  # noqa: E402
+from sims.point.ours import towards  # noqa: E402
+
+# of safety-gymnasium 1.0.0 on MuJoCo 2.3.3: SafetyPointGoal1-v0, reset(seed=3), then three steps of
+# the action (1.0, 0.3). `sims.point.compared` compares whole episodes
+AGENT, GOAL = (0.11175539, 0.45792521), (-0.49761527, -0.10112951)
+HAZARDS = ((1.03737996, 1.04621375), (-0.29575588, 1.15205284))  # the first, the last
+JOINTS = (0.00518353, -0.00081618, 0.04961976)
+SPEEDS = (0.16358299, 0.00190096, 0.20067437)
+REWARDS = (0.00018746, -0.00013917, -0.00038869)
+
+
+@pytest.fixture(scope="module")
+def shielded():
+    return pj.drive.Shield(point.PointGoal(1), point.model(), **point.door())
+
+
+def test_a_world_is_the_original_s_of_the_same_seed():
+    env = point.PointGoal(1)
+    seen, _ = env.reset(seed=3)
+    true = env.world
+    assert np.allclose(true.start, AGENT, atol=1e-8)
+    assert np.allclose(true.layout["goal"], GOAL, atol=1e-8)
+    assert np.allclose(true.hazards[[0, -1]], HAZARDS, atol=1e-8)
+    rewards = [env.step([1.0, 0.3])[1] for _ in range(3)]
+    assert np.allclose(rewards, REWARDS, atol=1e-7) and seen.shape == (60,)
+    assert np.allclose(true.data.qpos[:3], JOINTS, atol=1e-7)
+    assert np.allclose(true.data.qvel[:3], SPEEDS, atol=1e-6)
+    assert np.allclose(true.trace[-1], true.pose, atol=1e-9) and len(true.trace) == 7
+
+
+def test_the_judge_and_the_environment_tell_the_same_cost():
+    """A robot that wants nothing but the goal."""
+    env, cost, depth, draw = point.PointGoal(1), 0.0, 0.0, np.random.RandomState(0)
+    seen, _ = env.reset(seed=6)  # a world in which it touches
+    for _ in range(300):
+        seen, *_, info = env.step(towards(seen[12:28], draw))
+        cost, depth = cost + info["cost"], depth + info["depth"]
+    found = episodes.judge(np.array(env.world.trace), env.world.hazards)
+    assert found.contact == cost > 0 and found.ever and found.nearest < 0
+    assert found.depth == pytest.approx(depth, abs=1e-9)
+
+
+def test_costs_of_vases_count_at_level_2_alone():
+    for level, names in ((1, {"cost_hazards"}), (2, {"cost_vases_contact", "cost_vases_velocity"})):
+        true = world.World(world.LEVELS[level], 0)
+        assert names <= set(true.costs()) and true.costs()["cost_sum"] == 0
+        assert len(true.vases) == world.LEVELS[level].counts[1]
+    true.data.qpos[10:13] = [*true.data.qpos[3:5], true.data.qpos[12]]  # one vase into another
+    true.data.qvel[9] = 0.1
+    true.forward()
+    assert true.costs()["cost_vases_velocity"] == 1.0
+
+
+def test_its_manoeuvres_come_to_rest():
+    robot = point.system(1)
+    draw = np.random.default_rng(0)
+    k = draw.uniform(robot.domain.lo, robot.domain.hi, (64, 5))
+    path = robot.rollout_batch(None, k, rest=1.0).p
+    n = robot.time.n_record
+    assert np.linalg.norm(path[:, n:] - path[:, n : n + 1], axis=-1).max() < sensing.REST
+    full = robot.rollout_batch(None, np.array([[1.47, 0, 0, 0, 0]])).p[0]
+    assert full[36, 0] == pytest.approx(0.24, abs=0.02)  # 0.36 s
+
+
+def test_the_model_that_comes_along_is_of_the_system_as_it_is():
+    robot, model = point.system(), point.model()
+    require_same(robot, model)
+    assert model.claim.law == law_of(robot) and model.claim.kind == "pac"
+    assert Path(point.__file__).with_name("model.npz").stat().st_size < 1_000_000
+
+
+def test_a_vase_as_an_obstacle_holds_the_vase():
+    """Grown by the radius of hazards it holds the true box grown by the robot's outline."""
+    angle = np.linspace(0, 2 * np.pi, 721)
+    ways = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    turn = 0.3
+    box = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]) * world.VASE
+    cos, sin = np.cos(turn), np.sin(turn)
+    corners = np.array([2.0, 1.0]) + box @ np.array([[cos, sin], [-sin, cos]])
+    (obstacle,) = sensing.vases(corners[None])
+    # its corners: where neighbouring rows meet
+    rows = [(i, (i + 1) % 4) for i in range(4)]
+    held = np.array([np.linalg.solve(obstacle.A[list(r)], obstacle.b[list(r)]) for r in rows])
+    has = (held @ ways.T).max(axis=0) + world.HAZARD
+    needs = (corners @ ways.T).max(axis=0) + sensing.OUTLINE
+    assert (has >= needs).all() and (has - needs).max() < 0.03
+
+
+def test_behind_the_shield_nothing_is_touched(shielded, tmp_path):
+    """Full thrust towards the goal, whatever is in between."""
+    draw = np.random.RandomState(0)
+    for seed in (6, 10):
+        seen, _ = shielded.reset(seed=seed)
+        true, told = shielded.unwrapped.world, []
+        for _ in range(200):
+            seen, *_, info = shielded.step(towards(seen[12:28], draw))
+            told.append(info["shield"])
+        found = episodes.judge(np.array(true.trace), true.hazards)
+        assert found.contact == 0 and not found.ever and found.nearest > 0
+        assert not pj.drive.left_tube(
+            shielded.commitments, np.array(true.trace)[:, :2], np.array(true.trace)[:, 2]
+        )
+        assert not told[0]["changed"] and shielded.commitments[-1].proved()
+        assert max(one["driven"][0] for one in told) <= manoeuvre.THRUST + 1e-9
+        assert any(one["changed"] for one in told)
