@@ -11,6 +11,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.plot.shapes import placed
+from parc_jax.bags.recording import frames_of, pose_in, stamp_of, value_at
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
@@ -26,12 +27,11 @@ from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.free_space import FreeSpace, free_place
 from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.problem.world.outlines import Footprint
-from parc_jax.ros import measured
-from parc_jax.ros.bags.recording import frames_of, pose_in, stamp_of, value_at
-from parc_jax.ros.measured import Movers, among, require_frame, swept_in
 from parc_jax.safe_set.settings import Settings
 from sims.driving import Driving
 from sims.guide import along_ways
+from sims.ros import measured
+from sims.ros.measured import Movers, among, require_frame, swept_in
 
 ANYTHING = 1e3  # [units of q] bound of goal states that are free
 SIDES = 16  # of the polygon around a disc, for free space at the start

@@ -27,13 +27,13 @@ ORDER = (
     "planner",
     "drive",
     "app",
-    "ros",  # a guest: nothing else imports it, but by a door
+    "bags",  # a guest: nothing else imports it, but by a door
 )
 # who may import from below all the same, and what: inside of a function, or for types alone
 DOORS = {
     "answer/answer.py": "parc_jax.drive.local",
     "planner.py": "parc_jax.drive.local",
-    "app/cli/logged.py": "parc_jax.ros.bags",
+    "app/cli/logged.py": "parc_jax.bags",
 }
 HEAVY = (
     "sims",

@@ -133,7 +133,7 @@ def test_a_map_is_written_with_its_origin(tmp_path):
 
 
 def test_rosbags_reads_it_too_and_it_may_be_recorded_runs(tmp_path):
-    from parc_jax.ros.bags.recording import heard
+    from parc_jax.bags.recording import heard
 
     path = pj.exchange.write_mcap(tmp_path / "a.mcap", toy_query.answer())
     assert len(heard(path, ["/tf"])["/tf"]) == 5

@@ -16,9 +16,9 @@ from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_part
-from parc_jax.ros.measured import Movers, among
 from sims.driving import Driving
 from sims.pilot import Pilot
+from sims.ros.measured import Movers, among
 
 need("shapely")
 RADIUS, SPEED = 0.2, 0.3  # [m], [m/s] of who moves

@@ -40,7 +40,7 @@ def graph():
 
 def node(graph, folder, *asked):
     parameters = [word for one in asked for word in ("-p", one)]
-    command = [sys.executable, "-m", "parc_jax.ros.node", "--ros-args", *parameters]
+    command = [sys.executable, "-m", "sims.ros.node", "--ros-args", *parameters]
     return subprocess.Popen(command, env=graph, cwd=folder, stderr=subprocess.PIPE, text=True)
 
 
@@ -109,5 +109,5 @@ def test_bad_parameters_end_in_one_sentence(graph, tmp_path, asked, words):
     told(sliding.model(), given=(0, 1)).save(tmp_path / "model.npz")
     pilot = node(graph, tmp_path, *asked)
     complained = pilot.communicate()[1]
-    ours = [line for line in complained.splitlines() if line.startswith("parc_jax.ros: ")]
+    ours = [line for line in complained.splitlines() if line.startswith("sims.ros: ")]
     assert pilot.returncode == 2 and len(ours) == 1 and words in ours[0], complained

@@ -19,10 +19,10 @@ from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_part
-from parc_jax.ros.measured import map_in, seen_in
 from sims.driving import Driving
 from sims.guide import Guide, along_ways
 from sims.pilot import Pilot
+from sims.ros.measured import map_in, seen_in
 
 need("shapely")
 GIVEN = ("twist.twist.linear.x", "twist.twist.linear.y")
@@ -226,7 +226,7 @@ def test_a_plan_is_proved_from_rest(ready):
 
 @pytest.mark.slow
 def test_a_node_without_ros_says_what_to_install():
-    code = "import runpy; runpy.run_module('parc_jax.ros.node', run_name='__main__')"
+    code = "import runpy; runpy.run_module('sims.ros.node', run_name='__main__')"
     gone = "import sys; sys.modules['geometry_msgs'] = None; "
     done = subprocess.run([sys.executable, "-c", gone + code], capture_output=True, text=True)
     assert done.returncode == 2 and done.stderr.count("\n") == 1

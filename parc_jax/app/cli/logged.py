@@ -158,7 +158,7 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
 
 def are_bags(path: Path) -> bool:
     """Is there a bag, or a folder with one and without a table of k?"""
-    from parc_jax.ros.bags.recording import is_bag
+    from parc_jax.bags.recording import is_bag
 
     if is_bag(path) or not path.is_dir():
         return is_bag(path)
@@ -169,8 +169,8 @@ def from_bags(
     path: Path, time: TimeGrid | None, domain: Box | None, k_law: str, bagged: Bagged
 ) -> RolloutBatch:
     """Runs from bags. Raises InputError."""
+    from parc_jax.bags.load import load_bags
     from parc_jax.problem.world.outlines import read_footprint
-    from parc_jax.ros.bags.load import load_bags
 
     needed = {"dt and --t-f": time, "pose": bagged.pose, "command": bagged.command, "k": bagged.k}
     for name, value in needed.items():

@@ -20,6 +20,7 @@ from parc_jax.app.plot.shapes import (
     obstacle_triangles,
     tube_triangles,
 )
+from parc_jax.bags.recording import package
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.drive.loop.episode_file import (
@@ -35,7 +36,6 @@ from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.world.grid_map import GridMap
-from parc_jax.ros.bags.recording import package
 from parc_jax.safe_set.verdict.pointwise import verdicts
 
 MARKER, MARKERS = "visualization_msgs/msg/Marker", "visualization_msgs/msg/MarkerArray"

@@ -9,6 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.bags.recording import (
+    Heard,
+    frames_of,
+    heard,
+    pose_in,
+    recordings_in,
+    stamp_of,
+    value_at,
+)
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
@@ -18,17 +27,8 @@ from parc_jax.learning.runs.law import words_of
 from parc_jax.learning.runs.loaders import check_k_law, recorded
 from parc_jax.learning.system import ONE_POINT, TURNS, TimeGrid
 from parc_jax.problem.world.outlines import Footprint
-from parc_jax.ros.bags.recording import (
-    Heard,
-    frames_of,
-    heard,
-    pose_in,
-    recordings_in,
-    stamp_of,
-    value_at,
-)
 
-LOG = logging.getLogger("parc_jax.ros.bags")
+LOG = logging.getLogger("parc_jax.bags")
 SHORT = ("failed", "dropped")
 CLOCKS = ("header", "recorder")
 CLOCKS_APART = 1.0  # [s] median by which stamps and recorder may differ before they are two clocks

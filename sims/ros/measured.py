@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from parc_jax.bags.recording import frames_of, stamp_of, yaw_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.tolerances import TOLERANCES
@@ -14,7 +15,6 @@ from parc_jax.problem.world.free_space import FreeSpace
 from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
 from parc_jax.problem.world.moving import moving
 from parc_jax.problem.world.seen import seen_from
-from parc_jax.ros.bags.recording import frames_of, stamp_of, yaw_of
 
 EVERY = 3  # intervals of a manoeuvre for which a disc has one outline
 SIDES = np.pi / 4 * np.arange(8)  # of an outline: a loop's scenes are padded to as many corners

@@ -1,16 +1,16 @@
 """The node of ROS 2 around a pilot: topics in, topics out.
 
-python -m parc_jax.ros.node --ros-args -p model:=model.npz -p radius:=0.2 -p leave:=0.4
+python -m sims.ros.node --ros-args -p model:=model.npz -p radius:=0.2 -p leave:=0.4
 """
 
 import dataclasses
-import importlib
 import sys
 
 import numpy as np
 
 from parc_jax.answer.path import nominal_path
 from parc_jax.app.plot.shapes import headings, in_world
+from parc_jax.bags.recording import stamp_of
 from parc_jax.common.errors import InputError, ParcError
 from parc_jax.common.status import Status
 from parc_jax.drive.loop.commitment import Commitment
@@ -18,7 +18,8 @@ from parc_jax.drive.loop.episode_file import save_episode
 from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.world.outlines import read_footprint
-from parc_jax.ros.bags.recording import stamp_of
+from sims.driving import Driving
+from sims.pilot import Pilot
 
 try:
     from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
@@ -31,7 +32,7 @@ try:
     from std_msgs.msg import Float64MultiArray, MultiArrayDimension, String
 except ImportError as error:
     ABSENT = (
-        f"parc_jax.ros: expected ROS 2; its package {error.name} is not here. Source your "
+        f"sims.ros: expected ROS 2; its package {error.name} is not here. Source your "
         "distribution, or on Python 3.11 pip install 'parc_jax[ros]'."
     )
     if __name__ == "__main__":
@@ -39,9 +40,6 @@ except ImportError as error:
         sys.exit(2)
     raise InputError(ABSENT) from None
 
-# drivers are no part of this package: one that comes along
-Pilot = importlib.import_module("sims.pilot").Pilot
-Driving = importlib.import_module("sims.driving").Driving
 KINDS = {"Odometry": Odometry, "PoseWithCovarianceStamped": PoseWithCovarianceStamped}
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -196,7 +194,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         node = PilotNode()
     except InputError as error:
-        print(f"parc_jax.ros: {error}", file=sys.stderr)
+        print(f"sims.ros: {error}", file=sys.stderr)
         rclpy.try_shutdown()
         return 2
     try:
