@@ -157,8 +157,10 @@ def test_commands_shown_are_commands_that_the_shell_takes(monkeypatch):
     """Every option and argument is parsed as shown; nothing is run."""
     from parc_jax import checker
     from parc_jax.app import cli
+    from parc_jax.app.cli import check
 
     monkeypatch.setattr(checker, "main", lambda arguments: 0)
+    monkeypatch.setattr(check, "both", lambda answer, arguments: 0)
     for name, file in cli.COMMANDS.items():
         module = importlib.import_module(f"parc_jax.app.cli.{file}")
         idle = functools.wraps(getattr(module, name))(lambda *given, **options: 0)

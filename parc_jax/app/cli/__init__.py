@@ -59,8 +59,8 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str], interrupts: Event) -> int:
-    if arguments[:1] == ["check"] and not {"-h", "--help", "--second"} & set(arguments):
-        from parc_jax.app.cli.check import brief  # before anything heavy: it needs no JAX
+    if arguments[:1] == ["check"] and not {"-h", "--help"} & set(arguments):
+        from parc_jax.app.cli.check import brief  # before anything heavy: it needs no package
 
         return brief(arguments[1:])
     if arguments[:1] == ["--version"]:
@@ -86,7 +86,13 @@ def command(name: str) -> Callable:
 def _dispatch(arguments: list[str], interrupts: Event) -> int:
     # the compilation cache reports CPU tuning hints at the level of errors, page after page
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-    import tyro
+    try:
+        import tyro
+    except ModuleNotFoundError:
+        raise InputError(
+            "expected the packages that parc_jax needs; without them there is `parc-jax check` "
+            "alone. Try pip install parc_jax, without --no-deps."
+        ) from None
 
     from parc_jax.app.cli.options import readable
 

@@ -55,12 +55,16 @@ def check(
             second did not look at all of it.
         processes: Share the entries among so many processes.
     """
-    arguments = [str(answer), f"--processes={processes}", *(["--json"] if shell.json else [])]
-    return both(answer, arguments, shell.json) if second else brief(arguments)
+    options = [("--second", second), ("--json", shell.json)]
+    given = [name for name, asked in options if asked]
+    return brief([str(answer), f"--processes={processes}", *given])
 
 
 def brief(arguments: list[str]) -> int:
     """The checker's command line, its report in short; the exit code."""
+    if "--second" in arguments:
+        arguments = [word for word in arguments if word != "--second"]
+        return both(Path(command_line().parse_args(arguments).answer), arguments)
     code, said = reported(arguments)
     options = set(arguments)
     if code == ACCEPTED and not {"--json", "-h", "--help"} & options:
@@ -93,7 +97,7 @@ def shortened(lines: list[str], answer: Path | str) -> list[str]:
     return out
 
 
-def both(answer: Path, arguments: list[str], as_json: bool) -> int:
+def both(answer: Path, arguments: list[str]) -> int:
     """Both verdicts, and the exit code of the two."""
     other = find_second()  # refused before the first one takes its time
     first, printed = reported(arguments)
@@ -102,7 +106,7 @@ def both(answer: Path, arguments: list[str], as_json: bool) -> int:
     verdict = ask(other, answer)
     agreed = first == verdict.code == ACCEPTED
     refused = REJECTED in (first, verdict.code)
-    if as_json:
+    if "--json" in arguments:
         second = {"program": other.name, "code": verdict.code, "lines": verdict.lines}
         report = {"accepted": agreed, "first": json.loads(printed), "second": second}
         print(json.dumps(report, indent=1))
