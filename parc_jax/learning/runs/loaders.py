@@ -1,6 +1,4 @@
-"""Rollouts from files: our own .npz, a folder of CSV logs, the table of a sweep, the published
-*_rawdata.mat layout.
-"""
+"""Rollouts from files: our own .npz, a folder of CSV logs, the published *_rawdata.mat layout."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +13,7 @@ from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
 from parc_jax.learning.runs.law import FITTED, LOG, OURS, TO_ALL, law_spec, words_of
-from parc_jax.learning.runs.tables import folder_arrays, mat_arrays, sweep_arrays
+from parc_jax.learning.runs.tables import folder_arrays, mat_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
@@ -26,7 +24,6 @@ def load_rollouts(
     time: TimeGrid | None = None,
     domain: Box | None = None,
     *,
-    columns: Mapping[str, str | Sequence[str]] | None = None,
     k_law: str = "logged",
     groups=None,
     points: Sequence[str] | None = None,
@@ -45,12 +42,6 @@ def load_rollouts(
             rows, each with n_record + 1 rows of n_p numbers. groups.csv may name the recording of
             each row. A first line of names, such as speed [m/s], labels the columns of k, q, and of
             p where there is one point.
-    *.csv   with `columns`: one row per record of every run, as a sweep in Simulink, Gazebo or a
-            spreadsheet leaves it; or a mapping of names to columns, such as a DataFrame.
-    columns: its names, {"k": (...), "p": (...), "q": (...), "run": "run", "t": "t"}, the last three
-    optional: p point by point, `run` numbers or names the runs, `t` is a clock [s] from any start.
-    A run is interpolated at the record times between samples at most a record apart; behind its
-    last one it is NaN: it did not finish, and failures count. q is that of the sample nearest t_f.
     time: the record grid of the runs; needed for all but our own files. domain: K; None = the
     smallest box that holds all k, and once they are split that of the training runs: the claim is
     then about runs whose k lies in it. k_law: "logged", or
@@ -65,27 +56,24 @@ def load_rollouts(
     that are measured at the start of a run and not chosen, by name or number. Runs with NaN stay.
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
-    name = Path(path if isinstance(path, str | Path) else "table")
-    check_k_law(name, k_law, domain)
-    if columns is not None:
-        arrays = sweep_arrays(path, time, columns)
-        about["cut"] = arrays.pop("cut")
-    elif name.is_dir():
-        arrays = folder_arrays(name)
-    elif name.suffix == ".mat":
-        arrays = mat_arrays(name)
-    elif name.suffix == ".npz":
-        arrays = read_npz(name)
+    path = Path(path)
+    check_k_law(path, k_law, domain)
+    if path.is_dir():
+        arrays = folder_arrays(path)
+    elif path.suffix == ".mat":
+        arrays = mat_arrays(path)
+    elif path.suffix == ".npz":
+        arrays = read_npz(path)
     else:
-        table = ' One table of all runs needs columns={"k": ...}.' if name.suffix == ".csv" else ""
         raise InputError(
-            f"{path}: expected a .npz file, a .mat file or a folder of CSV files.{table}"
+            f"{path}: expected a .npz file, a .mat file or a folder of CSV files. One table of all "
+            "runs becomes a .npz first (page Your own robot, door 3)."
         )
-    if columns is None and name.suffix == ".npz" and "meta" in arrays:
-        batch = rollouts_from_npz(name, arrays)
-        _check_own(name, batch, time, domain, k_law, groups, points, about)
+    if path.suffix == ".npz" and "meta" in arrays:
+        batch = rollouts_from_npz(path, arrays)
+        _check_own(path, batch, time, domain, k_law, groups, points, about)
         return batch
-    return _assemble(name, arrays, time, domain, k_law, groups, points, about)
+    return _assemble(path, arrays, time, domain, k_law, groups, points, about)
 
 
 def _check_own(
