@@ -1,5 +1,7 @@
 """From a black box, or from recorded runs, to a model: runs, a network, a bound of its error."""
 
+import sys
+import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -28,6 +30,7 @@ from parc_jax.learning.bound.pipeline import (
     SystemRuns,
     bound_errors,
     learn_profiles,
+    runs_ahead,
 )
 from parc_jax.learning.bound.settings import BoundSettings, ModelBound
 from parc_jax.learning.bound.start_gap import StartTrial, try_starts
@@ -42,6 +45,7 @@ from parc_jax.learning.system import System, check_system
 
 FIRST_EPS = Fraction(1, 100)  # of the first bound: 688 runs at a delta of 1e-3
 HOLDOUT, HOLDOUT_WITH_PRIOR = 0.4, 0.5  # of recorded runs: a prior needs fewer to learn from
+LONG_S = 10.0  # [s] runs that take longer are announced
 Watch = Callable[[str], AbstractContextManager]  # entered for each stage, by its name
 
 
@@ -184,8 +188,13 @@ def _from_system(
         start = try_starts(system, key, settings.gap)
     with watch("training rollouts"):
         options = {"path": path and path / "training", "quiet": quiet, "dtype": STORED}
+        began = time.monotonic()
         chunks = stream_rollouts(system, key, settings.rollouts, Stage.TRAIN, **options)
         train = concatenate(chunks, settings.rollouts)
+    if not quiet:
+        pace = (time.monotonic() - began) / settings.rollouts  # with what was compiled for them
+        bounds = [settings.bound, _first_bound(settings)] if first else [settings.bound]
+        _announce(system.name, sum(map(runs_ahead, bounds)), pace)
     with watch("training"):
         net = fit_network(train, settings, key)
     if first is not None:
@@ -199,6 +208,15 @@ def _from_system(
         settings = settings.replace(bins=model.tube.edges)
     runs = SystemRuns(system, key, train.n, path, quiet)
     return Learned(_bounded(net, runs, train, settings.bound, start, watch=watch), train, start)
+
+
+def _announce(name: str, runs: int, seconds_per_run: float) -> None:
+    """Print how long the runs ahead will take, if that is long."""
+    if runs * seconds_per_run > LONG_S:
+        from tqdm import tqdm
+
+        spelled = tqdm.format_interval(runs * seconds_per_run)
+        tqdm.write(f"{name}: {runs:,} more runs, {spelled} at this pace", file=sys.stderr)
 
 
 def _first_bound(settings: Learning) -> BoundSettings:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import parc_jax as pj
 from parc_jax.learning.bound.counts import required_runs
-from parc_jax.learning.bound.pipeline import _profile_runs, _required
+from parc_jax.learning.bound.pipeline import runs_ahead
 from parc_jax.learning.learn import _first_bound
 
 
@@ -23,6 +23,6 @@ def test_the_readme_counts_every_run_of_the_main_job():
     near = local.rollouts + local.profile_runs + required_runs(local.eps, each)
     tests = Validate(toy_system.system(), MAIN.risk, MAIN.delta).tests
     bounds = MAIN.bound, _first_bound(MAIN)
-    of_claims = sum(_profile_runs(b, True, 1) + (b.fresh or _required(b, 1)) for b in bounds)
+    of_claims = sum(map(runs_ahead, bounds))
     runs = MAIN.rollouts + of_claims + MAIN.samples + tests + chosen + near
     assert f"{runs:,} runs of the car" in told

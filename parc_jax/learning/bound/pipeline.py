@@ -240,6 +240,12 @@ def learn_profiles(
     return [smooth_profile(one, len(first.points)) for one in found]
 
 
+def runs_ahead(settings: BoundSettings) -> int:
+    """Number of runs behind the claims of one network, training apart; by bin at least so many."""
+    looks = settings.looks * len(settings.claims)
+    return _profile_runs(settings, True, looks) + (settings.fresh or _required(settings, looks))
+
+
 def fresh_runs(settings: BoundSettings, profile: Tube, looks: int) -> int:
     """Size of the calibration set; by bin, large enough for the smallest bin or block."""
     n = settings.fresh or _required(settings, looks)
