@@ -21,7 +21,7 @@ from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.settings import Search, Settings
 
 ROOT = Path(parc_jax.__file__).parent
-COMMANDS = tuple(name for name in cli.COMMANDS if name != "bench")
+COMMANDS = tuple(cli.COMMANDS)
 
 
 def declared(tree: ast.Module) -> list[str]:

@@ -146,7 +146,6 @@ def test_bad_options(shell, files):
         ["fly"],
         ["solve"],
         ["solve", "model.npz", "scene.toml", "--method", "magic"],
-        ["bench", "--warp"],
     ):
         assert shell(*arguments)[0] == 2
     assert {f.name for f in files.iterdir()} == {"model.npz", "scene.toml"}

@@ -30,7 +30,6 @@ COMMANDS = {
     "plot": "plot",
     "export": "plot",
     "live": "live",
-    "bench": "installation",
     "systems": "systems",
     "doctor": "installation",
 }  # and the file of each
