@@ -154,6 +154,13 @@ def about_coverage(coverage: Coverage, part: str = "the safe set") -> str:
     )
 
 
+def all_plans(from_here: bool, box: str) -> str:
+    """The plans of which a share is told. from_here: all have one start. box: of k."""
+    if from_here:
+        return f"all k in {box}"
+    return IN_THE_BOX if box == "K" else IN_THE_BOX.replace("plans", f"plans with k in {box}", 1)
+
+
 def about_share(
     share: Share | None, safe: int, *, from_here: bool, around: bool, box: str = "K"
 ) -> str:
@@ -164,9 +171,7 @@ def about_share(
     """
     if share is None:
         return "what share of the plans was not measured"
-    of_all = f"all k in {box}" if from_here else IN_THE_BOX
-    if not from_here and box != "K":
-        of_all = of_all.replace("the plans", f"the plans with k in {box}", 1)
+    of_all = all_plans(from_here, box)
     low, high = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
     sure = f"with confidence {rounded_down(str(share.confidence), 10)}"
     if safe < FEW:

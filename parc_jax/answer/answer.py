@@ -58,7 +58,7 @@ class Answer:
     answer and of all that is derived from it. written: certificates of the samples, or a function
     that writes them. validation: of nested sets in this scene, where it was asked for. unchecked: a
     sentence about what is the word of the file that it was read from, empty for an answer that was
-    found here.
+    found here. Raises InputError for a validation of another query.
     """
 
     scene: Scene
@@ -69,6 +69,18 @@ class Answer:
     looks: Looks = field(default_factory=Looks)
     validation: "Validation | None" = None
     unchecked: str = ""
+
+    def __post_init__(self) -> None:
+        if self.validation is None or self.validation.answer is None:
+            return
+        own, tested = self.scene.nominal.query, self.validation.answer
+        its, of = tested.scene.nominal.query, tested.model.claim.evidence or {}
+        same = own and its and its.problem is own.problem and its.pose is own.pose
+        if not same or of.get("of") != self.model.claim.hash:
+            raise InputError(
+                "answer: expected a validation of this very query; got that of another. Solve with "
+                "validate=."
+            )
 
     def __repr__(self) -> str:
         return f"<{headline(self)}>"
@@ -299,7 +311,10 @@ class Answer:
         if claim.kind == VALIDATED:
             most, how = rounded_up(claim.eps), "drawn by `sample`"
             if recorded(claim):
-                how = "whose k is as in the log and whose p0 is drawn by `starts`"
+                how = (
+                    "whose k is as in the log, of those for which this set has a start, and whose "
+                    "p0 is drawn by `starts`,"
+                )
             return f"Risk: a plan {how} fails with probability at most {most}: (V)."
         density = None if isinstance(risk, NoStatement) else density_of_k(self)
         measured, delta = self.coverage.confidence, self.model.claim.delta

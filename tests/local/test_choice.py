@@ -20,6 +20,7 @@ from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, required_runs
 from parc_jax.learning.bound.settings import SpeedBound
+from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 pytestmark = pytest.mark.soundness
@@ -67,6 +68,7 @@ def test_a_plan_with_disturbance_is_run_as_often_as_it_takes(chosen):
     assert seen.n == required_runs(0.1, 0.05 / 4) and seen.eps <= Fraction(1, 10)
     assert seen.eps == clopper_pearson(0, seen.n, 0.05 / 4)
     assert "0 of 42 fresh runs" in seen.details() and "look" in seen.details()
+    assert law_of(system, "given by the plan").describe() in seen.details()
 
 
 def fails_often(key, k, s):
@@ -162,6 +164,9 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     most = toy.GUST * domain.hi[0]
     assert near.model.tube.final[:, :2].max() < 1.6 * most
     assert "all of N is proved safe" in near.details()
+    claim = near.model.claim
+    assert f"a new run of {claim.law.describe()} leaves the local tube" in near.details()
+    assert f"0 failed; discards, fixed beforehand: {claim.discard}." in near.details()
     said = near.answer.details()
     assert "k uniform on N" in said and "of share s of N" in said and "on K" not in said
     assert "k uniform on K" in chosen.model.claim.details()

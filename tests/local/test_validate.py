@@ -16,6 +16,7 @@ import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
+from parc_jax.common.spelling import rounded_down
 from parc_jax.drive.local import trials
 from parc_jax.drive.local import validate as module
 from parc_jax.drive.local.trials import first_set
@@ -170,8 +171,10 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
 
 def test_from_one_start_its_share_is_of_k_and_its_plans_start_there(tmp_path):
     here = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, at=(0.05, 0.0), validate=ASKED)
-    assert "% of all k in K" in here.validation.summary()
     validated = here.validation.answer
+    share, held = validated.share, validated.coverage
+    least = rounded_down(100 * Fraction(share.at_least) * Fraction(held.at_least), 3)
+    assert f"at least {least} % of all k in K, with conf" in here.validation.summary()
     drawn = validated.sample(KEY, 20)
     assert (drawn[:, :2] == [0.05, 0.0]).all() and "start at (0.05, 0) m" in validated.details()
     again = load_answer(validated.save(tmp_path / "here.json"))

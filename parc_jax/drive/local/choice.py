@@ -25,6 +25,7 @@ from parc_jax.learning.bound.start_gap import off_from_start
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System, check_system
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.outcomes import distance_of, outcomes
@@ -45,7 +46,7 @@ class FreshRuns:
     a program that was traced twice to the same result may give another one the third time.
     eps: bound on the probability of failure with confidence 1 - delta, delta this look's share.
     clearance: [m] smallest distance from an obstacle in any run. assumed: what this rests on.
-    of: the plan that was run.
+    law: system and disturbances of the runs, in words. of: the plan that was run.
     """
 
     n: int
@@ -55,6 +56,7 @@ class FreshRuns:
     look: Look
     clearance: float
     assumed: tuple[str, ...]
+    law: str
     of: Driven | None = field(default=None, compare=False, repr=False)
 
     def details(self) -> str:
@@ -67,9 +69,9 @@ class FreshRuns:
         )
         return (
             f"This very plan: {self.failures} of {self.n:,} fresh runs made after it was chosen "
-            f"failed. With confidence {self.look.sure} a new run of it fails with probability at "
-            f"most {rounded_up(self.eps)}{self.look.numbered(', look')}.{equal} "
-            f"Assumes: {', '.join(self.assumed)}."
+            f"failed, all of {self.law}. With confidence {self.look.sure} a new run of it fails "
+            f"with probability at most {rounded_up(self.eps)}{self.look.numbered(', look')}."
+            f"{equal} Assumes: {', '.join(self.assumed)}."
         )
 
 
@@ -277,7 +279,8 @@ def run_plan(
         lost.append(np.zeros(batch.n) if batch.lost is None else batch.lost)
     bound = clopper_pearson(failures, n, float(look.delta))
     assumed = ledger_of_tests(scene.model.claim, np.concatenate(lost))
-    return FreshRuns(n, failures, alike, bound, look, nearest, assumed)
+    law = law_of(system, "given by the plan").describe()
+    return FreshRuns(n, failures, alike, bound, look, nearest, assumed, law)
 
 
 def _judged(scene: Scene, runs: RolloutBatch, p0: np.ndarray) -> tuple[np.ndarray, float]:

@@ -147,8 +147,10 @@ class Near:
             return f"{where} {claim.details()}"
         lines = [
             f"{where} With confidence {self.look.sure}{self.look.numbered(' (look', ')')} over "
-            f"{claim.n:,} fresh runs made on N alone after N was chosen, a new run with k uniform "
-            f"on N leaves the local tube with probability at most {rounded_up(claim.eps, 10)}.",
+            f"{claim.n:,} fresh runs made on N alone after N was chosen, a new run of "
+            f"{claim.law.describe()} leaves the local tube with probability at most "
+            f"{rounded_up(claim.eps, 10)}. Of these runs {claim.premises['failed']:,} failed; "
+            f"discards, fixed beforehand: {claim.discard:,}.",
             self._about_width(),
         ]
         risk = self.risk()

@@ -61,7 +61,7 @@ from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import predictions
 from parc_jax.safe_set.verdict.scene import Scene, lowered, padded
-from parc_jax.statement import IN_THE_BOX
+from parc_jax.statement import all_plans
 
 # tests by default: so many, or so many times as many as suffice where none fails
 LEAST_TESTS, TIMES = 14_000, 10
@@ -163,16 +163,23 @@ class Validation:
         """The sentence (V) in short."""
         if self.answer is None:
             return "Validated: no set."
-        share, held, safe = self.answer.share, self.answer.coverage.share, ""
+        found, claim, safe = self.answer, self.answer.model.claim, ""
+        share, held = found.share, found.coverage
         if share is not None:
-            of_all = IN_THE_BOX if self.answer.scene.at is None else "all k in K"
-            safe = f"{rounded_down(100 * share.share * held, 3)} % of {of_all}. "
+            at_least = Fraction(share.at_least) * Fraction(held.at_least)
+            both = Fraction(str(share.confidence)) + Fraction(str(held.confidence)) - 1
+            around = "" if found.cover.within is None else "around what a search found, of "
+            of_all = around + all_plans(found.scene.at is not None, claim.law.box)
+            safe = (
+                f"at least {rounded_down(100 * at_least, 3)} % of {of_all}, with confidence "
+                f"{rounded_down(both, 10)}. "
+            )
         drawn = "drawn from them"
-        if recorded(self.answer.model.claim):
-            drawn = f"for k as in the log, of {self.asked.tests:,} recordings,"
+        if recorded(claim):
+            drawn = f"for k as in the log, of {claim.evidence['tests']:,} recordings,"
         return (
             f"Validated in this scene: {safe}A plan {drawn} fails with probability at most "
-            f"{rounded_up(self.asked.risk)}, confidence {rounded_down(1 - self.asked.delta, 10)}."
+            f"{rounded_up(claim.eps)}, confidence {rounded_down(1 - claim.delta, 10)}."
         )
 
     def details(self) -> str:
