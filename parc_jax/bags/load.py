@@ -122,7 +122,8 @@ def load_bags(
             "begin": f"{after:g} s after a new command",
             "records": f"straight between poses, {bridge:g} s apart at most",
             "cut short": short,
-        },
+        }
+        | ({"given but not measured": "left out"} if given else {}),
         time=time,
         groups=groups,
         rotation=(TURNS,),
