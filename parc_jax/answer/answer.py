@@ -78,8 +78,7 @@ class Answer:
         same = own and its and its.problem is own.problem and its.pose is own.pose
         if not same or of.get("of") != self.model.claim.hash:
             raise InputError(
-                "answer: expected a validation of this very query; got that of another. Solve with "
-                "validate=."
+                "answer: expected a validation of this very query; got another's. Solve it anew."
             )
 
     def __repr__(self) -> str:
@@ -311,10 +310,7 @@ class Answer:
         if claim.kind == VALIDATED:
             most, how = rounded_up(claim.eps), "drawn by `sample`"
             if recorded(claim):
-                how = (
-                    "whose k is as in the log, of those for which this set has a start, and whose "
-                    "p0 is drawn by `starts`,"
-                )
+                how = "whose k is as in the log, with a start in this set, which `starts` draws,"
             return f"Risk: a plan {how} fails with probability at most {most}: (V)."
         density = None if isinstance(risk, NoStatement) else density_of_k(self)
         measured, delta = self.coverage.confidence, self.model.claim.delta

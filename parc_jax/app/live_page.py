@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from parc_jax.answer.answer import answer_data
+from parc_jax.answer.answer import Answer, answer_data
 from parc_jax.answer.why import why_of
 from parc_jax.app.live import Drawn, Grip, Live, swept
 from parc_jax.app.plot import shapes
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.vertices import vertices
-from parc_jax.common.spelling import rounded_down
+from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.labels import name_of
 from parc_jax.problem.problem import goal_box
 
@@ -227,11 +227,7 @@ class Page:
         took = time.perf_counter() - begin
         lines = [] if why is None else list(why.sentences)
         if answer is not None and answer.status.found:
-            held = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of them"
-            lines.insert(0, f"{len(answer.corridors)} corridors hold {held}")
-            share, around = answer.share, " around the first found" if answer.cover.within else ""
-            if share is not None:
-                lines.insert(0, f"**{100 * share.share:.3g} %** of the plans{around} are safe")
+            lines = [*about_set(answer), *lines]
             self._show("set", answer.samples, COLOURS["goal"])
         if self._drawn is not None and len(self._drawn.plans):
             self._show("best", self._drawn.plans[:1], BEST, 0.25, tube=True)
@@ -273,6 +269,19 @@ class Page:
         time_ = self.live.model.time
         t = int(time.perf_counter() % (time_.t_f + 0.5) / time_.dt)
         self._show("body", self._drawn.plans[:1], BEST, 0.9, at=[min(t, time_.n_steps)])
+
+
+def about_set(answer: Answer) -> list[str]:
+    """What is measured of a set; it counts all k in K, whatever the sliders leave of it."""
+    claim, share, lines = answer.model.claim, answer.share, []
+    if share is not None:
+        around = "" if answer.cover.within is None else " around the first found"
+        least, most = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
+        sure = f"for all k in {claim.law.box}, confidence {rounded_down(str(share.confidence), 10)}"
+        lines.append(f"**{least} to {most} %** of the plans{around} are safe, {sure}")
+    held = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of them"
+    lines.append(f"{len(answer.corridors)} corridors hold {held}")
+    return [*lines, f"the tube is {claim.kind}, not shown"] if claim.eps is None else lines
 
 
 def _in_space(x: np.ndarray) -> np.ndarray:

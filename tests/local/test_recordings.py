@@ -172,7 +172,7 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
 def test_a_summary_tells_of_its_own_tests_and_no_others(answer, model):
     other = dataclasses.replace(answer.validation, asked=Validate(recorded(400, 3), 0.05, 0.05))
     assert other.summary() == answer.validation.summary()
-    assert "of those for which this set has a start" in answer.validation.answer.summary()
+    assert "with a start in this set, which `starts` draws" in answer.validation.answer.summary()
     elsewhere = pj.Planner(model).solve(toy.problem(5.0), KEY, toy.SETTINGS)
     with pytest.raises(InputError, match="a validation of this very query"):
         dataclasses.replace(elsewhere, validation=answer.validation)

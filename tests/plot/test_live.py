@@ -9,7 +9,9 @@ from toy_models import line_model, told
 import parc_jax as pj
 from parc_jax.app import live as module
 from parc_jax.app.live import Live, live, swept
+from parc_jax.app.live_page import about_set
 from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import rounded_down
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem_file import problem_of_text
@@ -139,3 +141,14 @@ def test_the_drawn_body_holds_the_points_on_their_way(n_p):
 def test_what_is_no_answer_is_refused():
     with pytest.raises(InputError, match="expected an answer, or a model and a problem"):
         live(line_model())
+
+
+def test_the_words_beside_a_set_say_of_which_k_how_surely_and_what_is_assumed():
+    dragged = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, BLOCKS, 0.1, START))
+    dragged.k[1, 1] = 1.0  # a slider, which the set does not follow
+    answer, _ = dragged.settle()
+    first, *_, last = about_set(answer)
+    share = answer.share
+    assert f"**{rounded_down(100 * share.at_least, 3)} to " in first
+    assert first.endswith(f"for all k in K, confidence {rounded_down(str(share.confidence), 10)}")
+    assert last == f"the tube is {answer.model.claim.kind}, not shown"

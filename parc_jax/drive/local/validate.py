@@ -170,10 +170,8 @@ class Validation:
             both = Fraction(str(share.confidence)) + Fraction(str(held.confidence)) - 1
             around = "" if found.cover.within is None else "around what a search found, of "
             of_all = around + all_plans(found.scene.at is not None, claim.law.box)
-            safe = (
-                f"at least {rounded_down(100 * at_least, 3)} % of {of_all}, with confidence "
-                f"{rounded_down(both, 10)}. "
-            )
+            sure = f"with confidence {rounded_down(both, 10)}"
+            safe = f"at least {rounded_down(100 * at_least, 3)} % of {of_all}, {sure}. "
         drawn = "drawn from them"
         if recorded(claim):
             drawn = f"for k as in the log, of {claim.evidence['tests']:,} recordings,"
