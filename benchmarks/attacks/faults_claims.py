@@ -326,9 +326,9 @@ CARRIED = (
     ),
     Fault(
         "windows_of_one_file_are_told_apart",
-        "freshness",
-        "if scores.groups is not None and train.groups is not None:",
-        "if train is not None:",
+        "freshness_of",
+        'if not trained["runs"] or (groups is not None and trained["recordings"]):',
+        "if True:",
         "tests/claim/test_carried.py::test_ungrouped_windows_of_one_file_are_assumed_to_be_of_two_recordings",
     ),
     Fault(

@@ -16,9 +16,11 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.drive.local import trials
 from parc_jax.drive.local.validate import Validate, _sets, fixed_sequence
+from parc_jax.learning.bound.claim import scene_claim
+from parc_jax.learning.bound.counts import RECORDED_IDS
 from parc_jax.learning.learn import learn
 from parc_jax.learning.runs.batch import rollout_batch
-from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.runs.law import FITTED, TO_ALL, TO_TRAINING, law_spec
 from parc_jax.problem.robust.nominal import query
 from parc_jax.safe_set.corridors import safe_plans
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
@@ -270,3 +272,82 @@ def test_windows_of_a_recording_that_training_saw_are_refused():
 def test_too_few_recordings_or_none_of_k_are_said(make, words):
     with pytest.raises(InputError, match=words):
         make()
+
+
+def refused(model, runs, words):
+    with pytest.raises(InputError, match=words):
+        trials.one_of_each(model, runs, np.random.default_rng(0))
+
+
+def test_copies_of_training_recordings_are_refused(model):
+    known, rng = recorded(60, 1), np.random.default_rng(0)
+    noise = 1 + 1e-6 * rng.standard_normal(known.p.shape)
+    for changes in ({"p": known.p * noise}, {"k": known.k + 1e-12 * (known.k < 0.5)}):
+        refused(model, dataclasses.replace(known, **changes), "60 of 60 runs they have")
+
+
+def test_recordings_that_cannot_be_told_from_those_of_training_are_refused():
+    options = {"hidden": (4,), "seeds": 1, "steps": 50, "bins": (1, 1), "delta": 0.05}
+    runs = recorded(60, 15, windows=2, named="drive ")
+    first, second = (runs.select(np.arange(i, 120, 2)) for i in range(2))
+    model = learn(first, KEY, holdout=recorded(N, 16, named="else "), quiet=True, **options)
+    for groups in (None, np.arange(60)):
+        refused(model, dataclasses.replace(second, groups=groups), "told from those of training")
+    numbered = dataclasses.replace(runs, groups=np.arange(120) // 2)
+    train, rest = numbered.split(0.5)
+    model = dataclasses.replace(model, claim=pj.learning.assumed_claim(model.net, train))
+    assert trials.one_of_each(model, rest, np.random.default_rng(0)).n == 30
+
+
+def test_training_that_is_not_recorded_is_assumed_to_differ(model):
+    known = recorded(60, 1)
+    tube = model.replace(claim=pj.learning.assumed_claim(model.net, known))
+    refused(tube, known, "60 of 60 runs they have")
+    unknown = pj.learning.declared_claim(model.tube, "it holds", model.net, TIME)
+    asked = Validate(recorded(N, 2), RISK, DELTA)
+    said = pj.Planner(model.replace(claim=unknown)).solve(SCENE, KEY, toy.SETTINGS, validate=asked)
+    assert "FRESH(there were no training runs to compare with)" in said.validation.details()
+
+
+def test_parameters_in_another_order_or_not_chosen_are_refused(model):
+    def named(*k):
+        return model.claim.subject.with_labels({"k": k}).labels
+
+    told = dataclasses.replace(
+        model.claim, subject=model.claim.subject.with_labels({"k": ("a", "b")})
+    )
+    swapped = dataclasses.replace(recorded(N, 14), labels=named("b", "a"))
+    refused(model.replace(claim=told), swapped, "parameters .b, a instead of a, b")
+    refused(model, dataclasses.replace(recorded(N, 14), given=(0,)), "differ in given")
+
+
+def test_recordings_that_were_made_again_are_said(sets):
+    runs = dataclasses.replace(recorded(N, 8), lost=np.full(N, 3))
+    trial = trials.by_recordings(runs, sets.all, np.random.default_rng(1), 1)
+    assert trial.lost.sum() == 3 * N
+
+
+def test_recordings_that_were_left_out_are_said(model):
+    wild = recorded(100, 77)
+    p = np.array(wild.p)
+    p[:40, -3:] = np.nan
+    asked = Validate(dataclasses.replace(wild, p=p).finite, RISK, DELTA)
+    said = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation.details()
+    assert "LEFT_OUT(40 of 100 rows of their log, independent of the run)" in said
+
+
+@pytest.mark.parametrize(
+    ("lo", "hi", "words"), [(0.3, 0.7, "(k as logged; "), (-1.0, 2.0, ", of which K is a part; ")]
+)
+def test_the_law_of_recordings_says_nothing_false_of_another_k(model, lo, hi, words):
+    law = law_spec("file:day", box([lo] * 2, [hi] * 2), "logged", {FITTED: TO_ALL})
+    shown = {"eps": RISK, "delta": DELTA, "n": 60, "discard": 0, "assumptions": ("IID",)}
+    claim = scene_claim(model.claim, model.tube, law, {RECORDED_IDS: []}, **shown)
+    assert words in claim.quantifier and "smallest box" not in claim.quantifier
+
+
+def test_recordings_left_out_by_a_smaller_k_are_refused(model):
+    small, runs = box([0.3, 0.3], [0.7, 0.7]), recorded(200, 14)
+    law = law_spec("file:toy", small, "logged", {FITTED: TO_TRAINING})
+    part = dataclasses.replace(runs.select(small.contains(runs.k)), domain=small, law=law)
+    refused(model, part, "outside the smallest box of others were left out")

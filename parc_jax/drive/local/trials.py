@@ -11,14 +11,15 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.claim import ErrorClaim
-from parc_jax.learning.bound.fresh import calibration_runs, check_fresh, short_ids
+from parc_jax.learning.bound.fresh import calibration_runs, check_fresh, seen_in_training
 from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.start_gap import off_from_start
 from parc_jax.learning.bound.tube import Tube, tube_from_json
+from parc_jax.learning.labels import plain_k
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
-from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.runs.law import TO_TRAINING, law_spec
 from parc_jax.learning.system import System
 from parc_jax.safe_set.corridors.safe_plans import SafePlans, starts_of_ends
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
@@ -103,7 +104,7 @@ def by_recordings(
             reached, touched = reached_and_touched(scene, runs.select(new), p0[new, at[new]], off)
             failed[i, new] = ~reached | touched
         tried[new] = at[new]
-    return Trial(inside, failed, np.zeros(runs.n))
+    return Trial(inside, failed, np.zeros(runs.n) if runs.lost is None else runs.lost)
 
 
 def levels_of(
@@ -131,6 +132,11 @@ def one_of_each(
         for name in (*ALIKE, "n_k")
         if getattr(runs, name) != getattr(model, name)
     ]
+    named = [] if differs else [one.subject.labels for one in (runs, model.claim)]
+    if named and not any(map(plain_k, named)) and named[0].k != named[1].k:
+        differs = [f"parameters ({', '.join(named[0].k)} instead of {', '.join(named[1].k)})"]
+    if runs.given:
+        differs.append("given (measured at the start, not chosen)")
     if differs:
         raise InputError(
             f"validate: expected recordings of the robot of this model, on its time grid; those of "
@@ -142,6 +148,13 @@ def one_of_each(
             "of which training may have had a part. Pass the system."
         )
     K, shape = model.domain, shape_of(model.claim)
+    fitted = (runs.law.fitted or "").startswith(TO_TRAINING)
+    if fitted and not runs.domain.contains(np.stack([K.lo, K.hi])).all():
+        raise InputError(
+            f"validate: expected recordings with all k of the model's K; those of {runs.name} "
+            "outside the smallest box of others were left out, and were they tested nobody "
+            "knows the result. Declare K when they are loaded: domain=box(lo, hi)."
+        )
     inside = runs.select(K.contains(runs.k))
     own = np.array_equal([runs.domain.lo, runs.domain.hi], [K.lo, K.hi])
     law = runs.law if own else law_spec(runs.name, K, "logged")
@@ -165,10 +178,7 @@ def _require_unseen(claim: ErrorClaim, runs: RolloutBatch) -> None:
     """Refuse recordings that training has seen, or a claim without error shape. Raises
     InputError.
     """
-    trained = claim.evidence.get("training", {"runs": [], "recordings": []})
-    seen = np.isin(short_ids(runs.hashes()), trained["runs"])
-    if runs.groups is not None:
-        seen |= np.isin(runs.groups.astype(str), trained["recordings"])
+    seen = seen_in_training(claim, runs)
     if "shape" not in claim.evidence:
         seen |= calibration_runs(claim, runs)
     if seen.any():

@@ -43,7 +43,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     wrong_claim_probability,
 )
-from parc_jax.learning.bound.fresh import names_of
+from parc_jax.learning.bound.fresh import freshness_of, left_out, names_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import law_of
@@ -348,7 +348,11 @@ def _accepted_model(
         names = hashlib.sha256(canonical(tested).encode()).hexdigest()
         evidence |= {RECORDED_IDS: tested, "recordings": names}
         evidence["shape"] = "shape" in model.claim.evidence
-        shown["assumptions"] += (UNSEEN,)
+        fresh = freshness_of(model.claim.evidence.get("training"), source.groups)
+        shown["assumptions"] += (UNSEEN, *fresh)
+        if gaps := left_out(asked.source, None):  # failed ones may be among them
+            of = f"{gaps:,} of {gaps + asked.source.n:,} rows of their log"
+            shown["assumptions"] += (f"LEFT_OUT({of}, independent of the run)",)
     return model.replace(claim=scene_claim(model.claim, scene.model.tube, law, evidence, **shown))
 
 

@@ -101,8 +101,10 @@ def _pac_claim(
 ) -> ErrorClaim:
     """The claim about the profile times scale (n_bins,). evidence: beside that of the runs."""
     more = {} if train is None else {"train": content_hash(train.k, train.q)}
+    if train is not None and None in (train.seed, scores.seed):
+        more |= {"training": names_of(train)}
     if scores.seed is None:  # tests by recordings scale this shape, and are none of these runs
-        more |= {"shape": tube_to_json(profile), "training": names_of(train)}
+        more |= {"shape": tube_to_json(profile)}
     about, step = scores.subject, scores.subject.time.dt_record
     term = settings.intersample.term(step, profile.n_p, profile.n_points)
     between = settings.intersample.assumption(step)

@@ -6,12 +6,14 @@ from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
+
 from parc_jax.checker import Rejected
 from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import Premises
-from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import hex_text, listed, nearest_floats, plain, rounded_up
+from parc_jax.common.sets.box import Box, box
+from parc_jax.common.spelling import hex_floats, hex_text, listed, nearest_floats, plain, rounded_up
 from parc_jax.learning.bound.counts import (
     RECORDED_IDS,
     RECORDED_ROWS,
@@ -35,7 +37,15 @@ from parc_jax.learning.bound.statement import (
 from parc_jax.learning.bound.tube import Tube, tube_from_json, tube_to_json
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.runs.law import PART, LawSpec, Subject, subject_from_json, told_of_part
+from parc_jax.learning.runs.law import (
+    FITTED,
+    PART,
+    LawSpec,
+    Subject,
+    law_spec,
+    subject_from_json,
+    told_of_part,
+)
 
 KINDS = ("pac", "assumed", "declared", VALIDATED)
 FORMAT = "parc_jax.claim/3"
@@ -245,7 +255,7 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
     n tests in the set, `discard` failed ones, the assumptions of these runs.
     """
     if RECORDED_IDS in evidence:
-        law = law if _corners(claim.domain) == (law.lo, law.hi) else told_of_part(law)
+        law = _logged_law(law, claim.domain)
         how = f"{OF_A_RECORDING}, run in this scene"
     else:
         law, how = (
@@ -255,6 +265,16 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
     quantifier = f"{how} by {law.describe()}"
     about = {"quantifier": quantifier, "looks": 1, "bin_eps": None, "evidence": evidence}
     return _bound(replace(claim, kind=VALIDATED, tube=tube, law=law, **about, **shown))
+
+
+def _logged_law(law: LawSpec, K: Box) -> LawSpec:
+    """The law of recordings for plans of a K that need not be theirs, nor a part of it."""
+    if _corners(K) == (law.lo, law.hi):
+        return law
+    law = replace(law, parameters=tuple(pair for pair in law.parameters if pair[0] != FITTED))
+    if box(hex_floats(law.lo), hex_floats(law.hi)).contains(np.stack([K.lo, K.hi])).all():
+        return told_of_part(law)
+    return law_spec(law.generator, K, "logged", dict(law.parameters))
 
 
 def recorded(claim: ErrorClaim) -> bool:

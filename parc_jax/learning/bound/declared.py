@@ -9,6 +9,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.bins import Bins
 from parc_jax.learning.bound.claim import ErrorClaim, error_claim
 from parc_jax.learning.bound.edges import edges_of
+from parc_jax.learning.bound.fresh import names_of
 from parc_jax.learning.bound.profile import bin_maxima, training_errors
 from parc_jax.learning.bound.settings import DISCRETE_TIME
 from parc_jax.learning.bound.start_gap import invariances
@@ -47,7 +48,7 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
         looks=1,
         law=train.law,
         assumptions=(_HOLDS, *invariances(train.rotation), between),
-        evidence={"failed": int(train.failed.sum())},
+        evidence={"failed": int(train.failed.sum()), "training": names_of(train)},
     )
 
 

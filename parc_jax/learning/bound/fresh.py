@@ -4,7 +4,7 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
-from parc_jax.common.spelling import hex_floats
+from parc_jax.common.spelling import hex_floats, hex_text
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.measure import Scores
@@ -12,6 +12,7 @@ from parc_jax.learning.runs.batch import NAMED, RolloutBatch, joined_source
 from parc_jax.learning.runs.independent import (
     LEVEL,
     REPEATS,
+    Marks,
     by_chance,
     check_uniform,
     marks_of,
@@ -96,12 +97,49 @@ def short_ids(hashes: np.ndarray) -> list[str]:
     return [text.decode()[:12] for text in hashes.tolist()]
 
 
-def names_of(runs: RolloutBatch | None) -> dict[str, list[str]]:
-    """The runs of a log by content, and their recordings by name, as stored in evidence."""
-    if runs is None or runs.seed is not None:
-        return {"runs": [], "recordings": []}
+def names_of(runs: RolloutBatch) -> dict[str, list]:
+    """The runs of a log by content, k and end, its recordings by name, and the log itself, as
+    stored in evidence; nothing of runs of a seed.
+    """
+    if runs.seed is not None:
+        return {"runs": [], "recordings": [], "ends": [], "log": []}
     groups = [] if runs.groups is None else np.unique(runs.groups).astype(str).tolist()
-    return {"runs": sorted(short_ids(runs.hashes())), "recordings": groups}
+    ids, ends = sorted(short_ids(runs.hashes())), hex_text(np.hstack(_ends(runs)))
+    return {"runs": ids, "recordings": groups, "ends": ends, "log": _log(runs)}
+
+
+def seen_in_training(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
+    """(n,) bool: runs of a log that training has seen, of those that the claim records, their
+    copies, and parts of the same recordings. Raises InputError where these cannot be told.
+    """
+    trained = {"runs": [], "recordings": []} | claim.evidence.get("training", {})
+    seen = np.isin(short_ids(runs.hashes()), trained["runs"])
+    if trained.get("ends"):
+        k, end = np.split(np.array(hex_floats(trained["ends"])), [runs.n_k], axis=1)
+        width = claim.domain.hi - claim.domain.lo
+        seen[near_copies(_ends(runs), Marks(k, end), width)[:, 0]] = True
+    if trained["recordings"]:
+        names = np.array(trained["recordings"], np.int64)
+        groups = np.zeros(0, np.int64) if runs.groups is None else runs.groups
+        kinds = [set((some >= NAMED).tolist()) for some in (names, groups)]
+        one_log = _log(runs)[1] and trained.get("log") == _log(runs) and kinds[0] & kinds[1]
+        if not (kinds == [{True}, {True}] or one_log):
+            raise InputError(
+                "validate: expected recordings that can be told from those of training; in "
+                f"{runs.name} or in training they have numbers, or none. Name them (groups of "
+                "texts), or load all runs together and split: batch.split(share)."
+            )
+        seen |= np.isin(groups, names)
+    return seen
+
+
+def _ends(runs: RolloutBatch) -> Marks:
+    """Marks of runs by k and end alone: few numbers, kept in evidence."""
+    return Marks(np.asarray(runs.k), np.hstack([runs.p[:, -1].astype(float), runs.q]))
+
+
+def _log(runs: RolloutBatch) -> list[str]:
+    return [runs.name, joined_source([runs])[0]]
 
 
 def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
@@ -147,9 +185,14 @@ def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
     """Assumptions on freshness beyond the tests of `check_fresh`."""
     if scores.seed is not None or (train is not None and train.seed is not None):
         return ()
-    if train is None:
+    return freshness_of(None if train is None else names_of(train), scores.groups)
+
+
+def freshness_of(trained: dict | None, groups: np.ndarray | None) -> tuple[str, ...]:
+    """Assumptions on freshness of recordings beside the `names_of` training runs."""
+    if "ends" not in (trained or {}):
         return ("FRESH(there were no training runs to compare with)",)
-    if scores.groups is not None and train.groups is not None:
+    if not trained["runs"] or (groups is not None and trained["recordings"]):
         return ()
     return ("FRESH(other windows of recordings that training saw would not be recognised)",)
 
