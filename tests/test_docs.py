@@ -21,7 +21,11 @@ from needs import need
 import parc_jax
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "benchmarks/neuralparc/README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+]
 BLOCK = re.compile(r"^(<!-- slow -->\n+)?```python\n(.*?)^```", re.M | re.S)
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 DOORS = ("02_jax_function", "03_python_environment", "04_logged_data", "05_mujoco_model")

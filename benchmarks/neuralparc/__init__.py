@@ -1,5 +1,5 @@
 """The published method (PARC, NeuralPARC), a baseline: the method `Published` of a query, and the
-sets and checked linear programs that it is written in: docs/sets.md. The engine imports none of it.
+sets and checked linear programs that it is written in: README.md. The engine imports none of it.
 """
 
 from benchmarks.neuralparc.lp_batch import solve_batch
