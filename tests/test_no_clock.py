@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parent
 MAY_READ_IT = {
     "pwa/test_speed.py",
     "helpers/driven_browser.py",
+    "helpers/live_tab.py",
     "helpers/ros_world.py",
     "helpers/walkers.py",
     "plot/test_live_browser.py",

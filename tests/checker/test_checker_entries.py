@@ -9,8 +9,6 @@ import pytest
 
 from parc_jax import checker
 from parc_jax.checker import answer as whole
-from parc_jax.checker import plans
-from parc_jax.checker.entries import LISTS, check_entries
 
 
 def several():
@@ -54,23 +52,6 @@ def test_the_first_rejected_entry_is_told(bad):
     part, i = min(bad, key=lambda place: (["samples", "sets", "corridors"].index(place[0]), place))
     assert said.startswith(f"{part}[{i}]: ")
     assert verdict(answer, 2) == verdict(answer, 3) == said
-
-
-@pytest.mark.parametrize("room", [0, 3, 6])
-def test_what_is_kept_changes_neither_verdict_nor_work(room, monkeypatch):
-    """Conditions of runs that entries share are made once, as long as there is room for them."""
-    answer = several()
-    found = {}
-    for most in (room, plans.MAX_KNOWN):
-        monkeypatch.setattr(plans, "MAX_KNOWN", most)
-        context = checker.Context(*(answer[part] for part in checker.PARTS))
-        context.work_left = 10**9
-        lists = {part: answer.get(part, []) for part in LISTS}
-        found[most] = check_entries(context, None, lists, 1), context.work_left
-        assert len(context.known) * 3 <= most
-        with pytest.raises(checker.Rejected, match="obstacle 0 at knot 0"):
-            context.check_sample(answer["samples"][0] | {"p0": ["0", "-0.25"]})
-    assert found[room] == found[most]
 
 
 def test_what_is_known_of_a_problem_is_not_known_of_another():

@@ -302,7 +302,7 @@ class Polytopes:
         while sum(len(part) for part in out) < n:
             counts = rng.multinomial(max(2 * n, 64), volumes / volumes.sum())
             x = np.concatenate(
-                [sample_solid(s, rng, c) for s, c in zip(solids, counts, strict=True) if c]
+                [sample_solid(s, rng, int(c)) for s, c in zip(solids, counts, strict=True) if c]
             )
             x = x[rng.random(len(x)) * self._around(solids, x) < 1]
             p0, k = x[:, : model.n_p], x[:, model.n_p :]
