@@ -6,7 +6,6 @@ from parc_jax.app.plot.errors import Entry as Entry
 from parc_jax.app.plot.errors import errors as errors
 from parc_jax.app.plot.film import film as film
 from parc_jax.app.plot.page import write_page as write_page
-from parc_jax.app.plot.projections import projections as projections
 from parc_jax.app.plot.regions import region_verdicts as region_verdicts
 from parc_jax.app.plot.regions import regions as regions
 from parc_jax.app.plot.samples import samples as samples

@@ -16,7 +16,6 @@ from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes,
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.episode_file import save_episode
 from parc_jax.drive.loop.loop import AT_ONCE, Effort, Loop
-from parc_jax.drive.loop.prover import Prover
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.system import System
 from parc_jax.learning.systems.user_code import said
@@ -66,7 +65,7 @@ class Shield(gymnasium.Wrapper):
     room: [m] of clearance that is asked of a manoeuvre, or as much as the brake under way has where
         that is less; the longer it is under way, the less, and none once it has ended: a robot that
         stops too close finds nothing safe to begin.
-    effort, prover: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
+    effort: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
 
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
     is another than the proposed one; `certified_until` [s] since reset, when its stop ends;
@@ -93,7 +92,6 @@ class Shield(gymnasium.Wrapper):
         metric: Metric | None = None,
         room: float = 0.0,
         effort: Effort | None = None,
-        prover: Prover | None = None,
     ):
         if not isinstance(env, gymnasium.Env):
             kind = type(env).__name__
@@ -126,7 +124,6 @@ class Shield(gymnasium.Wrapper):
             given=given,
             candidates=rows,
             effort=PATIENT if effort is None else effort,
-            prover=prover,
         )
         self.every, self.room = every, float(as_float64("room", room, ()))
         self.commitments: list[Commitment] = []

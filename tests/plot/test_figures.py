@@ -10,7 +10,6 @@ from toy_answer import K, toy_answer, toy_replay
 
 from parc_jax.app.plot import shapes
 from parc_jax.app.plot.errors import Entry, errors
-from parc_jax.app.plot.projections import default_pairs, projections
 from parc_jax.app.plot.samples import samples
 from parc_jax.checker.claim import words_of
 from parc_jax.common.errors import InputError
@@ -81,15 +80,3 @@ def test_errors_draw_both_kinds_on_one_scale(answer):
     assert len(left.patches) == 2 and len(right.patches) == 1
     with pytest.raises(InputError):
         errors([], answer.model.time)
-
-
-def test_projections_contain_the_samples(answer):
-    drawn = projections(answer)  # its polytopes are cut for it
-    assert len(drawn.axes) == len(default_pairs(2, 2)) == 6
-    for ax, pair in zip(drawn.axes, default_pairs(2, 2), strict=True):
-        x, y = answer.samples[:, pair[0]], answer.samples[:, pair[1]]
-        assert ax.get_xlim()[0] <= x.min() <= x.max() <= ax.get_xlim()[1]
-        assert ax.get_ylim()[0] <= y.min() <= y.max() <= ax.get_ylim()[1]
-    assert len(projections(answer, pairs=[(0, 1), (2, 3)]).axes) == 2
-    with pytest.raises(InputError, match="fills rows"):
-        projections(answer, pairs=[(0, 1)] * 4)

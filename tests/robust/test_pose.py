@@ -13,7 +13,6 @@ from uncertain import corners_and_inside
 
 import parc_jax as pj
 from benchmarks.neuralparc import Published
-from parc_jax.app.plot.projections import default_pairs
 from parc_jax.common.errors import InputError
 from parc_jax.learning.network.relu import outputs, relu_network
 from parc_jax.learning.system import STAYS, TURNS, rotation_of
@@ -265,11 +264,6 @@ def test_errors_turn_with_the_robot(rng):
     for share in np.linspace(-1, 1, 9):
         c, s = math.cos(share * angle), math.sin(share * angle)
         assert (np.abs(errors @ np.array([[c, s], [-s, c]])) <= turn.widened(widths)).all()
-
-
-def test_pictures_of_answers_from_here_show_parameters_alone():
-    assert default_pairs(2, 3, True) == [(2, 3), (2, 4), (3, 4)]
-    assert default_pairs(2, 2, True) == [(2, 3)] and default_pairs(2, 1, True) == []
 
 
 def test_the_published_search_knows_no_place(asked):

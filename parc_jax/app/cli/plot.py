@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.common.errors import InputError
 
-Figure = Literal["samples", "regions", "projections"]
+Figure = Literal["samples", "regions"]
 Job = tuple[str, Callable[[], Path]]  # a name, and the function that draws it
 
 
@@ -41,8 +41,8 @@ def plot(
         html: Write one interactive page: scene, time slider, p0 and k by dragging or typing, with
             the verdict live; of an episode the manoeuvre at any time, and the reasons.
         out: Folder of the figures. Default: that of the answer.
-        figures: Which figures. Default: all that the answer supports but projections, which cut
-            polytopes, or none with --html or --video.
+        figures: Which figures. Default: all that the answer supports, or none with --html or
+            --video.
         video: Film one safe sample: .gif, or a folder of .png files.
             Without a simulator the film shows the model's prediction.
         sample: Number of the sample that is filmed, from 0.
@@ -94,9 +94,7 @@ def plot(
 def _jobs(answer, out: Path, wanted, page: bool) -> list[Job]:
     """The drawing jobs of figures. Raises InputError for one that the answer does not support."""
     possible = _possible(answer)
-    # polytopes have to be cut for this picture: it is drawn by name only
-    unasked = [name for name in possible if name != "projections"]
-    chosen = unasked if wanted is None else wanted
+    chosen = possible if wanted is None else wanted
     for name in chosen:
         if name not in possible:
             raise InputError(
@@ -140,11 +138,9 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
 
 
 def _possible(answer) -> list[str]:
-    several = answer.scene.at is None or answer.model.n_k > 1  # coordinates in which plans differ
     return [
         *(["samples"] if len(answer.samples) else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
-        *(["projections"] if several and answer.corridors else []),
     ]
 
 

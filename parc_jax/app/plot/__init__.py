@@ -5,10 +5,9 @@ or absent, every figure PNG and PDF.
 draws on `to`: None (a new figure is returned), a path (it is also saved there, .png and .pdf), or
 matplotlib Axes.
 
-samples      safe plans in the workspace, with their true runs
-projections  the safe polytopes from several sides
-regions      the regions of K by verdict and by time; `region_verdicts` gives the verdict of each
-errors       the tubes of several models over time
+samples  safe plans in the workspace, with their true runs
+regions  the regions of K by verdict and by time; `region_verdicts` gives the verdict of each
+errors   the tubes of several models over time
 
 `film.film` films a plan or an episode, `page.write_page` writes its page, `style.save` a figure.
 """

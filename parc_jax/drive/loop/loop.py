@@ -29,7 +29,6 @@ from parc_jax.drive.loop.candidates import (
     require_rest,
 )
 from parc_jax.drive.loop.commitment import Commitment, Step, leads_to, outside_tube
-from parc_jax.drive.loop.prover import Prover
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
@@ -84,10 +83,8 @@ class Loop:
     uncertainty: of start and heading, equal at every step. end: set of admissible ends, over all
     points and q seen from the start with the measured heading, for every heading in its
     uncertainty; None for all. candidates (b, chosen parameters): to judge at every step; by default
-    `effort.candidates`, even over K. prover: proves every commitment exactly in a second process;
-    nothing is committed to while it is far behind, nor after it rejected one. thinking: every run
-    of the model waits for the next command; None where that begins at the very moment of measuring,
-    as in a simulation.
+    `effort.candidates`, even over K. thinking: every run of the model waits for the next command;
+    None where that begins at the very moment of measuring, as in a simulation.
     Raises InputError for arguments that do not fit the model, for one that does not rest at its end
     (`require_rest`), and for a time to leave at which no run of its claim was left.
 
@@ -107,12 +104,11 @@ class Loop:
         end: HPolytope | None = None,
         candidates: np.ndarray | None = None,
         effort: Effort | None = None,
-        prover: Prover | None = None,
         thinking: Thinking | None = None,
     ):
         check_model(model)
         require_sound_arithmetic()
-        self.model, self.prover = model, prover
+        self.model = model
         self.uncertainty = Uncertainty() if uncertainty is None else uncertainty
         self.effort = Effort() if effort is None else effort
         self.given = given_axes(model, given)
@@ -154,9 +150,6 @@ class Loop:
         k = self._all_of_k(model.domain.lo[list(self.given)])
         preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
         why_of(scene, listed=k[:1])
-        if prover is not None:
-            zero = Fraction(0)
-            prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.nominal))
 
     def step(
         self,
@@ -188,9 +181,6 @@ class Loop:
         with a sentence.
         """
         begin = time.perf_counter()
-        trouble = "" if self.prover is None else self.prover.trouble()
-        if trouble:
-            return self.go_on(trouble, gone)
         try:
             if measured is not None:
                 begin = min(begin, float(as_float64("measured", measured, ())))
@@ -231,8 +221,6 @@ class Loop:
                 until = at + self.lasts
                 about = clear, judged, scene.nominal, float(drift)
                 one = Commitment(self._n, at, until, chosen, *about)
-                if self.prover is not None:
-                    self.prover.add(one)
                 self._before, self.under_way = self.under_way, one
                 self._n += 1
                 return Step(one, True)
