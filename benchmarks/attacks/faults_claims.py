@@ -89,9 +89,9 @@ RUNS = (
     ),
     Fault(
         "a_run_that_ended_its_process_has_another_chance",
-        "Fleet._together",
-        "elif not self.again:",
-        "elif part.lost == LOSSES:",
+        "Fleet.run",
+        "if not self.again:",
+        "if losses[place] == LOSSES:",
         "tests/rollout/test_fleet.py::test_a_lost_run_has_failed_and_no_other_is_begun_twice",
     ),
     Fault(

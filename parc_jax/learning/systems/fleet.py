@@ -6,9 +6,7 @@ declares that workers go away independently of their runs it is made again, and 
 
 import multiprocessing
 import signal
-import sys
 import threading
-import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import (
@@ -20,7 +18,6 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     wait,
 )
-from dataclasses import dataclass
 from queue import LifoQueue
 from typing import NamedTuple
 from uuid import uuid4
@@ -92,10 +89,8 @@ def _process() -> ProcessPoolExecutor:
     return ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"), **ignoring)
 
 
-RUNS_PER_PART = 4  # of runs that are made again; others go alone, so that none is lost with another
-LOSSES = 3  # of a part, then its runs go out alone; of a run alone, then the work ends
-SLOW = 3.0  # [longest time of a part so far] after which a part is sent once more
-LEAST_S = 1.0  # [s] least time of a slow part, and between two checks for some
+LOSSES = 3  # of a run, then the work ends
+CHECK_S = 1.0  # [s] between two looks at the room that other batches leave
 UNKNOWN = 64  # workers of an executor that does not report their number
 MAKE_AGAIN = ("distributed",)  # packages whose executors make lost calls again in silence
 
@@ -107,24 +102,12 @@ class Sent(NamedTuple):
     executor: Executor
 
 
-@dataclass
-class Share:
-    """Some runs of a batch. places: in the batch. lost: number of losses. copies: sent for being
-    slow. since: [s] time of the last sending.
-    """
-
-    places: range
-    lost: int = 0
-    copies: int = 0
-    since: float = 0.0
-
-
 class Fleet:
     """An executor, or a function that makes one, and so another when it broke.
 
     name: of the system, for messages. workers: None = as many as the executor reports. again: lost
-    runs are made again, and slow ones twice; else each of them is begun once at most. own:
-    processes started here, which hold the same code.
+    runs are made again; else each of them is begun once at most. own: processes started here, which
+    hold the same code.
     """
 
     def __init__(
@@ -138,12 +121,10 @@ class Fleet:
         self.name, self.again, self.own = name, again, own
         self._make = None if hasattr(executor, "submit") else executor
         self._executor = executor if self._make is None else None
-        self._changing, self._one_by_one = threading.Lock(), threading.Lock()
-        self._beginning, self._has_begun = threading.Lock(), False
-        self._longest_s = 0.0  # that a part took
+        self._changing, self._beginning, self._has_begun = threading.Lock(), threading.Lock(), False
         self.workers: int = workers or getattr(self._current(), "_max_workers", UNKNOWN)
         # no run waits in the queue of an executor, where it would be lost with a running one
-        self._room = threading.Semaphore(sys.maxsize if again else self.workers)
+        self._room = threading.Semaphore(self.workers)
         self._uncounted = not own and type(self._current()).__module__.startswith(MAKE_AGAIN)
         if self._uncounted and not again:
             raise InputError(
@@ -159,30 +140,54 @@ class Fleet:
         """
         code = "" if self.own else code_of(function)
 
-        def send(places) -> Sent:
+        def send(*places) -> Sent:
             of_part = [seeds[i] for i in places], [arguments[i] for i in places]
             return self._sent(run_sent, uuid4().hex, code, function, *of_part, *shapes)
 
         self._begin(send)
-        found = self._together(send, len(seeds))
-        with self._one_by_one:
-            for place in sorted(range(len(seeds)) - found.keys()):
-                found[place] = self._alone(send, place, arguments[place])
-        for place, call in found.items():
-            if isinstance(call, str):
-                why = f"as its worker was lost ({call}), with k = {arguments[place][0]}"
-                found[place] = failed(*shapes, why)
-            elif self._uncounted:
-                found[place] = call._replace(lost=UNCOUNTED)
-        return [found[place] for place in range(len(seeds))]
+        calls: dict[int, Call] = {}
+        losses = [0] * len(seeds)
+        out: dict[Future, tuple[Sent, int]] = {}
+        waiting = deque(range(len(seeds)))
+        while waiting or out:
+            while waiting and self._room.acquire(blocking=not out):
+                try:
+                    sent = send(waiting[0])
+                except BaseException:
+                    self._room.release()
+                    raise
+                sent.future.add_done_callback(lambda _: self._room.release())
+                out[sent.future] = sent, waiting.popleft()
+            done, _ = wait(out, timeout=CHECK_S, return_when=FIRST_COMPLETED)
+            for future in done:
+                sent, place = out.pop(future)
+                call = self._brought(sent)
+                if call is not None:
+                    lost = UNCOUNTED if self._uncounted else losses[place]
+                    calls[place] = call[0]._replace(lost=lost)
+                    continue
+                why, k = said(_error_of(future)), arguments[place][0]
+                losses[place] += 1
+                if not self.again:
+                    calls[place] = failed(*shapes, f"as its worker was lost ({why}), with k = {k}")
+                elif losses[place] < LOSSES:
+                    waiting.append(place)
+                else:
+                    raise InputError(
+                        f"{self.name}: expected workers that finish their runs; the one with k = "
+                        f"{k} was lost {LOSSES} times, the last time with {why}. A run that fails "
+                        "raises an exception and does not end its process; a function for other "
+                        "processes stands at the top level of a module that they can import."
+                    )
+        return [calls[place] for place in range(len(seeds))]
 
-    def _begin(self, send: Callable[[range], Sent]) -> None:
+    def _begin(self, send: Callable[..., Sent]) -> None:
         """An empty call before the first run, whose failure is no run's. Raises InputError."""
         with self._beginning:
             for _ in range(LOSSES if self.again else 1):
                 if self._has_begun:
                     return
-                sent = send(range(0))
+                sent = send()
                 wait([sent.future])
                 error = _error_of(sent.future)
                 self._has_begun = error is None and self._brought(sent) is not None
@@ -201,74 +206,6 @@ class Fleet:
             if self._make is not None and self._executor is not None:
                 self._executor.shutdown(wait=True)
                 self._executor = None
-
-    def _together(self, send: Callable[[range], Sent], n: int) -> dict[int, Call | str]:
-        """Finished runs of n by place; of lost ones the fate of their worker, or nothing where they
-        are made again and were lost LOSSES times.
-        """
-        calls_at: dict[int, Call | str] = {}
-        out: dict[Future, tuple[Sent, Share]] = {}
-        each = RUNS_PER_PART if self.again else 1
-        waiting = deque(Share(range(i, min(i + each, n))) for i in range(0, n, each))
-
-        def go(part: Share) -> None:
-            part.since = time.monotonic()
-            try:
-                sent = send(part.places)
-            except BaseException:
-                self._room.release()
-                raise
-            sent.future.add_done_callback(lambda _: self._room.release())
-            out[sent.future] = sent, part
-
-        # a part that is out and has come back was sent twice
-        while waiting or any(part.places[0] not in calls_at for _, part in out.values()):
-            while waiting and self._room.acquire(blocking=not out):
-                go(waiting.popleft())
-            done, _ = wait(out, timeout=LEAST_S, return_when=FIRST_COMPLETED)
-            for future in done:
-                sent, part = out.pop(future)
-                calls = self._brought(sent)
-                if part.places[0] in calls_at:
-                    continue
-                if calls is not None:
-                    self._longest_s = max(self._longest_s, time.monotonic() - part.since)
-                    lost = part.lost + part.copies
-                    calls = [call._replace(lost=lost) for call in calls]
-                    calls_at.update(zip(part.places, calls, strict=True))
-                elif not self.again:
-                    calls_at[part.places[0]] = said(_error_of(future))
-                elif part.lost + 1 < LOSSES:
-                    part.lost += 1
-                    waiting.append(part)
-            for part in self._slow(out, calls_at):
-                part.copies += 1
-                waiting.append(part)
-        return calls_at
-
-    def _slow(self, out: dict, calls_at: dict) -> list[Share]:
-        """Parts whose worker may have stopped in silence."""
-        if not self.again or self._longest_s == 0.0:
-            return []  # or no part has come back yet
-        latest = time.monotonic() - max(LEAST_S, SLOW * self._longest_s)
-        parts = {id(part): part for _, part in out.values() if part.places[0] not in calls_at}
-        return [part for part in parts.values() if part.since < latest and part.copies < LOSSES]
-
-    def _alone(self, send: Callable[[range], Sent], place: int, given: tuple) -> Call:
-        """A run by itself, so that a loss is its own."""
-        for lost in range(LOSSES):
-            sent = send(range(place, place + 1))
-            wait([sent.future])
-            calls = self._brought(sent)
-            if calls is not None:
-                return calls[0]._replace(lost=LOSSES + lost)
-        raise InputError(
-            f"{self.name}: expected workers that finish their runs; the one with k = {given[0]} "
-            f"was lost {LOSSES} times when it was sent alone, the last time with "
-            f"{said(_error_of(sent.future))}. A run that fails raises an exception and does not "
-            "end its process; a function for other processes stands at the top level of a module "
-            "that they can import."
-        )
 
     def _brought(self, sent: Sent) -> list[Call] | None:
         """The finished runs, None for lost ones. Raises InputError, and ImportError."""

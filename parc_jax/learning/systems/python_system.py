@@ -15,13 +15,14 @@ from parc_jax.common.keys import key_data
 from parc_jax.common.sets.box import Box
 from parc_jax.learning.runs.chunks import cores
 from parc_jax.learning.system import ONE_POINT, Retried, TimeGrid, Trajectory, check_points
-from parc_jax.learning.systems.fleet import RUNS_PER_PART, Fleet, Processes
+from parc_jax.learning.systems.fleet import Fleet, Processes
 from parc_jax.learning.systems.python_worker import run_many
 from parc_jax.learning.systems.user_code import said
 
-RUNS_PER_WORKER = 16  # per chunk: the progress bar moves and finished work is kept this often
+# per chunk: the progress bar moves and finished work is kept this often
+RUNS_PER_WORKER, ELSEWHERE = 16, 4
 LOST = ("failed", "again")
-AT_ONCE = 3  # chunks that a fleet works on, so that the slowest part delays none
+AT_ONCE = 3  # chunks that a fleet works on, so that the slowest run delays none
 
 
 class PythonSystem:
@@ -50,7 +51,7 @@ class PythonSystem:
         self.points = points
         self.chunk, self.at_once = RUNS_PER_WORKER * max(1, workers), 1
         if fleet is not None and not fleet.own:
-            self.chunk, self.at_once = RUNS_PER_PART * fleet.workers, AT_ONCE
+            self.chunk, self.at_once = ELSEWHERE * fleet.workers, AT_ONCE
         self.q_labels: Sequence[str] | None = None
         self.k_labels: Sequence[str] | None = None
         self._fleet = fleet
@@ -130,8 +131,8 @@ def python_system(
         or a function that makes one, which is called again when one broke. workers: their number,
         None = as it reports. A worker with other code is refused.
     lost: of an executor, fate of a run whose worker was lost: "failed", since the run may have
-        ended it; or "again", where machines go away independently of their runs. Slow runs are
-        then made twice too, both are counted, and claims list `WORKERS_LOST`.
+        ended it; or "again", where machines go away independently of their runs. How many were is
+        counted, and claims list `WORKERS_LOST`.
     law: parameters of the disturbances, for the record. q_labels, k_labels: names with units, such
         as "speed [m/s]". Raises InputError.
     """
