@@ -33,7 +33,6 @@ ORDER = (
 DOORS = {
     "answer/answer.py": "parc_jax.drive.local",
     "planner.py": "parc_jax.drive.local",
-    "app/cli/logged.py": "parc_jax.bags",
 }
 HEAVY = (
     "sims",

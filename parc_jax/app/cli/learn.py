@@ -18,7 +18,6 @@ def learn(
     out: Path,
     study: Annotated[dict, Offer("learning.learn.Learning", left_out="the study's, or ")],
     logged: Annotated[dict, Offer("app.cli.logged.Logged", left_out="")],
-    bagged: Annotated[dict, Offer("app.cli.logged.Bagged", left_out="")],
     shell: Annotated[Shell, Offer("app.cli.options.Shell")],
 ) -> int:
     """Learn a trajectory model and bound its error. Example: parc-jax learn drift_parking --out
@@ -27,12 +26,9 @@ def learn(
     From logged runs: parc-jax learn logs.npz --dt 0.1 --t-f 4 --dt-record 0.05 --out model.npz;
     from few of them, add --prior twist.
 
-    From bags of ROS: parc-jax learn bags --pose /odom --command /cmd_vel --k linear.x angular.z
-    --dt 0.1 --t-f 4 --out model.npz
-
     Args:
         source: A system of `parc-jax systems`, a module of yours with `system()`, logged runs
-            (.npz, .mat, folder), or a bag or a folder of bags (.bag, .mcap, .db3).
+            (.npz, .mat, folder).
         out: The model file. Unfinished work stays beside it, in OUT.unfinished.
     """
     from parc_jax.app.cli import logged as logs
@@ -44,17 +40,13 @@ def learn(
     require_place(out)
     work = out.with_name(f"{out.name}.unfinished")
     with held(out):
-        bags = logs.are_bags(Path(source))
-        if not bags:
-            logs.refuse(bagged, source, "bags")
-        if bags or Path(source).suffix in (".npz", ".mat", ".csv") or Path(source).is_dir():
+        if Path(source).suffix in (".npz", ".mat", ".csv") or Path(source).is_dir():
             log = logs.Logged(**logged)
             run_anew = [name for name in logs.NEW_RUNS if name in study]
             if log.prior is not None:
                 run_anew = [name for name in run_anew if name != "rollouts"]
             logs.refuse(run_anew, source, "a system that can be run")
-            bag = logs.Bagged(**bagged)
-            learned = logs.from_log(Path(source), log, bag, study, shell.seed)
+            learned = logs.from_log(Path(source), log, study, shell.seed)
             learned.model.save(out)
         else:
             logs.refuse(logged, source, "logged runs")

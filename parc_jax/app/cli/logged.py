@@ -1,10 +1,9 @@
-"""Logged runs and bags for `learn`: their options, how they are read, and the printed summary."""
+"""Logged runs for `learn`: their options, how they are read, and the printed summary."""
 
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -13,15 +12,14 @@ from parc_jax.app.study.report import final_error, name_of_network, spread
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import Options
-from parc_jax.common.sets.box import Box, box
+from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.learn import WITH_PRIOR, Learned, Learning, learn_report
 from parc_jax.learning.network.predict import outputs
 from parc_jax.learning.network.train import training_arrays
 from parc_jax.learning.prior.teach import TWIST
-from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.loaders import load_rollouts
-from parc_jax.learning.system import TimeGrid, time_grid
+from parc_jax.learning.system import time_grid
 
 # options of a study that ask for runs of a system
 NEW_RUNS = ("plant", "body", "rollouts", "profile_runs", "fresh")
@@ -61,35 +59,6 @@ class Logged(Options):
             )
 
 
-@dataclass(frozen=True)
-class Bagged(Options):
-    """How runs are cut out of bags."""
-
-    pose: str | None = None
-    """Bags only: topic of poses, such as /odom, or /tf with --frames."""
-    command: str | None = None
-    """Bags only: topic of commands; each new one begins a run."""
-    k: tuple[str, ...] | None = None
-    """Bags only: the numbers of a command that are k, such as linear.x angular.z."""
-    given: tuple[str, ...] | None = None
-    """Bags only: numbers in the messages of poses that are measured when a run begins, such as
-    twist.twist.linear.x; they are the first parameters. Default: none."""
-    frames: tuple[str, str] | None = None
-    """Bags only: parent and child of the transform that is meant, or that poses must have."""
-    footprint: str | None = None
-    """Bags only: the outline of the robot as Nav2 spells it, whose corners are its points.
-    Default: one point."""
-    after: float = 0.0
-    """Bags only: seconds from a command to where its run begins."""
-    short: Literal["failed", "dropped"] = "failed"
-    """Bags only: what a run is that the next command cut short: failed, or dropped, which changes
-    the law of the runs."""
-    bridge: float | None = None
-    """Bags only: seconds between poses that may be bridged. Default: two record steps."""
-    clock: Literal["header", "recorder"] = "header"
-    """Bags only: the stamps of messages, or when they were recorded."""
-
-
 def refuse(given: Iterable[str], source: str, of: str) -> None:
     """Raises InputError for the first of these options that were given: it would be ignored."""
     for name in given:
@@ -97,7 +66,7 @@ def refuse(given: Iterable[str], source: str, of: str) -> None:
         raise InputError(f"{option}: expected with {of} only, which {source} is not. Leave it out.")
 
 
-def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) -> Learned:
+def from_log(path: Path, log: Logged, study: dict, seed: int) -> Learned:
     """Learn recorded runs: a random part for training, the rest for the bound. study: fields of
     `Learning`. Raises InputError.
     """
@@ -110,12 +79,7 @@ def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) ->
             f"{len(corners)} numbers."
         )
     domain = None if corners is None else box(corners[::2], corners[1::2])
-    if are_bags(path):
-        if log.points is not None:
-            refuse(["points"], str(path), "tables of runs (bags take --footprint)")
-        data = from_bags(path, time, domain, log.k_law, bagged)
-    else:
-        data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points)
+    data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points)
     prior = log.prior
     if prior is not None and prior != TWIST:
         prior = black_box_with(find(prior, needed=("system",)), data.points)
@@ -154,29 +118,3 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
         f"Written to {path}. Ask with: parc-jax solve {path} SCENE.toml --out answer.json",
     ]
     return "\n".join(lines)
-
-
-def are_bags(path: Path) -> bool:
-    """Is there a bag, or a folder with one and without a table of k?"""
-    from parc_jax.bags.recording import is_bag
-
-    if is_bag(path) or not path.is_dir():
-        return is_bag(path)
-    return not (path / "k.csv").exists() and any(map(is_bag, path.iterdir()))
-
-
-def from_bags(
-    path: Path, time: TimeGrid | None, domain: Box | None, k_law: str, bagged: Bagged
-) -> RolloutBatch:
-    """Runs from bags. Raises InputError."""
-    from parc_jax.bags.load import load_bags
-    from parc_jax.problem.world.outlines import read_footprint
-
-    needed = {"dt and --t-f": time, "pose": bagged.pose, "command": bagged.command, "k": bagged.k}
-    for name, value in needed.items():
-        if value is None:
-            raise InputError(f"{path}: expected --{name} to cut runs out of bags; none was given.")
-    options = vars(bagged) | {"given": bagged.given or ()}
-    outline = options.pop("footprint")
-    robot = None if outline is None else read_footprint(outline)
-    return load_bags(path, time, robot=robot, domain=domain, k_law=k_law, **options)
