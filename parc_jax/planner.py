@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import compress
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,13 +10,11 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.answer.looks import Looks
 from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, as_key, stream
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel, check_model
-from parc_jax.learning.system import System
 from parc_jax.method import Exact
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem, nominal_problems, query
@@ -34,8 +32,6 @@ from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene, volume_of_all
 
 if TYPE_CHECKING:
-    from parc_jax.drive.local.localise import Local
-    from parc_jax.drive.local.refine import Refined
     from parc_jax.drive.local.validate import Validate
 
 WHOLE = Settings.whole()
@@ -214,48 +210,6 @@ class Planner:
         cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
         apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
         return self.solve(problem, apart, cold, at=at)
-
-    def refine(
-        self,
-        problem: Problem,
-        system: System,
-        key: jax.Array,
-        local: "Local | None" = None,
-        *,
-        shares: Sequence[float] = (2e-3, 2e-4, 2e-5, 2e-6),
-        centres: int = 12,
-        runs: int = 200,
-        around: Sequence[Sequence[float]] = (),
-        looks: int = 2,
-        delta: float = 1e-3,
-        settings: Settings | None = None,
-        say: Callable[[str], None] | None = None,
-    ) -> "Refined":
-        """Search for a small box of K with new runs where plans of a problem are, or nearly are;
-        then a plan, a claim about its box, and everything proved again under it. [T23, T24]
-
-        For scenes too narrow for a model of the whole of K, and plans close to something.
-        system: the black box of this model. key: only its DRIVEN stream is used, by no other call.
-        local: sizes of the claims; its share and shape are not used, the shape of the tube is
-        selected before the calibration runs. shares: of K that the boxes of each round take,
-        falling. centres, runs: boxes a round, and runs of each. around: values of k (n_k,) that the
-        first round samples too. looks: claims that may be made; delta: error probability of all of
-        them together. settings: of the query under a claim. say: called with a line of progress.
-        Raises InputError.
-        """
-        # imported late: queries alone need no trainer
-        from parc_jax.drive.local.refine import Zoom, refine
-
-        require_problem(problem)
-        settings = _settings("refine", settings)
-        if problem.uncertainty is not None:
-            raise InputError(
-                "refine: expected a problem without uncertainty; set uncertainty=None."
-            )
-        require_sound_arithmetic()
-        asked = query(problem, self.model)
-        zoom = Zoom(asked, system, key, tuple(shares), centres, runs, around)
-        return refine(zoom, local, Looks().declare(delta, looks), settings, say)
 
     def solve_batch(
         self,

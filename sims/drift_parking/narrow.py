@@ -29,6 +29,7 @@ from sims import rectangle
 from sims.drift_parking.closing_in import ClosingIn, narrowest
 from sims.drift_parking.scenario import problem
 from sims.drift_parking.system import system
+from sims.refine import refine
 
 APART = 4.6  # [m] between the parked cars; the circle around the car is 4.71 m across
 REFINED = 4.5  # [m] the same, for a refined model
@@ -120,7 +121,7 @@ def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
     save_problem(options.out / "refined.toml", scene, model.labels, model.points)
     car = system("ode", rectangle.BODY)
     zoom = {"shares": (1e-4, 1e-5, 1e-6), "centres": 6, "around": (CALM,)}
-    found = Planner(model).refine(scene, car, key, **zoom, say=print)
+    found = refine(model, scene, car, key, **zoom, say=print)
     print(found.table())
     print(found.details())
     if found.choice is not None:

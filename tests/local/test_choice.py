@@ -293,7 +293,7 @@ def test_a_plan_has_as_much_room_as_the_claim_says_that_the_start_matters(chosen
     assert f"Assumes: IID, {claim.assumptions[1]}, DISCRETE_TIME(h" in found.details()
     seen = {}
 
-    def noted(runs, delta, local, start, between, problem):
+    def noted(runs, delta, local, start, between):
         seen.update(declared=start.declared, between=between)
         raise NotImplementedError
 

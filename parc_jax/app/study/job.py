@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from threading import Thread
 
 import jax
 import numpy as np
@@ -22,7 +21,7 @@ from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import part_of
 from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.drive.local.localise import Local, compile_near
+from parc_jax.drive.local.localise import Local
 from parc_jax.drive.local.validate import Validate, validated
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
@@ -102,10 +101,7 @@ def run_study(
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
     driven = study.driven and answer.status.found and uncertainty is None
-    ahead = runs = None
-    # compiles while the plan is chosen and run: the query near it would wait for that
-    if driven and learned is not None and len(answer.samples):
-        ahead = compile_near(problem, learned.train, answer.samples[0, model.n_p :])
+    runs = None
     # under an uncertain execution a plan has several realisations, and no one run to replay
     if len(answer.samples) and not (uncertainty and uncertainty.copies):
         with watch("replay"):
@@ -135,7 +131,7 @@ def run_study(
         print(f"{system.name}: the answer is in {out}.", file=sys.stderr)
     if driven:
         with watch("the plan that is driven"):
-            metrics["driven"] = drive(system, answer, study, key, out, quiet, ahead)
+            metrics["driven"] = drive(system, answer, study, key, out, quiet)
         answer.save(out / "answer.json")  # again, with the looks that are taken
         finish(out, metrics)
     return outcome
@@ -151,23 +147,12 @@ def _draw_first(answer: Answer, picture: Path, name: str, quiet: bool) -> None:
         print(f"{name}: first plans are in {picture}, proved under {claim}.", file=sys.stderr)
 
 
-def drive(
-    system,
-    answer: Answer,
-    study: Study,
-    key: jax.Array,
-    out: Path,
-    quiet: bool,
-    ahead: Thread | None,
-) -> dict:
-    """Test and localise the plan with most room: plan and sentences (D). [T23]
-
-    ahead: compiles the query under the local claim. Writes that answer as near.json.
+def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet: bool) -> dict:
+    """Test and localise the plan with most room: plan and sentences (D). Writes the answer under
+    the local claim as near.json. [T23]
     """
     chosen = answer.choose(delta=study.delta, looks=LOOKS)
     chosen = chosen.test(system, key, eps=study.eps, quiet=quiet)
-    if ahead is not None:
-        ahead.join()
     chosen = chosen.localise(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
     near = chosen.near
     if near.answer is not None:

@@ -3,11 +3,9 @@
 Fresh runs on the box, a small network, and an error bound about the box alone.
 """
 
-import contextlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from threading import Thread
 from typing import NamedTuple
 
 import jax
@@ -22,14 +20,11 @@ from parc_jax.common.options import part_of
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.safe_box import SafeBox, safe_box, share_of
-from parc_jax.drive.local.search import rank_plans
-from parc_jax.learning.bound.claim import ErrorClaim, stand_in
+from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import NoStatement, Risk
-from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.pipeline import STORED, Runs, bound_errors, learn_profiles
+from parc_jax.learning.bound.pipeline import STORED, Runs, bound_errors
 from parc_jax.learning.bound.settings import (
     DISCRETE_TIME,
-    SHAPES,
     BoundSettings,
     Intersample,
     Sizing,
@@ -38,22 +33,19 @@ from parc_jax.learning.bound.settings import (
 from parc_jax.learning.bound.start_gap import StartTrial, declared_gap, try_starts
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
-from parc_jax.learning.network.fit import Training, fit, fit_tail
+from parc_jax.learning.network.fit import Training, fit
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch, concatenate
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec
 from parc_jax.learning.system import System, check_system
-from parc_jax.method import Exact
 from parc_jax.planner import Planner
-from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.scene import Scene, scene_of
+from parc_jax.safe_set.verdict.scene import Scene
 
 BINS = 1  # per axis: the error hardly ever changes within so small a box
-NEAREST = 60  # training runs around a plan: enough for an affine map, and for a narrow tube
 NARROWER = 1.05  # [1] least factor by which a tube that is called narrower is so
 _TRIAL = 2**32 - 1  # number within the DRIVEN stream, behind those of looks and pilot samples
 
@@ -96,8 +88,7 @@ class Near:
     model: of N alone. look: spent on it. share: exact, of K that N takes. at_end, on_the_way:
     geometric mean factors by which the local tube is narrower than that over K; infinite where the
     latter has no claim. answer: to the same problem under the local tube; None where that has no
-    claim, or no plan was left to search for. margin: [m, .] of the best plan, where one was
-    searched for. proved: a large box in N of plans from the start of a chosen plan, all proved safe
+    claim. proved: a large box in N of plans from the start of a chosen plan, all proved safe
     under the local tube, or None. of: the plan that was chosen.
     """
 
@@ -107,7 +98,6 @@ class Near:
     at_end: float
     on_the_way: float
     answer: Answer | None = None
-    margin: float = -np.inf
     proved: SafeBox | None = None
     of: Driven | None = None
 
@@ -189,41 +179,43 @@ def localise(
     key: jax.Array,
     looks: Looks,
     local: Local,
-    settings: Settings | None = None,
-    plan: np.ndarray | None = None,
+    settings: Settings | None,
+    plan: np.ndarray,
     quiet: bool = True,
 ) -> Near:
     """Bound the error on a box of K by fresh runs there and answer a query again under it.
 
     start: result of `start_trial`. key: only its DRIVEN stream is used. looks: the account, of
-    which one look is spent, also where its runs fail. settings: of the query.
-    plan (n_p + n_k,): the plan in the box that was chosen before. None: there is none yet; network
-    and shape of the tube are selected for this problem, and the query searches around the plan with
-    the largest margin under the claim. Raises InputError.
+    which one look is spent, also where its runs fail. settings: of the query. plan (n_p + n_k,): in
+    the box, chosen before. Raises InputError.
     """
     look = looks.take()
-    about = (box.lo, box.hi) if plan is None else (plan, box.lo, box.hi)
-    fresh = fresh_key(key, look, *about)
-    whole, runs = question.model, LocalRuns(system, fresh, box, local.rollouts, quiet)
-    between = intersample_of(whole.claim.assumptions)
-    selected_for = question.problem if plan is None else None
-    model = local_model(runs, look.delta, local, start, between, selected_for)
+    fresh = fresh_key(key, look, plan, box.lo, box.hi)
+    runs = LocalRuns(system, fresh, box, local.rollouts, quiet)
+    between = intersample_of(question.model.claim.assumptions)
+    model = local_model(runs, look.delta, local, start, between)
+    return answered_near(question, model, look, looks, fresh, settings)
+
+
+def answered_near(
+    question: Query,
+    model: TrajectoryModel,
+    look: Look,
+    looks: Looks,
+    key: jax.Array,
+    settings: Settings | None,
+) -> Near:
+    """The answer to a query again, under the model of a box of its K. looks: the account, of which
+    `look` was spent. key: its SEARCH stream is used.
+    """
+    whole = question.model
     share = share_of(model.domain, whole.domain)
     near = Near(model, look, share, *_narrowing(whole.tube, model.tube, model.domain))
-    query = question.of(model)
     if not model.tube.claimed.any():
         return near
-    if plan is None:
-        best = rank_plans(scene_of(query.problem, model), np.random.default_rng(0))
-        near = replace(near, margin=best.score)
-        # not a proof that no plan is safe, but reason enough to try the next box
-        if not near.margin > 0:
-            return near
-        settings = settings or Settings.whole()
-        if settings.method is None:
-            settings = settings.replace(method=Exact((best.p0[0], best.k[0])))
+    query = question.of(model)
     at = None if query.pose is None else query.pose.values
-    answer = Planner(model).solve(query.problem, fresh, settings, at=at)
+    answer = Planner(model).solve(query.problem, key, settings, at=at)
     # the same account of looks: tests of plans of the new answer are counted with those before
     return replace(near, answer=replace(answer, looks=looks))
 
@@ -253,38 +245,34 @@ def local_model(
     local: Local,
     start: StartTrial,
     between: Intersample = DISCRETE_TIME,
-    problem: Problem | None = None,
 ) -> TrajectoryModel:
     """Learn a system on the box of its runs and bound its error there with confidence 1 - delta.
     [T1, T23]
 
     start: result of `start_trial`. between: declared by the claim over K about the time between
-    records. problem: network and shape of the tube are those that leave it the largest margin; None
-    for an affine map or `local.hidden`, and `local.shape`. Raises InputError.
+    records. Raises InputError.
     """
     train = runs.train()
-    net, profiles = fit(train, local, runs.key), None
-    if problem is not None:
-        # by training and shape runs alone: calibration runs see the selected pair, for one look
-        further = list(runs.further(local.profile_runs))
-        nets = [net] if local.hidden else [net, fit_tail(net, train)]
-        rng = np.random.default_rng(0)
-        tried = []
-        for net in nets:
-            for shape in SHAPES:
-                profile = learn_profiles([net], train, further, runs.bins, shape=shape)[0]
-                scene = scene_of(problem, _guessed(net, train, profile))
-                tried.append((rank_plans(scene, rng).score, net, [profile]))
-        _, net, profiles = max(tried, key=lambda one: one[0])
+    return bounded_near(fit(train, local, runs.key), runs, train, delta, local, start, between)
+
+
+def bounded_near(
+    net: ReLUNetwork,
+    runs: "LocalRuns",
+    train: RolloutBatch,
+    delta: Fraction,
+    local: Local,
+    start: StartTrial,
+    between: Intersample,
+    profiles: list[Tube] | None = None,
+) -> TrajectoryModel:
+    """The model of a network fitted to `train`, its error bounded by fresh runs on their box.
+    profiles: shape of its tube, None to learn it. Raises InputError.
+    """
     about = {"delta": delta, "bins": runs.bins, "intersample": between}
     bound = BoundSettings(**part_of(local, Sizing), **about)
     claim = bound_errors([net], runs, train, bound, start, profiles=profiles)[0][0]
     return trajectory_model(net, claim)
-
-
-def _guessed(net: ReLUNetwork, train: RolloutBatch, profile: Tube) -> TrajectoryModel:
-    """A model with the error shape as its tube, to compare shapes; nothing is claimed."""
-    return trajectory_model(net, stand_in(assumed_claim(net, train.finite), profile))
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,34 +322,6 @@ def _on_box(runs: RolloutBatch, whole: LawSpec, box: Box) -> RolloutBatch:
     """Runs with k uniform on a box N inside K, and a law that says so. whole: the law on K."""
     law = law_spec(whole.generator, box, "uniform", {**dict(whole.parameters), BOX: "N"})
     return replace(runs, domain=box, law=law)
-
-
-def compile_near(problem: Problem, train: RolloutBatch, k: np.ndarray) -> Thread:
-    """Begin to compile the query of `Choice.localise` near k (n_k,); join the thread before it.
-
-    Programs depend on shapes alone: a model guessed from the training runs nearest to k has those
-    of the local model, and its answer is dropped.
-    """
-
-    def work() -> None:
-        # a failure here is one of the query too, and is reported there
-        with contextlib.suppress(Exception):
-            Planner(guessed_near(train, k)).warm_up(problem)
-
-    thread = Thread(target=work)
-    thread.start()
-    return thread
-
-
-def guessed_near(train: RolloutBatch, k: np.ndarray) -> TrajectoryModel:
-    """A model with the shapes of a local one around k (n_k,), from the training runs nearest."""
-    side = train.domain.hi - train.domain.lo
-    away = np.abs((train.k - k) / side).max(axis=1)
-    near = train.select(np.argsort(np.where(train.failed, np.inf, away))[:NEAREST])
-    near = _on_box(near, train.law, Box(near.k.min(axis=0), near.k.max(axis=0)))
-    net = fit(near, Local(), jax.random.PRNGKey(0))
-    profile = learn_profiles([net], near, (), (BINS,) * train.n_k)[0]
-    return _guessed(net, near, profile)
 
 
 def _narrowing(whole: Tube, local: Tube, box: Box) -> tuple[float, float]:

@@ -12,7 +12,12 @@ from parc_jax.answer.answer import answer_data
 from parc_jax.checker import check_answer
 from parc_jax.common.errors import InputError
 from parc_jax.drive.local.localise import Local
-from parc_jax.drive.local.search import (
+from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.system import Trajectory
+from parc_jax.safe_set.verdict.outcomes import outcomes
+from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.verdict.scene import scene_of
+from sims.boxes_of_k import (
     Aim,
     margins_of,
     pilot_samples,
@@ -22,12 +27,7 @@ from parc_jax.drive.local.search import (
     smaller_boxes,
     spaced,
 )
-from parc_jax.learning.runs.collect import collect
-from parc_jax.learning.system import Trajectory
-from parc_jax.planner import Planner
-from parc_jax.safe_set.verdict.outcomes import outcomes
-from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import scene_of
+from sims.refine import refine
 
 KEY = jax.random.PRNGKey(0)
 pytestmark = pytest.mark.slow  # kernels of its own: of the gate
@@ -45,8 +45,15 @@ def narrow():
 def refined(narrow):
     said = []
     system = plant(toy.gusty, toy.T)
-    found = toy.planner().refine(
-        narrow, system, KEY, LOCAL, **ASKED, settings=toy.SETTINGS, say=said.append
+    found = refine(
+        toy.planner().model,
+        narrow,
+        system,
+        KEY,
+        LOCAL,
+        **ASKED,
+        settings=toy.SETTINGS,
+        say=said.append,
     )
     return found, said
 
@@ -64,8 +71,15 @@ def test_a_start_that_matters_is_refused_before_a_probe_or_a_look(narrow):
     leaning = Leaning(steady.domain, steady.time, steady.run)
     said = []
     with pytest.raises(InputError, match="do not depend on where they start"):
-        toy.planner().refine(
-            narrow, leaning, KEY, LOCAL, **ASKED, settings=toy.SETTINGS, say=said.append
+        refine(
+            toy.planner().model,
+            narrow,
+            leaning,
+            KEY,
+            LOCAL,
+            **ASKED,
+            settings=toy.SETTINGS,
+            say=said.append,
         )
     choice = toy.answer().choose()
     with pytest.raises(InputError, match="do not depend on where they start"):
@@ -177,8 +191,8 @@ def test_no_plan_is_no_proof(narrow):
     walled = toy.problem(wall=0.0)
     asked = {"shares": (0.05,), "centres": 2, "runs": 30, "looks": 1, "delta": 0.05}
     quick = toy.SETTINGS.replace(budget_s=300)
-    found = toy.planner().refine(
-        walled, plant(toy.gusty, toy.T), KEY, LOCAL, **asked, settings=quick
+    found = refine(
+        toy.planner().model, walled, plant(toy.gusty, toy.T), KEY, LOCAL, **asked, settings=quick
     )
     assert found.choice is None
     assert "not a proof that none exists" in found.details() and found.looks.taken == 1
@@ -198,11 +212,11 @@ def test_no_plan_is_no_proof(narrow):
 def test_settings_that_make_no_sense(change, match, narrow):
     system = plant(toy.gusty, toy.T, name=toy.model().system)
     with pytest.raises(InputError, match=match):
-        toy.planner().refine(narrow, system, KEY, LOCAL, **(ASKED | change))
+        refine(toy.planner().model, narrow, system, KEY, LOCAL, **(ASKED | change))
 
 
 def test_questions_that_make_no_sense(narrow):
     with pytest.raises(InputError, match="expected the system of this model"):
-        toy.planner().refine(narrow, plant(toy.gusty, toy.T, name="other"), KEY)
+        refine(toy.planner().model, narrow, plant(toy.gusty, toy.T, name="other"), KEY)
     with pytest.raises(InputError, match="refine: expected a Local"):
-        Planner(toy.model()).refine(narrow, plant(toy.gusty, toy.T), KEY, 3)
+        refine(toy.model(), narrow, plant(toy.gusty, toy.T), KEY, 3)

@@ -8,21 +8,44 @@ one look of the few declared, until a plan is proved under the claim.
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from parc_jax.answer.looks import Looks
+from parc_jax.answer.looks import Looks, fresh_key
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
+from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
 from parc_jax.drive.local.choice import Choice
-from parc_jax.drive.local.localise import Local, checked_local, localise, start_trial
-from parc_jax.drive.local.safe_box import box_around
-from parc_jax.drive.local.search import (
+from parc_jax.drive.local.localise import (
+    Local,
+    LocalRuns,
+    answered_near,
+    bounded_near,
+    checked_local,
+    start_trial,
+)
+from parc_jax.drive.local.safe_box import box_around, share_of
+from parc_jax.learning.bound.claim import stand_in
+from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.bound.settings import SHAPES, Intersample, intersample_of
+from parc_jax.learning.bound.start_gap import StartTrial
+from parc_jax.learning.model import TrajectoryModel, trajectory_model
+from parc_jax.learning.network.fit import fit, fit_tail
+from parc_jax.learning.system import System
+from parc_jax.method import Exact
+from parc_jax.problem.problem import Problem
+from parc_jax.problem.robust.nominal import Query, query
+from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.pointwise import paths_of
+from parc_jax.safe_set.verdict.scene import lowered, scene_of
+from sims.boxes_of_k import (
     Aim,
     PilotSample,
     pilot_samples,
@@ -31,11 +54,6 @@ from parc_jax.drive.local.search import (
     smaller_boxes,
     spaced,
 )
-from parc_jax.learning.system import System
-from parc_jax.problem.robust.nominal import Query
-from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import lowered, scene_of
 
 _log = logging.getLogger(__name__)
 
@@ -91,7 +109,7 @@ class Refined:
 
 @dataclass(frozen=True)
 class Zoom:
-    """A search for boxes of K by pilot samples, with options of `Planner.refine`."""
+    """A search for boxes of K by pilot samples, with options of `refine`."""
 
     question: Query
     system: System
@@ -166,32 +184,89 @@ class Zoom:
 
 
 def refine(
-    zoom: Zoom,
-    local: Local | None,
-    looks: Looks,
-    settings: Settings,
+    model: TrajectoryModel,
+    problem: Problem,
+    system: System,
+    key: jax.Array,
+    local: Local | None = None,
+    *,
+    shares: Sequence[float] = (2e-3, 2e-4, 2e-5, 2e-6),
+    centres: int = 12,
+    runs: int = 200,
+    around: Sequence[Sequence[float]] = (),
+    looks: int = 2,
+    delta: float = 1e-3,
+    settings: Settings | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Refined:
-    """Search for boxes, then localise the best: see `Planner.refine`. Raises InputError."""
-    question, system, key, stages = zoom.question, zoom.system, zoom.key, []
-    local = checked_local("refine", system, question.model, local)
+    """Search for a small box of K with new runs where plans of a problem are, or nearly are; then a
+    plan, a claim about its box, and everything proved again under it. [T23, T24]
+
+    For scenes too narrow for a model of the whole of K, and plans close to something.
+    system: the black box of this model. key: only its DRIVEN stream is used, by no other call.
+    local: sizes of the claims; its share and shape are not used, the shape of the tube is
+    selected before the calibration runs. shares: of K that the boxes of each round take,
+    falling. centres, runs: boxes a round, and runs of each. around: values of k (n_k,) that the
+    first round samples too. looks: claims that may be made; delta: error probability of all of
+    them together. settings: of the query under a claim. say: called with a line of progress.
+    Raises InputError.
+    """
+    if problem.uncertainty is not None:
+        raise InputError("refine: expected a problem without uncertainty; set uncertainty=None.")
+    require_sound_arithmetic()
+    question, stages = query(problem, model), []
+    zoom = Zoom(question, system, key, tuple(shares), centres, runs, around)
+    local, account = checked_local("refine", system, model, local), Looks().declare(delta, looks)
 
     def note(stage: Bought) -> None:
         stages.append(stage)
         (say or _log.info)(str(stage))
 
-    start = start_trial(system, key, local, question.model.claim)
-    for box in zoom.boxes(note)[: looks.planned]:
-        near = localise(question, system, start, box, key, looks, local, settings)
-        name = f"claim, look {near.look.number} of {near.look.planned}"
-        runs = local.rollouts + local.profile_runs + near.model.claim.n
-        widest = float(near.model.tube.final.max())
-        note(Bought(name, near.model.domain, float(near.share), runs, near.margin, widest))
+    start = start_trial(system, key, local, model.claim)
+    for box in zoom.boxes(note)[: account.planned]:
+        look = account.take()
+        runs_there = LocalRuns(system, fresh_key(key, look, box.lo, box.hi), box, local.rollouts)
+        between = intersample_of(model.claim.assumptions)
+        there = selected_model(problem, runs_there, look.delta, local, start, between)
+        best = rank_plans(scene_of(problem, there), np.random.default_rng(0))
+        made = local.rollouts + local.profile_runs + there.claim.n
+        name = f"claim, look {look.number} of {look.planned}"
+        share, widest = float(share_of(box, model.domain)), float(there.tube.final.max())
+        note(Bought(name, there.domain, share, made, best.score, widest))
+        if not best.score > 0:  # no proof that no plan is safe, but reason enough for the next box
+            continue
+        here = settings or Settings.whole()
+        if here.method is None:
+            here = here.replace(method=Exact((best.x[0][0], best.x[1][0])))
+        near = answered_near(question, there, look, account, runs_there.key, here)
         if near.answer is not None and near.answer.corridors:
             plan, value = near.answer.best("room")
-            near = near.around(*np.split(plan, [question.model.n_p]))
-            scene = lowered(question.nominal())
-            chosen = Choice(plan, value, scene, looks)
+            near = near.around(*np.split(plan, [model.n_p]))
+            chosen = Choice(plan, value, lowered(question.nominal()), account)
             chosen = replace(chosen, near=replace(near, of=chosen.driven))
-            return Refined(chosen, tuple(stages), looks)
-    return Refined(None, tuple(stages), looks)
+            return Refined(chosen, tuple(stages), account)
+    return Refined(None, tuple(stages), account)
+
+
+def selected_model(
+    problem: Problem,
+    runs: LocalRuns,
+    delta: Fraction,
+    local: Local,
+    start: StartTrial,
+    between: Intersample,
+) -> TrajectoryModel:
+    """A model of the box of some runs: of some networks and shapes of the tube those that leave the
+    problem the largest margin.
+    """
+    train = runs.train()
+    # by training and shape runs alone: calibration runs see the selected pair, for one look
+    further = list(runs.further(local.profile_runs))
+    first, rng, tried = fit(train, local, runs.key), np.random.default_rng(0), []
+    for net in [first] if local.hidden else [first, fit_tail(first, train)]:
+        for shape in SHAPES:
+            profile = learn_profiles([net], train, further, runs.bins, shape=shape)[0]
+            guessed = trajectory_model(net, stand_in(assumed_claim(net, train.finite), profile))
+            tried.append((rank_plans(scene_of(problem, guessed), rng).score, net, [profile]))
+    _, net, profiles = max(tried, key=lambda one: one[0])
+    return bounded_near(net, runs, train, delta, local, start, between, profiles)
