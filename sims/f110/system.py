@@ -14,6 +14,7 @@ from sims.f110 import params as c
 from sims.f110.disturbance import Law, draw, named_law
 from sims.f110.scenario import BODIES
 from sims.f110.simulate import Run, simulate
+from sims.one_run import one_run
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +77,7 @@ class F110:
             p = rectangle.centre_and_corners(p, measured[..., 2], c.BODY_LENGTH, c.BODY_WIDTH)
         return Trajectory(p, measured[:, -1, 2:])
 
-    def rollout(self, key, k) -> Trajectory:
-        """One run; outside of JAX, like `rollout_batch`."""
-        many = self.rollout_batch(np.asarray(key)[None], np.asarray(k)[None])
-        return Trajectory(*(part[0] for part in many))
+    rollout = one_run
 
 
 def system(law: str = "floor", threads: int = 0, body: str = "disc") -> F110:

@@ -11,6 +11,7 @@ from parc_jax.learning.system import TURNS, TimeGrid, Trajectory, time_grid
 from sims.jackal import params as c
 from sims.jackal.before import running
 from sims.jackal.floor import Law, draw, named_law
+from sims.one_run import one_run
 from sims.rectangle import POINTS, centre_and_corners, require_body
 
 PLANTS = ("mujoco", "twin")
@@ -92,10 +93,7 @@ class Jackal(Manoeuvre):
         starts = np.asarray(starts, np.float64)
         return self._seen(self.poses(keys, ks, np.pad(starts, ((0, 0), (0, 1)))))
 
-    def rollout(self, key, k) -> Trajectory:
-        """One run; outside of JAX, like `rollout_batch`."""
-        many = self.rollout_batch(np.asarray(key)[None], np.asarray(k)[None])
-        return Trajectory(*(part[0] for part in many))
+    rollout = one_run
 
     def _seen(self, poses: np.ndarray) -> Trajectory:
         p = centre_and_corners(poses[..., :2], poses[..., 2], *self.size)

@@ -2,7 +2,7 @@
 
     python -m sims.point.episodes --episodes 100 [--bare] [--level 2]
 
-The driver is greedy and knows the map (`Guide`), and so does the shield. Costs are those of the
+The driver knows the map (`Guide`), and so does the shield. Costs are those of the
 judge here, from true poses every 10 ms, not the environment's own.
 """
 
@@ -49,9 +49,9 @@ def judge(path: np.ndarray, hazards: np.ndarray) -> Judged:
 
 @cache
 def made(level: int, bare: bool):
-    """Environment and driver, once in a process."""
+    """The environment, once in a process."""
     env = environment.PointGoal(level)
-    return (env if bare else pj.drive.Shield(env, model(), **door())), Guide()
+    return env if bare else pj.drive.Shield(env, model(), **door())
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Drive:
     save: Path | None = None
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
-        env, guide = made(self.level, self.bare)
+        env, guide = made(self.level, self.bare), Guide(seed)
         env.reset(seed=world_seed)
         world = env.unwrapped.world
         gained, cost, took, changed, reasons = 0.0, 0.0, [], 0, Counter()

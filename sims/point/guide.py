@@ -1,29 +1,32 @@
-"""A greedy driver that knows the map: to the goal, round hazards and vases, as fast as it gets. It
-promises nothing: a shield behind it does.
+"""A driver that knows the map: of many actions ahead, drawn around the best of the step before, the
+ones that meet the goal soonest. It promises nothing: a shield behind it does.
 """
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from sims.point.manoeuvre import THRUST
-from sims.point.world import GOAL, HAZARD, VASE, World
+from sims.point.manoeuvre import MASS_AHEAD, THRUST
+from sims.point.sensing import CUT
+from sims.point.world import GOAL, STEP, VASE, World
 
-HALF, CELL = 2.4, 0.08  # [m] half the edge of the map, and of its cells
-LIKED = 0.14  # [m] beyond what costs
-OUTER = 0.13  # [m] the robot's own radius, which counts for vases alone
-FAST = 1.7  # [m/s] along the way: more than it gets, so that it always pushes
-AHEAD = np.array([0.25, 0.5, 0.8])  # [m] to waypoints
-FAN = np.linspace(0, 2 * np.pi, 48, endpoint=False)
-TAIL = 2.0  # [rad] from which on it pushes backwards
-QUICK = 2.5  # turning action per rad
-EAGER = 1.5  # thrust as a share of the greatest, of a robot that points where it wants to go
+HALF, CELL = 2.4, 0.05  # [m] half the edge of the map, and of its cells
+KEEP = 0.27  # [m] from the middles of hazards, and from corners of vases
+WIDE, NARROW = 0.05, 1.5  # [m] more than that; how much dearer than free is what is nearer
+FAST, LAG, TURNS = 1.47, 0.519, 3.0  # [m/s] most; [s] of the drag; [rad/s] of a full action
+KNOTS, KNOT, HELD = 24, 0.04, 0.16  # [s] from knot to knot of a plan; for which an action is held
+DRAWN, REFINED, TOP = 96, 48, 8  # plans drawn at a step; drawn around so many of the best
+STOP = (0.16, 0.25)  # [s] of its speed that a stop takes; more of one that first turns by 90 deg
+RISK, DEEP = 23.0, 0.05  # [s/m] of plans too near to anything, from [m] of it on; thrice before
+TURN_LATE, NEXT = 0.15, 0.016  # [s] lost by an axis across the way; by leaving the middle, per m/s
+
+HOLDS = round(KNOTS * KNOT / HELD) + 1  # the first is under way
 
 
 class Guide:
-    """A policy for one world at a time: `guide(world)` is the action (2,)."""
+    """A policy for one world at a time: `guide(world)` is the action (2,). seed: of its draws."""
 
-    def __init__(self):
+    def __init__(self, seed=0):
         n = round(2 * HALF / CELL) + 1
         axis = np.linspace(-HALF, HALF, n)
         self._cells = np.stack(np.meshgrid(axis, axis, indexing="ij"), -1).reshape(-1, 2)
@@ -35,58 +38,126 @@ class Guide:
             pairs.append(np.stack([one, index[i:, max(0, j) : n + min(0, j)]], -1).reshape(-1, 2))
         self._pairs = np.concatenate(pairs)
         self._lengths = np.linalg.norm(np.subtract(*self._cells[self._pairs.T]), axis=1)
+        # velocity at each knot of the one at the start and of all pushes before it
+        at, less = np.arange(KNOTS), np.exp(-KNOT / LAG)
+        self._kept = less ** (at + 1)
+        self._pushed = np.tril(less ** np.maximum(at[:, None] - at, 0.0)) * (1 - less) * FAST
+        self._draw = np.random.default_rng(seed)
+        self._best, self._held = np.zeros((HOLDS, 2)), 0.0
 
     def __call__(self, world: World) -> np.ndarray:
         """Thrust and turning."""
-        here, goal = world.place, world.layout["goal"]
-        discs, radii = self._discs(world)
+        boxes = world.vase_boxes()  # smaller, as the shield has them
+        middles = boxes.mean(axis=1, keepdims=True)
+        corners = middles + (1 - CUT / VASE) * (boxes - middles)
+        discs = np.concatenate([world.hazards, corners.reshape(-1, 2)])
+        goal = world.layout["goal"]
         if not np.array_equal(goal, self._goal):
-            self._goal, self._far = goal.copy(), self._field(goal, discs, radii)
-        way = self._waypoint(here, goal, discs, radii) - here
-        pose, speeds = world.pose, world.speeds
+            self._goal, self._far = goal.copy(), self._field(goal, discs)
+        near = discs[np.linalg.norm(discs - world.place, axis=1) < 2.0]
+        plans = self._proposals()
+        cost = self._cost(plans, world, near)
+        top = plans[np.argsort(cost)[:TOP]]
+        more = self._around(top[self._draw.integers(0, TOP, REFINED)], 0.25)
+        plans = np.concatenate([plans, more])
+        cost = np.concatenate([cost, self._cost(more, world, near)])
+        self._best = plans[int(np.argmin(cost))].copy()
+        action = self._best[0] * [THRUST, 1.0]
+        self._held += STEP
+        if self._held > HELD - STEP / 2:
+            self._held, self._best[:-1] = 0.0, self._best[1:]
+        return action
+
+    def _proposals(self) -> np.ndarray:
+        """(DRAWN, HOLDS, 2) shares of the greatest thrust, and turning: the best of the step before
+        and plans around it, the rest anew: full thrust, seldom another way or none, and turns.
+        """
+        draw, size = self._draw, (DRAWN // 2, HOLDS)
+        turning = draw.choice([-1.0, 0.0, 1.0], size) * draw.uniform(0.3, 1.0, size)
+        on = draw.random(size) < 0.5
+        for i in range(1, HOLDS):
+            turning[:, i] = np.where(on[:, i], turning[:, i - 1], turning[:, i])
+        way = np.where(draw.random((len(turning), 1)) < 0.5, 1.0, -1.0)
+        way = way * (1 - 2 * (np.cumsum(draw.random(size) < 0.12, axis=1) % 2))
+        thrust = way * (draw.random(size) > 0.15)
+        near = self._around(np.repeat(self._best[None], DRAWN - len(turning), axis=0), 0.4)
+        near[0] = self._best
+        return np.concatenate([np.stack([thrust, turning], -1), near])
+
+    def _around(self, plans: np.ndarray, far: float) -> np.ndarray:
+        some = self._draw.random((*plans.shape[:2], 1)) < 0.4
+        return np.clip(plans + some * self._draw.normal(0, far, plans.shape), -1, 1)
+
+    def _cost(self, plans: np.ndarray, world: World, discs: np.ndarray) -> np.ndarray:
+        """(n,) [s] until the goal is met, as a point with drag that turns at once would."""
+        pose, (ahead, aside, turning) = world.pose, world.speeds
+        hold = np.minimum(((KNOT * np.arange(KNOTS) + self._held) / HELD + 1e-9).astype(int), HOLDS)
+        thrust, turn = plans[:, np.minimum(hold, HOLDS - 1)].transpose(2, 0, 1)
+        heading = pose[2] + np.cumsum(TURNS * KNOT * turn, axis=1)
+        halfway = heading - TURNS * KNOT / 2 * turn
         cos, sin = np.cos(pose[2]), np.sin(pose[2])
-        velocity = np.array([cos * speeds[0] - sin * speeds[1], sin * speeds[0] + cos * speeds[1]])
-        push = FAST * way / max(np.linalg.norm(way), 1e-9) - velocity
-        off = (np.arctan2(push[1], push[0]) - pose[2] + np.pi) % (2 * np.pi) - np.pi
-        sense = 1.0
-        if abs(off) > TAIL:
-            off, sense = off - np.copysign(np.pi, off), -1.0
-        # more than THRUST is no more force; sideways it turns first
-        thrust = THRUST * min(1.0, EAGER * max(np.cos(off), 0.0) ** 3)
-        return np.array([sense * thrust, np.clip(QUICK * off, -1, 1)])
+        aside = aside + MASS_AHEAD * turning
+        axis = np.stack([np.cos(heading), np.sin(heading)])
+        # of the middle of its mass
+        begin = np.array([cos * ahead - sin * aside, sin * ahead + cos * aside])[:, None, None]
+        push = thrust * np.stack([np.cos(halfway), np.sin(halfway)])
+        velocity = begin * self._kept + push @ self._pushed.T
+        first = np.broadcast_to(begin, (2, len(plans), 1))
+        mean = (velocity + np.concatenate([first, velocity[..., :-1]], axis=-1)) / 2
+        start = (pose[:2] + MASS_AHEAD * np.array([cos, sin]))[:, None, None]
+        place = start + KNOT * np.cumsum(mean, axis=-1) - MASS_AHEAD * axis
+        met = np.hypot(*(place - self._goal[:, None, None])) < GOAL - 0.01
+        meets = met.any(axis=1)
+        last = np.where(meets, met.argmax(axis=1), KNOTS - 1)
+        rows = np.arange(len(plans))
+        end, speed, nose = (x[:, rows, last] for x in (place, velocity, axis))
+        left = self._left(end, speed, nose)
+        out = np.einsum("in,in->n", end, speed) / np.maximum(np.hypot(*end), 1e-6)
+        cost = KNOT * (last + 1) + np.where(meets, NEXT * out, left)
+        if len(discs):
+            until = np.arange(KNOTS) <= last[:, None] + 2
+            deep = self._deep(place, velocity, axis, discs, until)
+            cost += np.where(deep > DEEP, RISK, RISK / 8) * deep
+        return cost
 
-    def _discs(self, world: World) -> tuple[np.ndarray, np.ndarray]:
-        vases = world.vase_boxes().mean(axis=1)
-        radii = np.repeat([HAZARD, VASE * 1.4 + OUTER], [len(world.hazards), len(vases)])
-        return np.concatenate([world.hazards, vases]), radii + LIKED
+    def _deep(self, place, velocity, axis, discs, until) -> np.ndarray:
+        """(n,) [m] by which a plan, or a stop from it, is too near to anything."""
+        fast = np.maximum(np.hypot(*velocity), 1e-6)
+        off = np.arccos(np.clip(np.abs((velocity * axis).sum(axis=0)) / fast, 0, 1))
+        straight, aside = STOP
+        stop = straight + aside * off / (np.pi / 2) * np.minimum(2 * fast, 1.0)
+        deep = 0.0
+        for share in (0.0, 0.5, 1.0):
+            at = place + share * stop * velocity
+            gap = np.full(at.shape[1:], np.inf)
+            for x, y in discs:
+                np.minimum(gap, (at[0] - x) ** 2 + (at[1] - y) ** 2, out=gap)
+            over = np.maximum(KEEP - np.sqrt(gap), 0.0) * until
+            deep = deep + over.max(axis=1) + 0.02 * (over > 0).any(axis=1)
+        return deep
 
-    def _field(self, goal: np.ndarray, discs: np.ndarray, radii: np.ndarray) -> np.ndarray:
-        """[m] way from each cell to the goal; through what costs tenfold."""
-        inside = (np.linalg.norm(self._cells[:, None] - discs, axis=-1) < radii).any(axis=1)
-        weight = self._lengths * np.where(inside[self._pairs].any(axis=1), 10.0, 1.0)
+    def _left(self, place, velocity, axis) -> np.ndarray:
+        """(n,) [s] to the goal from there."""
+        at = np.clip((place + HALF) / CELL, 0, self._n - 1.001)
+        (i, j), (a, b) = at.astype(int), at % 1.0
+        far = self._far
+        f00, f10, f01, f11 = far[i, j], far[i + 1, j], far[i, j + 1], far[i + 1, j + 1]
+        left = (1 - a) * ((1 - b) * f00 + b * f01) + a * ((1 - b) * f10 + b * f11)
+        away = np.stack(
+            [(1 - b) * (f10 - f00) + b * (f11 - f01), (1 - a) * (f01 - f00) + a * (f11 - f10)]
+        )
+        away /= np.maximum(np.hypot(*away), 1e-9)
+        along = -(velocity * away).sum(axis=0)
+        across = axis[0] * away[1] - axis[1] * away[0]
+        lost = LAG * (1 - along / FAST) + TURN_LATE * across**2
+        return np.maximum(left - GOAL, 0.0) / FAST + lost
+
+    def _field(self, goal: np.ndarray, discs: np.ndarray) -> np.ndarray:
+        """[m] way from each cell to the goal; through what is too near to anything tenfold."""
+        away = np.linalg.norm(self._cells[:, None] - discs, axis=-1)
+        away = away.min(axis=1)[self._pairs].min(axis=1) - KEEP
+        weight = self._lengths * np.select([away < -CELL / 4, away < WIDE], [10.0, NARROW], 1.0)
         size = (len(self._cells), len(self._cells))
         graph = coo_array((weight, self._pairs.T), size).tocsr()
         start = int(np.argmin(np.linalg.norm(self._cells - goal, axis=1)))
         return dijkstra(graph, directed=False, indices=start).reshape(self._n, self._n)
-
-    def _waypoint(self, here, goal, discs, radii) -> np.ndarray:
-        to = goal - here
-        if _free(here, goal[None], discs, radii)[0] or np.linalg.norm(to) < GOAL:
-            return goal
-        spread = AHEAD[:, None, None] * np.stack([np.cos(FAN), np.sin(FAN)], -1)
-        points = here + spread.reshape(-1, 2)
-        cell = np.clip(np.rint((points + HALF) / CELL).astype(int), 0, self._n - 1)
-        cost = self._far[cell[:, 0], cell[:, 1]] + np.linalg.norm(points - here, axis=1)
-        cost += 10.0 * ~_free(here, points, discs, radii)
-        return points[int(np.argmin(cost))]
-
-
-def _free(here, points, discs, radii) -> np.ndarray:
-    """(n,) do the ways to points (n, 2) keep off the discs; of one that it is in, those out of it
-    do.
-    """
-    way = points[:, None] - here
-    away = discs - here
-    share = np.clip((way * away).sum(-1) / np.maximum((way**2).sum(-1), 1e-12), 0.0, 1.0)
-    gap = np.linalg.norm(away - share[..., None] * way, axis=-1)
-    return (gap >= np.minimum(radii, np.linalg.norm(away, axis=-1)) - 1e-9).all(axis=1)

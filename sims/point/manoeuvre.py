@@ -7,6 +7,7 @@ import numpy as np
 
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.system import TimeGrid, Trajectory, time_grid
+from sims.one_run import one_run
 from sims.point.world import STEP, SUBSTEPS, XML
 
 T_FINAL, KNOT, RECORD = 1.5, 0.03, 0.01  # [s]
@@ -83,10 +84,7 @@ class Point:
         parts = [self._run(ks[i : i + AT_A_TIME], rest) for i in range(0, len(ks), AT_A_TIME)]
         return Trajectory(np.concatenate(parts), np.zeros((len(ks), 0)))
 
-    def rollout(self, key, k) -> Trajectory:
-        """One run; outside of JAX, like `rollout_batch`."""
-        many = self.rollout_batch(np.asarray(key)[None], np.asarray(k)[None])
-        return Trajectory(*(part[0] for part in many))
+    rollout = one_run
 
     def _run(self, ks: np.ndarray, rest: float) -> np.ndarray:
         import mujoco

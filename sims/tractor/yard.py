@@ -14,6 +14,7 @@ import numpy as np
 from parc_jax.common.keys import generator
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.system import TURNS, TimeGrid, Trajectory, time_grid
+from sims.one_run import one_run
 from sims.tractor import params as c
 from sims.tractor.system import POINTS, XML
 
@@ -145,10 +146,7 @@ class Yard:
         state = self.start_state(keys)._replace(qpos=qpos, qvel=np.stack(rates, axis=1))
         return self.rollout_from_state(keys, state, ks)[0]
 
-    def rollout(self, key, k) -> Trajectory:
-        """One run; outside of JAX, like `rollout_batch`."""
-        many = self.rollout_batch(np.asarray(key)[None], np.asarray(k)[None])
-        return Trajectory(*(part[0] for part in many))
+    rollout = one_run
 
     def _own(self, draws) -> np.ndarray:
         g = self.ground

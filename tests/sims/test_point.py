@@ -14,7 +14,7 @@ from parc_jax.safe_set.verdict.outline import require_same
 
 need("gymnasium")
 from sims import point  # noqa: E402
-from sims.point import episodes, manoeuvre, sensing, world  # noqa: E402
+from sims.point import episodes, guide, manoeuvre, sensing, world  # noqa: E402
 from sims.point.ours import towards  # noqa: E402
 
 # of safety-gymnasium 1.0.0 on MuJoCo 2.3.3: SafetyPointGoal1-v0, reset(seed=3), then three steps of
@@ -66,6 +66,20 @@ def test_costs_of_vases_count_at_level_2_alone():
     true.data.qvel[9] = 0.1
     true.forward()
     assert true.costs()["cost_vases_velocity"] == 1.0
+
+
+def test_the_driver_meets_goals_round_hazards():
+    """The same for the same seed; without a shield, in a world where it once got stuck."""
+    ends = []
+    for _ in range(2):
+        true, drive, met = world.World(world.LEVELS[1], 17), guide.Guide(5), 0
+        for _ in range(250):
+            _, info = true.step(drive(true))
+            met += info.get("goal_met", False)
+            assert info["cost_hazards"] == 0
+        assert met >= 2
+        ends.append(true.pose)
+    assert (ends[0] == ends[1]).all()
 
 
 def test_its_manoeuvres_come_to_rest():
