@@ -44,8 +44,8 @@ CHECKER = (
     Fault(
         "checker_claim_of_runs_that_failed",
         "arithmetic_of",
-        "if failed and failed >",
-        "if None and failed >",
+        "if failed and by_bin is None",
+        "if None and by_bin is None",
         "tests/checker/test_checker_premises.py::test_what_no_field_states_is_assumed_and_said_to_be_missing",
     ),
     Fault(

@@ -244,7 +244,7 @@ CLAIMED = (
     Fault(
         "a_sum_of_a_claim_not_done_again",
         "claim_from_json",
-        "        _check_sum(data, error_tube.n_bins)\n",
+        "        _check_sum(data, error_tube)\n",
         "",
         (
             "tests/claim/test_premises.py"

@@ -108,6 +108,7 @@ def load_bags(
         raise InputError(f"{path}: expected poses in one frame; got {got}.")
     runs = Windows(*map(np.concatenate, zip(*parts, strict=True)))
     valid = _valid(path, runs, domain, len(given), short)
+    unknown = int((~np.isfinite(runs.k[:, : len(given)]).all(axis=1)).sum())
     groups = np.array(names)[valid]
     runs = Windows(*(part[valid] for part in runs))
     return recorded(
@@ -123,7 +124,7 @@ def load_bags(
             "records": f"straight between poses, {bridge:g} s apart at most",
             "cut short": short,
         }
-        | ({"given but not measured": "left out"} if given else {}),
+        | ({"given but not measured": f"{unknown:,} left out"} if given else {}),
         time=time,
         groups=groups,
         rotation=(TURNS,),

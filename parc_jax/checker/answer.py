@@ -13,7 +13,7 @@ from fractions import Fraction
 from .claim import checked_claim, told
 from .entries import LISTS, canonical, check_entries
 from .episode import check_episode, is_episode, summary_of_episode
-from .exact import NotAnAnswer, Rejected, array, fields, need, rejecting
+from .exact import NotAnAnswer, Rejected, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
 from .question import about_the_model
@@ -111,7 +111,7 @@ def check_answer(answer, processes=1):
     context = Context(answer["problem"], answer["network"], answer["tube"])
     domain = context.lo, context.hi
     arithmetic = checked_claim(
-        answer["claim"], hashes, context.n_bins, domain, context.dt, array(answer["corridors"])
+        answer["claim"], hashes, context.n_bins, domain, context.dt, answer["corridors"]
     )
     context.work_left = allowance_of(texts.values())
     question = tuple(answer[part] for part in PARTS)

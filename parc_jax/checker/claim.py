@@ -9,9 +9,11 @@ that are rounded against the claim; no other premise is marked checked.
 import hashlib
 import itertools
 import json
+import re
+from fractions import Fraction
 from typing import Any
 
-from .entries import canonical
+from .entries import hash_of
 from .exact import array, decimal, fields, integers, need, number, whole
 
 SHOWN = "pac"  # the kind of claim whose runs show its tube
@@ -31,7 +33,17 @@ OURS = "parc_jax:"  # begins names of parameters that no system declares
 BOX = f"{OURS}box of k"  # the parameter that names the box, if not K
 FITTED = f"{OURS}K"  # the parameter of a K that was fitted to logged k
 PART = ", of which K is a part"  # ends a law of k on a larger box
-UNSEEN = "UNSEEN"  # the assumption that states the looks
+DRAWN = "a plan drawn uniformly from this set"
+OF_A_RECORDING = (
+    "a plan whose k is that of a new recording for which this set has a start, one of 400 "
+    "that are drawn so as to end in the goal, and whose p0 is the first such start"
+)
+# Assumptions with numbers, and the fields of the evidence that have these.
+UNSEEN, BETWEEN, STEPS = "UNSEEN", "INTERSAMPLE", "DISCRETE_TIME"
+COUNTED = {"WORKERS_LOST": "lost", "LEFT_OUT": "left_out"}
+TRIED = {"TRANSLATION_INVARIANCE": "seen", "ROTATION_INVARIANCE": "turned"}
+STARTS = 8  # of a trial
+NO_NUMBER = re.compile(r"[^0-9.,e+-]+")
 MAX_PREMISES = 500  # assumptions of a claim
 LONGEST = 500  # characters of a name or value that are printed
 
@@ -77,7 +89,8 @@ def tests_of(claim: dict, scene: str | None, corridors: list | None):
     count, place = whole(at(evidence, "corridors"), 1, MAX_RUNS), at(evidence, "within")
     if corridors is not None:
         known = count, at(evidence, "set")
-        same = known == (len(corridors), hash_of_set(corridors, place))
+        # with the place that plans are drawn from, its sides as texts: together their law
+        same = known == (len(corridors), hash_of([corridors, place]))
         need(same, "another set was tested than the corridors of this file")
     need(claim["bin_eps"] is None, "a tested set has no bins")
     whole(claim["looks"], 1, 1)
@@ -95,18 +108,21 @@ def tests_of(claim: dict, scene: str | None, corridors: list | None):
     shown = all(share(n, failed, eps, delta) <= ONE for _, n, failed in steps)
     need(shown, "a test does not show the claim's eps with its delta")
     tried = ", ".join(f"{scale} ({failed} of {n})" for scale, n, failed in steps)
-    numbers = {"risk": eps, "delta": delta, "n": f"{n} runs", "failed of them": failed}
+    ids = at(evidence, "tested")
+    named = ids is None or (len(array(ids)), hash_of(ids)) == (tests, at(evidence, "recordings"))
+    need(named, "other recordings were tested than the claim names")
+    numbers = {"risk": eps, "delta": delta, "n": f"{n} {unit_of(claim)}", "failed of them": failed}
     numbers |= {"set": set_of(evidence)}
     premises = [[name, CHECKED, str(value)] for name, value in numbers.items()]
     premises += [["tests", MEASURED, str(tests)], ["scales", MEASURED, tried]]
     return {"checked": True, "says": f"{len(steps)} tests show it", "premises": premises}
 
 
-def hash_of_set(corridors: list, within: list | None) -> str:
-    """Of the certificates of corridors, and of the place that plans of them are drawn from (its
-    sides as texts; None for everywhere): together a law of plans.
-    """
-    return hashlib.sha256(canonical([corridors, within]).encode()).hexdigest()
+def unit_of(claim: dict) -> str:
+    """The independent units that a claim counts."""
+    names = ("rows", "tested")
+    recorded = any(at(claim, "evidence", name) is not None for name in names)
+    return "recordings" if recorded else "runs"
 
 
 def set_of(evidence: dict) -> str:
@@ -126,16 +142,16 @@ def arithmetic_of(claim: dict, n_bins: int):
     """As `checked_claim`, of a claim with evidence."""
     if (short := lacks(claim)) is not None:
         return short
-    by_bin, evidence = claim["bin_eps"], claim["evidence"]
-    blocks, recorded = evidence.get("blocks"), "rows" in evidence
+    by_bin, evidence, many = claim["bin_eps"], claim["evidence"], unit_of(claim)
+    blocks = evidence.get("blocks")
     if by_bin is None:
         blocks = [claim]
     elif blocks is None:
         why = "it is about bins, and lacks the runs of each block"
         return {"checked": False, "says": why, "premises": []}
     n, failed = whole(claim["n"], 1, MAX_RUNS), at(evidence, "failed")
-    failed = 0 if failed is None or by_bin is not None else whole(failed, 0, n)
-    if failed and failed > whole(claim["discard"], 0, n):
+    failed = 0 if failed is None else whole(failed, 0, n)
+    if failed and by_bin is None and failed > whole(claim["discard"], 0, n):
         why = "more runs failed than are left outside"
         return {"checked": False, "says": why, "premises": []}
     looks = whole(claim["looks"], 1, MAX_DISCARDS)
@@ -147,7 +163,6 @@ def arithmetic_of(claim: dict, n_bins: int):
     need(used <= ONE, "the claim's runs do not show its eps with its delta")
     need(max(some for _, _, some in shown) <= eps, "a block's eps is larger than the claim's")
     need(max(shown)[0] <= n, "a block has more runs than the claim")
-    many = "recordings" if recorded else "runs"
     least, most = min(shown)[0], max(discard for _, discard, _ in shown)
     need(whole(claim["discard"], 0, n) == most, "the claim's discards are not those of its blocks")
     counted, each, bins = f"{least} independent {many}", "", []
@@ -197,12 +212,40 @@ def stated_premises(claim: dict) -> list:
     need(len(assumptions) <= MAX_PREMISES, "the claim has too many assumptions")
     for entry in assumptions or [f"assumptions({NOT_STATED})"]:
         name, bracket, rest = text(entry).partition("(")
-        looks = rest.split(" ")[0].replace(",", "")
-        known = claim.get("looks")
-        same = name != UNSEEN or (type(known) is int and looks == str(known))
-        need(same, "an assumption of the claim has other looks")
+        need(has_its_numbers(claim, name, rest), f"the numbers of {name} are not the claim's")
         found.append([name, ASSUMED, rest.removesuffix(")") if bracket else ""])
     return found
+
+
+def has_its_numbers(claim: dict, name: str, said: str) -> bool:
+    """Are the numbers of an assumption, as it is said, those of the claim's fields? Where these are
+    no whole numbers, to a hundred-thousandth: they are rounded for people.
+    """
+    if name not in (UNSEEN, BETWEEN, STEPS, *COUNTED, *TRIED):
+        return True  # which no field has
+    parts = (part.replace(",", "") for part in NO_NUMBER.split(said))
+    told = [number(part) for part in parts if part[:1].isdigit()]
+    known: list = []
+    if name in TRIED:
+        start = at(claim, "evidence", "start")
+        known = [number(x) for x in (at(start, "gap"), at(start, TRIED[name])) if x is not None]
+        known += [STARTS] if len(known) > 1 else []
+    elif name in (UNSEEN, *COUNTED):
+        count = claim.get("looks") if name == UNSEEN else at(claim, "evidence", COUNTED[name])
+        known = [count] if type(count) is int else []
+    elif time := [number(x) for x in listed(at(claim, "subject"), "time")][2:]:
+        if name == BETWEEN:  # a bound for each axis, or one for all of them
+            terms = [number(x) for x in listed(claim, "intersample")]
+            slow, h = said.startswith("speed"), time[0]
+            known = [x * (2 / h if slow else 8 / h**2) for x in terms][: len(told) - 2 + slow]
+            known += [] if slow else [2]  # of m/s^2
+        known += time
+    if len(told) != len(known):
+        return False
+    return all(
+        a == b or (type(b) is Fraction and abs(a - b) <= abs(b) / 10**5)
+        for a, b in zip(told, known, strict=True)
+    )
 
 
 def checked_law(claim: dict) -> bool:
@@ -231,9 +274,10 @@ def checked_law(claim: dict) -> bool:
 
 def words_of(claim: dict, law: dict) -> list:
     """The words that a claim may have for its law."""
-    said, recorded = described(law), at(claim, "evidence", "rows") is not None
+    said, recorded = described(law), unit_of(claim) == "recordings"
     if claim["kind"] == TESTED:
-        return [f"a plan drawn uniformly from this set, run afresh in this scene by {said}"]
+        drawn = f"{OF_A_RECORDING}, run" if recorded else f"{DRAWN}, run afresh"
+        return [f"{drawn} in this scene by {said}"]
     if claim.get("bin_eps") is not None:
         bins = ("bin", "bin"), ("block of bins", "block")
         of = f"of K, a new rollout drawn from {said} with k in that"

@@ -1,6 +1,7 @@
 """The entries of an answer, checked one after another, here or in several processes."""
 
 import concurrent.futures
+import hashlib
 import json
 import multiprocessing
 import signal
@@ -15,6 +16,11 @@ LISTS = ("samples", "sets", "corridors", "doubt")  # in the order in which they 
 def canonical(part):
     """The one JSON text of a part, of which its hash is taken."""
     return json.dumps(part, sort_keys=True, separators=(",", ":"))
+
+
+def hash_of(part):
+    """SHA-256 of that text."""
+    return hashlib.sha256(canonical(part).encode()).hexdigest()
 
 
 def valued(part):

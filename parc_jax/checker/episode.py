@@ -3,7 +3,6 @@ one before it may have been left. [T38]
 """
 
 import collections
-import hashlib
 import itertools
 import math
 from collections.abc import Callable, Iterator
@@ -11,7 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 from .claim import TESTED, checked_claim, told
-from .entries import canonical
+from .entries import canonical, hash_of
 from .exact import array, dot, fields, integers, need, number, rejecting, whole
 from .plans import Context
 from .question import about_the_model
@@ -55,8 +54,8 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
     need(known, f"it has the format {version!a:.60}, not {EPISODE}: drive again, and save that")
     fields(episode, ("format", "hash", *PARTS), ("meta",))
     texts = {part: canonical(episode[part]) for part in PARTS[:3]}
-    hashes = {part: sha256(texts[part]) for part in ("network", "tube")}
-    hashes["episode"] = sha256(canonical({part: episode[part] for part in PARTS}))
+    hashes = {part: hash_of(episode[part]) for part in ("network", "tube")}
+    hashes["episode"] = hash_of({part: episode[part] for part in PARTS})
     need(episode["hash"] == hashes, "a hash does not match its content")
     claim = episode["claim"]
     need(
@@ -94,11 +93,6 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
         ),
         hash=hashes,
     )
-
-
-def sha256(text: str) -> str:
-    """The hash of a text."""
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 class Chain:

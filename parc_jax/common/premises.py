@@ -10,11 +10,11 @@ from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from parc_jax.checker.claim import ASSUMED, CHECKED, MEASURED
 from parc_jax.common.errors import InputError
 
-CHECKED = "checked"  # recomputed by whoever reads the record: the engine and both checkers
-MEASURED = "measured"  # counted in runs, or read off the thing itself; the record's word
-ASSUMED = "assumed"  # nobody showed it
+# checked: recomputed by the engine and both checkers; measured: counted in runs, or read off the
+# thing itself, the record's word; assumed: nobody showed it
 STANDINGS = (CHECKED, MEASURED, ASSUMED)
 LONGEST = 120  # characters of a value that a message quotes
 
@@ -27,9 +27,6 @@ class Premise(NamedTuple):
     name: str
     standing: str
     value: Any
-
-    def __str__(self) -> str:
-        return f"{self.standing} {self.name}: {text_of(self.value)}"
 
 
 @dataclass(frozen=True)
@@ -53,16 +50,9 @@ class Premises:
     def __iter__(self) -> Iterator[Premise]:
         return iter(self.entries)
 
-    def __add__(self, others: "Premises") -> "Premises":
-        return premises((*self.entries, *others.entries))
-
     def to_json(self) -> list[list]:
         """Lists of name, standing and value."""
         return [list(entry) for entry in self.entries]
-
-    def lines(self) -> list[str]:
-        """A line for each entry."""
-        return [str(entry) for entry in self.entries]
 
     def _by_name(self) -> dict[str, Premise]:
         return {entry.name: entry for entry in self.entries}

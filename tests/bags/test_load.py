@@ -56,7 +56,7 @@ def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path)
     asked = ASKED | {"domain": pj.box([0, 0.2, -1], [2, 2, 1]), "given": (given,), "robot": robot}
     runs = pj.exchange.load_bags(bag(tmp_path), GRID, **asked)
     assert runs.given == (0,) and runs.labels.k == (given, *K)
-    assert "given but not measured = left out" in runs.law.describe()
+    assert "given but not measured = 0 left out" in runs.law.describe()
     before = np.append(0.0, COMMANDS[:-1, 0])
     # the speed when the command comes; the last pose before it had the old one
     assert (np.isclose(runs.k[:, 0], before) | np.isclose(runs.k[:, 0], COMMANDS[:, 0])).all()

@@ -241,9 +241,12 @@ def test_a_claim_told_of_something_else_is_bound_to_that():
     [
         ("bins that span K = .0, 1. x .0, 1.; along axis 0 they cover .0, 2.", {"tube": LARGER}),
         ("K = .0, 2. x .0, 1. to be that of the law", WIDER),
-        ("tube with 2 intervals", of(time=time_grid(0.5, 1.0))),
-        ("tube of 2 reference points .nose, tail.; got 1", of(points=("nose", "tail"))),
-        ("3-D with 0 goal states", {"subject": subject("toy", K, time_grid(0.5, 1.5), 3, 0)}),
+        ("2 intervals, got 3", of(time=time_grid(0.5, 1.0))),
+        ("2 reference points, got 1", of(points=("nose", "tail"))),
+        (
+            "3 axes of the workspace, got 2; 0 goal states, got 1",
+            {"subject": subject("toy", K, time_grid(0.5, 1.5), 3, 0)},
+        ),
     ],
 )
 def test_parts_that_do_not_fit_make_no_claim(words, changes):

@@ -78,7 +78,7 @@ def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside
     wider = allow_for_start(claim, StartTrial(0.02, None, 2.0**-43))
     assert wider.assumptions[1:3] == (
         "TRANSLATION_INVARIANCE(within 0.02; not measured)",
-        "ROTATION_INVARIANCE(within 0.02; 1.2e-13 seen from 8 headings)",
+        "ROTATION_INVARIANCE(within 0.02; 1.13687e-13 seen from 8 headings)",
     )
     ramp = np.minimum(np.linspace(0.0, 4.0, batch.p.shape[1]), 1.0)[None, :, None]
     for way in (1.0, -1.0):

@@ -9,6 +9,7 @@ import copy
 import hashlib
 import json
 import math
+import re
 
 import answer_files as build
 
@@ -331,6 +332,7 @@ bad(
 )
 bad("a negative radius", problem__body__parts__0__radius="-0.5", problem__obstacles__0__b__1="-0.3")
 bad("vertices as an object", line, problem__body=build.one_part({"vertices": {}}))
+bad("a part of no point", line, problem__body__parts__0__points=[])
 bad("a body of nothing", line, problem__body=build.one_part({"vertices": []}))
 bad("a vertex of three coordinates", problem__body=build.one_part({"vertices": [["0", "0", "0"]]}))
 
@@ -608,7 +610,44 @@ def with_facts_of_bins():
     return with_facts(lambda: answer)
 
 
-VALID |= {make.__name__: make for make in (with_facts, with_facts_of_bins)}
+NUMBERED = {
+    "assumptions": [
+        "IID",
+        "WORKERS_LOST(1,016, independent of the run)",
+        "TRANSLATION_INVARIANCE(within 1.00001e-05; 0.125 seen from 8 starts)",
+        "ROTATION_INVARIANCE(within 1.00001e-05; not measured)",
+        "INTERSAMPLE(acceleration <= (0.5, 2.0) m/s^2, h = 0.05 s)",
+        "UNSEEN(1 look; network, profile, eps and discards were settled before these runs)",
+        "LEFT_OUT(40 rows of their log, independent of the run)",
+    ],
+    # of two points in the plane: acceleration h^2 / 8
+    "intersample": ["1/6400", "1/1600", "1/6400", "1/1600"],
+}
+SLOW, ODD_STEP = "INTERSAMPLE(speed <= 0.00625 m/s, h = 0.05 s)", {"claim__intersample__0": "1/64"}
+
+
+def with_numbers(**claim):
+    """An answer whose claim has assumptions with numbers, which other fields have as well."""
+    answer = with_facts()
+    answer["claim"] |= copy.deepcopy(NUMBERED) | claim
+    answer["claim"]["subject"]["time"] = ["0.05", "1/10", "1/20"]
+    start = {"gap": build.text(build.F(100001, 10**10)), "seen": "0x1p-3", "turned": None}
+    answer["claim"]["evidence"] |= {"lost": 1016, "start": start, "left_out": 40}
+    return build.rehash(answer)
+
+
+VALID |= {make.__name__: make for make in (with_facts, with_facts_of_bins, with_numbers)}
+for one in NUMBERED["assumptions"]:
+    name, digits = one.partition("(")[0], re.finditer(r"[0-9]+", one)
+    for where in digits:
+        more = f"{one[: where.start()]}{int(where[0]) + 1}{one[where.end() :]}"
+        bad(f"a claim that assumes {more}", lambda n=more: with_numbers(assumptions=[n]))
+for name, value in {"seen": None, "gap": "0x1p-3", "turned": "0x1p-3"}.items():
+    bad(f"a claim of another {name}", with_numbers, **{f"claim__evidence__start__{name}": value})
+bad("a claim of no trial of starts", with_numbers, claim__evidence__start=None)
+bad("a claim of a bound of another axis", with_numbers, claim__intersample__1="1/6400")
+bad("a claim of another bound of speed", lambda: with_numbers(assumptions=[SLOW]), **ODD_STEP)
+bad("a claim of runs lost that nobody counted", with_numbers, claim__evidence__lost="uncounted")
 # Each of them changes what is printed, and none of the proof.
 EDITS = {
     "claim__kind": "declared",
@@ -626,6 +665,10 @@ EDITS = {
     "claim__assumptions__1": "HIDDEN_START(given nothing)",
     "claim__assumptions__append": "CALM(wind below 3 m/s)",
 }
+OF_A_RECORDING = (
+    "a plan whose k is that of a new recording for which this set has a start, one of 400 that are "
+    "drawn so as to end in the goal, and whose p0 is the first such start, run in this scene by"
+)
 STEPS = [["1.0", 240, 0], ["0.7", 300, 0], ["0.5", 400, 1]]
 
 
@@ -641,7 +684,33 @@ def tested():
     return build.rehash(answer)
 
 
-VALID["tested"] = tested
+IDS = ["0a1b", "0c2d"] * 250
+
+
+def tested_by_recordings(ids=IDS):
+    """The same of recordings, whose law is stated whole."""
+    answer = tested()
+    evidence = answer["claim"]["evidence"]
+    evidence |= {"tested": ids, "recordings": build.sha256(ids)}
+    told = {"law": LAW | {"k_law": "logged"}, "subject": FACTS["subject"]}
+    told = copy.deepcopy(told)
+    told["law"]["hash"] = hash_of_law(told["law"])
+    told["quantifier"] = (
+        f"{OF_A_RECORDING} a toy (k as logged, wind = 3 m/s; {told['law']['hash'][:8]})"
+    )
+    answer["claim"] |= told
+    return build.rehash(answer)
+
+
+VALID |= {make.__name__: make for make in (tested, tested_by_recordings)}
+bad("a tested set of fewer recordings than tests", lambda: tested_by_recordings(IDS[:499]))
+bad("a tested set with other recordings", tested_by_recordings, claim__evidence__tested=IDS[::-1])
+bad("a tested set of recordings in one text", lambda: tested_by_recordings(500 * "a"))
+bad("a tested set in words of runs", tested_by_recordings, claim__quantifier=FACTS["quantifier"])
+bad("a tested set of recordings in other words", tested, **{
+    "claim__evidence__tested": IDS, "claim__evidence__recordings": build.sha256(IDS),
+    "claim__law": {**LAW}, "claim__quantifier": "a plan drawn uniformly from this set",
+})  # fmt: skip
 for why, changes in {
     "another scene": {"claim__evidence__scene": "0" * 64},
     "fewer corridors": {"corridors": []},
@@ -650,7 +719,11 @@ for why, changes in {
     "a corridor less than it says": {"claim__evidence__corridors": 2},
     "another hash of its set": {"claim__evidence__set": "0" * 64},
     "another place of draws": {"claim__evidence__within": None},
-    "a set of nobody": {"claim__evidence__corridors": 0, "corridors": []},
+    "a set of nobody": {
+        "claim__evidence__corridors": 0,
+        "claim__evidence__set": build.sha256([[], [["0x1p+0"], ["1", "2"]]]),
+        "corridors": [],
+    },
     "bins": {"claim__bin_eps": ["1/100"]},
     "two looks": {"claim__looks": 2},
     "no tests": {"claim__evidence__steps": []},
@@ -670,8 +743,20 @@ for why, changes in {
 }.items():
     bad(f"a tested set with {why}", tested, **changes)
 bad("a tested set with more failures than are counted", tested, limits={"MAX_DISCARDS": 0})
+OTHER_DOMAIN = {"claim__subject__domain__hi": ["2"]}
+TRUE_DISCARD = {"claim__evidence__blocks__1__discard": True}
 bad("a claim about another domain", with_facts, claim__subject__domain__hi=["2"])
+bad("a claim without a law about another domain", with_facts, claim__law={}, **OTHER_DOMAIN)
 bad("a claim with fewer runs than a block", with_facts_of_bins, claim__n=9299)
+bad("a claim of bins with true discards", with_facts_of_bins, claim__discard=True)
+bad("a claim of a block with true discards", with_facts_of_bins, **TRUE_DISCARD)
+bad("a claim of bins of rows as a text", with_facts_of_bins, claim__evidence__rows="20000")
+bad(
+    "a claim of more runs than are counted, of which more failed than are left outside",
+    with_facts,
+    claim__n=10**9,
+    claim__evidence__failed=1,
+)
 bad(
     "a claim of other looks than are assumed", with_facts, claim__assumptions=["UNSEEN(2 looks; x)"]
 )
@@ -701,6 +786,21 @@ for name, value in (LAW | {"hash": "0" * 64, "generator": "the toy", "k_law": "l
         bad(f"a law of another {name}", with_facts, **{f"claim__law__{name}": value})
     if name != "hash" and value != LAW[name]:
         bad(f"words of another {name}", lambda n=name, v=value: with_law(**{n: v}))
+
+
+def with_words(words, **fields):
+    """The same in the words of how k is drawn and of the parameters."""
+    answer = with_law(**fields)
+    claim = answer["claim"]
+    claim["quantifier"] = f"a new rollout drawn from a toy (k {words}; {claim['law']['hash'][:8]})"
+    return build.rehash(answer)
+
+
+bad("a law with parameters as an object", lambda: with_words("uniform on K", parameters={}))
+bad(
+    "a law with a parameter as a text", lambda: with_words("uniform on K, a = b", parameters=["ab"])
+)
+bad("a law with an end as a text", lambda: with_law(hi="1"))
 bad("words of the law before", lambda: with_law(words=False, lo=["-1.0"]))
 bad("a law of a larger K", lambda: with_law(hi=["1.5"]))
 bad("a law of another number of axes", lambda: with_law(hi=["1", "1"], lo=["-1", "-1"]))
@@ -734,6 +834,11 @@ bad(
 )
 bad("a claim about a domain with a note", with_facts, claim__subject__domain__note="")
 bad("a claim about a domain by its keys", with_facts, claim__subject__domain__lo={"-1": ""})
+bad(
+    "a claim of bins of more failed runs than runs",
+    with_facts_of_bins,
+    claim__evidence__failed=9301,
+)
 bad("a claim of more failed runs than there are", with_facts, claim__evidence__failed=6906)
 bad("a claim of true failed runs", with_facts, claim__evidence__failed=True)
 bad("a claim of rows as a text", with_facts, claim__evidence__rows="7000")

@@ -12,12 +12,14 @@ from synthetic_plants import plant
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
+from parc_jax.checker import check_answer, load, summary
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.drive.local import trials
 from parc_jax.drive.local.validate import Validate, _sets, fixed_sequence
 from parc_jax.learning.bound.claim import scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS
+from parc_jax.learning.bound.fresh import left_out_beside
 from parc_jax.learning.learn import learn
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import FITTED, TO_ALL, TO_TRAINING, law_spec
@@ -159,6 +161,13 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
     claim = wide.model.claim
     assert "whose k is that of a new recording for which this set" in said and "k as logged" in said
     assert f"{claim.n:,} of {N} held-out recordings" in said and step.n >= claim.n
+    assert "ORDER_OF_K(that of the model; not all have names)" in said
+    path = wide.save(tmp_path / "validated.json")
+    printed = list(summary(check_answer(load(path))))
+    assert f"  checked  n: {claim.n} recordings" in printed
+    assert f"  measured law: {claim.quantifier}" in [
+        line.replace("assumed ", "measured") for line in printed
+    ]
     assert claim.evidence["recordings"][:12] in said and len(claim.evidence["tested"]) == N
     assert (
         "UNSEEN(1 look; network, K, error shape" in said
@@ -318,6 +327,9 @@ def test_parameters_in_another_order_or_not_chosen_are_refused(model):
     )
     swapped = dataclasses.replace(recorded(N, 14), labels=named("b", "a"))
     refused(model.replace(claim=told), swapped, "parameters .b, a instead of a, b")
+    some = trials.one_of_each(model, swapped, np.random.default_rng(0))
+    assert trials.order_of_k(model, some)  # the model's own have no names
+    assert not trials.order_of_k(model.replace(claim=told), swapped)
     refused(model, dataclasses.replace(recorded(N, 14), given=(0,)), "differ in given")
 
 
@@ -332,8 +344,21 @@ def test_recordings_that_were_left_out_are_said(model):
     p = np.array(wild.p)
     p[:40, -3:] = np.nan
     asked = Validate(dataclasses.replace(wild, p=p).finite, RISK, DELTA)
-    said = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation.details()
-    assert "LEFT_OUT(40 of 100 rows of their log, independent of the run)" in said
+    found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
+    assert "LEFT_OUT(40 rows of their log, independent of the run)" in found.details()
+    assert found.answer.model.claim.premises["left out"] == 40
+
+
+def test_rows_of_training_and_calibration_are_not_left_out():
+    log = recorded(3 * N + 4, 77)
+    options = {"hidden": (4,), "seeds": 1, "steps": 400, "bins": (1, 1), "delta": 0.05}
+    known, held = (log.select(slice(i * N, (i + 1) * N)) for i in range(2))
+    model = learn(known, KEY, holdout=held, quiet=True, **options)
+    assert left_out_beside(model.claim, log.select(slice(2 * N, None))) == 0
+    assert left_out_beside(model.claim, recorded(N + 4, 78).select(slice(N))) == 4
+    asked = Validate(log.select(slice(2 * N + 4, None)), RISK, DELTA)
+    found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
+    assert "LEFT_OUT(4 rows of their log" in found.details()
 
 
 @pytest.mark.parametrize(

@@ -166,6 +166,12 @@ def one_of_each(
     return runs.select(np.sort(order[np.unique(groups[order], return_index=True)[1]]))
 
 
+def order_of_k(model: TrajectoryModel, runs: RolloutBatch) -> tuple[str, ...]:
+    """The assumption on parameters of recordings, or of the model, that have no names."""
+    named = not any(plain_k(one.subject.labels) for one in (runs, model.claim))
+    return () if named or runs.n_k == 1 else ("ORDER_OF_K(that of the model; not all have names)",)
+
+
 def shape_of(claim: ErrorClaim) -> Tube:
     """The tube that recordings scale: the error shape, which the runs that sized a claim have not
     seen; the tube of a claim that no recordings sized.

@@ -2,7 +2,6 @@
 which tests in this one scene accept as many as show the risk that was asked for. [T42]
 """
 
-import hashlib
 import math
 import time
 from collections.abc import Sequence
@@ -14,8 +13,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.checker.answer import canonical
-from parc_jax.checker.claim import hash_of_set
+from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
 from parc_jax.common.options import check_count
@@ -30,9 +28,10 @@ from parc_jax.drive.local.trials import (
     level,
     levels_of,
     one_of_each,
+    order_of_k,
     shape_of,
 )
-from parc_jax.learning.bound.calibrate import ledger_of_tests, scaled
+from parc_jax.learning.bound.calibrate import ledger_of_tests, lost_among, scaled
 from parc_jax.learning.bound.claim import recorded, scene_claim, stand_in
 from parc_jax.learning.bound.counts import (
     RECORDED_IDS,
@@ -43,7 +42,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     wrong_claim_probability,
 )
-from parc_jax.learning.bound.fresh import freshness_of, left_out, names_of
+from parc_jax.learning.bound.fresh import freshness_of, left_out_beside, names_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import law_of
@@ -326,33 +325,35 @@ def _accepted_model(
 ) -> TrajectoryModel:
     """The model under the tube of the accepted set, with (V) as its claim."""
     last, scene = steps[-1], chosen.scene
-    part = canonical(problem_part(scene.problem, scene.model))
     within = None if chosen.within is None else [hex_text(side) for side in chosen.within]
     evidence = {
         "of": model.claim.hash,
         "scale": str(last.scale),
         "tests": asked.tests,
         "steps": [[str(step.scale), step.n, step.failed] for step in steps],
-        "scene": hashlib.sha256(part.encode()).hexdigest(),
+        "scene": hash_of(problem_part(scene.problem, scene.model)),
         "corridors": len(chosen.corridors),
         "within": within,
-        "set": hash_of_set(
-            [corridor_part(one, scene.problem) for one in chosen.corridors.all], within
+        "set": hash_of(
+            [[corridor_part(one, scene.problem) for one in chosen.corridors.all], within]
         ),
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}
     shown["assumptions"] = ledger_of_tests(model.claim, trial.lost)
+    evidence |= lost_among(trial.lost)
+    if "start" in model.claim.evidence:  # of which the assumptions tell
+        evidence["start"] = model.claim.evidence["start"]
     law = source.law if isinstance(source, RolloutBatch) else law_of(source)
     if isinstance(source, RolloutBatch):
         tested = names_of(source)["runs"]
-        names = hashlib.sha256(canonical(tested).encode()).hexdigest()
-        evidence |= {RECORDED_IDS: tested, "recordings": names}
+        evidence |= {RECORDED_IDS: tested, "recordings": hash_of(tested)}
         evidence["shape"] = "shape" in model.claim.evidence
         fresh = freshness_of(model.claim.evidence.get("training"), source.groups)
-        shown["assumptions"] += (UNSEEN, *fresh)
-        if gaps := left_out(asked.source, None):  # failed ones may be among them
-            of = f"{gaps:,} of {gaps + asked.source.n:,} rows of their log"
-            shown["assumptions"] += (f"LEFT_OUT({of}, independent of the run)",)
+        shown["assumptions"] += (UNSEEN, *fresh, *order_of_k(model, source))
+        if gaps := left_out_beside(model.claim, asked.source):  # failed ones may be among them
+            evidence["left_out"] = gaps
+            said = f"{gaps:,} rows of their log, independent of the run"
+            shown["assumptions"] += (f"LEFT_OUT({said})",)
     return model.replace(claim=scene_claim(model.claim, scene.model.tube, law, evidence, **shown))
 
 

@@ -20,7 +20,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     supported_eps,
 )
-from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, names_of, short_ids
+from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, named_runs, names_of
 from parc_jax.learning.bound.measure import Scores, score_batch
 from parc_jax.learning.bound.profile import runs_per_bin
 from parc_jax.learning.bound.settings import DISCRETE_TIME, BoundSettings
@@ -119,7 +119,7 @@ def _pac_claim(
         assumptions=(
             *ledger(between, about, scores.lost),
             f"UNSEEN({counted(settings.looks, 'look')}; network, profile, eps and discards were "
-            "settled before these runs)",
+            "settled before these runs, from which no further claim was made)",
             *freshness(scores, train),
         ),
         evidence={"profile": profile.hash} | evidence_of(scores, train) | more | evidence,
@@ -181,13 +181,12 @@ def evidence_of(scores: Scores, train: RolloutBatch | None) -> dict:
     if scores.groups is not None:
         recordings = content_hash(np.unique(scores.groups))
         source = {RECORDED_ROWS: scores.n, "recordings": recordings}
-    if scores.seed is None:
-        source["runs"] = sorted(short_ids(scores.ids))
     if gaps := left_out(scores, train):
         source["left_out"] = gaps
     return {
         **source,
-        **_lost(scores.lost),
+        **named_runs(scores),
+        **lost_among(scores.lost),
         "holdout": content_hash(scores.k, scores.score),
         "holdout_rows": [int(scores.rows.min()), int(scores.rows.max())],
         "seed": None if scores.seed is None else list(scores.seed),
@@ -197,7 +196,7 @@ def evidence_of(scores: Scores, train: RolloutBatch | None) -> dict:
     }
 
 
-def _lost(lost: np.ndarray | None) -> dict:
+def lost_among(lost: np.ndarray | None) -> dict:
     """Evidence of runs that were made again: how many, or that nobody counted. [T33]"""
     if lost is None or not lost.any():
         return {}
@@ -209,7 +208,7 @@ def ledger(between: str, about: Subject, lost: np.ndarray | None) -> tuple[str, 
     names = [name_of(about.labels.k[axis]) for axis in about.given]
     return (
         "IID",
-        *(f"WORKERS_LOST({n}, independent of the run)" for n in _lost(lost).values()),
+        *(f"WORKERS_LOST({n}, independent of the run)" for n in lost_among(lost).values()),
         *invariances(about.rotation),
         # the unmeasured part of the start has in use the law of the runs, given k [T37]
         *([f"HIDDEN_START(given {listed(names)})"] if names else ()),

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.checker import Rejected
-from parc_jax.checker.claim import checked_claim
+from parc_jax.checker.claim import DRAWN, OF_A_RECORDING, checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box, box
@@ -28,8 +28,6 @@ from parc_jax.learning.bound.counts import (
 )
 from parc_jax.learning.bound.statement import (
     DIGITS,
-    DRAWN,
-    OF_A_RECORDING,
     VALIDATED,
     premises_of,
     statement,
@@ -111,7 +109,8 @@ class ErrorClaim:
     @property
     def unit(self) -> Unit:
         """Independent unit that n counts."""
-        return RECORDINGS if RECORDED_ROWS in self.evidence else RUNS
+        known = {RECORDED_ROWS, RECORDED_IDS} & self.evidence.keys()
+        return RECORDINGS if known else RUNS
 
     @property
     def premises(self) -> Premises:
@@ -189,8 +188,7 @@ class ErrorClaim:
             "n": self.n,
             "discard": self.discard,
             "looks": self.looks,
-            # with a hash checkers hold all words to the law, which knows of no drawn starts
-            "law": plain(asdict(self.law)) | ({} if recorded(self) else {"hash": self.law.hash}),
+            "law": plain(asdict(self.law)) | {"hash": self.law.hash},
             "assumptions": list(self.assumptions),
             "evidence": self.evidence,
             "bin_eps": by_bin,
@@ -324,25 +322,18 @@ def check_edges(tube: Tube, domain: Box) -> None:
 
 def _check_parts(claim: ErrorClaim) -> None:
     """Refuse a tube whose shape is not that of the runs. Raises InputError."""
-    layout, about = claim.tube.layout, claim.subject
-    if layout.n_steps != about.time.n_steps:
-        raise InputError(
-            f"claim: expected a tube with {about.time.n_steps} intervals, as the time grid has; "
-            f"got {layout.n_steps}."
-        )
-    if layout.n_points != len(about.points):
-        raise InputError(
-            f"claim: expected a tube of {len(about.points)} reference points "
-            f"({', '.join(about.points)}); got {layout.n_points}."
-        )
-    sizes = (about.n_p, about.n_q, about.domain.n)
-    if sizes != (claim.tube.n_p, claim.tube.n_q, claim.tube.n_k):
-        raise InputError(
-            f"claim: expected a tube in {about.n_p}-D with {about.n_q} goal states and "
-            f"{about.domain.n} axes of K; got {claim.tube.n_p}-D, {claim.tube.n_q} and "
-            f"{claim.tube.n_k}."
-        )
-    check_edges(claim.tube, about.domain)
+    tube, about = claim.tube, claim.subject
+    known = {
+        "intervals": (about.time.n_steps, tube.layout.n_steps),
+        "reference points": (len(about.points), tube.layout.n_points),
+        "axes of the workspace": (about.n_p, tube.n_p),
+        "goal states": (about.n_q, tube.n_q),
+        "axes of K": (about.domain.n, tube.n_k),
+    }
+    differ = [f"{a} {name}, got {b}" for name, (a, b) in known.items() if a != b]
+    if differ:
+        raise InputError(f"claim: expected a tube as its runs are: {'; '.join(differ)}.")
+    check_edges(tube, about.domain)
 
 
 def _check_law(claim: ErrorClaim) -> None:
@@ -403,8 +394,7 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
             intersample=tuple(nearest_floats(data["intersample"])),
         )
         check_claim(claim)
-        _check_counts(claim)
-        _check_sum(data, error_tube.n_bins)
+        _check_sum(data, error_tube)
     except (KeyError, TypeError, AttributeError) as error:
         raise InputError(
             f"claim: expected the fields of ErrorClaim.to_json; {type(error).__name__}: {error}."
@@ -425,29 +415,20 @@ def load_claim(path: str | Path) -> ErrorClaim:
         ) from None
 
 
-def _check_sum(data: dict, n_bins: int) -> None:
+def _check_sum(data: dict, tube: Tube) -> None:
     """Refuse numbers of which one does not follow from the others. Raises InputError."""
     parts = {"network": data["network"], "tube": ""}
+    told = data | {f"{name}_hash": x for name, x in parts.items()}
     try:
-        checked_claim(data | {f"{name}_hash": x for name, x in parts.items()}, parts, n_bins)
+        known = checked_claim(told, parts, tube.n_bins)
+        # of a tube without end more may have failed
+        if data["kind"] == "pac" and tube.claimed.all() and not known["checked"]:
+            raise Rejected(known["says"])
     except Rejected as why:
         raise InputError(
             f"claim: expected numbers that follow from its runs; {why}. Take the file as it was "
             "written, or bound the error anew."
         ) from None
-
-
-def _check_counts(claim: ErrorClaim) -> None:
-    """Refuse numbers of failed runs that cannot be. Raises InputError."""
-    if claim.kind != "pac":
-        return
-    failed, bounded = claim.evidence.get("failed", 0), claim.tube.claimed.all()
-    most = claim.discard if bounded and claim.bin_eps is None else claim.n
-    if type(failed) is not int or not 0 <= failed <= most:
-        raise InputError(
-            f"claim: expected 0 to {most:,} failed {claim.unit.many}, as its n, discards and tube "
-            f"allow; got {failed}. Take the file as it was written, or bound the error anew."
-        )
 
 
 def _parse(text: str | None) -> Fraction | None:

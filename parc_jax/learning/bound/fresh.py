@@ -81,6 +81,13 @@ def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) 
     return int(last - first) + 1 - len(np.unique(rows))
 
 
+def left_out_beside(claim: ErrorClaim, runs: RolloutBatch) -> int:
+    """Number of rows of the log of these runs that neither they have nor a claim, its training."""
+    parts = [claim.evidence, claim.evidence.get("training", {})]
+    known = sum(len(part["runs"]) for part in parts if part.get("log") == _log(runs))
+    return max(0, left_out(runs, None) - known)
+
+
 def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
     """(n,) bool: calibration runs of the claim: rows of its seed, or runs with the same content."""
     evidence = claim.evidence
@@ -90,6 +97,13 @@ def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
     first, last = evidence["holdout_rows"]
     inside = (first <= batch.rows) & (batch.rows <= last)
     return inside & (source == [batch.law.generator, batch.seed, batch.stage])
+
+
+def named_runs(scores: Scores) -> dict[str, list]:
+    """Runs of a log by content, and the log itself, as stored in evidence; nothing of a seed."""
+    if scores.seed is not None:
+        return {}
+    return {"runs": sorted(short_ids(scores.ids)), "log": _log(scores)}
 
 
 def short_ids(hashes: np.ndarray) -> list[str]:
@@ -138,8 +152,9 @@ def _ends(runs: RolloutBatch) -> Marks:
     return Marks(np.asarray(runs.k), np.hstack([runs.p[:, -1].astype(float), runs.q]))
 
 
-def _log(runs: RolloutBatch) -> list[str]:
-    return [runs.name, joined_source([runs])[0]]
+def _log(runs: RolloutBatch | Scores) -> list[str]:
+    """Name and content of the log of runs."""
+    return [runs.law.generator, joined_source([runs])[0]]
 
 
 def _check_unseen(scores: Scores, train: RolloutBatch) -> None:

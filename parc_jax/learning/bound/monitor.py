@@ -19,7 +19,7 @@ from parc_jax.learning.bound.start_gap import declared_gap
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.labels import plain_k
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.runs.batch import NAMED, RolloutBatch, worst_by_group
+from parc_jax.learning.runs.batch import NAMED, RolloutBatch, joined_source, worst_by_group
 from parc_jax.learning.runs.law import LOG
 
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
@@ -47,7 +47,7 @@ class Monitor:
     declared: bool = False
     ids: frozenset[bytes] = frozenset()
     groups: frozenset[int] = frozenset()
-    sources: frozenset[str] = frozenset()
+    sources: frozenset[tuple[str, str]] = frozenset()
 
     @property
     def e_value(self) -> float:
@@ -64,7 +64,8 @@ class Monitor:
         """The monitor after the runs of the batch, one by one in order. A failed run has left the
         tube; of a claim about recordings a group counts as one, with its worst run. Raises
         InputError for runs without new evidence (calibration runs of the claim, runs or recordings
-        observed before), and for another unit or another law of k than those of the claim.
+        observed before), and for another unit or another law of k than those of the claim. Not
+        seen: k without names in another order than the claim's.
         """
         left = ~inside_tube(self.claim, self.net, batch)
         claim, unit = self.claim, RUNS if batch.groups is None else RECORDINGS
@@ -157,7 +158,8 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
             "observed before. Leave them out: they are no new evidence."
         )
     groups = frozenset([] if batch.groups is None else batch.groups.tolist())
-    shared, sources = len(groups & watch.groups), watch.sources | {batch.name}
+    source = batch.name, joined_source([batch])[0]  # two files may have one name
+    shared, sources = len(groups & watch.groups), watch.sources | {source}
     if shared or (len(sources) > 1 and min(groups | watch.groups, default=NAMED) < NAMED):
         why = f"{shared} were observed before" if shared else "numbers of several files"
         raise InputError(

@@ -45,7 +45,7 @@ class SpeedBound:
 
     def assumption(self, h: float) -> str:
         """Identifier for the ledger."""
-        return f"INTERSAMPLE(speed <= {self.v} m/s, h = {h:g} s)"
+        return f"INTERSAMPLE(speed <= {_plain(self.v)} m/s, h = {h:g} s)"
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,12 @@ class AccelerationBound:
 
     def assumption(self, h: float) -> str:
         """Identifier for the ledger."""
-        return f"INTERSAMPLE(acceleration <= {self.a} m/s^2, h = {h:g} s)"
+        return f"INTERSAMPLE(acceleration <= {_plain(self.a)} m/s^2, h = {h:g} s)"
+
+
+def _plain(value: float | tuple[float, ...]) -> float | tuple[float, ...]:
+    plain = np.asarray(value, float).tolist()  # checkers read the numbers
+    return tuple(plain) if isinstance(plain, list) else plain
 
 
 def _per_column(name: str, value: float | tuple[float, ...], n_p: int, n_points: int) -> np.ndarray:

@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
+from parc_jax.checker.claim import STARTS
 from parc_jax.common.arrays import difference, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator
@@ -28,8 +29,7 @@ from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
 from parc_jax.learning.systems.user_code import blamed
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
-STARTS = 8  # and as many headings: tried, up to FAR times the travelled distance away
-FAR = 10.0
+FAR = 10.0  # times the travelled distance: as far away are STARTS starts, beside as many headings
 
 
 class StartGap(NamedTuple):
@@ -225,7 +225,7 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
     tries = zip(entries, (trial.seen, trial.turned), ("starts", "headings"), strict=False)
     for entry, effect, of in tries:
         tried = (
-            "not measured" if effect is None else f"{rounded_up(effect)} seen from {STARTS} {of}"
+            "not measured" if effect is None else f"{rounded_up(effect, 6)} seen from {STARTS} {of}"
         )
         named[entry] = f"{entry}(within {rounded_up(str(trial.declared), 6)}; {tried})"
     start = {

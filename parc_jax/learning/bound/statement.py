@@ -13,11 +13,6 @@ if TYPE_CHECKING:
     from parc_jax.learning.bound.claim import ErrorClaim
 
 VALIDATED = "validated"  # kind of a claim about one set in one scene
-DRAWN = "a plan drawn uniformly from this set"
-OF_A_RECORDING = (
-    "a plan whose k is that of a new recording for which this set has a start, one of 400 "
-    "that are drawn so as to end in the goal, and whose p0 is the first such start"
-)
 EACH = " or more in each"  # block of bins with a claim
 DIGITS = 10  # of the numbers of a claim, at most
 

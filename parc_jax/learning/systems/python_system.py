@@ -131,8 +131,9 @@ def python_system(
         or a function that makes one, which is called again when one broke. workers: their number,
         None = as it reports. A worker with other code is refused.
     lost: of an executor, fate of a run whose worker was lost: "failed", since the run may have
-        ended it; or "again", where machines go away independently of their runs. How many were is
-        counted, and claims list `WORKERS_LOST`.
+        ended it, with all that were under way where workers go down together; or "again", where
+        machines go away independently of their runs. How many were is counted, and claims list
+        `WORKERS_LOST`.
     law: parameters of the disturbances, for the record. q_labels, k_labels: names with units, such
         as "speed [m/s]". Raises InputError.
     """

@@ -131,7 +131,7 @@ class FreeSpace:
 
     def add(self, other: "FreeSpace") -> "FreeSpace":
         """The union, as a memory. A hole too small for an obstacle of the assumed width is free.
-        [T41d]
+        [T41d] other: no older than this: nothing here knows times, and the scan added is believed.
 
         The part that a scan refutes leaves: places of its hits inside the other region, and the
         area behind them, until a later scan measures it free. [T44] Two scans refute one another,

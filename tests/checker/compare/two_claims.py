@@ -15,6 +15,11 @@ from parc_jax import checker
 from parc_jax.learning.bound.counts import required_runs
 
 EPS, DELTA = ("1/1000", "1/20", "0.3", "0.0123"), ("1/1000", "1/20", "1e-9")
+TIMES = (["0.05"], ["1/20", "1"], ["0.5"], [], *3 * [["0.05", "1", "1/20"]], ["1/20", "1", "0"])
+NUMBERED = [*known.NUMBERED["assumptions"], known.SLOW, "DISCRETE_TIME(h = 0.05 s)"]
+NUMBERED += [one.replace("5", "6") for one in NUMBERED] + [
+    one.replace("1", "x") for one in NUMBERED
+]
 TEXTS = ("", "x" * 499, "\u00e9" * 126, "\n\x1b\\", "\U0001f600 \ud800", "1/1000", "IID")
 
 
@@ -52,7 +57,7 @@ def claimed(rng):
 
 def tested(rng):
     """Of a set that was tested, maybe with something odd, or other corridors."""
-    answer = known.tested()
+    answer = rng.choice([known.tested, known.tested_by_recordings])()
     claim = answer["claim"]
     part = rng.choice([claim, claim["evidence"], claim["evidence"], claim["evidence"]["steps"][1]])
     name = rng.choice(sorted(part)) if part is not claim["evidence"]["steps"][1] else 0
@@ -69,13 +74,17 @@ def stated(rng, claim):
     law = {"k_law": rng.choice(["uniform", "logged", "given", *TEXTS])}
     claim |= {
         "quantifier": rng.choice([*TEXTS, *4 * [known.FACTS["quantifier"], known.OF_BINS]]),
-        "subject": {"domain": domain, "time": rng.choice([["0.05"], ["1/20", "1"], ["0.5"], []])},
+        "subject": {"domain": domain, "time": rng.choice(TIMES)},
         "law": rng.choice([law, *3 * [copy.deepcopy(known.LAW)]]),
         "assumptions": rng.choices(
-            [*TEXTS, "A(b)", "A(", "(a))", ")", *3 * [f"UNSEEN({claim['looks']} look"]],
+            [*TEXTS, "A(b)", "A(", "(a))", ")", *3 * [f"UNSEEN({claim['looks']} look"], *NUMBERED],
             k=rng.randrange(4),
         ),
+        "intersample": known.NUMBERED["intersample"],
     }
+    if rng.random() < 0.8:
+        told = known.with_numbers()["claim"]["evidence"]
+        claim["evidence"] |= {name: told[name] for name in ("lost", "start", "left_out")}
     claim["evidence"] |= {
         "failed": rng.choice([0, 0, 1, 9]),
         "recordings": rng.choice(TEXTS),

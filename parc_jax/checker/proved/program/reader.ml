@@ -386,6 +386,11 @@ let at names o =
   match List.fold_left one (Some o) names with Some Null -> None | found -> found
 let listed names o = match at names o with None -> [] | Some l -> list (fun x -> x) l
 
+(* The independent units that a claim counts. *)
+let recorded o = at [ "evidence"; "rows" ] o <> None || at [ "evidence"; "tested" ] o <> None
+let unit_of o = if recorded o then "recordings" else "runs"
+let hash_of v = Str (Sha256.hex (canonical v))
+
 (* Of a set that was tested in its scene [T42]. *)
 let tested get =
   let evidence = get "evidence" in
@@ -415,6 +420,10 @@ let tested get =
   then bad "the claim's numbers are not those of its last test";
   if List.fold_left (fun sum (_, _, x, _) -> sum + x) 0 steps > most_discards then bad "more runs failed than are counted";
   let corridors = match at [ "corridors" ] evidence with Some v -> whole 1 most_runs v | None -> bad "a whole number was expected" in
+  (match at [ "tested" ] evidence with
+   | Some (Arr ids as v) when List.length ids = tests && at [ "recordings" ] evidence = Some (hash_of v) -> ()
+   | None -> ()
+   | _ -> bad "other recordings were tested than the claim names");
   Tests { steps; tests; scene = at [ "scene" ] evidence; corridors;
           within = Option.value (at [ "within" ] evidence) ~default:Null; set = at [ "set" ] evidence }
 
@@ -437,10 +446,9 @@ let claim n_bins o =
           bad "the claim's discards are not those of its blocks";
         Numbers { blocks; looks = Big.of_int (whole 1 most_discards (get "looks"));
                   eps = number (get "eps"); delta = number (get "delta"); in_bins } in
+      let failed = match List.assoc_opt "failed" evidence with None | Some Null -> 0 | Some failed -> whole 0 n failed in
       match (get "bin_eps", List.assoc_opt "blocks" evidence) with
-      | Null, _ when (match List.assoc_opt "failed" evidence with
-          | None | Some Null -> false
-          | Some failed -> whole 0 n failed > whole 0 n (get "discard")) ->
+      | Null, _ when failed > whole 0 n (get "discard") ->
         Unchecked "more runs failed than are left outside"
       | Null, _ -> numbers [ block o ] []
       | _, (None | Some Null) -> Unchecked "it is about bins, and lacks the runs of each block"
@@ -484,10 +492,10 @@ let domain_of o = match at [ "subject"; "domain" ] o with
     if lo = [] || List.length lo <> List.length hi then bad "the claim's domain is no box";
     Some (List.combine lo hi)
 
-let shown recorded (c : Check.claim) =
+let shown units (c : Check.claim) =
   let least = List.fold_left (fun n b -> if Big.leq n b.runs then n else b.runs) (Big.of_int most_runs) c.blocks in
   let most = List.fold_left (fun m b -> max m b.discards) 0 c.blocks in
-  let runs = Big.to_string least ^ (if recorded then " recordings" else " runs") in
+  let runs = Printf.sprintf "%s %s" (Big.to_string least) units in
   let numbers each more =
     [ ("eps", fraction_text c.eps); ("delta", fraction_text c.delta); ("n", runs ^ each);
       ("discards", string_of_int most); ("looks", Big.to_string c.looks) ] @ more in
@@ -503,10 +511,10 @@ let set_words t =
     (if t.within = Null then "" else " around a search")
 
 (* Checked ones, and the file's word. *)
-let of_tests t =
+let of_tests units t =
   let told (scale, n, failed, _) = Printf.sprintf "%s (%d of %d)" scale failed n in
   let _, n, failed, (c : Check.claim) = List.nth t.steps (List.length t.steps - 1) in
-  [ ("risk", fraction_text c.eps); ("delta", fraction_text c.delta); ("n", string_of_int n ^ " runs");
+  [ ("risk", fraction_text c.eps); ("delta", fraction_text c.delta); ("n", Printf.sprintf "%d %s" n units);
     ("failed of them", string_of_int failed); ("set", set_words t) ],
   [ ("tests", string_of_int t.tests); ("scales", String.concat ", " (List.map told t.steps)) ]
 
@@ -529,17 +537,21 @@ let described pairs get hash =
   let more (a, b) = if a = box_name then "" else Printf.sprintf ", %s = %s" (without ours a) b in
   Printf.sprintf "%s (k %s%s; %s)" (text_in (get "generator")) how (String.concat "" (List.map more pairs)) (String.sub hash 0 8)
 
+let of_a_recording = "a plan whose k is that of a new recording for which this set has a start, one of 400 that are drawn \
+  so as to end in the goal, and whose p0 is the first such start"
+
 (* The words that a claim may have for its law. *)
 let words o pairs said =
   if field "kind" o = Some (Str "validated") then
-    [ "a plan drawn uniformly from this set, run afresh in this scene by " ^ said ]
+    [ (if recorded o then of_a_recording ^ ", run" else "a plan drawn uniformly from this set, run afresh")
+      ^ " in this scene by " ^ said ]
   else if at [ "bin_eps" ] o <> None then
     let about (several, one) =
       Printf.sprintf "in each claimed %s of K, a new rollout drawn from %s with k in that %s" several said one in
     List.map about [ ("bin", "bin"); ("block of bins", "block") ]
   else
     [ Printf.sprintf "%s%s drawn from %s"
-        (if at [ "evidence"; "rows" ] o = None then "a new rollout" else "any run of a new recording")
+        (if recorded o then "any run of a new recording" else "a new rollout")
         (if List.mem_assoc (ours ^ "K") pairs then " whose k lies in K," else "") said ]
 
 let whole_law o = match at [ "law"; "hash" ] o with
@@ -568,14 +580,69 @@ let whole_law o = match at [ "law"; "hash" ] o with
      | _ -> ());
     true
 
+(* ---- Assumptions with numbers, which are those of the claim's fields ---- *)
+type known = Count of q | Rounded of q (* for people, to a hundred-thousandth *)
+
+let told_in text =
+  let found = ref [] and part = Buffer.create 16 in
+  let close () =
+    let s = Buffer.contents part in
+    Buffer.clear part;
+    if s <> "" && is_digit s.[0] then found := number (Str (String.concat "" (String.split_on_char ',' s))) :: !found in
+  String.iter (fun c -> if is_digit c || String.contains ".,e+-" c then Buffer.add_char part c else close ()) text;
+  close ();
+  List.rev !found
+
+let ratio n d = { qnum = Big.of_int n; qden = Big.of_int d }
+let times x y = fraction (Big.mul x.qnum y.qnum) (Big.mul x.qden y.qden)
+let over x y = if Big.sign y.qnum <= 0 then bad "a time step is not positive" else times x { qnum = y.qden; qden = y.qnum }
+
+let says told known = match known with
+  | Count x -> same_number told x
+  | Rounded x ->
+    let off = Big.abs (Big.sub (Big.mul told.qnum x.qden) (Big.mul x.qnum told.qden)) in
+    Big.leq (Big.mul off (Big.of_int 100_000)) (Big.abs (Big.mul x.qnum told.qden))
+
+let has_its_numbers o name said =
+  let told = lazy (told_in said) in
+  let count = function Some (Int s) -> [ Count (number (Str s)) ] | _ -> [] in
+  let evidence names = at ("evidence" :: names) o in
+  let tried effect =
+    let field name = match evidence [ "start"; name ] with None -> [] | Some x -> [ Rounded (number x) ] in
+    match field "gap" @ field effect with
+    | _ :: _ :: _ as both -> both @ [ Count (ratio 8 1) ]
+    | found -> found in
+  let times_of () = match List.map number (listed [ "subject"; "time" ] o) with _ :: _ :: l -> l | _ -> [] in
+  let rounded = List.map (fun x -> Rounded x) in
+  let between () = match times_of () with
+    | [] -> []
+    | h :: _ as l ->
+      let slow = begins_with "speed" said in
+      let by = if slow then over (ratio 2 1) h else over (over (ratio 8 1) h) h in
+      let axes = List.length (Lazy.force told) - (if slow then 1 else 2) in
+      let bounds = List.filteri (fun i _ -> i < axes) (List.map number (listed [ "intersample" ] o)) in
+      rounded (List.map (times by) bounds) @ (if slow then [] else [ Count (ratio 2 1) ]) @ rounded l in
+  let known = match name with
+    | "UNSEEN" -> Some (count (field "looks" o))
+    | "WORKERS_LOST" -> Some (count (evidence [ "lost" ]))
+    | "LEFT_OUT" -> Some (count (evidence [ "left_out" ]))
+    | "TRANSLATION_INVARIANCE" -> Some (tried "seen")
+    | "ROTATION_INVARIANCE" -> Some (tried "turned")
+    | "DISCRETE_TIME" -> Some (rounded (times_of ()))
+    | "INTERSAMPLE" -> Some (between ())
+    | _ -> None in
+  match known with
+  | None -> true
+  | Some known -> let told = Lazy.force told in List.length known = List.length told && List.for_all2 says told known
+
 (* As lines, of a claim of which so much is known. *)
 let premises known o =
   let line standing (name, value) =
     let value = quoted (escaped value) in
     Printf.sprintf "  %-8s %s%s%s" standing (quoted (escaped name)) (if value = "" then "" else ": ") value in
   let checked, counted = match known with
-    | Numbers c -> (shown (has "rows" (Option.get (field "evidence" o))) c, [])
-    | Tests t -> of_tests t
+    | Numbers c -> (shown (unit_of o) c, [])
+    | Tests t -> of_tests (unit_of o) t
     | _ -> ([], []) in
   let pac = field "kind" o = Some (Str "pac") and whole_law = whole_law o in
   let evidence names = at ("evidence" :: names) o in
@@ -604,12 +671,8 @@ let premises known o =
   if List.length assumptions > most_premises then bad "the claim has too many assumptions";
   let assumed entry =
     let entry = text_in entry in
-    let looks rest = String.concat "" (String.split_on_char ',' (List.hd (String.split_on_char ' ' rest))) in
-    (match (cut '(' entry, field "looks" o) with
-     | Some ("UNSEEN", rest), Some (Int n) when looks rest = n -> ()
-     | Some ("UNSEEN", _), _ -> bad "an assumption of the claim has other looks"
-     | None, _ when entry = "UNSEEN" -> bad "an assumption of the claim has other looks"
-     | _ -> ());
+    let name, said = Option.value (cut '(' entry) ~default:(entry, "") in
+    if not (has_its_numbers o name said) then bad "the numbers of an assumption are not the claim's";
     match cut '(' entry with
     | None -> line "assumed" (entry, "")
     | Some (name, rest) ->
