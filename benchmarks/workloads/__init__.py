@@ -27,6 +27,7 @@ NAMES = (
     "practice",
     "obstacles",
     "clutter",
+    "live",
     "scaling",
     "bodies",
 )

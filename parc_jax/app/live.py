@@ -6,6 +6,7 @@ around it needs the extra `live` (viser), stays on this machine, and is the same
 
 import itertools
 import time
+from dataclasses import replace
 from typing import NamedTuple
 
 import jax
@@ -16,8 +17,10 @@ from parc_jax.answer.why import SMALL, Why, why_of
 from parc_jax.app.plot import shapes
 from parc_jax.common.arrays import slices
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.common.sets.vertices import vertices
+from parc_jax.learning.bound.calibrate import at_other_eps
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point
 from parc_jax.method import Exact
@@ -26,6 +29,7 @@ from parc_jax.problem.body import Disc, numbered
 from parc_jax.problem.problem import Problem, box_of_rows, goal_box
 from parc_jax.problem.problem_file import problem_text
 from parc_jax.problem.robust.nominal import query
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.corridors.first import MOST, preferred
 from parc_jax.safe_set.corridors.sampling import ends_from, ends_of
 from parc_jax.safe_set.settings import Settings
@@ -36,7 +40,9 @@ HASTE = 0.03  # [s] after which no more plans are looked for while something is 
 PROPOSED = 4096  # new plans, beside those that were safe before and plans near them
 AT_ONCE = 64  # judged in a call, so that the clock is looked at often
 NEAR = 0.05  # [sides of K and of the goal]
-SOON = Settings(samples=64, target=0.05, work=0.1, proof=False, budget_s=0.5)  # on release
+MOST_OFF = 0.1  # [least side of the goal] of what a slider leaves unknown
+# on release: the first corridors hold nine plans in ten and more, further ones take seconds
+SOON = Settings(samples=64, target=0.2, work=0.1, proof=False, budget_s=0.5)
 PIECES = 12  # of a plan, in each of which the swept body is drawn as one convex set
 AROUND = 24  # directions in which a body is drawn in the plane
 
@@ -81,14 +87,23 @@ class Live:
     """A problem that is changed by hand, and its safe plans; no browser.
 
     at: as of `Planner.solve`. wanted: plans to draw, 16 to 64. Raises InputError.
+
+    k: (2, n_k) of plans and of the set. off: [m] half widths of what is not known of the pose and
+    of obstacles, beside what the problem says. planner: one of `planners`, which share a network,
+    by rising eps from the claim's own; the first has that.
     """
 
     def __init__(self, model: TrajectoryModel, problem: Problem, at=None, wanted=32, seed=0):
-        self.planner, self.model, self.wanted = Planner(model), model, wanted
+        own = [model, *(model.replace(claim=claim) for claim in at_other_eps(model.claim))]
+        self.planners = [Planner(one) for one in own]
+        self.planner, self.wanted = self.planners[0], wanted
         self._told, self._key = problem, jax.random.PRNGKey(seed)
-        self.k = np.stack([model.domain.lo, model.domain.hi])  # plans are drawn from these alone
+        self.k = np.stack([model.domain.lo, model.domain.hi])
+        self.off = {"pose": 0.0, "obstacles": 0.0}
         eye, n_p = np.eye(model.n_p), model.n_p
-        middles = {"goal": sum(side[:n_p] for side in goal_box(problem.goal, model.layout)) / 2}
+        lo, hi = (side[:n_p] for side in goal_box(problem.goal, model.layout))
+        self.most_off = MOST_OFF * float((hi - lo).min())
+        middles = {"goal": (lo + hi) / 2}
         sets: dict[str, HPolytope | None] = {"goal": problem.goal}
         parts = [(f"obstacle {j}", o) for j, o in enumerate(problem.obstacles)]
         if at is None and problem.start is not None:
@@ -108,10 +123,16 @@ class Live:
         self._last = np.zeros((0, nominal.model.n_k + n_p))  # shares of what was drawn
         shapes_ = [part.shape for part in nominal.problem.parts]
         own = max(0 if isinstance(s, Disc) else len(s.vertices) for s in shapes_)
-        corners = max((len(vertices(o)) for o in nominal.problem.obstacles), default=1)
-        corners = corners + own if n_p == 2 else corners * max(own, 1)
+        # rows of an obstacle, and of a box that it is turned against and grown by
+        rows = max((len(o.b) for o in nominal.problem.obstacles), default=0) + 2 * n_p
+        corners = rows + own if n_p == 2 else (2 * rows - 4) * max(own, 1)
         # one size for every place of everything: nothing compiles while something is dragged
         self._size = size_class(len(whole.obstacles.active)), size_class(corners, 2**n_p)
+
+    @property
+    def model(self) -> TrajectoryModel:
+        """Under the claim whose tube is drawn with."""
+        return self.planner.model
 
     def move(self, name: str, place, turn: float | np.ndarray | None = None) -> None:
         """Drag a grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p)."""
@@ -129,6 +150,13 @@ class Live:
         if self.pose_size is None and "start" in grips:
             changes["start"] = grips["start"].moved()
         names = [f"obstacle {j}" for j in range(len(self._told.obstacles))]
+        if any(self.off.values()):
+            known = self._told.uncertainty or Uncertainty()
+            start = known.shifts(model.n_p) + self.off["pose"]
+            half = np.full(model.n_p, self.off["obstacles"])
+            # of obstacles whose error is told already that stays
+            errors = known.obstacles or ([box(-half, half)] if half.any() else ())
+            changes["uncertainty"] = replace(known, start=start, obstacles=errors)
         return self._told.replace(obstacles=[grips[n].moved() for n in names], **changes)
 
     @property
@@ -143,22 +171,25 @@ class Live:
         return query(self.problem, self.model, self.at).nominal(self.planner._robust_models)
 
     def scene(self) -> Scene:
-        """As it was dragged, always of one size. Raises InputError."""
-        return padded(pruned_scene(self._nominal()), *self._size)
+        """As it was dragged, of the part of K that is asked for, always of one size. Raises
+        InputError.
+        """
+        scene = padded(pruned_scene(self._nominal()), *self._size)
+        if scene.model.n_k < self.model.n_k:  # some are given, and the others have other columns
+            return scene
+        lo, hi = np.maximum(scene.k_lo, self.k[0]), np.minimum(scene.k_hi, self.k[1])
+        return scene.replace(k_lo=lo, k_hi=hi)
 
     def draw(self) -> Drawn:
-        """Safe plans, each verified in float64, with k as the sliders have it: those of before
-        where they still are, others near them, and new ones. Raises InputError.
+        """Safe plans, each verified in float64: those of before where they still are, others near
+        them, and new ones. Raises InputError.
         """
         begin, scene = time.perf_counter(), self.scene()
         model = scene.model
         near = self._last + NEAR * self._rng.standard_normal((2, *self._last.shape))
         fresh = self._rng.uniform(0, 1, (PROPOSED, model.n_k + model.n_p))
         share = np.concatenate([self._last, np.clip(near, 0, 1).reshape(-1, fresh.shape[1]), fresh])
-        lo, hi = scene.k_lo, scene.k_hi
-        if len(lo) == self.model.n_k:  # else some are given, and others
-            lo, hi = np.maximum(lo, self.k[0]), np.minimum(hi, self.k[1])
-        p0, k, fits = _aimed(scene, share, lo, hi)
+        p0, k, fits = _aimed(scene, share)
         rows, plans, clearance = np.flatnonzero(fits), [], []
         for some in slices(len(rows), AT_ONCE):
             # a short call repeats its last proposal: one shape, one compiled program
@@ -192,6 +223,19 @@ class Live:
         few = answer.share is None or answer.share.share < SMALL
         return answer, (why or answer.why()) if few else None
 
+    def warm_up(self) -> None:
+        """Compile all that a release needs: also where obstacles are turned and their place is not
+        known, which gives them more sides.
+        """
+        grips, off = dict(self.grips), dict(self.off)
+        for turn in (1e-3, 0.0):
+            self.off = dict.fromkeys(off, turn * self.most_off)
+            for name, grip in grips.items():
+                self.move(name, grip.place, _turn(turn, len(grip.place)) @ grip.turn)
+            self.settle()
+            why_of(self.scene())
+        self.grips, self.off = grips, off
+
     def proved(self) -> Answer:
         """The whole set, proved: as `Planner.solve` gives it."""
         return self.planner.solve(self.problem, self._key, at=self.at)
@@ -201,12 +245,12 @@ class Live:
         return problem_text(self.problem, self.model.labels, self.model.points)
 
 
-def _aimed(scene: Scene, share: np.ndarray, k_lo: np.ndarray, k_hi: np.ndarray):
+def _aimed(scene: Scene, share: np.ndarray):
     """Plans p0 (b, n_p), k (b, n_k) at shares (b, n_k + n_p) of a box of parameters and where
     the first point may end with each of them, and which of them may be safe (b,).
     """
     model = scene.model
-    k = k_lo + share[:, : model.n_k] * (k_hi - k_lo)
+    k = scene.k_lo + share[:, : model.n_k] * (scene.k_hi - scene.k_lo)
     ways, ends, bin = ends_from(0.0, model, k), ends_of(scene), model.tube.bin_of(k)
     if scene.at is not None:
         z = scene.at + ways

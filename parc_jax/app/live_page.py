@@ -3,22 +3,24 @@
 import json
 import threading
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from parc_jax.answer.answer import Answer, answer_data
-from parc_jax.answer.why import why_of
 from parc_jax.app.live import Drawn, Grip, Live, swept
 from parc_jax.app.plot import shapes
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of
 from parc_jax.problem.problem import goal_box
 
 LOCAL = "127.0.0.1"
 RATE = 25.0  # [1/s] pictures of a plan that is played
+REST = 0.2  # [s] after which a slider is taken to rest
 COLOURS = {"goal": (60, 150, 80), "start": (70, 110, 200)}
 OBSTACLE, PLAN, BEST = (90, 90, 95), (40, 120, 220), (230, 120, 30)
 HIGH, LOW = 0.06, 0.02  # [of the scene] height of obstacles and of plans in the plane
@@ -39,8 +41,7 @@ class Page:
                 "pip install 'parc_jax[live]'."
             ) from None
         self.live, self._rotation = live, SO3
-        live.settle()  # compiles, before anybody waits for it
-        why_of(live.scene())
+        live.warm_up()  # before anybody waits for it
         self.server = viser.ViserServer(LOCAL, port, label="parc_jax", verbose=False)
         self._asked, self._wake, self._over = {"draw", "settle"}, threading.Condition(), False
         self._drawn: Drawn | None = None
@@ -91,32 +92,35 @@ class Page:
         self._play = gui.add_checkbox("play the roomiest plan", False)
         self._play.on_update(lambda _: self._ask())
         number = gui.add_slider("plans", 16, 64, 16, live.wanted)
-
-        def counted(_) -> None:
-            live.wanted = int(number.value)
-            self._ask("draw")
-
-        number.on_update(counted)
-        for i, label in enumerate(live.model.labels.k):
-            self._slider(i, name_of(label))
+        self._slides(number, lambda n: setattr(live, "wanted", int(n)))
+        for i, (label, *side) in enumerate(zip(live.model.labels.k, *live.k, strict=True)):
+            lo, hi = map(float, side)
+            if lo < hi:
+                step, ends = (hi - lo) / 100, tuple((x, f"{x:.3g}") for x in (lo, hi))
+                slider = gui.add_multi_slider(
+                    name_of(label), lo, hi, step, (lo, hi), min_range=step, marks=ends
+                )
+                self._slides(slider, lambda both, i=i: live.k[:, i].__setitem__(slice(None), both))
+        for name in live.off:
+            most = float(f"{live.most_off:.1g}")
+            ends = (0.0, "exact"), (most, f"{most:g}")
+            slider = gui.add_slider(f"{name} off by [m]", 0.0, most, most / 20, 0.0, marks=ends)
+            self._slides(slider, lambda half, name=name: live.off.__setitem__(name, half))
+        known = [rounded_up(p.model.claim.eps, 2) for p in live.planners if len(live.planners) > 1]
+        if known:
+            ends = (0, known[0]), (len(known) - 1, known[-1])
+            slider = gui.add_slider("eps of the tube", 0, len(known) - 1, 1, 0, marks=ends)
+            self._slides(slider, lambda i: setattr(live, "planner", live.planners[int(i)]))
+        else:
+            gui.add_markdown("No slider for eps: this claim keeps one size of its tube.")
         gui.add_button("save scene.toml").on_click(
             lambda event: event.client.send_file_download("scene.toml", live.toml().encode())
         )
         gui.add_button("prove, save answer.json").on_click(self._prove)
 
-    def _slider(self, i: int, name: str) -> None:
-        lo, hi = (float(side) for side in self.live.k[:, i])
-        if lo < hi:
-            marks = tuple((side, f"{side:.3g}") for side in (lo, hi))
-            both = self.server.gui.add_multi_slider(
-                name, lo, hi, (hi - lo) / 100, (lo, hi), marks=marks
-            )
-
-            def changed(_) -> None:
-                self.live.k[:, i] = both.value
-                self._ask("draw")
-
-            both.on_update(changed)
+    def _slides(self, slider, change: Callable[[Any], None]) -> None:
+        """Plans follow a slider at once, their set when it rests."""
+        slider.on_update(lambda _: (change(slider.value), self._ask("draw", "settle", "slid")))
 
     def _prove(self, event) -> None:
         note = event.client.add_notification("proving", "in exact arithmetic", loading=True)
@@ -199,7 +203,10 @@ class Page:
             try:
                 if "draw" in asked:
                     self._draw()
-                if "settle" in asked and not self._asked:  # nothing is dragged any more
+                with self._wake:  # of sliders nothing says that they were let go
+                    rest = REST if "slid" in asked else 0.0
+                    more = self._wake.wait_for(lambda: self._asked or self._over, rest)
+                if "settle" in asked and not more:
                     self._settle()
                 elif "settle" in asked:
                     self._ask("settle")
@@ -272,16 +279,19 @@ class Page:
 
 
 def about_set(answer: Answer) -> list[str]:
-    """What is measured of a set; it counts all k in K, whatever the sliders leave of it."""
-    claim, share, lines = answer.model.claim, answer.share, []
+    """What is measured of a set, of which k, how surely, and under which tube."""
+    claim, share, lines, scene = answer.model.claim, answer.share, [], answer.scene
+    domain = scene.model.domain
+    whole = (scene.k_lo == domain.lo).all() and (scene.k_hi == domain.hi).all()
+    which = f"all k in {claim.law.box}" if whole else "k as the sliders have it"
     if share is not None:
         around = "" if answer.cover.within is None else " around the first found"
         least, most = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
-        sure = f"for all k in {claim.law.box}, confidence {rounded_down(str(share.confidence), 10)}"
+        sure = f"for {which}, confidence {rounded_down(str(share.confidence), 10)}"
         lines.append(f"**{least} to {most} %** of the plans{around} are safe, {sure}")
     held = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of them"
     lines.append(f"{len(answer.corridors)} corridors hold {held}")
-    return [*lines, f"the tube is {claim.kind}, not shown"] if claim.eps is None else lines
+    return [*lines, f"the tube is {in_short(claim)}"]
 
 
 def _in_space(x: np.ndarray) -> np.ndarray:

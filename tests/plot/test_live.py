@@ -7,10 +7,12 @@ from toy_bodies import points_model
 from toy_models import line_model, told
 
 import parc_jax as pj
+import sims
 from parc_jax.app import live as module
 from parc_jax.app.live import Live, live, swept
 from parc_jax.app.live_page import about_set
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.spelling import rounded_down
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import hull
@@ -84,11 +86,68 @@ def test_the_scene_that_is_saved_is_the_one_that_is_shown(dragged):
     assert (again.goal.b == dragged.problem.goal.b).all()
 
 
-def test_sliders_narrow_what_is_drawn():
-    alone = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, [POLYGON], 0.05, START))
-    alone.k[:, 0] = 1.6, 1.7
-    k = alone.draw().plans[:, 2:]
-    assert len(k) >= 8 and (k[:, 0] >= 1.6).all() and (k[:, 0] <= 1.7).all()
+@pytest.mark.parametrize("at", [None, pytest.param((-0.1, 0.05), marks=pytest.mark.slow)])
+def test_sliders_narrow_plans_set_and_share(at):
+    """Of uniform draws from what is left of K by an oracle of its own: the verdict on each."""
+    start = None if at is not None else START
+    model = line_model(e=0.01, half=2.5)
+    alone = Live(model, pj.reach_avoid(GOAL, [POLYGON], 0.05, start), at)
+    alone.settle()
+    alone.k[:] = [1.45, -0.45], [1.85, 0.1]
+    answer, _ = alone.settle()
+    for k in (alone.draw().plans[:, 2:], answer.samples[:, 2:]):
+        assert len(k) >= 8 and (k >= alone.k[0]).all() and (k <= alone.k[1]).all()
+    rng, n = np.random.default_rng(5), 20_000
+    k = rng.uniform(*alone.k, (n, 2))
+    p0 = rng.uniform([1.4, -0.4], [1.9, 0.4], (n, 2)) - k
+    if at is not None:
+        p0[:] = at
+    seen = verdicts(scene_of(alone.problem, model), p0, k).safe.mean()
+    assert 0.05 < seen < 0.95
+    assert answer.share.at_least - 0.015 <= seen <= answer.share.at_most + 0.015
+    assert about_set(answer)[0].split(" safe, ")[1].startswith("for k as the sliders have it, ")
+
+
+def test_sliders_of_what_is_not_known_make_plans_robust_and_compile_nothing_while_dragged():
+    """Every plan that is drawn is safe for the tube that moves, and for obstacles that do."""
+    model = line_model(e=0.01, half=2.5)
+    alone = Live(model, pj.reach_avoid(GOAL, [*BLOCKS, POLYGON], 0.05, START))
+    alone.warm_up()
+    off, rng, seen = 0.05, np.random.default_rng(6), []
+
+    def slide() -> None:
+        for name in ("pose", "obstacles"):
+            alone.off = {"pose": 0.0, "obstacles": 0.0, name: off}
+            alone.move("obstacle 0", alone.grips["obstacle 0"].middle, 0.3)
+            seen.append((name, alone.problem, alone.draw().plans))
+            assert alone.settle()[0].status.found
+
+    assert compiled_by(slide) == 0
+    for name, problem, plans in seen:
+        p0, k = np.split(plans, [2], axis=1)
+        assert len(plans) >= 16 and problem_of_text(alone.toml(), "scene.toml").uncertainty
+        for _ in range(20):
+            by = rng.choice([-off, off], 2)
+            moved, places = problem.replace(uncertainty=None), p0
+            if name == "pose":
+                places = p0 + by
+                moved = moved.replace(start=None)
+            else:
+                out = [hpolytope(o.A, o.b + o.A @ by) for o in moved.obstacles]
+                moved = moved.replace(obstacles=out)
+            assert verdicts(scene_of(moved, model), places, k).safe.all()
+    alone.off = {"pose": 0.0, "obstacles": 0.0}
+    assert alone.problem.uncertainty is None
+
+
+def test_a_slider_of_eps_draws_with_the_tube_of_another_claim():
+    model = sims.model("drift_parking")
+    alone = Live(model, sims.drift_parking.problem("rectangle"))
+    eps = [float(planner.model.claim.eps) for planner in alone.planners]
+    assert eps == sorted(eps) and len(eps) == 7 and alone.model.claim is model.claim
+    narrow = alone.planners[-1].model
+    assert (narrow.tube.interval < model.tube.interval).all() and narrow.net is model.net
+    assert len(Live(line_model(), pj.reach_avoid(GOAL, [], 0.05)).planners) == 1
 
 
 def test_on_release_the_set_is_measured_or_it_is_said_what_is_in_the_way():
@@ -145,7 +204,6 @@ def test_what_is_no_answer_is_refused():
 
 def test_the_words_beside_a_set_say_of_which_k_how_surely_and_what_is_assumed():
     dragged = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, BLOCKS, 0.1, START))
-    dragged.k[1, 1] = 1.0  # a slider, which the set does not follow
     answer, _ = dragged.settle()
     first, *_, last = about_set(answer)
     share = answer.share

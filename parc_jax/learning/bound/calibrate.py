@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted, hex_text, listed, rounded_up
-from parc_jax.learning.bound.claim import ErrorClaim, error_claim
+from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
 from parc_jax.learning.bound.counts import (
     MOST,
     RECORDED_ROWS,
@@ -24,7 +24,7 @@ from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, name
 from parc_jax.learning.bound.measure import Scores, score_batch
 from parc_jax.learning.bound.profile import runs_per_bin
 from parc_jax.learning.bound.settings import DISCRETE_TIME, BoundSettings
-from parc_jax.learning.bound.start_gap import invariances
+from parc_jax.learning.bound.start_gap import invariances, off_from_start
 from parc_jax.learning.bound.tube import Tube, tube_to_json
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -34,6 +34,7 @@ from parc_jax.learning.runs.law import Subject
 # the division that made the score and the product that undoes it, rounded up
 _OUTWARD = 1 + 2.0**-48
 _SHOWN = 32  # largest scores kept as evidence
+SIZES = (0, 1, 3, 7, 15, 31)  # discards of the claims that one holdout supports beside its own
 
 
 def calibrate(
@@ -126,6 +127,32 @@ def _pac_claim(
         intersample=tuple(term),
         **fields,
     )
+
+
+def at_other_eps(claim: ErrorClaim) -> tuple[ErrorClaim, ...]:
+    """Claims of the same runs at rising eps, their tubes of the same profile at the largest scores
+    that were kept as evidence. All of them hold together: delta is split over them as over looks.
+    None of a claim about bins or recordings, or that is not shown. [T1, T2, T8]
+    """
+    if claim.kind != "pac" or claim.bin_eps is not None or claim.unit is not RUNS:
+        return ()
+    score = [float.fromhex(run["score"]) for run in claim.evidence["worst"]]
+    sizes = [r for r in SIZES if r < len(score) and 0 < score[r] < np.inf]
+    looks, off, claims = claim.looks * len(sizes), off_from_start(claim), []
+    # neither the time between records nor the start is part of a score: they stay as they are
+    fixed = claim.tube.halves_around(np.array(claim.intersample) + off, off)
+    unseen = f"UNSEEN({counted(looks, 'look')}; network and profile were settled before these runs)"
+    told = [unseen if a.startswith("UNSEEN(") else a for a in claim.assumptions]
+    for r in sizes:
+        part = score[r] / float.fromhex(claim.evidence["scale"])
+        both = zip(claim.tube.halves, fixed, strict=True)
+        halves = [(part * half + max(1 - part, 0.0) * more) * _OUTWARD for half, more in both]
+        eps = supported_eps(claim.n, float(claim.delta / looks), r)
+        about = {"eps": eps, "discard": r, "looks": looks, "assumptions": tuple(told)}
+        scale = {"scale": score[r].hex()}
+        tube = claim.tube.with_halves(*(np.nextafter(half, np.inf) for half in halves))
+        claims += [] if eps is None else [derived(claim, tube=tube, evidence=scale, **about)]
+    return tuple(claims)
 
 
 def kept_maximum(score: np.ndarray, discard: int) -> np.ndarray:

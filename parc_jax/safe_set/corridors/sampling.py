@@ -32,8 +32,9 @@ class BinEnds(NamedTuple):
 
 
 def ends_of(scene: Scene) -> BinEnds:
-    """The ends that the goal of a scene allows."""
+    """The ends that the goal of a scene allows, and the part of each bin that it asks for."""
     k_lo, k_hi, least, most = once(scene.model.tube, _about)
+    k_lo, k_hi = np.maximum(k_lo, scene.k_lo), np.maximum(np.minimum(k_hi, scene.k_hi), k_lo)
     z_lo, z_hi = scene.z_lo - least, scene.z_hi - most
     with np.errstate(invalid="ignore"):  # a bin without claim has an infinite error: no ends at all
         ends = np.where((z_lo < z_hi).all(axis=1), np.prod(z_hi - z_lo, axis=1), 0.0)
@@ -157,7 +158,7 @@ def draw(scene: Scene, rng: np.random.Generator, n: int, within: Place | None = 
         z, k, whole = z[fits], k[fits], within.volume
     elif scene.at is not None:
         k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
-        z, whole = ends_from(scene.at, model, k), float(model.domain.volume)
+        z, whole = ends_from(scene.at, model, k), float(np.prod(scene.k_hi - scene.k_lo))
     else:
         whole = float(volume.sum())
         if whole == 0:

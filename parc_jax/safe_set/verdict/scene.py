@@ -46,7 +46,7 @@ class SceneArrays:
     goal_A: (g, n_c + n_q), goal_b: (g,) rows of the goal.
     start_A: (s, n_p), start_b: (s,) rows of P0.
     z_lo, z_hi: (n_p,) [m] box around the end points of the first reference point.
-    k_lo, k_hi: (n_k,) K, a closed box.
+    k_lo, k_hi: (n_k,) K, or the part of it that is asked for; a closed box.
     obstacles: grown by the body, with the part of the body that each is separated from.
     slack: () [m or row units] float margin [T11]: a verdict that clears it in float64 holds in
         real arithmetic.
@@ -231,10 +231,11 @@ def volume_of_all(scene: Scene) -> float:
     have one start. [T15]
     """
     asked, model = scene.nominal, scene.model
-    sides, k = scene.z_hi - scene.z_lo, float(model.domain.volume)
+    sides, k = scene.z_hi - scene.z_lo, float(np.prod(scene.k_hi - scene.k_lo))
     if asked.uncertainty is not None and asked.query is not None:
         lo, hi = goal_box(asked.query.problem.goal, asked.query.model.layout)
-        sides, k = (hi - lo)[: model.n_p], asked.uncertainty.volume_of_k(model.domain)
+        part = k / float(model.domain.volume)
+        sides, k = (hi - lo)[: model.n_p], part * asked.uncertainty.volume_of_k(model.domain)
     return k if scene.at is not None else k * float(np.prod(sides))
 
 
