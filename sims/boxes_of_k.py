@@ -22,12 +22,13 @@ from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import Box
 from parc_jax.common.shapes import Path, State, Vector
 from parc_jax.drive.local.safe_box import box_around
-from parc_jax.learning.bound.claim import stand_in
+from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import moved_to
-from parc_jax.learning.runs.batch import RolloutBatch, concatenate
+from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.system import System
 from parc_jax.safe_set.verdict.pointwise import anchor, clearance, paths_of, row_margin, verdicts
 from parc_jax.safe_set.verdict.scene import Scene

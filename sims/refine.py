@@ -31,8 +31,7 @@ from parc_jax.drive.local.localise import (
     start_trial,
 )
 from parc_jax.drive.local.safe_box import box_around, share_of
-from parc_jax.learning.bound.claim import stand_in
-from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.declared import assumed_claim, stand_in
 from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.bound.settings import SHAPES, Intersample, intersample_of
 from parc_jax.learning.bound.start_gap import StartTrial

@@ -15,7 +15,7 @@ from parc_jax.app.cli.options import Offer
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, part_of, told
-from parc_jax.problem import problem_file
+from parc_jax.problem import problem_file, scene_values
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.settings import Search, Settings
@@ -91,7 +91,7 @@ def test_every_option_of_the_shell_is_of_a_record_or_of_its_command():
 
 
 def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
-    assert problem_file.UNCERTAINTY_ENTRIES == tuple(told(Uncertainty))
+    assert scene_values.UNCERTAINTY_ENTRIES == tuple(told(Uncertainty))
     of_problem = {field.name for field in dataclasses.fields(Problem)}
     assert set(problem_file.ENTRIES) - of_problem == {"labels"}
     assert of_problem - set(problem_file.ENTRIES) == {"spans"}  # `steps` of each obstacle

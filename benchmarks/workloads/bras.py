@@ -195,7 +195,7 @@ def one_bin(model: TrajectoryModel) -> TrajectoryModel:
     """The model with a single bin that has the median errors of its bins: for timing only, its
     claim is void.
     """
-    from parc_jax.learning.bound.claim import stand_in
+    from parc_jax.learning.bound.declared import stand_in
     from parc_jax.learning.bound.tube import tube
 
     t = model.tube

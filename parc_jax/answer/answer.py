@@ -4,7 +4,6 @@ import html
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,13 +13,14 @@ import numpy as np
 
 from parc_jax.answer.looks import Looks
 from parc_jax.answer.path import NominalPath, nominal_path
+from parc_jax.answer.risk import about_draw, risk_of_draw
 from parc_jax.answer.why import Why, why_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
-from parc_jax.common.spelling import hex_text, rounded_up
+from parc_jax.common.spelling import hex_text
 from parc_jax.common.status import Status
 from parc_jax.learning.bound.claim import recorded
-from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
+from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -35,14 +35,13 @@ from parc_jax.safe_set.corridors.safe_plans import SafePlans, as_plans, best_pla
 from parc_jax.safe_set.corridors.search import Cover, Share
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.scene import Scene
-from parc_jax.statement import about_risk, about_sensing, details, headline, summary
+from parc_jax.statement import details, headline, summary
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.choice import Choice
     from parc_jax.drive.local.validate import Validation
 
 CUT_AROUND = 20_000  # safe plans around which `polytopes` cuts
-CONFIDENCE = 0.999  # of the safe set's volume, where a density rests on it
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -269,27 +268,13 @@ class Answer:
         Rests on `density_of_k`. For another law over k use `model.claim.risk`: with k uniform on
         the certified k-set, `share=answer.share_of_k()`.
         """
-        if not len(self.corridors):
-            return NoStatement("there is no safe set to draw k from")
-        claim = self.model.claim
-        if claim.kind == VALIDATED and claim.eps is not None and claim.delta is not None:
-            return risk_of(claim.eps, claim.delta, Fraction(1), 0.0)
-        promised = claim.risk(density=1.0)
-        if isinstance(promised, NoStatement):
-            return promised
-        if not claim.law.is_even:
-            law = claim.law.k_law
-            return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
-        density = density_of_k(self)
-        if not np.isfinite(density):
-            return NoStatement("how much of the safe set they cover was not measured")
-        return claim.risk(density=density)
+        return risk_of_draw(self)
 
     def summary(self) -> str:
         """The answer in a few lines: status, share of plans that are safe, coverage, risk, and the
         assumptions that it rests on. `details` has all sentences.
         """
-        return summary(self, self._about_draw())
+        return summary(self, about_draw(self))
 
     def details(self, polytopes: Polytopes | None = None) -> str:
         """All sentences: (C) the proof about the model and its tube, (E) the bound of the tube's
@@ -302,26 +287,7 @@ class Answer:
                 "polytopes: expected polytopes of this answer; got those of another. Cut them with "
                 "`answer.polytopes(key)`."
             )
-        return details(self, self._about_draw(), 0 if polytopes is None else len(polytopes))
-
-    def _about_draw(self) -> str:
-        risk, uncertainty = self.risk(), self.scene.nominal.uncertainty
-        claim = self.model.claim
-        if claim.kind == VALIDATED:
-            most, how = rounded_up(claim.eps), "drawn by `sample`"
-            if recorded(claim):
-                how = "whose k is as in the log, with a start in this set, which `starts` draws,"
-            return f"Risk: a plan {how} fails with probability at most {most}: (V)."
-        density = None if isinstance(risk, NoStatement) else density_of_k(self)
-        measured, delta = self.coverage.confidence, self.model.claim.delta
-        text = about_risk(risk, "all that the corridors hold", density, measured, delta)
-        if uncertainty is None:
-            return text
-        if uncertainty.sensing_eps:
-            text = f"{text} {about_sensing(risk, uncertainty.sensing_eps)}"
-        elif density is not None:  # else the density of the executed k may be any
-            text = f"{text} Errors of its execution, if any, must not depend on the plan."
-        return text
+        return details(self, about_draw(self), 0 if polytopes is None else len(polytopes))
 
     def why(self) -> Why:
         """What is in the way where no plan is safe, or few are: which obstacle, side of the goal or
@@ -342,31 +308,6 @@ class Answer:
         """
         data = answer_data(self, polytopes)
         return write_atomic(path, json.dumps(data, separators=(",", ":")).encode())
-
-
-def density_of_k(answer: Answer) -> float:
-    """Upper bound W of the density of k, relative to uniform on K, of a plan drawn by
-    `Answer.sample`; infinite where nothing bounds it. [T34]
-
-    Per unit of k a bin offers at most the box of end points in the goal less its error; `sample`
-    spreads over all that the corridors hold, whose volume is at least the lower bound of the safe
-    set's times the covered share.
-    """
-    volume = answer.cover.safe_volume(CONFIDENCE)
-    if volume is None:
-        return np.inf
-    held = volume[1] * answer.coverage.at_least
-    if not held > 0:
-        return np.inf
-    scene, uncertainty = answer.scene, answer.scene.nominal.uncertainty
-    ends = 1.0
-    if scene.at is None:  # else k alone is drawn
-        least, most = answer.model.tube.end_extent
-        with np.errstate(invalid="ignore"):  # bins without claim are NaN
-            sides = (scene.z_hi - most) - (scene.z_lo - least)
-            ends = np.nanmax(np.prod(np.maximum(sides, 0), axis=1))
-    k_volume = answer.model.domain.volume if uncertainty is None else uncertainty.k_volume
-    return max(1.0, float(k_volume * ends / held))  # below 1 by bad luck with the volume alone
 
 
 def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:

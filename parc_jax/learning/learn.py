@@ -39,8 +39,10 @@ from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import Training, fit
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.prior.teach import taught
-from parc_jax.learning.runs.batch import RolloutBatch, concatenate, refitted, worst_by_group
+from parc_jax.learning.runs.batch import RolloutBatch, refitted
 from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.groups import worst_by_group
+from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.system import System, check_system
 
 FIRST_EPS = Fraction(1, 100)  # of the first bound: 688 runs at a delta of 1e-3

@@ -15,13 +15,8 @@ from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
-from parc_jax.learning.bound.claim import (
-    ErrorClaim,
-    check_claim,
-    check_network,
-    claim_from_json,
-    derived,
-)
+from parc_jax.learning.bound.claim import ErrorClaim, check_claim, check_network, derived
+from parc_jax.learning.bound.claim_file import claim_from_json
 from parc_jax.learning.bound.error_set import ErrorTemplate
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.bound.tube import Tube, tube_arrays, tube_from_arrays

@@ -19,8 +19,15 @@ from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.system import check_points
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
 from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid, require_points
-from parc_jax.problem.scene_values import grown_set_of, numbers_of, set_of, table_of, written_set
-from parc_jax.problem.uncertainty import FREE, Uncertainty
+from parc_jax.problem.scene_values import (
+    grown_set_of,
+    numbers_of,
+    set_of,
+    table_of,
+    uncertainty_of,
+    written_set,
+    written_uncertainty,
+)
 
 # the fields of a problem, but that an interval of time stands with its obstacle
 ENTRIES = (*(f.name for f in fields(Problem) if f.name != "spans"), "labels")
@@ -161,7 +168,7 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
         numbered(body, points)  # names what is unknown
     start = None if data.get("start") is None else set_of("start", data["start"])
     goal = _goal(data["goal"], points)
-    uncertainty = _uncertainty_of(data, obstacles)
+    uncertainty = uncertainty_of(data, obstacles)
     spans = [tuple(s) if s else None for s in (part.get("steps") for part in obstacles)]
     problem = reach_avoid(goal, sets, body, start, spans, uncertainty)
     return replace(problem, points=made_for) if made_for else problem
@@ -232,7 +239,7 @@ def _names(name: str, value) -> tuple[str | int, ...]:
 def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None) -> dict:
     require_points(problem, problem.points if points is None else points)
     points = problem.points or points
-    uncertainty, errors = _written_uncertainty(problem.uncertainty, len(problem.obstacles))
+    uncertainty, errors = written_uncertainty(problem.uncertainty, len(problem.obstacles))
     obstacles = []
     for part, span, error in zip(problem.obstacles, problem.all_spans, errors, strict=True):
         steps = {} if span is None else {"steps": [int(i) for i in span]}
@@ -312,81 +319,3 @@ def _inline(value) -> str:
         pairs = [f"{_inline(key)} = {_inline(part)}" for key, part in value.items()]
         return "{ " + ", ".join(pairs) + " }"
     return json.dumps(value, ensure_ascii=False)
-
-
-def _numbers(name: str, value):
-    """A number, a list of numbers, or a table of such by name."""
-    if isinstance(value, dict):
-        return tuple((key, _numbers(f"{name} of {key}", part)) for key, part in value.items())
-    if value == FREE:
-        return FREE
-    array = numbers_of(name, value, 1 if isinstance(value, list) else 0)
-    return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
-
-
-def _number(name: str, value) -> float:
-    return float(numbers_of(name, value, 0))
-
-
-def _exact(name: str, value):
-    """A probability, for a rational: its decimal."""
-    return value if isinstance(value, list | dict) else str(value)
-
-
-def _by_name(pairs: tuple) -> dict:
-    """A table of pairs (parameter, value); an interval of one value is that value."""
-    single = {p: v[0] if isinstance(v, tuple) and v[0] == v[1] else v for p, v in pairs}
-    return {str(p): list(v) if isinstance(v, tuple) else v for p, v in single.items()}
-
-
-# fields of an uncertainty in a file, in its order: how an entry is read, and how it is written
-UNCERTAINTY = {
-    "start": (_numbers, list),
-    "heading": (_number, float),
-    "goal": (_numbers, list),
-    "k": (_numbers, _by_name),
-    "given": (_numbers, _by_name),
-    "unknown": (_numbers, _by_name),
-    "sensing_eps": (_exact, float),
-    "obstacles": (grown_set_of, None),  # written with each obstacle
-}
-UNCERTAINTY_ENTRIES = tuple(field.name for field in fields(Uncertainty))
-
-
-def _uncertainty_of(data: dict, obstacles: list) -> Uncertainty | None:
-    """The uncertainty of a scene file, None where it has none. Raises InputError.
-
-    [uncertainty] the fields of `Uncertainty`: numbers and lists, parameters by name in tables,
-        obstacles a set: lo and hi, A and b, or vertices.
-    [[obstacles]] uncertainty = {lo = ..., hi = ...}: of this one alone.
-    """
-    own = [part.get("uncertainty") for part in obstacles]
-    if data.get("uncertainty") is None and not any(own):
-        return None
-    table = table_of("uncertainty", data.get("uncertainty") or {}, UNCERTAINTY_ENTRIES)
-    values = {
-        name: UNCERTAINTY[name][0](f"uncertainty {name}", part) for name, part in table.items()
-    }
-    of_all = values.pop("obstacles", None)
-    sets = [
-        of_all if part is None else grown_set_of(f"uncertainty of obstacle {i}", part)
-        for i, part in enumerate(own)
-    ]
-    if any(part is not None for part in sets):
-        values["obstacles"] = sets
-    return Uncertainty(**values)
-
-
-def _written_uncertainty(uncertainty: Uncertainty | None, n: int) -> tuple[dict, list]:
-    """The table of an uncertainty without exact fields, and that of each of n obstacles, None for
-    an exact one. Raises InputError for another number of sets.
-    """
-    if uncertainty is None:
-        return {}, [None] * n
-    table = {}
-    for name, (_, write) in UNCERTAINTY.items():
-        value = getattr(uncertainty, name)
-        if write is not None and (any(value) if isinstance(value, tuple) else value):
-            table[name] = write(value)
-    sets = uncertainty.of_obstacles(n)
-    return table, [None if part is None else written_set(part) for part in sets]

@@ -1,7 +1,8 @@
-"""Sets, numbers and tables of a scene file: read exactly, or refused in one sentence that names the
-entry.
+"""Sets, numbers, tables and the uncertainty of a scene file: read exactly, or refused in a sentence
+that names the entry.
 """
 
+from dataclasses import fields
 from decimal import Decimal
 
 import numpy as np
@@ -10,6 +11,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.hull import polytope_around
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 
 KINDS = "`lo` and `hi`, or rows `A` and `b`"
 
@@ -94,3 +96,81 @@ def written_set(part: HPolytope) -> dict:
     if part.A.shape == (2 * n, n) and (part.A == np.concatenate([eye, -eye])).all():
         return {"lo": (0.0 - part.b[n:]).tolist(), "hi": part.b[:n].tolist()}
     return {"A": part.A.tolist(), "b": part.b.tolist()}
+
+
+def _numbers(name: str, value):
+    """A number, a list of numbers, or a table of such by name."""
+    if isinstance(value, dict):
+        return tuple((key, _numbers(f"{name} of {key}", part)) for key, part in value.items())
+    if value == FREE:
+        return FREE
+    array = numbers_of(name, value, 1 if isinstance(value, list) else 0)
+    return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
+
+
+def _number(name: str, value) -> float:
+    return float(numbers_of(name, value, 0))
+
+
+def _exact(name: str, value):
+    """A probability, for a rational: its decimal."""
+    return value if isinstance(value, list | dict) else str(value)
+
+
+def _by_name(pairs: tuple) -> dict:
+    """A table of pairs (parameter, value); an interval of one value is that value."""
+    single = {p: v[0] if isinstance(v, tuple) and v[0] == v[1] else v for p, v in pairs}
+    return {str(p): list(v) if isinstance(v, tuple) else v for p, v in single.items()}
+
+
+# fields of an uncertainty in a file, in its order: how an entry is read, and how it is written
+UNCERTAINTY = {
+    "start": (_numbers, list),
+    "heading": (_number, float),
+    "goal": (_numbers, list),
+    "k": (_numbers, _by_name),
+    "given": (_numbers, _by_name),
+    "unknown": (_numbers, _by_name),
+    "sensing_eps": (_exact, float),
+    "obstacles": (grown_set_of, None),  # written with each obstacle
+}
+UNCERTAINTY_ENTRIES = tuple(field.name for field in fields(Uncertainty))
+
+
+def uncertainty_of(data: dict, obstacles: list) -> Uncertainty | None:
+    """The uncertainty of a scene file, None where it has none. Raises InputError.
+
+    [uncertainty] the fields of `Uncertainty`: numbers and lists, parameters by name in tables,
+        obstacles a set: lo and hi, A and b, or vertices.
+    [[obstacles]] uncertainty = {lo = ..., hi = ...}: of this one alone.
+    """
+    own = [part.get("uncertainty") for part in obstacles]
+    if data.get("uncertainty") is None and not any(own):
+        return None
+    table = table_of("uncertainty", data.get("uncertainty") or {}, UNCERTAINTY_ENTRIES)
+    values = {
+        name: UNCERTAINTY[name][0](f"uncertainty {name}", part) for name, part in table.items()
+    }
+    of_all = values.pop("obstacles", None)
+    sets = [
+        of_all if part is None else grown_set_of(f"uncertainty of obstacle {i}", part)
+        for i, part in enumerate(own)
+    ]
+    if any(part is not None for part in sets):
+        values["obstacles"] = sets
+    return Uncertainty(**values)
+
+
+def written_uncertainty(uncertainty: Uncertainty | None, n: int) -> tuple[dict, list]:
+    """The table of an uncertainty without exact fields, and that of each of n obstacles, None for
+    an exact one. Raises InputError for another number of sets.
+    """
+    if uncertainty is None:
+        return {}, [None] * n
+    table = {}
+    for name, (_, write) in UNCERTAINTY.items():
+        value = getattr(uncertainty, name)
+        if write is not None and (any(value) if isinstance(value, tuple) else value):
+            table[name] = write(value)
+    sets = uncertainty.of_obstacles(n)
+    return table, [None if part is None else written_set(part) for part in sets]

@@ -10,7 +10,7 @@ from toy_models import line_model, toy_case
 from toy_whole import answer
 
 import parc_jax as pj
-from parc_jax.answer.answer import density_of_k
+from parc_jax.answer.risk import density_of_k
 from parc_jax.safe_set.corridors.sampling import ends_from
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.statement import IN_THE_BOX

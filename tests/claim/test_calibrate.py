@@ -32,8 +32,8 @@ from parc_jax.learning.bound.profile import fitted_profile
 from parc_jax.learning.bound.settings import AccelerationBound, SpeedBound
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
 from parc_jax.learning.runs import collect as rolling
-from parc_jax.learning.runs.batch import concatenate
 from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.joined import concatenate
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness

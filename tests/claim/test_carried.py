@@ -14,10 +14,12 @@ import parc_jax as pj
 from parc_jax.checker import Rejected
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate
-from parc_jax.learning.bound.claim import derived, load_claim
+from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.settings import SpeedBound
-from parc_jax.learning.runs.batch import concatenate, rollout_batch
+from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.files import save_rollouts
+from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.runs.law import law_of
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)

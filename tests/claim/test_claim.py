@@ -9,14 +9,8 @@ import pytest
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.learning.bound.claim import (
-    check_claim,
-    claim_from_json,
-    derived,
-    error_claim,
-    load_claim,
-    weaker,
-)
+from parc_jax.learning.bound.claim import check_claim, derived, error_claim, weaker
+from parc_jax.learning.bound.claim_file import claim_from_json, load_claim
 from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import tube, tube_from_json, tube_to_json
 from parc_jax.learning.runs.law import law_spec, subject

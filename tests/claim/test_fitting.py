@@ -13,7 +13,8 @@ from turning_bar import Bar
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
-from parc_jax.learning.bound.claim import load_claim, weaker
+from parc_jax.learning.bound.claim import weaker
+from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.monitor import inside_tube

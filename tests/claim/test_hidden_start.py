@@ -14,7 +14,7 @@ import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.calibrate import calibrate
-from parc_jax.learning.bound.claim import load_claim
+from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.tube import zero_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts

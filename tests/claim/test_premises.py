@@ -12,7 +12,8 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, agree, premises
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import hex_text
-from parc_jax.learning.bound.claim import check_claim, derived, error_claim, load_claim
+from parc_jax.learning.bound.claim import check_claim, derived, error_claim
+from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.statement import statement
 from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.runs.law import law_spec, subject

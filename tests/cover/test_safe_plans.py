@@ -9,7 +9,8 @@ import pytest
 from scipy.stats import binom, kstest
 from toy_models import line_model, toy_case
 
-from parc_jax.answer.answer import answer_data, density_of_k
+from parc_jax.answer.answer import answer_data
+from parc_jax.answer.risk import density_of_k
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box

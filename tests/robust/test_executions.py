@@ -21,7 +21,7 @@ from parc_jax import checker
 from parc_jax.checker.claim import stated_premises
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound import claim as claim_module
-from parc_jax.learning.bound.claim import load_claim
+from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.labels import labels
 from parc_jax.learning.network.relu import outputs
 from parc_jax.planner import Planner

@@ -9,9 +9,11 @@ from synthetic_plants import noisy, plant
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
-from parc_jax.learning.runs.batch import concatenate, rollout_batch, worst_by_group
+from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts
+from parc_jax.learning.runs.groups import worst_by_group
+from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.runs.loaders import load_rollouts
 
 GRID = pj.learning.time_grid(0.25, 1.0, 0.05)

@@ -13,9 +13,9 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import SEEDS, Stage, key_of
 from parc_jax.learning.bound.start_gap import translation_gap
 from parc_jax.learning.runs import collect as collecting
-from parc_jax.learning.runs.batch import concatenate
 from parc_jax.learning.runs.chunks import run_chunks
 from parc_jax.learning.runs.collect import collect, stream_rollouts
+from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.system import Trajectory
 
 KEY = jax.random.PRNGKey(3)

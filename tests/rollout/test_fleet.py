@@ -22,8 +22,8 @@ from walkers import logged, slowly, unequipped, upright, walk
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
-from parc_jax.learning.runs.batch import concatenate
 from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.joined import concatenate
 
 DOMAIN, TIME = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)
 KEY = jax.random.PRNGKey(3)

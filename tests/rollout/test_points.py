@@ -15,9 +15,10 @@ from turning_bar import LENGTH, Bar, Tail
 import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.runs.batch import concatenate, rollout_batch
+from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect, simulate_rows
 from parc_jax.learning.runs.files import read_npz, save_rollouts, write_npz
+from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.runs.law import identity_of
 from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.runs.simulate import simulator

@@ -12,7 +12,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import key_of
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.learn import WITH_PRIOR, learn_report
-from parc_jax.learning.runs.batch import worst_by_group
+from parc_jax.learning.runs.groups import worst_by_group
 from parc_jax.learning.system import Trajectory
 
 AFFINE = {"hidden": (), "rollouts": 400}  # PARC's map: nothing is trained

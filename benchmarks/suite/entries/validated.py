@@ -15,8 +15,8 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.drive.local.trials import first_set
 from parc_jax.drive.local.validate import fixed_sequence
 from parc_jax.learning.bound.calibrate import scaled
-from parc_jax.learning.bound.claim import stand_in
 from parc_jax.learning.bound.counts import most_discards, required_runs
+from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.safe_set.corridors.corridors import Corridors

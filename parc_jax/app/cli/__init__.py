@@ -31,7 +31,7 @@ COMMANDS = {
     "export": "plot",
     "live": "live",
     "systems": "systems",
-    "doctor": "installation",
+    "doctor": "systems",
 }  # and the file of each
 # new objects between two searches for garbage: tracing makes millions that all stay
 COLLECT_EVERY = 100_000

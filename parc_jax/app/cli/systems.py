@@ -1,4 +1,4 @@
-"""`parc-jax systems`, and finding a system by name."""
+"""`parc-jax systems`, and finding a system by name; `parc-jax doctor`."""
 
 import contextlib
 import importlib
@@ -18,6 +18,8 @@ REQUIRED = {
     "system": ("name", "domain", "time", "n_p", "n_q"),
     "problem": ("goal", "obstacles", "body", "start"),
 }  # attributes of the results of a module's functions
+
+PACKAGES = "jax jaxlib flax optax mujoco mujoco-mjx brax scipy clarabel numpy"
 
 BODY = Offer("learning.learn.Learning", left_out="its study's, or ", only=("body",))
 
@@ -181,3 +183,25 @@ def build(module: ModuleType, function: str, **options):
             f"without {lacking[0]}."
         )
     return built
+
+
+def doctor() -> int:
+    """Check versions and arithmetic of this installation. Example: parc-jax doctor"""
+    from importlib import metadata
+
+    from parc_jax.common.backend import backend
+    from parc_jax.common.probes import probe_all, probe_hang, probe_options
+    from parc_jax.safe_set.corridors.first import COMPILER
+
+    for name in PACKAGES.split():
+        try:
+            print(f"  {name:12} {metadata.version(name)}")
+        except metadata.PackageNotFoundError:
+            print(f"  {name:12} missing: pip install {name}")
+    options = probe_options(dict(backend().compiler) | (COMPILER or {}))
+    findings = [*probe_all(), options, probe_hang()]
+    for finding in findings:
+        print(f"  {'ok  ' if finding.ok else 'FAIL'} {finding.name}: {finding.detail}")
+    fit = all(finding.ok for finding in findings)
+    print("Fit to certify." if fit else "Not fit to certify: see the lines marked FAIL.")
+    return 0 if fit else 1

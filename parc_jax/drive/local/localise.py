@@ -35,8 +35,9 @@ from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import Training, fit
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.runs.batch import RolloutBatch, concatenate
+from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec
 from parc_jax.learning.system import System, check_system
 from parc_jax.planner import Planner

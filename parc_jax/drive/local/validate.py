@@ -32,7 +32,7 @@ from parc_jax.drive.local.trials import (
     shape_of,
 )
 from parc_jax.learning.bound.calibrate import ledger_of_tests, lost_among, scaled
-from parc_jax.learning.bound.claim import recorded, scene_claim, stand_in
+from parc_jax.learning.bound.claim import recorded, scene_claim
 from parc_jax.learning.bound.counts import (
     RECORDED_IDS,
     RECORDINGS,
@@ -42,6 +42,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     wrong_claim_probability,
 )
+from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.fresh import freshness_of, left_out_beside, names_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch

@@ -6,14 +6,11 @@ from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
-import numpy as np
-
-from parc_jax.checker import Rejected
-from parc_jax.checker.claim import DRAWN, OF_A_RECORDING, checked_claim
+from parc_jax.checker.claim import DRAWN, OF_A_RECORDING
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import Premises
-from parc_jax.common.sets.box import Box, box
-from parc_jax.common.spelling import hex_floats, hex_text, listed, nearest_floats, plain, rounded_up
+from parc_jax.common.sets.box import Box
+from parc_jax.common.spelling import hex_text, listed, plain, rounded_up
 from parc_jax.learning.bound.counts import (
     RECORDED_IDS,
     RECORDED_ROWS,
@@ -32,20 +29,11 @@ from parc_jax.learning.bound.statement import (
     premises_of,
     statement,
 )
-from parc_jax.learning.bound.tube import Tube, tube_from_json, tube_to_json
+from parc_jax.learning.bound.tube import Tube, tube_to_json
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.runs.law import (
-    FITTED,
-    PART,
-    LawSpec,
-    Subject,
-    law_spec,
-    subject_from_json,
-    told_of_part,
-)
+from parc_jax.learning.runs.law import PART, LawSpec, Subject, logged_on, told_of_part
 
-KINDS = ("pac", "assumed", "declared", VALIDATED)
 FORMAT = "parc_jax.claim/3"
 
 
@@ -238,14 +226,6 @@ def derived(claim: ErrorClaim, **changes) -> ErrorClaim:
     return _bound(replace(claim, evidence=evidence, **changes))
 
 
-def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
-    """A guide for a search in place of a claim, with any tube; nothing is claimed."""
-    why = "assumed for a search alone"
-    return derived(
-        claim, kind="assumed", tube=tube, quantifier=why, eps=None, delta=None, bin_eps=None
-    )
-
-
 def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **shown) -> ErrorClaim:
     """The claim of tests of one set in one scene, for a tube scaled to `tube`. [T42]
 
@@ -253,7 +233,7 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
     n tests in the set, `discard` failed ones, the assumptions of these runs.
     """
     if RECORDED_IDS in evidence:
-        law = _logged_law(law, claim.domain)
+        law = logged_on(law, claim.domain)
         how = f"{OF_A_RECORDING}, run in this scene"
     else:
         law, how = (
@@ -263,16 +243,6 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
     quantifier = f"{how} by {law.describe()}"
     about = {"quantifier": quantifier, "looks": 1, "bin_eps": None, "evidence": evidence}
     return _bound(replace(claim, kind=VALIDATED, tube=tube, law=law, **about, **shown))
-
-
-def _logged_law(law: LawSpec, K: Box) -> LawSpec:
-    """The law of recordings for plans of a K that need not be theirs, nor a part of it."""
-    if _corners(K) == (law.lo, law.hi):
-        return law
-    law = replace(law, parameters=tuple(pair for pair in law.parameters if pair[0] != FITTED))
-    if box(hex_floats(law.lo), hex_floats(law.hi)).contains(np.stack([K.lo, K.hi])).all():
-        return told_of_part(law)
-    return law_spec(law.generator, K, "logged", dict(law.parameters))
 
 
 def recorded(claim: ErrorClaim) -> bool:
@@ -365,71 +335,3 @@ def _corners(domain: Box) -> tuple[tuple[str, ...], tuple[str, ...]]:
 def _box(domain: Box) -> str:
     sides = zip(domain.lo, domain.hi, strict=True)
     return " x ".join(f"[{lo:.10g}, {hi:.10g}]" for lo, hi in sides)
-
-
-_AS_THEY_ARE = "kind", "network", "quantifier", "n", "discard", "looks", "evidence", "hash"
-
-
-def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
-    """The claim of `to_json`, about the given tube. Raises InputError on missing or foreign
-    fields, and when it was made about anything else.
-    """
-    try:
-        if data["format"] != FORMAT or data["kind"] not in KINDS:
-            raise InputError(
-                f"claim: expected format {FORMAT}, kind one of {KINDS}; got {data['format']}, "
-                f"{data['kind']}."
-            )
-        law = data["law"]
-        pairs = tuple((name, value) for name, value in law["parameters"])
-        claim = ErrorClaim(
-            **{name: data[name] for name in _AS_THEY_ARE},
-            tube=error_tube,
-            subject=subject_from_json(data["subject"]),
-            eps=_parse(data["eps"]),
-            delta=_parse(data["delta"]),
-            law=LawSpec(law["generator"], pairs, law["k_law"], tuple(law["lo"]), tuple(law["hi"])),
-            assumptions=tuple(data["assumptions"]),
-            bin_eps=None if data["bin_eps"] is None else tuple(_parse(e) for e in data["bin_eps"]),
-            intersample=tuple(nearest_floats(data["intersample"])),
-        )
-        check_claim(claim)
-        _check_sum(data, error_tube)
-    except (KeyError, TypeError, AttributeError) as error:
-        raise InputError(
-            f"claim: expected the fields of ErrorClaim.to_json; {type(error).__name__}: {error}."
-        ) from None
-    return claim
-
-
-def load_claim(path: str | Path) -> ErrorClaim:
-    """A claim of `ErrorClaim.save`. Raises InputError for a missing, truncated or foreign file."""
-    try:
-        data = json.loads(Path(path).read_text())
-        return claim_from_json(data["claim"], tube_from_json(data["tube"]))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise InputError(
-            f"{path}: expected a complete claim file; got {type(error).__name__}: {error}."
-        ) from None
-
-
-def _check_sum(data: dict, tube: Tube) -> None:
-    """Refuse numbers of which one does not follow from the others. Raises InputError."""
-    parts = {"network": data["network"], "tube": ""}
-    told = data | {f"{name}_hash": x for name, x in parts.items()}
-    try:
-        known = checked_claim(told, parts, tube.n_bins)
-        # of a tube without end more may have failed
-        if data["kind"] == "pac" and tube.claimed.all() and not known["checked"]:
-            raise Rejected(known["says"])
-    except Rejected as why:
-        raise InputError(
-            f"claim: expected numbers that follow from its runs; {why}. Take the file as it was "
-            "written, or bound the error anew."
-        ) from None
-
-
-def _parse(text: str | None) -> Fraction | None:
-    return None if text is None else Fraction(text)

@@ -1,4 +1,4 @@
-"""Tubes without a proof here: the published maximum, and bounds from elsewhere."""
+"""Tubes without a proof here: the published maximum, bounds from elsewhere, guides of a search."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,7 +7,7 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.bins import Bins
-from parc_jax.learning.bound.claim import ErrorClaim, error_claim
+from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
 from parc_jax.learning.bound.edges import edges_of
 from parc_jax.learning.bound.fresh import names_of
 from parc_jax.learning.bound.profile import bin_maxima, training_errors
@@ -93,4 +93,12 @@ def declared_claim(
         looks=1,
         law=law_spec("declared", domain, "given"),
         assumptions=(_HOLDS, *invariances(rotation)[1:]),
+    )
+
+
+def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
+    """A guide for a search in place of a claim, with any tube; nothing is claimed."""
+    why = "assumed for a search alone"
+    return derived(
+        claim, kind="assumed", tube=tube, quantifier=why, eps=None, delta=None, bin_eps=None
     )

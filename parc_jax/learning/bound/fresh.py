@@ -8,7 +8,8 @@ from parc_jax.common.spelling import hex_floats, hex_text
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.measure import Scores
-from parc_jax.learning.runs.batch import NAMED, RolloutBatch, joined_source
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.groups import NAMED
 from parc_jax.learning.runs.independent import (
     LEVEL,
     REPEATS,
@@ -18,6 +19,7 @@ from parc_jax.learning.runs.independent import (
     marks_of,
     near_copies,
 )
+from parc_jax.learning.runs.joined import joined_source
 from parc_jax.learning.runs.law import TO_ALL
 
 _HOW_NEAR = (

@@ -22,8 +22,10 @@ from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import Layout, layout_of, predict
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.network.rounding import UNIT, rounding_bound
-from parc_jax.learning.runs.batch import RolloutBatch, joined_source, worst_by_group
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.groups import worst_by_group
 from parc_jax.learning.runs.independent import Marks, marks_of
+from parc_jax.learning.runs.joined import joined_source
 from parc_jax.learning.runs.law import LawSpec, Subject
 
 _FLOAT32_UNIT = 2.0**-24  # rounding unit of positions stored in float32

@@ -19,7 +19,9 @@ from parc_jax.learning.bound.start_gap import declared_gap
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.labels import plain_k
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.runs.batch import NAMED, RolloutBatch, joined_source, worst_by_group
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.groups import NAMED, worst_by_group
+from parc_jax.learning.runs.joined import joined_source
 from parc_jax.learning.runs.law import LOG
 
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half

@@ -2,9 +2,6 @@
 
 import dataclasses
 import hashlib
-import itertools
-import re
-from collections.abc import Iterable
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +12,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import check_seed
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.labels import Labels
+from parc_jax.learning.runs.groups import group_numbers
 from parc_jax.learning.runs.law import (
     FITTED,
     LOG,
@@ -26,50 +24,6 @@ from parc_jax.learning.runs.law import (
     subject,
 )
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
-
-NAMED = 1 << 62  # numbers of groups that have names; below it they have nothing but a number
-
-
-def group_numbers(groups, n: int) -> np.ndarray | None:
-    """Names of groups as int64: whole numbers, also as text, as they are; other texts by hash,
-    equal in every file, from NAMED on. Raises InputError, also for an empty name and for a
-    fraction.
-    """
-    if groups is None:
-        return None
-    names = np.asarray(groups)
-    if names.shape != (n,) or names.dtype.kind not in "iuUS":
-        raise InputError(
-            f"groups: expected a whole number or a name for each of {n} rows; got "
-            f"{names.dtype} of shape {names.shape}."
-        )
-    if names.dtype.kind in "iu":
-        return names.astype(np.int64)
-    return np.array([_number(name.strip()) for name in names.astype(str).tolist()], np.int64)
-
-
-def _number(name: str) -> int:
-    whole = re.fullmatch(r"([+-]?\d{1,18})(\.0*)?", name)
-    if whole:
-        return int(whole[1])
-    if not name or re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)", name):
-        raise InputError(
-            f"groups: expected names, or whole numbers, of recordings; got {name!r}. Give each "
-            "recording a name with a letter in it."
-        )
-    return NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
-
-
-def worst_by_group(values: np.ndarray, groups: np.ndarray | None) -> np.ndarray:
-    """The largest of the values (n,) of every group, in the order in which groups first appear;
-    all of them without groups.
-    """
-    if groups is None:
-        return values
-    _, first, number = np.unique(groups, return_index=True, return_inverse=True)
-    worst = values[first].copy()
-    np.maximum.at(worst, number.ravel(), values)
-    return worst[np.argsort(first, kind="stable")]
 
 
 @struct.dataclass
@@ -269,13 +223,6 @@ def rollout_batch(
     return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, *more)
 
 
-def joined_source(batches: Iterable) -> tuple[str, int, int]:
-    """The source of several batches, or scores, of one log or seed."""
-    each = [b.source or ("", int(b.rows.min()), int(b.rows.max())) for b in batches]
-    logs, first, last = zip(*each, strict=True)
-    return logs[0], min(first), max(last)
-
-
 def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]) -> int:
     """Dimension of the workspace of places p (n, n_record + 1, n_c) of these points, which must be
     relative to the start of the first. Raises InputError.
@@ -354,53 +301,3 @@ def require_finite_k(k) -> None:
         f"rollouts k: expected finite parameters; row {row} is {k[row]}, {int(bad.sum())} of "
         f"{len(k)} rows in all. A run whose command is not known cannot be used: leave it out."
     )
-
-
-def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> RolloutBatch:
-    """One batch from several of the same law (and so K), time grid, reference points, rotation,
-    given parameters and labels, in order. n: total number of rows, if known: then batches may be a
-    stream, and are dropped when copied. Raises InputError when they differ, or have rows in common,
-    as two files of one name do.
-    """
-    if n is None:
-        batches = list(batches)
-        n = sum(batch.n for batch in batches)
-    batches = iter(batches)
-    first = next(batches)
-    names = ("rows", "k", "p", "q") if first.groups is None else ("rows", "k", "p", "q", "groups")
-    parts = {name: getattr(first, name) for name in names}
-    whole: dict = {name: np.empty((n, *x.shape[1:]), x.dtype) for name, x in parts.items()}
-    at, lost, source = 0, np.zeros(n, np.int64), joined_source([first])
-    for batch in itertools.chain([first], batches):
-        one, two = _facts(first), _facts(batch)
-        differs = [f"{name} ({one[name]}; {two[name]})" for name in one if one[name] != two[name]]
-        if differs:
-            raise InputError(
-                "concatenate: expected batches of one source; they differ in "
-                f"{', '.join(differs)}. Load or collect them in the same way, or train and bound "
-                "with one of them."
-            )
-        source = joined_source([dataclasses.replace(first, source=source), batch])
-        begin, at = at, at + batch.n
-        if at <= n:
-            for name in names:
-                whole[name][begin:at] = getattr(batch, name)
-            lost[begin:at] = 0 if batch.lost is None else batch.lost
-    if at != n:
-        raise InputError(f"concatenate: expected {n:,} rows in all batches together; got {at:,}.")
-    shared = n - len(np.unique(whole["rows"]))
-    if shared:
-        raise InputError(
-            f"concatenate: expected each row of {first.name} once; {shared:,} of {n:,} occur "
-            "again. Two files of one name number their rows, and their groups, anew: load all "
-            "their runs as one folder, with a name for each recording."
-        )
-    return dataclasses.replace(first, **whole, lost=lost if lost.any() else None, source=source)
-
-
-def _facts(batch: RolloutBatch) -> dict:
-    shared = ("time", "seed", "stage", "points", "rotation", "given", "labels")
-    groups = "none" if batch.groups is None else "given"
-    storage = {"law": batch.law.describe(), "storage": batch.p.dtype.name, "groups": groups}
-    storage["log"] = joined_source([batch])[0][:12]
-    return storage | {fact: getattr(batch, fact) for fact in shared}

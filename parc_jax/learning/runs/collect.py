@@ -17,7 +17,7 @@ from parc_jax.common.keys import Stage, as_key, key_data
 from parc_jax.common.options import check_count
 from parc_jax.common.spelling import hex_text
 from parc_jax.learning.labels import labels_of
-from parc_jax.learning.runs.batch import RolloutBatch, concatenate, rollout_batch
+from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.chunks import (
     Arrays,
     ChunkStore,
@@ -27,6 +27,7 @@ from parc_jax.learning.runs.chunks import (
     worker_devices,
 )
 from parc_jax.learning.runs.files import read_npz, rollouts_from_npz, save_rollouts
+from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.runs.law import GIVEN, SAMPLER, LawSpec, given_of, identity_of, law_of
 from parc_jax.learning.runs.simulate import is_traceable, remembered, simulator
 from parc_jax.learning.system import Retried, check_system, points_of, rotation_of

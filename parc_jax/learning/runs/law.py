@@ -102,6 +102,16 @@ def told_of_part(law: LawSpec) -> LawSpec:
     return replace(law, k_law=f"{how} on {whole}{PART}")
 
 
+def logged_on(law: LawSpec, K: Box) -> LawSpec:
+    """The law of recordings for plans of a K that need not be theirs, nor a part of it."""
+    if (tuple(hex_text(K.lo)), tuple(hex_text(K.hi))) == (law.lo, law.hi):
+        return law
+    law = replace(law, parameters=tuple(pair for pair in law.parameters if pair[0] != FITTED))
+    if box(hex_floats(law.lo), hex_floats(law.hi)).contains(np.stack([K.lo, K.hi])).all():
+        return told_of_part(law)
+    return law_spec(law.generator, K, "logged", dict(law.parameters))
+
+
 def law_of(system, k_law: str = "uniform") -> LawSpec:
     """The law of a system: its `law` (mapping or dataclass), and `plant` when that is a name.
     Raises InputError for a parameter with a name of ours.

@@ -14,7 +14,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.common.spelling import hex_text, nearest_floats
-from parc_jax.learning.bound.claim import claim_from_json
+from parc_jax.learning.bound.claim_file import claim_from_json
 from parc_jax.learning.bound.error_set import NO_CLAIM, Faces, faces
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel, check_parts

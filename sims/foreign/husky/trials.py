@@ -19,7 +19,7 @@ from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import profile_of, training_errors
 from parc_jax.learning.model import trajectory_model
-from parc_jax.learning.runs.batch import worst_by_group
+from parc_jax.learning.runs.groups import worst_by_group
 from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 from sims.foreign.husky import params as c

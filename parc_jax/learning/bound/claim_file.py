@@ -1,0 +1,82 @@
+"""Claims out of files: their numbers follow from each other, and their hash from all of them."""
+
+import json
+from fractions import Fraction
+from pathlib import Path
+
+from parc_jax.checker import Rejected
+from parc_jax.checker.claim import checked_claim
+from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import nearest_floats
+from parc_jax.learning.bound.claim import FORMAT, ErrorClaim, check_claim
+from parc_jax.learning.bound.statement import VALIDATED
+from parc_jax.learning.bound.tube import Tube, tube_from_json
+from parc_jax.learning.runs.law import LawSpec, subject_from_json
+
+KINDS = ("pac", "assumed", "declared", VALIDATED)
+_AS_THEY_ARE = "kind", "network", "quantifier", "n", "discard", "looks", "evidence", "hash"
+
+
+def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
+    """The claim of `to_json`, about the given tube. Raises InputError on missing or foreign
+    fields, and when it was made about anything else.
+    """
+    try:
+        if data["format"] != FORMAT or data["kind"] not in KINDS:
+            raise InputError(
+                f"claim: expected format {FORMAT}, kind one of {KINDS}; got {data['format']}, "
+                f"{data['kind']}."
+            )
+        law = data["law"]
+        pairs = tuple((name, value) for name, value in law["parameters"])
+        claim = ErrorClaim(
+            **{name: data[name] for name in _AS_THEY_ARE},
+            tube=error_tube,
+            subject=subject_from_json(data["subject"]),
+            eps=_parse(data["eps"]),
+            delta=_parse(data["delta"]),
+            law=LawSpec(law["generator"], pairs, law["k_law"], tuple(law["lo"]), tuple(law["hi"])),
+            assumptions=tuple(data["assumptions"]),
+            bin_eps=None if data["bin_eps"] is None else tuple(_parse(e) for e in data["bin_eps"]),
+            intersample=tuple(nearest_floats(data["intersample"])),
+        )
+        check_claim(claim)
+        _check_sum(data, error_tube)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"claim: expected the fields of ErrorClaim.to_json; {type(error).__name__}: {error}."
+        ) from None
+    return claim
+
+
+def load_claim(path: str | Path) -> ErrorClaim:
+    """A claim of `ErrorClaim.save`. Raises InputError for a missing, truncated or foreign file."""
+    try:
+        data = json.loads(Path(path).read_text())
+        return claim_from_json(data["claim"], tube_from_json(data["tube"]))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file.") from None
+    except (json.JSONDecodeError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{path}: expected a complete claim file; got {type(error).__name__}: {error}."
+        ) from None
+
+
+def _check_sum(data: dict, tube: Tube) -> None:
+    """Refuse numbers of which one does not follow from the others. Raises InputError."""
+    parts = {"network": data["network"], "tube": ""}
+    told = data | {f"{name}_hash": x for name, x in parts.items()}
+    try:
+        known = checked_claim(told, parts, tube.n_bins)
+        # of a tube without end more may have failed
+        if data["kind"] == "pac" and tube.claimed.all() and not known["checked"]:
+            raise Rejected(known["says"])
+    except Rejected as why:
+        raise InputError(
+            f"claim: expected numbers that follow from its runs; {why}. Take the file as it was "
+            "written, or bound the error anew."
+        ) from None
+
+
+def _parse(text: str | None) -> Fraction | None:
+    return None if text is None else Fraction(text)

@@ -1,0 +1,52 @@
+"""Groups of runs: the recording that each is a part of. Runs of one are not independent."""
+
+import hashlib
+import re
+
+import numpy as np
+
+from parc_jax.common.errors import InputError
+
+NAMED = 1 << 62  # numbers of groups that have names; below it they have nothing but a number
+
+
+def group_numbers(groups, n: int) -> np.ndarray | None:
+    """Names of groups as int64: whole numbers, also as text, as they are; other texts by hash,
+    equal in every file, from NAMED on. Raises InputError, also for an empty name and for a
+    fraction.
+    """
+    if groups is None:
+        return None
+    names = np.asarray(groups)
+    if names.shape != (n,) or names.dtype.kind not in "iuUS":
+        raise InputError(
+            f"groups: expected a whole number or a name for each of {n} rows; got "
+            f"{names.dtype} of shape {names.shape}."
+        )
+    if names.dtype.kind in "iu":
+        return names.astype(np.int64)
+    return np.array([_number(name.strip()) for name in names.astype(str).tolist()], np.int64)
+
+
+def _number(name: str) -> int:
+    whole = re.fullmatch(r"([+-]?\d{1,18})(\.0*)?", name)
+    if whole:
+        return int(whole[1])
+    if not name or re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)", name):
+        raise InputError(
+            f"groups: expected names, or whole numbers, of recordings; got {name!r}. Give each "
+            "recording a name with a letter in it."
+        )
+    return NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
+
+
+def worst_by_group(values: np.ndarray, groups: np.ndarray | None) -> np.ndarray:
+    """The largest of the values (n,) of every group, in the order in which groups first appear;
+    all of them without groups.
+    """
+    if groups is None:
+        return values
+    _, first, number = np.unique(groups, return_index=True, return_inverse=True)
+    worst = values[first].copy()
+    np.maximum.at(worst, number.ravel(), values)
+    return worst[np.argsort(first, kind="stable")]
