@@ -5,10 +5,10 @@ model and its tube (C), the error bound of the tube (E), the risk of a drawn pla
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-from parc_jax.common.premises import ASSUMED
+from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
-from parc_jax.learning.bound.statement import VALIDATED
+from parc_jax.learning.bound.statement import VALIDATED, confidence_of
 from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
@@ -124,22 +124,21 @@ def about_risk(
     drawn: str,
     density: float | None,
     measured: float,
-    delta: Fraction | None,
+    p: Premises,
 ) -> str:
     """The risk of a plan drawn by `Answer.sample`.
 
     drawn: the set, in words. density: bound on that of k, which rests on a coverage measured with
-    confidence `measured`; None where nothing is stated. delta: error probability of the claim.
+    confidence `measured`; None where nothing is stated. p: premises of the claim.
     """
     if isinstance(risk, NoStatement):
         return f"Risk: no statement, since {risk.reason}."
-    confidence = rounded_down(1 if delta is None else 1 - delta, 10)
     volume = f"confidence 0.999 and {float(measured)!r}"
     return (
         f"Risk: a plan drawn by `sample`, uniformly from {drawn}, leaves the tube with "
         f"probability at most {rounded_up(risk.bound)} (the density of its k is at most "
         f"{rounded_up(density)} times uniform, measured with {volume}; "
-        f"the claim has confidence {confidence})."
+        f"the claim has confidence {confidence_of(p)})."
     )
 
 

@@ -12,6 +12,7 @@ import pytest
 import toy_driven
 
 from parc_jax.answer.looks import Look
+from parc_jax.common.premises import CHECKED, premises
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.choice import FreshRuns
 from parc_jax.learning.bound.claim import derived
@@ -69,7 +70,8 @@ def sentences_of(n: int):
     share = Fraction(n, 403)
     look = Look(1, 1, DELTA)
     yield FreshRuns(n, 0, False, eps, look, 1.0, ("IID",), "toy").details(), [sure, eps], "du"
-    risk = about_risk(Risk(eps, eps), "a set", float(1 + eps), 0.99, DELTA)
+    p = premises([("delta", CHECKED, str(DELTA))])
+    risk = about_risk(Risk(eps, eps), "a set", float(1 + eps), 0.99, p)
     yield risk, [eps, 1 + eps, Fraction("0.999"), Fraction("0.99"), sure], "uuddd"
     yield about_sensing(Risk(eps, eps), DELTA), [DELTA, eps + DELTA], "uu"
     covered = about_coverage(Coverage(1.0, float(share), 0.99, n, 0)).split("at least")[1]

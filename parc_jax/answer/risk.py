@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.claim import recorded
 from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
-from parc_jax.learning.bound.statement import VALIDATED
+from parc_jax.learning.bound.statement import VALIDATED, probability
 from parc_jax.statement import about_risk, about_sensing
 
 if TYPE_CHECKING:
@@ -41,13 +40,13 @@ def about_draw(answer: "Answer") -> str:
     risk, uncertainty = answer.risk(), answer.scene.nominal.uncertainty
     claim = answer.model.claim
     if claim.kind == VALIDATED:
-        most, how = rounded_up(claim.eps), "drawn by `sample`"
+        most, how = probability(claim.premises["risk"], 2), "drawn by `sample`"
         if recorded(claim):
             how = "whose k is as in the log, with a start in this set, which `starts` draws,"
         return f"Risk: a plan {how} fails with probability at most {most}: (V)."
     density = None if isinstance(risk, NoStatement) else density_of_k(answer)
-    measured, delta = answer.coverage.confidence, answer.model.claim.delta
-    text = about_risk(risk, "all that the corridors hold", density, measured, delta)
+    about = density, answer.coverage.confidence, claim.premises
+    text = about_risk(risk, "all that the corridors hold", *about)
     if uncertainty is None:
         return text
     if uncertainty.sensing_eps:

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.common.climb import Points, Ranked, climb, ranked
-from parc_jax.common.spelling import listed, rounded_up
+from parc_jax.common.spelling import listed
+from parc_jax.learning.bound.statement import probability
 from parc_jax.learning.labels import degrees_hint, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
@@ -298,11 +299,11 @@ def _next(scene: Scene, both: list[_Side]) -> str:
     if len(both) > 1 and "gap" in parts:
         what = "more room between these two"
     steps = [f"{what} by {_size(missing, both[0].unit)}"]
-    eps, taken = scene.model.claim.eps, missing - bare
+    p, taken = scene.model.claim.premises, missing - bare
     if taken >= missing > 0:
         share, now = (
             f"{100 * missing / taken:.2g} %",
-            "" if eps is None else f" than {rounded_up(eps, 2)}",
+            f" than {probability(p['eps'], 2)}" if "eps" in p else "",
         )
         ways = f"more bins of K, a better network by more runs, or a larger eps{now}"
         steps.append(f"a tube narrower by {share} ({ways})")

@@ -1,18 +1,22 @@
 """All that a claim's sentences rest on is one record: what differs in it is refused, or said."""
 
+import ast
 import json
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import parc_jax
 from parc_jax.checker.claim import NUMBERS, checked_claim
+from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, agree, premises
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import hex_text
-from parc_jax.learning.bound.claim import check_claim, derived, error_claim
+from parc_jax.learning.bound.claim import check_claim, derived, error_claim, scene_claim
 from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.statement import statement
 from parc_jax.learning.bound.tube import tube
@@ -104,6 +108,43 @@ def test_every_entry_is_changed_above(claim):
         assert statement(premises(entries)) != claim.details()
 
 
+def of_kind(kind, claim):
+    """Of each kind of claim, with all that it may say."""
+    if kind == "pac":
+        return derived(claim, evidence={"left_out": 7, "not_drawn": ["wind"]})
+    if kind == "bins":
+        return derived(claim, **OTHER["bins"])
+    if kind in ("assumed", "declared"):
+        return derived(claim, kind=kind, quantifier="a reason", eps=None, delta=None)
+    about = {"steps": [["1.0", 46000, 3]], "scale": "1.0", "tests": 46000, "of": "0a1b"}
+    about |= {"corridors": 1, "within": None, "set": "0" * 64, "left_out": 7}
+    shown = {"eps": claim.eps, "delta": claim.delta, "n": 46000, "discard": 3}
+    if kind == "recordings":
+        about |= {"tested": ["0a"] * 46000, "recordings": hash_of(["0a"] * 46000)}
+    return scene_claim(claim, TUBE, LAW, about, assumptions=claim.assumptions, **shown)
+
+
+# Entries that a sentence leaves out: others say it, as LEFT_OUT or "open bins"; of a tube that is
+# not shown all about runs but its own words are left out.
+LEFT = {"pac": {"recordings", "k"}, "bins": {"recordings", "bins"}}
+LEFT |= {kind: {"K", "k", "box", "left out"} for kind in ("tests", "recordings")}
+OF_RUNS = {"law", "K", "k", "box", "n", "discards", "failed", "rows", "recordings", "eps asked"}
+LEFT |= {kind: OF_RUNS for kind in ("assumed", "declared")}
+OTHERS = {"open bins": "1 of 2", "n": "7 runs", "bins": "2 of 2 with a claim"}
+
+
+@pytest.mark.parametrize("kind", LEFT)
+def test_each_entry_of_a_record_is_in_its_sentence(kind, claim):
+    record = of_kind(kind, claim).premises
+    said, silent = statement(record), set()
+    for entry in record:
+        more = entry.value + 1 if type(entry.value) is int else f"7{entry.value}"
+        other = entry._replace(value=OTHERS.get(entry.name, more))
+        if statement(premises(other if e == entry else e for e in record)) == said:
+            silent.add(entry.name)
+    assert silent <= LEFT[kind], silent - LEFT[kind]
+
+
 def test_numbers_that_do_not_follow_from_the_runs_are_not_loaded(claim, tmp_path):
     """Also where somebody has made the hash anew."""
     for changes in ({"eps": Fraction(1, 10**6)}, {"n": 22}, {"discard": 30}):
@@ -118,6 +159,45 @@ def test_numbers_that_do_not_follow_from_the_runs_are_not_loaded(claim, tmp_path
     seen = checked_claim(told, hashes, TUBE.n_bins)["premises"]
     same = [[e.name, e.standing, e.value] for e in claim.premises if e.name not in OUTSIDE]
     assert [[*e[:2], str(e[2])] for e in seen] == [[*e[:2], str(e[2])] for e in same]
+
+
+# Of a claim's fields these are read beside its record and the checkers, and are no part of a
+# sentence there: whether there is a bound, the exact numbers of a risk, and facts about its runs.
+BESIDE = {
+    ("answer/answer.py", "evidence"),
+    ("answer/risk.py", "delta"),
+    ("answer/risk.py", "eps"),
+    ("app/files/answer_file.py", "evidence"),
+    ("app/live_page.py", "eps"),
+    ("drive/local/localise.py", "assumptions"),
+    ("drive/local/trials.py", "evidence"),
+    ("drive/local/validate.py", "evidence"),
+    ("problem/robust/vertex_model.py", "bin_eps"),
+}
+FIELDS = {
+    "eps",
+    "delta",
+    "n",
+    "discard",
+    "looks",
+    "bin_eps",
+    "assumptions",
+    "evidence",
+    "quantifier",
+}
+
+
+def test_no_sentence_takes_a_number_of_a_claim_from_elsewhere():
+    found, package = set(), Path(parc_jax.__file__).parent
+    for path in package.rglob("*.py"):
+        where = path.relative_to(package).as_posix()
+        if where.startswith(("learning/bound/", "checker/")):
+            continue
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Attribute) and node.attr in FIELDS:
+                of = getattr(node.value, "attr", getattr(node.value, "id", ""))
+                found |= {(where, node.attr)} if of == "claim" else set()
+    assert found == BESIDE
 
 
 def test_two_records_that_meet_agree_in_every_entry(claim):

@@ -14,6 +14,7 @@ from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim
+from parc_jax.learning.bound.statement import probability
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.learn import Learned
 from parc_jax.learning.model import TrajectoryModel
@@ -146,9 +147,8 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
 
 def eps_of(claim: ErrorClaim) -> str | None:
     """The eps that a claim says, for people, by bin the largest; None where nothing is shown."""
-    levels = [claim.eps, *(claim.bin_eps or ())]
-    levels = [eps for eps in levels if eps is not None]
-    return rounded_up(max(levels)) if levels else None
+    p = claim.premises
+    return probability(p["eps"], 2) if "eps" in p else None
 
 
 def final_error(model: TrajectoryModel) -> np.ndarray:

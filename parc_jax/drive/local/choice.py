@@ -22,6 +22,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
 )
 from parc_jax.learning.bound.start_gap import off_from_start
+from parc_jax.learning.bound.statement import assumes, confidence_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -232,14 +233,13 @@ class Choice:
             return f"Perturbation without new runs: no statement, since {risk.reason}."
         half = ", ".join(rounded_down(x, 3) for x in self.safe_box.half)
         share = rounded_down(100 * self.safe_box.share)
-        claim, bound = self.model.claim, rounded_up(risk.bound)
+        p, bound = self.model.claim.premises, rounded_up(risk.bound)
         worth = " (no promise at all: test the plan, or localise it)" if risk.bound >= 1 else ""
         return (
             f"Perturbation without new runs: from this start, k drawn uniformly within ±({half}) "
             f"of the middle of a box around it, {share} % of K and proved safe throughout, leaves "
             f"the tube with probability at most {bound}{worth}, by the claim over K, which has "
-            f"confidence {rounded_down(1 - claim.delta, 10)}. Assumes: "
-            f"{', '.join(claim.assumptions)}."
+            f"confidence {confidence_of(p)}. {assumes(p)}"
         )
 
 

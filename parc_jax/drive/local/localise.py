@@ -31,6 +31,7 @@ from parc_jax.learning.bound.settings import (
     intersample_of,
 )
 from parc_jax.learning.bound.start_gap import StartTrial, declared_gap, try_starts
+from parc_jax.learning.bound.statement import assumes, count_of, probability
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import Training, fit
@@ -128,7 +129,7 @@ class Near:
 
     def details(self) -> str:
         """The sentence (D ii)."""
-        claim, domain = self.model.claim, self.model.domain
+        claim, domain, p = self.model.claim, self.model.domain, self.model.claim.premises
         sides = " x ".join(
             f"{name} in [{lo:.6g}, {hi:.6g}]"
             for name, lo, hi in zip(self.model.labels.k, domain.lo, domain.hi, strict=True)
@@ -138,10 +139,9 @@ class Near:
             return f"{where} {claim.details()}"
         lines = [
             f"{where} With confidence {self.look.sure}{self.look.numbered(' (look', ')')} over "
-            f"{claim.n:,} fresh runs made on N alone after N was chosen, a new run of "
-            f"{claim.law.describe()} leaves the local tube with probability at most "
-            f"{rounded_up(claim.eps, 10)}. Of these runs {claim.premises['failed']:,} failed; "
-            f"discards, fixed beforehand: {claim.discard:,}.",
+            f"{count_of(p)[0]:,} fresh runs made on N alone after N was chosen, {p['law']} leaves "
+            f"the local tube with probability at most {probability(p['eps'])}. Of these runs "
+            f"{p['failed']:,} failed; discards, fixed beforehand: {p['discards']:,}.",
             self._about_width(),
         ]
         risk = self.risk()
@@ -154,7 +154,7 @@ class Near:
                 "the local tube. Driven with k uniform on S, the run fails with probability at "
                 f"most {rounded_up(risk.bound)}."
             )
-        return " ".join([*lines, f"Assumes: {', '.join(claim.assumptions)}."])
+        return " ".join([*lines, assumes(p)])
 
     def _about_width(self) -> str:
         at_end, on_the_way = (

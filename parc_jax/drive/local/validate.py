@@ -44,6 +44,7 @@ from parc_jax.learning.bound.counts import (
 )
 from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.fresh import freshness_of, left_out_beside, names_of
+from parc_jax.learning.bound.statement import confidence_of, probability
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import law_of
@@ -164,6 +165,7 @@ class Validation:
         if self.answer is None:
             return "Validated: no set."
         found, claim, safe = self.answer, self.answer.model.claim, ""
+        p = claim.premises
         share, held = found.share, found.coverage
         if share is not None:
             at_least = Fraction(share.at_least) * Fraction(held.at_least)
@@ -174,10 +176,10 @@ class Validation:
             safe = f"at least {rounded_down(100 * at_least, 3)} % of {of_all}, {sure}. "
         drawn = "drawn from them"
         if recorded(claim):
-            drawn = f"for k as in the log, of {claim.evidence['tests']:,} recordings,"
+            drawn = f"for k as in the log, of {p['tests']:,} recordings,"
         return (
             f"Validated in this scene: {safe}A plan {drawn} fails with probability at most "
-            f"{rounded_up(claim.eps)}, confidence {rounded_down(1 - claim.delta, 10)}."
+            f"{probability(p['risk'], 2)}, confidence {confidence_of(p)}."
         )
 
     def details(self) -> str:

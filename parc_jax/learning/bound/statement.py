@@ -34,7 +34,7 @@ def statement(p: Premises) -> str:
     """The sentences of the premises of a claim."""
     without, of = p["open bins"].split(" of ")
     if without == of:
-        n, many = _number(p)
+        n, many = count_of(p)
         return (
             f"No claim: {_failed(p)} of {n:,} {many} failed, with {p['discards']} discards "
             "fixed beforehand, so no finite tube holds. Repair the system, shrink K, or calibrate "
@@ -43,10 +43,14 @@ def statement(p: Premises) -> str:
     sentences = [_pac(p) if "eps" in p else _in_scene(p) if "risk" in p else str(p["tube"])]
     if without != "0":
         sentences.append(f"{without} of {of} bins of {p['box']} have no claim.")
+    return " ".join([*sentences, assumes(p)])
+
+
+def assumes(p: Premises) -> str:
+    """The sentence that ends all others: the assumptions."""
     assumed = [e for e in p if e.standing == ASSUMED and e.name not in ("tube", "law")]
     ledger = [f"{entry.name}({entry.value})" if entry.value else entry.name for entry in assumed]
-    sentences.append(f"Assumes: {', '.join(ledger)}.")
-    return " ".join(sentences)
+    return f"Assumes: {', '.join(ledger)}."
 
 
 def in_short(c: "ErrorClaim") -> str:
@@ -54,8 +58,8 @@ def in_short(c: "ErrorClaim") -> str:
     p = c.premises
     if "eps" not in p:
         return f"{c.kind}, not shown"
-    eps = _probability(p["eps"])
-    return f"left with probability ≤ {eps}, confidence {_confidence(p)}"
+    eps = probability(p["eps"])
+    return f"left with probability ≤ {eps}, confidence {confidence_of(p)}"
 
 
 def _shown(c: "ErrorClaim") -> list[tuple]:
@@ -102,9 +106,9 @@ _SHOWN = {"pac": _shown, "assumed": _unshown, "declared": _unshown, VALIDATED: _
 
 
 def _pac(p: Premises) -> str:
-    eps = _probability(p["eps"])
+    eps = probability(p["eps"])
     by_bin = " (the largest of them, each with its own)" if "bins" in p else ""
-    n, many = _number(p)
+    n, many = count_of(p)
     behind = f"{n:,} calibration {'rollouts' if many == 'runs' else many}"
     if "rows" in p:
         behind += f" (of {p['rows']:,} runs)"
@@ -112,7 +116,7 @@ def _pac(p: Premises) -> str:
     if "eps asked" in p:
         asked = f" ({p['eps asked']} was asked; {n:,} {many} do not support it.)"
     return (
-        f"With confidence {_confidence(p)} over the {behind}, {p['law']} leaves the tube at any "
+        f"With confidence {confidence_of(p)} over the {behind}, {p['law']} leaves the tube at any "
         f"time with probability at most {eps}{by_bin}, in every environment.{asked} "
         f"{_counts(p)} {_chosen(p)} For a single hand-picked k: no probabilistic statement."
     )
@@ -120,7 +124,7 @@ def _pac(p: Premises) -> str:
 
 def _in_scene(p: Premises) -> str:
     """Of a validated set. [T42]"""
-    n, _ = _number(p)
+    n, _ = count_of(p)
     seen = f"{n:,} of {p['tests']:,}"
     if "recordings" in p:
         tests = (
@@ -133,17 +137,17 @@ def _in_scene(p: Premises) -> str:
             f"({p['set']}), and {p['failed of them']:,} of their runs failed"
         )
     return (
-        f"With confidence {_confidence(p)}, {p['law']}, fails (misses the goal, touches something, "
-        f"or does not return) with probability at most {_probability(p['risk'])}: {tests}. Tested "
-        f"in falling order of scale, of which each passed (failed of those inside): {p['scales']}. "
-        f"The tube is {p['tube']}. Nothing is said of a plan that is picked by hand or by a "
-        "search, of another scene, or of a second try on this one."
+        f"With confidence {confidence_of(p)}, {p['law']}, fails (misses the goal, touches "
+        f"something, or does not return) with probability at most {probability(p['risk'])}: "
+        f"{tests}. Tested in falling order of scale, of which each passed (failed of those "
+        f"inside): {p['scales']}. The tube is {p['tube']}. Nothing is said of a plan that is "
+        "picked by hand or by a search, of another scene, or of a second try on this one."
     )
 
 
 def _counts(p: Premises) -> str:
     """Failed runs, discards and looks, with the rows left out before."""
-    _, many = _number(p)
+    _, many = count_of(p)
     looks = f"; delta is shared by {p['looks']} looks" if p["looks"] > 1 else ""
     gaps = ""
     if "left out" in p:
@@ -158,7 +162,7 @@ def _chosen(p: Premises) -> str:
     """The promise for k from a certified set; shares are probabilities for uniform k. [T5]"""
     if "not drawn" in p:
         return f"Of runs with chosen values of {p['not drawn']}: nothing more."
-    eps = _probability(p["eps"])
+    eps = probability(p["eps"])
     if p["k"] == "uniform on K":
         return (
             f"For k drawn uniformly at random from a certified set of share s of {p['box']}: at "
@@ -176,15 +180,17 @@ def _failed(p: Premises) -> str:
     return f"{p['failed']:,}" if stated else "an unstated number"
 
 
-def _number(p: Premises) -> tuple[int, str]:
+def count_of(p: Premises) -> tuple[int, str]:
     """Number and name of the independent units."""
     n, many = p["n"].removesuffix(EACH).split(" ", 1)
     return p["all"] if "all" in p else int(n), many
 
 
-def _probability(text: str) -> str:
-    return rounded_up(Fraction(text), DIGITS)
+def probability(text: str, digits: int = DIGITS) -> str:
+    """A bound of a premise for people, never below it."""
+    return rounded_up(Fraction(text), digits)
 
 
-def _confidence(p: Premises) -> str:
+def confidence_of(p: Premises) -> str:
+    """One less delta, never above it."""
     return rounded_down(1 - Fraction(p["delta"]), DIGITS)
