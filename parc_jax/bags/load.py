@@ -107,8 +107,7 @@ def load_bags(
         got = ", ".join(f"{_edges([edge])} in {name}" for edge, name in recordings.items())
         raise InputError(f"{path}: expected poses in one frame; got {got}.")
     runs = Windows(*map(np.concatenate, zip(*parts, strict=True)))
-    valid = _valid(path, runs, domain, len(given), short)
-    unknown = int((~np.isfinite(runs.k[:, : len(given)]).all(axis=1)).sum())
+    valid, unknown, dropped = _valid(path, runs, domain, len(given), short)
     groups = np.array(names)[valid]
     runs = Windows(*(part[valid] for part in runs))
     return recorded(
@@ -122,7 +121,7 @@ def load_bags(
         {
             "begin": f"{after:g} s after a new command",
             "records": f"straight between poses, {bridge:g} s apart at most",
-            "cut short": short,
+            "cut short": f"{dropped:,} dropped" if short == "dropped" else short,
         }
         | ({"given but not measured": f"{unknown:,} left out"} if given else {}),
         time=time,
@@ -156,8 +155,10 @@ def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock)
     return windows(where, times[order], values[order], time, after, bridge), where.frames
 
 
-def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str) -> np.ndarray:
-    """(m,) bool, the windows that are runs. Raises InputError where no run is complete."""
+def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str):
+    """(m,) bool, the windows that are runs; how many are not, for want of what is given, or cut
+    short. Raises InputError where no run is complete.
+    """
     measured = np.isfinite(runs.k[:, :n_given]).all(axis=1)
     inside = measured.copy()
     if domain is not None:
@@ -180,7 +181,7 @@ def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: s
             f"{path}: expected a run that comes to its end; got {counts}. Try a shorter t_f, or a "
             "wider bridge or domain."
         )
-    return valid
+    return valid, int((~measured).sum()), int((inside & runs.short).sum())
 
 
 def _off(messages: Sequence[Heard]) -> float:

@@ -89,7 +89,7 @@ def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
     assert "3 commands: 0 without what is given, 1 outside of K, 1 cut short" in caplog.text
     dropped = pj.exchange.load_bags(path, long, **ASKED, short="dropped")
     assert np.array_equal(dropped.k, commands[1:]) and not dropped.failed.any()
-    for one, word in ((runs, "failed"), (dropped, "dropped")):
+    for one, word in ((runs, "failed"), (dropped, "1 dropped")):
         said = one.law.describe()
         assert "begin = 0 s after a new command, cut short = " + word in said
         assert "records = straight between poses, 0.1 s apart at most" in said

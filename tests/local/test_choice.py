@@ -165,7 +165,9 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     assert near.model.tube.final[:, :2].max() < 1.6 * most
     assert "all of N is proved safe" in near.details()
     claim = near.model.claim
-    assert f"a new run of {claim.law.describe()} leaves the local tube" in near.details()
+    assert (
+        f"a new rollout drawn from {claim.law.describe()} leaves the local tube" in near.details()
+    )
     assert f"0 failed; discards, fixed beforehand: {claim.discard}." in near.details()
     said = near.answer.details()
     assert "k uniform on N" in said and "of share s of N" in said and "on K" not in said

@@ -174,6 +174,8 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
         and "TRANSLATION_INVARIANCE(within 1e-05" in said
     )
     assert f"for k as in the log, of {N} recordings, fails" in answer.validation.summary()
+    header = pj.exchange.write_c(answer, tmp_path / "own.h").read_text()
+    assert "(V)" in answer.details() and "(V)" not in header  # whose tables are of another set
     again = load_answer(wide.save(tmp_path / "validated.json"))
     assert again.model.claim.hash == claim.hash and again.risk() == wide.risk()
     with pytest.raises(InputError, match="draw k as in the log"):

@@ -3,6 +3,7 @@
 import re
 import textwrap
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +72,8 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     require_fitting(table, answer.model)
     require_paid(table, answer.model, float(answer.scene.slack))
     guard = f"{name.upper()}_H"
-    lines = [*_comment(f"{answer.details()}\n{WARNING}")]
+    own = replace(answer, validation=None)  # whose set is another than that of these tables
+    lines = [*_comment(f"{own.details()}\n{WARNING}")]
     lines += [f"#ifndef {guard}\n#define {guard}\n", GUARDS]
     lines += [f"#define {name}_{size} {number}" for size, number in _sizes(answer, table).items()]
     lines.append("")
