@@ -1,7 +1,10 @@
 """The public face: few names, in rooms, and each says what it is."""
 
+import ast
+import importlib
 import inspect
 import os
+import pkgutil
 import re
 import subprocess
 import sys
@@ -80,6 +83,27 @@ def test_every_name_that_is_written_of_the_package_is_there():
             if not whole and not name.startswith("__"):
                 missing.append(f"{path.relative_to(root)}: pj.{name}{inner and '.' + inner}")
     assert not missing, "\n".join(sorted(missing))
+
+
+def test_every_name_that_is_imported_anywhere_is_there():
+    """Also where a function imports it, which nothing else looks at before somebody calls it."""
+    root, homes, lost, found = Path(__file__).parents[1], ("parc_jax", "sims", "benchmarks"), [], 0
+    for path in sorted(path for home in homes for path in (root / home).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.ImportFrom) or node.level or not node.module:
+                continue
+            if node.module.split(".")[0] not in homes:
+                continue
+            found += 1
+            try:
+                module = importlib.import_module(node.module)
+            except ImportError as error:  # of a foreign package that is not installed
+                lost += [f"{path}: {error}"] if str(error.name).split(".")[0] in homes else []
+                continue
+            inside = {info.name for info in pkgutil.iter_modules(getattr(module, "__path__", ()))}
+            names = (alias.name for alias in node.names)
+            lost += [f"{path}: {n}" for n in names if n not in inside and not hasattr(module, n)]
+    assert lost == [] and found > 1000
 
 
 def test_a_name_that_is_not_there_is_an_attribute_error():

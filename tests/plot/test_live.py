@@ -8,6 +8,7 @@ from toy_models import line_model, told
 
 import parc_jax as pj
 import sims
+from parc_jax.app import cli
 from parc_jax.app import live as module
 from parc_jax.app.live import Live, live, swept
 from parc_jax.app.live_page import about_set
@@ -195,6 +196,17 @@ def test_the_drawn_body_holds_the_points_on_their_way(n_p):
         most = (places[..., axis] + wide[:, None, :, axis]).max(axis=(1, 2)) + 0.1
         assert np.allclose(each[:, :, axis].max(axis=1), most)
     assert faces.max() < len(corners)
+
+
+def test_the_shell_opens_the_scene_of_a_system_at_a_pose(monkeypatch):
+    opened = []
+    monkeypatch.setattr(module, "live", lambda *given: opened.append(given))
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["live", "drift_parking", "--at", "1.5,-2", "--quiet", "--no-cache"])
+    assert stop.value.code == 0
+    ((model, problem, at, port),) = opened
+    assert model.claim.law.generator == "drift_parking" and len(problem.obstacles) == 2
+    assert (at, port) == ([1.5, -2.0], 8080)
 
 
 def test_what_is_no_answer_is_refused():

@@ -31,7 +31,7 @@ def live(
         port: Of this machine; the next that is free where it is taken.
     """
     from parc_jax.app.cli.process import COMPILING, saying
-    from parc_jax.app.cli.scene import numbers_of_option
+    from parc_jax.app.cli.scene import place_of_option
     from parc_jax.app.cli.systems import model_of, scene_of
     from parc_jax.app.live import live as open_page
     from parc_jax.app.study.cache import keep_compiled
@@ -45,7 +45,5 @@ def live(
     else:
         problem, learned = load_problem(scene, learned.points), labelled(learned, scene)
     saying(shell.quiet)(COMPILING)
-    place = None if at is None else numbers_of_option("at", at)
-    page = open_page(learned, problem, place, port, wait=False)
-    page.run()
+    open_page(learned, problem, place_of_option(at), port)
     return 0
