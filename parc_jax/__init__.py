@@ -1,7 +1,7 @@
 """parc_jax: whole sets of provably safe manoeuvres for robots that can be run but not written down.
 
 Names are loaded on first use, so the checker (`python -m parc_jax.checker`) starts without JAX.
-What goes on inside is told to the logger "parc_jax", which is quiet until it is asked.
+Progress goes to the logger "parc_jax", which is quiet by default.
 """
 
 import logging

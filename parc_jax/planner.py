@@ -167,7 +167,7 @@ class Planner:
         at: pose of the robot, x, y or x, y, heading, for plans from there: sets in k alone; with a
             heading, which needs a system that declares `rotation`, in the robot's frame.
         validate: test nested sets of plans by fresh runs in this scene; `Answer.validation` has the
-            largest that shows the risk asked for. [T42]
+            largest that shows the given risk. [T42]
         Raises InputError when the problem does not fit the model, SoundnessError when this
         installation computes wrong numbers.
         """

@@ -51,7 +51,7 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
 
 
 def about_spans(spans: Sequence[tuple[int, int] | None], steps: int) -> str:
-    """How many obstacles are told of for some intervals of a plan of so many steps alone; empty for
+    """How many obstacles exist for some intervals of a plan of so many steps alone; empty for
     none. spans: of each obstacle its first and last interval, None for all.
     """
     some, of = sum(x is not None and tuple(x) != (0, steps - 1) for x in spans), len(spans)
@@ -154,7 +154,7 @@ def about_coverage(coverage: Coverage, part: str = "the safe set") -> str:
 
 
 def all_plans(from_here: bool, box: str) -> str:
-    """The plans of which a share is told. from_here: all have one start. box: of k."""
+    """The plans that a share is of. from_here: all have one start. box: of k."""
     if from_here:
         return f"all k in {box}"
     return IN_THE_BOX if box == "K" else IN_THE_BOX.replace("plans", f"plans with k in {box}", 1)

@@ -55,7 +55,7 @@ class Answer:
     all start there, and with a heading the scene is in the robot's frame.
     cover: counts, times and end of the search. looks: the one account of tests of plans of this
     answer and of all that is derived from it. written: certificates of the samples, or a function
-    that writes them. validation: of nested sets in this scene, where it was asked for. unchecked: a
+    that writes them. validation: of nested sets in this scene, if any. unchecked: a
     sentence about what is the word of the file that it was read from, empty for an answer that was
     found here. Raises InputError for a validation of another query.
     """

@@ -22,7 +22,7 @@ def hex_text(values):
 
 
 def hex_floats(values):
-    """The floats of `hex_text`, in lists nested alike."""
+    """The floats of `hex_text`, in lists nested in the same way."""
     return float.fromhex(values) if isinstance(values, str) else [hex_floats(v) for v in values]
 
 

@@ -34,7 +34,7 @@ def episode_part(
 ) -> dict:
     """The file of an episode: commitments of one loop, in their order, none left out in between.
     meta: plain values that need no proof. drift: [m] by which a place may be off against the one
-    before, as that of odometry, at least what the loop was told; the chain of manoeuvres is checked
+    before, as that of odometry, at least that of the loop; the chain of manoeuvres is checked
     with this margin. assumed: further assumptions by name, such as the time of a scan: text, whole
     numbers or lists of such. Raises InputError.
     """

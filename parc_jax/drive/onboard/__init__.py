@@ -1,1 +1,1 @@
-"""The safe set for a robot's own computer: tables and a C99 header that needs nothing else."""
+"""The safe set for the computer of a robot: tables and a C99 header that needs nothing else."""

@@ -1,4 +1,4 @@
-"""An answer as a C99 header: `is_safe(p0, k)` and `nearest_plan`, for a robot's own computer."""
+"""An answer as a C99 header: `is_safe(p0, k)` and `nearest_plan`, for the computer of a robot."""
 
 import re
 import textwrap

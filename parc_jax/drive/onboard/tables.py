@@ -1,4 +1,4 @@
-"""Tables of an answer for a robot's own computer: every number that a verdict there reads."""
+"""Tables of an answer for the computer of a robot: every number that a verdict there reads."""
 
 from typing import NamedTuple
 

@@ -84,7 +84,7 @@ class SystemRuns(Runs):
 class HeldRuns(Runs):
     """Recorded runs, or runs simulated before and shared by claims that are compared.
 
-    unseen: calibration set; a log is used up whole, whatever its size supports.
+    unseen: calibration set; a log is used up completely, however few runs are needed.
     held: further runs of the same system; None for a log, which cannot be continued.
     """
 

@@ -1,4 +1,4 @@
-"""Rollouts from files: our own .npz, a folder of CSV logs, the published *_rawdata.mat layout."""
+"""Rollouts from files: .npz of `collect`, folders of CSV logs, the published *_rawdata.mat."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -38,11 +38,11 @@ def load_rollouts(
             goal states, q (n, n_q); groups (n,) and points (m,) see below.
     *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves
     it. folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file
-            per run in p/, whose names sort, as text and by their numbers alike, in the order of the
+            per run in p/, whose names sort, as text and by their numbers, in the order of the
             rows, each with n_record + 1 rows of n_p numbers. groups.csv may name the recording of
             each row. A first line of names, such as speed [m/s], labels the columns of k, q, and of
             p where there is one point.
-    time: the record grid of the runs; needed for all but our own files. domain: K; None = the
+    time: the record grid of the runs; needed for all but those. domain: K; None = the
     smallest box that holds all k, and once they are split that of the training runs: the claim is
     then about runs whose k lies in it. k_law: "logged", or
     "uniform" where the k are known to be independent uniform draws from `domain`, which must then

@@ -90,8 +90,8 @@ def chained(system, before: int = 3, hand_over: tuple[float, float] | None = Non
     The system declares `given`, and offers, as JAX functions of one run,
         start_state(key) -> state: at rest; any pytree of arrays,
         measured(state) -> g (n_given,): in the order of `given`,
-        rollout_from_state(key, state, k) -> (Trajectory, states): a manoeuvre from a state, told
-            from its pose, and the states at all its n_record + 1 records, along a leading axis.
+        rollout_from_state(key, state, k) -> (Trajectory, states): a manoeuvre from a state, in
+            the frame of its pose, and the states at all n_record + 1 records, along a leading axis.
     One with `rollout_batch` offers them for batches: keys, states and k have a leading axis, states
     at records a second one. Raises InputError.
     """

@@ -1,4 +1,4 @@
-"""Runs on workers: processes of our own, or any `concurrent.futures.Executor`, here or elsewhere.
+"""Runs on workers: processes of this machine, or any `concurrent.futures.Executor`, anywhere.
 
 A run that is lost with its worker has failed, since the robot may have ended it. Where the user
 declares that workers go away independently of their runs it is made again, and counted.

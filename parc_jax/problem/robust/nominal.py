@@ -44,7 +44,7 @@ Cache = dict[tuple, TrajectoryModel]
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """A problem asked of a model, in the world frame. Made by `query`.
+    """A problem for a model, in the world frame. Made by `query`.
 
     problem: with its uncertainty and its start set.
     model: network and error bound.
@@ -122,7 +122,7 @@ class Query:
 
 @dataclass(frozen=True, eq=False)
 class NominalProblem:
-    """A problem without uncertainty and the model it is asked of; `Scene` holds its arrays.
+    """A problem without uncertainty and its model; `Scene` holds its arrays.
 
     problem: grown obstacles, shrunken goal and start set; in the robot frame if the pose has a
         heading.
@@ -142,7 +142,7 @@ class NominalProblem:
 
 
 def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
-    """A problem asked of a model. at: the pose of the robot, as of `pose_of`. Raises InputError."""
+    """A problem for a model. at: the pose of the robot, as of `pose_of`. Raises InputError."""
     return Query(problem, model, None if at is None else pose_of(at, model))
 
 

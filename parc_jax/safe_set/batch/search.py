@@ -47,7 +47,7 @@ class BatchAnswer(NamedTuple):
     clearance: (s, samples) [m] kept by each plan for every trajectory inside the tube, rounding
         paid; NaN likewise.
     draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None
-        when not asked.
+        without that check.
     seconds: of layout, search and proof, apart.
     answers: full answers of the problems in `whole`, by row.
     """

@@ -1,7 +1,7 @@
 """What is in the way of plans: how much room each obstacle, and each side of the goal and of the
 start set, leaves a plan. [T14]
 
-The inequality is that of the verdicts, asked of each side alone. It explains, and decides nothing:
+The inequality is that of the verdicts, for each side alone. It explains, and decides nothing:
 where body and obstacle overlap, the depth is that along the best direction that was tried.
 """
 

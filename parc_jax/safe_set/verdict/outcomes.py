@@ -53,7 +53,7 @@ def reached_and_touched(
     """Whether the goal was reached, and whether an obstacle was touched, (n,) each.
 
     off: [m or rad] by which each coordinate of a run that truly begins there may differ: reached
-    and not touched whatever it is.
+    and not touched for any such run.
     """
     _, reached, distance = outcomes(scene, runs, p0, off)
     return reached, ~(distance > distance_of(scene, off))

@@ -1,4 +1,4 @@
-"""What belongs together: a question and a robot, a robot and a model. Told before the first run."""
+"""Fit of a problem and a robot, of a robot and a model; checked before the first run."""
 
 from typing import NamedTuple
 
@@ -71,7 +71,7 @@ def outline_of(system: System) -> Outline:
 
 
 def require_fit(problem: Problem, robot: Outline | TrajectoryModel) -> None:
-    """Refuse a question that this robot cannot be asked: goal, body, obstacles, uncertainty. All
+    """Refuse a problem that does not fit this robot: goal, body, obstacles, uncertainty. All
     that a query refuses later, so that nothing is run or learned for it. Raises InputError.
     """
     require_dimensions(problem, robot.n_p, robot.n_q, robot.points)

@@ -46,7 +46,7 @@ class SceneArrays:
     goal_A: (g, n_c + n_q), goal_b: (g,) rows of the goal.
     start_A: (s, n_p), start_b: (s,) rows of P0.
     z_lo, z_hi: (n_p,) [m] box around the end points of the first reference point.
-    k_lo, k_hi: (n_k,) K, or the part of it that is asked for; a closed box.
+    k_lo, k_hi: (n_k,) K, or a part of it; a closed box.
     obstacles: grown by the body, with the part of the body that each is separated from.
     slack: () [m or row units] float margin [T11]: a verdict that clears it in float64 holds in
         real arithmetic.
@@ -180,7 +180,7 @@ def _alike(scene: Scene) -> Alike:
 
 
 def lowered(nominal: NominalProblem, apart: Apart | None = None) -> Scene:
-    """The scene of a nominal problem, at its own size.
+    """The scene of a nominal problem, without padding.
 
     apart: obstacles to leave out.
     Raises InputError where the problem does not fit the model.
