@@ -23,7 +23,7 @@ class Setting:
     @property
     def runs(self) -> int:
         """On training, profile and claims."""
-        return self.study.rollouts + self.study.profile_runs + self.study.fresh
+        return self.study.rollouts + self.study.bound.profile_runs + self.study.bound.fresh
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,16 @@ def _quick(task: Task) -> Task:
     few = {"rollouts": 64, "profile_runs": 64, "fresh": 96, "eps": 0.2, "delta": 0.2, "seeds": 1}
     one = {"blocks": None, "steps": 50, "tail": None}
     settings = tuple(
-        replace(s, study=replace(s.study, bins=(1,) * len(s.study.bins or (1, 1)), **few, **one))
+        replace(
+            s, study=s.study.replace(bins=(1,) * len(s.study.bound.bins or (1, 1)), **few, **one)
+        )
         for s in task.settings[-2:]
     )
     return replace(task, settings=settings)
+
+
+def _one_bin(study: Study) -> tuple[int, ...]:
+    return (1,) * len(study.bound.bins or (1, 1))
 
 
 def _boat() -> Task:
@@ -65,8 +71,8 @@ def _boat() -> Task:
     from sims.asv import scenario, study
 
     fitted, boxes = study.STUDY, study.BOXES
-    faces = replace(boxes, shape="fitted", tail=None)
-    finer = replace(faces, bins=fitted.bins, blocks=fitted.blocks)
+    faces = boxes.replace(shape="fitted", tail=None)
+    finer = faces.replace(bins=fitted.bound.bins, blocks=fitted.bound.blocks)
     return Task(
         "boat",
         "boat",
@@ -86,7 +92,7 @@ def _drift(body: str) -> Task:
     from sims.drift_parking import scenario, study
 
     # so many fresh runs that three may be left outside: one jump does not decide
-    boxes = replace(study.STUDY, rollouts=10_000, profile_runs=13_000, fresh=14_000, body=body)
+    boxes = study.STUDY.replace(rollouts=10_000, profile_runs=13_000, fresh=14_000, body=body)
     return Task(
         f"drift_{body}",
         f"drift, {body}",
@@ -94,9 +100,9 @@ def _drift(body: str) -> Task:
         lambda: scenario.problem(body),
         (
             Setting("boxes", "boxes, bins cut", boxes),
-            Setting("boxes_20x4", "boxes, 20 x 4 bins", replace(boxes, bins=(20, 4))),
+            Setting("boxes_20x4", "boxes, 20 x 4 bins", boxes.replace(bins=(20, 4))),
             Setting(
-                "fitted_20x4", "fitted, 20 x 4 bins", replace(boxes, bins=(20, 4), shape="fitted")
+                "fitted_20x4", "fitted, 20 x 4 bins", boxes.replace(bins=(20, 4), shape="fitted")
             ),
         ),
         chance=False,
@@ -110,7 +116,7 @@ def _car() -> Task:
     from sims.f110.study import STUDY
 
     asked = {"eps": EPS, "delta": DELTA, "rollouts": 500, "profile_runs": 0, "fresh": 500}
-    boxes = replace(STUDY, **asked)
+    boxes = STUDY.replace(**asked)
     return Task(
         "car",
         "model car",
@@ -118,12 +124,10 @@ def _car() -> Task:
         scenario.problem,
         (
             Setting("boxes", "boxes, one bin", boxes),
-            Setting("fitted", "fitted, one bin", replace(boxes, shape="fitted")),
-            Setting(
-                "fitted_3x3", "fitted, 3 x 3 bins", replace(boxes, shape="fitted", bins=(3, 3))
-            ),
+            Setting("fitted", "fitted, one bin", boxes.replace(shape="fitted")),
+            Setting("fitted_3x3", "fitted, 3 x 3 bins", boxes.replace(shape="fitted", bins=(3, 3))),
         ),
         plans=48,
         repeats=100,
-        gap=STUDY.gap,
+        gap=STUDY.bound.gap,
     )

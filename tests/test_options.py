@@ -14,11 +14,11 @@ from parc_jax.app import cli
 from parc_jax.app.cli.options import Offer
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
-from parc_jax.common.options import Options, part_of, told
+from parc_jax.common.options import Options, told
 from parc_jax.problem import problem_file, scene_values
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.uncertainty import Uncertainty
-from parc_jax.safe_set.settings import Search, Settings
+from parc_jax.safe_set.settings import Settings
 
 ROOT = Path(parc_jax.__file__).parent
 COMMANDS = tuple(cli.COMMANDS)
@@ -87,7 +87,11 @@ def test_every_option_of_the_shell_is_of_a_record_or_of_its_command():
             assert offered or parameter.name in own_options(command), (command, parameter.name)
             for offer in offered:
                 options = offer.options().values()
-                assert options and {o.field for o in options} <= set(told(offer.kind()))
+                kind = offer.kind()
+                parts = [field.default for field in dataclasses.fields(kind)]
+                inner = [told(type(part)) for part in parts if isinstance(part, Options)]
+                known = set(told(kind)).union(*inner)
+                assert options and {o.field for o in options} <= known
 
 
 def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
@@ -98,9 +102,9 @@ def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
 
 
 def test_a_study_is_what_its_parts_are_made_of():
-    study = Study(eps=0.01, work=0.5, hidden=())
-    assert Settings(**part_of(study, Search)) == Settings(work=0.5)
-    asked = study.bound
+    study = Study().replace(eps=0.01, work=0.5, hidden=())
+    assert study.settings == Settings(work=0.5) and study.hidden == ()
+    asked = study.claims
     assert (asked.eps, asked.discard, asked.profile_runs) == (0.01, "most", 0)
     with pytest.raises(InputError, match=r"expected fields among .*; got 'runs'"):
         study.replace(runs=3)

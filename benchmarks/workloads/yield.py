@@ -103,9 +103,9 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
     """Setting, kind of claim, truth and certified share."""
     system, problem, key = task.system(), task.problem(), bench.key(1)
     start = try_starts(system, key, task.gap)
-    largest = max(s.study.rollouts + s.study.profile_runs for s in task.settings)
+    largest = max(s.study.rollouts + s.study.bound.profile_runs for s in task.settings)
     learned = collect(system, key, largest, Stage.TRAIN, quiet=True)
-    fresh = max(s.study.fresh for s in task.settings)
+    fresh = max(s.study.bound.fresh for s in task.settings)
     holdout = collect(system, key, fresh, Stage.BOUND, quiet=True)
     truth = None
     trained: dict[tuple, ReLUNetwork] = {}
@@ -120,8 +120,8 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
         if truth is None:
             truth = truly_safe(task, system, model, bench)
         runs = HeldRuns(holdout, learned.select(slice(study.rollouts, None)))
-        kinds = ("one",) if study.blocks is None else ("bins", "one")
-        claims = bound_errors([net], runs, train, study.bound.replace(claims=kinds), start)[0]
+        kinds = ("one",) if study.bound.blocks is None else ("bins", "one")
+        claims = bound_errors([net], runs, train, study.claims.replace(claims=kinds), start)[0]
         for kind, claim in zip(kinds, claims, strict=True):
             yield setting, kind, truth, certified(problem, model, claim, bench)
 

@@ -21,8 +21,15 @@ class Options:
         """Refuse values without meaning; records extend it. Raises InputError."""
 
     def replace(self, **changes) -> Self:
-        """The same but for the given fields. Raises InputError."""
+        """The same but for the given fields, or fields of the records in it. Raises InputError."""
         known = [f.name for f in dataclasses.fields(self)]  # type: ignore[arg-type]
+        for name in known[:]:
+            part = changes.get(name, getattr(self, name))
+            if isinstance(part, Options):
+                inner = [f.name for f in dataclasses.fields(part)]  # type: ignore[arg-type]
+                given = {one: changes.pop(one) for one in inner if one in changes}
+                known += inner
+                changes |= {name: part.replace(**given)} if given else {}
         unknown = sorted(set(changes) - set(known))
         if unknown:
             raise InputError(

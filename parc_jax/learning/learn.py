@@ -49,13 +49,15 @@ FIRST_EPS = Fraction(1, 100)  # of the first bound: 688 runs at a delta of 1e-3
 HOLDOUT, HOLDOUT_WITH_PRIOR = 0.4, 0.5  # of recorded runs: a prior needs fewer to learn from
 LONG_S = 10.0  # [s] runs that take longer are announced
 Watch = Callable[[str], AbstractContextManager]  # entered for each stage, by its name
+OVER_K = ModelBound()
 
 
 @dataclass(frozen=True)
-class Learning(ModelBound, Training):
+class Learning(Training):
     """Settings of `learn`: the network, and the bound of its error."""
 
-    profile_runs: int | None = 0
+    bound: ModelBound = OVER_K
+    """The bound of the model's error."""
     plant: str | None = None
     """Plant of the simulator for training and bound, e.g. mjx or ode; the replay of a study is of
     the system's own, unless the shell names one. Default: the system's own."""
@@ -64,10 +66,10 @@ class Learning(ModelBound, Training):
     system's own."""
 
     @property
-    def bound(self) -> BoundSettings:
+    def claims(self) -> BoundSettings:
         """The settings for `bound_error`: one claim over K, or one in every block."""
-        claims = ("one",) if self.blocks is None else ("bins",)
-        return BoundSettings(**part_of(self, ModelBound), claims=claims)
+        claims = ("one",) if self.bound.blocks is None else ("bins",)
+        return BoundSettings(**part_of(self.bound, ModelBound), claims=claims)
 
 
 # a prior runs without noise, at no cost
@@ -106,8 +108,8 @@ def learn(
         in the plane, or a system, such as a simulator, with the time grid, points and goal states
         of the runs and a domain that contains theirs. No bound rests on it: the held-out runs of
         the robot size the tube, however bad it is.
-    settings: a record `Learning`, or its `options` by name, such as eps=1e-2 or hidden=(16, 16):
-        those of a `Study` without its query. With a prior 8,000 rollouts of it, 2 x 24 neurons and
+    settings: a record `Learning`, or `options` of it and of its bound by name, such as eps=1e-2 or
+        hidden=(16, 16). With a prior 8,000 rollouts of it, 2 x 24 neurons and
         2 seeds by default; and where the held-out runs are too few for eps, discard="most" is the
         number advised by the training runs, fixed before a held-out one is scored [T2].
     holdout: share of the recorded runs, or of their groups, that sizes the tube; 0.4 by default,
@@ -155,7 +157,7 @@ def learn_report(
         seed = int(key_data(key).ravel()[-1])
         train, held = source.split(default if holdout is None else holdout, seed)
     # recorded runs cannot be started elsewhere
-    start = StartTrial(settings.gap, None)
+    start = StartTrial(settings.bound.gap, None)
     said, profiles = None, None
     if prior is None:
         lesson = train
@@ -165,10 +167,10 @@ def learn_report(
         net = fit_network(lesson, settings, key)
     if prior is not None:
         # one bin: few runs cannot choose where to cut K
-        bins = (1,) * train.n_k if settings.bins is None else settings.bins
-        profiles = learn_profiles([net], usual, (), bins, shape=settings.shape)
+        bins = (1,) * train.n_k if settings.bound.bins is None else settings.bound.bins
+        profiles = learn_profiles([net], usual, (), bins, shape=settings.bound.shape)
         settings = settings.replace(discard=discard)
-    model = _bounded(net, HeldRuns(held), train, settings.bound, start, profiles, watch)
+    model = _bounded(net, HeldRuns(held), train, settings.claims, start, profiles, watch)
     return Learned(model, train, start, said)
 
 
@@ -187,7 +189,7 @@ def _from_system(
     first: Callable[[TrajectoryModel], None] | None,
 ) -> Learned:
     with watch("other starts"):
-        start = try_starts(system, key, settings.gap)
+        start = try_starts(system, key, settings.bound.gap)
     with watch("training rollouts"):
         options = {"path": path and path / "training", "quiet": quiet, "dtype": STORED}
         began = time.monotonic()
@@ -195,7 +197,7 @@ def _from_system(
         train = concatenate(chunks, settings.rollouts)
     if not quiet:
         pace = (time.monotonic() - began) / settings.rollouts  # with what was compiled for them
-        bounds = [settings.bound, _first_bound(settings)] if first else [settings.bound]
+        bounds = [settings.claims, _first_bound(settings)] if first else [settings.claims]
         _announce(system.name, sum(map(runs_ahead, bounds)), pace)
     with watch("training"):
         net = fit_network(train, settings, key)
@@ -209,7 +211,7 @@ def _from_system(
         # the same bins: the query of this model has then compiled that of the next one
         settings = settings.replace(bins=model.tube.edges)
     runs = SystemRuns(system, key, train.n, path, quiet)
-    return Learned(_bounded(net, runs, train, settings.bound, start, watch=watch), train, start)
+    return Learned(_bounded(net, runs, train, settings.claims, start, watch=watch), train, start)
 
 
 def _announce(name: str, runs: int, seconds_per_run: float) -> None:
@@ -222,8 +224,8 @@ def _announce(name: str, runs: int, seconds_per_run: float) -> None:
 
 
 def _first_bound(settings: Learning) -> BoundSettings:
-    eps = max(as_probability("eps", settings.eps), FIRST_EPS)
-    bound = settings.bound.replace(eps=eps, fresh=None, profile_runs=0)
+    eps = max(as_probability("eps", settings.bound.eps), FIRST_EPS)
+    bound = settings.claims.replace(eps=eps, fresh=None, profile_runs=0)
     return bound.replace(claims=("one",), blocks=None, even=False)
 
 
@@ -250,10 +252,10 @@ def _lesson(
     """
     lesson = taught(prior, train, settings.rollouts, key)
     n = held.n if held.groups is None else len(np.unique(held.groups))
-    delta = float(settings.delta)
-    enough = n >= required_runs(float(settings.eps), delta)
-    if settings.discard != MOST or settings.blocks is not None or enough:
-        return lesson.runs, lesson.said, lesson.unseen, settings.discard
+    bound, delta = settings.bound, float(settings.bound.delta)
+    enough = n >= required_runs(float(bound.eps), delta)
+    if bound.discard != MOST or bound.blocks is not None or enough:
+        return lesson.runs, lesson.said, lesson.unseen, bound.discard
     # from the training runs alone: the number is fixed before a held-out run is scored [T2]
     sizes = worst_by_group(lesson.size, train.groups)
     discard = advised_discards(sizes, n, delta)

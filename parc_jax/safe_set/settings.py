@@ -31,8 +31,10 @@ def work_of(share: float) -> Work:
 
 
 @dataclass(frozen=True)
-class Search(Options):
-    """How much of the safe set is looked for, and what is returned."""
+class Settings(Options):
+    """What `Planner.solve` and `Planner.solve_batch` do for a query. Presets: `fast`, `whole`,
+    `thorough`; `replace` changes some fields of one. Raises InputError for values without meaning.
+    """
 
     samples: int = 100
     """Safe plans to return."""
@@ -48,6 +50,13 @@ class Search(Options):
     budget_s: float = 600.0
     """A limit in seconds above the work, compiling not counted; the answer says when it cut
     something off."""
+    samples_only: bool = False
+    """Safe plans alone; no corridor is built and nothing is covered."""
+    proof: bool = True
+    """Check all that is returned in exact arithmetic."""
+    method: object | None = None
+    """How the search is done: anything with a `search` as of the exact engine, `Exact()`, the
+    default."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -67,24 +76,6 @@ class Search(Options):
                 f"settings: expected budget_s > 0 s, a limit above the work; got {self.budget_s}. "
                 "For safe plans without sets ask for samples_only=True."
             )
-
-
-@dataclass(frozen=True)
-class Settings(Search):
-    """What `Planner.solve` and `Planner.solve_batch` do for a query. Presets: `fast`, `whole`,
-    `thorough`; `replace` changes some fields of one. Raises InputError for values without meaning.
-    """
-
-    samples_only: bool = False
-    """Safe plans alone; no corridor is built and nothing is covered."""
-    proof: bool = True
-    """Check all that is returned in exact arithmetic."""
-    method: object | None = None
-    """How the search is done: anything with a `search` as of the exact engine, `Exact()`, the
-    default."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
         if self.method is not None and not callable(getattr(self.method, "search", None)):
             raise InputError(
                 "settings: expected method pj.types.Exact(), or an object with such a `search`; "

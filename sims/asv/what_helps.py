@@ -7,7 +7,6 @@ each 200 times: the share that a perfect planner could keep.
 """
 
 import argparse
-from dataclasses import replace
 
 import jax
 import numpy as np
@@ -30,38 +29,38 @@ from sims.asv.study import BOXES, STUDY
 
 COMPARED = 32_768  # points drawn to estimate the safe share of a row
 FAST = {"seeds": 2}  # the bounds need no more
-BARE = replace(
-    BOXES, **FAST, bins=(1, 1, 1), blocks=(1, 1, 1), tail=None, profile_runs=0, fresh=None
+BARE = BOXES.replace(
+    **FAST, bins=(1, 1, 1), blocks=(1, 1, 1), tail=None, profile_runs=0, fresh=None
 )
-FITTED = replace(BOXES, **FAST, shape="fitted", tail=None)
-FINER = replace(FITTED, bins=STUDY.bins, blocks=STUDY.blocks)
-NOW = replace(STUDY, **FAST)
+FITTED = BOXES.replace(**FAST, shape="fitted", tail=None)
+FINER = FITTED.replace(bins=STUDY.bound.bins, blocks=STUDY.bound.blocks)
+NOW = STUDY.replace(**FAST)
 ROWS: tuple[tuple[str, Study], ...] = (
     ("one bin, as many fresh runs as needed", BARE),
-    ("27 bins", replace(BARE, bins=BOXES.bins, blocks=BOXES.blocks)),
+    ("27 bins", BARE.replace(bins=BOXES.bound.bins, blocks=BOXES.bound.blocks)),
     (
         "+ 100,000 fresh runs, the worst discarded",
-        replace(BARE, bins=BOXES.bins, blocks=BOXES.blocks, fresh=100_000),
+        BARE.replace(bins=BOXES.bound.bins, blocks=BOXES.bound.blocks, fresh=100_000),
     ),
-    ("+ 60,000 runs for the profile", replace(BOXES, **FAST, tail=None)),
+    ("+ 60,000 runs for the profile", BOXES.replace(**FAST, tail=None)),
     ("+ faces that fit the errors", FITTED),
     ("+ 216 bins, in 27 blocks", FINER),
     ("+ all 65,000 train and give the profile (the study)", NOW),
-    ("the study, last layer fitted to the tail", replace(NOW, tail=8.0)),
-    ("the study with boxes", replace(NOW, shape="box")),
-    ("the study with 9 x 9 x 9 bins", replace(NOW, bins=(9, 9, 9))),
-    ("the study with half as many runs for training and profile", replace(NOW, rollouts=32_500)),
-    ("the study with 4 x 12 neurons", replace(NOW, hidden=(12,) * 4)),
-    ("one claim at eps / 27, as sharp in a block", replace(NOW, blocks=None, eps=1e-2 / 27)),
+    ("the study, last layer fitted to the tail", NOW.replace(tail=8.0)),
+    ("the study with boxes", NOW.replace(shape="box")),
+    ("the study with 9 x 9 x 9 bins", NOW.replace(bins=(9, 9, 9))),
+    ("the study with half as many runs for training and profile", NOW.replace(rollouts=32_500)),
+    ("the study with 4 x 12 neurons", NOW.replace(hidden=(12,) * 4)),
+    ("one claim at eps / 27, as sharp in a block", NOW.replace(blocks=None, eps=1e-2 / 27)),
 )
 
 
 def helps(only: list[int] | None = None) -> None:
     """Print a row per setting, or those of the given numbers. All settings share their runs."""
     boat, key = system(plant="ode"), jax.random.PRNGKey(0)
-    start = try_starts(boat, key, STUDY.gap)
+    start = try_starts(boat, key, STUDY.bound.gap)
     learned = collect(boat, key, STUDY.rollouts, Stage.TRAIN, quiet=True)
-    fresh = collect(boat, key, STUDY.fresh, Stage.BOUND, quiet=True)
+    fresh = collect(boat, key, STUDY.bound.fresh, Stage.BOUND, quiet=True)
     print(f"{'':52} regions  in every block  over K")
     trained: dict[tuple, ReLUNetwork] = {}
     for number, (name, study) in enumerate(ROWS):
@@ -73,8 +72,8 @@ def helps(only: list[int] | None = None) -> None:
             trained[known] = fit_network(train, study, key)
         net = trained[known]
         runs = HeldRuns(fresh, learned.select(slice(study.rollouts, None)))
-        kinds = ("one",) if study.blocks is None else ("bins", "one")
-        claims = bound_errors([net], runs, train, study.bound.replace(claims=kinds), start)[0]
+        kinds = ("one",) if study.bound.blocks is None else ("bins", "one")
+        claims = bound_errors([net], runs, train, study.claims.replace(claims=kinds), start)[0]
         safe = {"bins": "-"}
         for kind, claim in zip(kinds, claims, strict=True):
             model = trajectory_model(net, claim)

@@ -20,6 +20,7 @@ import numpy as np
 import tyro
 
 from parc_jax.app.study.cache import keep_compiled
+from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.learn import Learning, learn
 from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.planner import Planner
@@ -46,15 +47,15 @@ SIDESLIPS = tuple(map(math.radians, (35.5, 36.5, 37.5)))
 def narrow_settings() -> Learning:
     """The settings with which the narrow gap is passed."""
     lo, hi = system("ode").domain.lo, system("ode").domain.hi
-    return Learning(
+    bound = ModelBound(
         bins=((lo[0], *SPEEDS, hi[0]), (lo[1], *SIDESLIPS, hi[1])),
         shape="fitted",
-        rollouts=20_000,
         profile_runs=40_000,
         even=True,
         # two dozen of them may be left outside: a jump that is rarer than eps does not widen K
         fresh=40_000,
     )
+    return Learning(rollouts=20_000, bound=bound)
 
 
 def closing_in(apart: float) -> ClosingIn:

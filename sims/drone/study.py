@@ -1,5 +1,7 @@
 """The main job's settings for the drone."""
 
 from parc_jax.app.study.settings import Study
+from parc_jax.learning.bound.settings import ModelBound
 
-STUDY = Study(hidden=(8, 8), bins=(1, 1, 1), rollouts=1000, eps=0.05, delta=0.05)
+BOUND = ModelBound(bins=(1, 1, 1), eps=0.05, delta=0.05)
+STUDY = Study(hidden=(8, 8), rollouts=1000, bound=BOUND)

@@ -57,7 +57,7 @@ def job(
     car = system(body=body)
     bodies = tuple(dict.fromkeys(("disc", body)))
     with watch("other starts"):
-        start = try_starts(car, key, STUDY.gap)
+        start = try_starts(car, key, STUDY.bound.gap)
     with watch("rollouts"):
         runs = collect(
             car, key, max(sizes), Stage.TRAIN, path=out / "unfinished" / "runs.npz", quiet=quiet

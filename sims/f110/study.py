@@ -3,11 +3,10 @@ study is `job`.
 """
 
 from parc_jax.app.study.settings import Study
+from parc_jax.learning.bound.settings import ModelBound
 
 STUDY = Study(
     hidden=(8, 8, 8),
-    bins=(1, 1),
     rollouts=60,
-    eps=0.05,
-    delta=0.05,
+    bound=ModelBound(bins=(1, 1), eps=0.05, delta=0.05),
 )

@@ -29,7 +29,7 @@ from parc_jax.learning.bound.measure import measure, score_batch
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import fitted_profile
-from parc_jax.learning.bound.settings import AccelerationBound, SpeedBound
+from parc_jax.learning.bound.settings import AccelerationBound, ModelBound, SpeedBound
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
 from parc_jax.learning.runs import collect as rolling
 from parc_jax.learning.runs.collect import collect
@@ -209,7 +209,7 @@ def test_a_number_of_discards_is_a_number(holdout, profile, discard):
         lambda: calibrate_bins(NET, scores, profile, discard=discard),
         lambda: bound_error(NET, None, KEY, discard=discard),
         lambda: Local(discard=discard),
-        lambda: Study(discard=discard),
+        lambda: Study(bound=ModelBound(discard=discard)),
     ):
         with pytest.raises(InputError, match=r"^discard: expected a whole number >= 0; got .*\.$"):
             refused()

@@ -15,6 +15,7 @@ from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.monitor import update
+from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.runs.collect import collect
 
@@ -22,13 +23,8 @@ KEY = jax.random.PRNGKey(5)
 NET = straight_network(4)
 STUDY = Study(
     hidden=(),
-    bins=(2, 1),
     rollouts=80,
-    eps=0.1,
-    delta=0.05,
-    profile_runs=50,
-    discard=0,
-    gap=0.02,
+    bound=ModelBound(bins=(2, 1), eps=0.1, delta=0.05, profile_runs=50, discard=0, gap=0.02),
 )
 
 
@@ -58,12 +54,12 @@ def test_python_and_shell_make_the_same_claim(tmp_path):
         learned.model.net,
         system,
         KEY,
-        eps=STUDY.eps,
-        delta=STUDY.delta,
-        bins=STUDY.bins,
+        eps=STUDY.bound.eps,
+        delta=STUDY.bound.delta,
+        bins=STUDY.bound.bins,
         train=learned.train,
-        profile_runs=STUDY.profile_runs,
-        gap=STUDY.gap,
+        profile_runs=STUDY.bound.profile_runs,
+        gap=STUDY.bound.gap,
         quiet=True,
     )
     assert again.to_json() == learned.model.claim.to_json()
@@ -97,7 +93,7 @@ def test_recorded_runs_too():
         delta=0.05,
         bins=(2, 1),
         train=train,
-        gap=STUDY.gap,
+        gap=STUDY.bound.gap,
         discard=0,
     )
     assert again.to_json() == learned.model.claim.to_json()

@@ -19,6 +19,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.learning.learn import learn
 from parc_jax.learning.runs.collect import collect
@@ -27,13 +28,10 @@ from parc_jax.learning.system import TURNS, Trajectory
 KEY = jax.random.PRNGKey(3)
 STUDY = Study(
     hidden=(3,),
-    bins=(1, 1),
     rollouts=40,
-    eps=0.2,
-    delta=0.2,
     seeds=1,
     steps=20,
-    gap=0.02,
+    bound=ModelBound(bins=(1, 1), eps=0.2, delta=0.2, gap=0.02),
 )
 
 

@@ -13,6 +13,8 @@ from parc_jax.app.cli.learn import learn
 from parc_jax.app.cli.options import Offer
 from parc_jax.app.cli.run import run
 from parc_jax.app.study.settings import Study
+from parc_jax.learning.bound.settings import ModelBound
+from parc_jax.safe_set.settings import Settings
 
 
 def offers(command) -> dict[str, Offer]:
@@ -42,7 +44,8 @@ def test_help_is_readable_and_has_an_example(capsys, monkeypatch):
 def test_an_option_of_the_study_names_its_value_there(command):
     options = offers(command)["study"].options()
     assert len(options) >= 15
-    defaults = {field.name: field.default for field in dataclasses.fields(Study)}
+    kinds = (Study, ModelBound, Settings)
+    defaults = {field.name: field.default for kind in kinds for field in dataclasses.fields(kind)}
     for option in options.values():
         assert option.default is None and " Default: the study's, or " in option.text
         value = defaults[option.field]

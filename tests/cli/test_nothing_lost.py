@@ -21,8 +21,10 @@ from parc_jax.app.cli.places import held, only_of
 from parc_jax.app.cli.systems import find
 from parc_jax.app.study import job
 from parc_jax.app.study.settings import Study
+from parc_jax.learning.bound.settings import ModelBound
+from parc_jax.safe_set.settings import Settings
 
-STUDY = Study(samples=5, repeats=1, budget_s=300, target=0.3)
+STUDY = Study(repeats=1, settings=Settings(samples=5, budget_s=300, target=0.3))
 
 
 @pytest.fixture
@@ -244,7 +246,7 @@ def test_the_report_tells_the_eps_of_the_claim_in_hand(monkeypatch, tmp_path):
     model, answer = toy_driven.model(), toy_driven.answer()
     monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: answer)
     monkeypatch.setattr(pj.Planner, "solve", lambda *_, **__: answer)
-    study = Study(samples=5, repeats=1, eps=0.001)
+    study = Study(repeats=1, bound=ModelBound(eps=0.001), settings=Settings(samples=5))
     system = plant(toy_driven.gusty, 4)
     outcome = job.run_study(system, toy_driven.problem(), study, tmp_path, 0, model, quiet=True)
     told = report(outcome, tmp_path)

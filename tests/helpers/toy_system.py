@@ -7,22 +7,18 @@ import jax.numpy as jnp
 
 import parc_jax as pj
 from parc_jax.app.study.settings import Study
+from parc_jax.learning.bound.settings import ModelBound
+from parc_jax.safe_set.settings import Settings
 
 STUDY = Study(
     hidden=(4,),
-    bins=(2, 1),
     rollouts=60,
-    eps=0.1,
-    delta=0.05,
-    blocks=(2, 1),
-    profile_runs=100,
     tail=8.0,
     seeds=1,
     steps=60,
-    samples=5,
     repeats=20,
-    target=0.2,
-    budget_s=300.0,
+    bound=ModelBound(bins=(2, 1), eps=0.1, delta=0.05, blocks=(2, 1), profile_runs=100),
+    settings=Settings(samples=5, target=0.2, budget_s=300.0),
 )
 
 

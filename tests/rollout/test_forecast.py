@@ -17,12 +17,12 @@ def test_the_readme_counts_every_run_of_the_main_job():
     from sims.drift_parking.study import STUDY as MAIN
 
     told = (Path(pj.__file__).parents[1] / "README.md").read_text()
-    local, each = Local(eps=MAIN.eps), MAIN.delta / LOOKS
+    local, each = Local(eps=MAIN.bound.eps), MAIN.bound.delta / LOOKS
     assert MAIN.driven and MAIN.repeats == 1
-    chosen = required_runs(MAIN.eps, each)
+    chosen = required_runs(MAIN.bound.eps, each)
     near = local.rollouts + local.profile_runs + required_runs(local.eps, each)
-    tests = Validate(toy_system.system(), MAIN.risk, MAIN.delta).tests
-    bounds = MAIN.bound, _first_bound(MAIN)
+    tests = Validate(toy_system.system(), MAIN.risk, MAIN.bound.delta).tests
+    bounds = MAIN.claims, _first_bound(MAIN)
     of_claims = sum(map(runs_ahead, bounds))
-    runs = MAIN.rollouts + of_claims + MAIN.samples + tests + chosen + near
+    runs = MAIN.rollouts + of_claims + MAIN.settings.samples + tests + chosen + near
     assert f"{runs:,} runs of the car" in told

@@ -8,10 +8,11 @@ from synthetic_plants import noisy, plant
 import parc_jax as pj
 from parc_jax.app.study.settings import Study
 from parc_jax.learning.bound import pipeline
+from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.learn import learn_report
 
 KEY = jax.random.PRNGKey(5)
-STUDY = Study(hidden=(), rollouts=200, eps=0.1, delta=0.05, profile_runs=300)
+STUDY = Study(hidden=(), rollouts=200, bound=ModelBound(eps=0.1, delta=0.05, profile_runs=300))
 
 
 def learned(tmp_path, monkeypatch, first=None, study=STUDY):
@@ -47,7 +48,7 @@ def test_the_first_claim_is_of_few_runs(eps, kept, monkeypatch, tmp_path):
         pass
 
     def stop(model):
-        assert float(model.claim.eps) == kept and float(model.claim.delta) == STUDY.delta
+        assert float(model.claim.eps) == kept and float(model.claim.delta) == STUDY.bound.delta
         raise Enough
 
     study = STUDY.replace(eps=eps, blocks=(1, 1))

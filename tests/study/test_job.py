@@ -14,7 +14,7 @@ from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound import measure, pipeline
 from parc_jax.learning.bound.counts import required_runs
-from parc_jax.learning.bound.settings import BoundSettings
+from parc_jax.learning.bound.settings import BoundSettings, ModelBound
 from parc_jax.learning.model import load
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
@@ -149,7 +149,8 @@ def test_bad_input_is_refused_with_code_2(arguments, word, tmp_path, capsys):
 
 
 def test_settings_are_checked():
-    assert Study().bound.claims == ("one",) and Study(blocks=(2,)).bound.claims == ("bins",)
+    assert Study().claims.claims == ("one",)
+    assert Study().replace(blocks=(2,)).claims.claims == ("bins",)
     with pytest.raises(InputError, match="claims"):
         BoundSettings(claims=())
     for tail in ("tube", 1.0):
@@ -157,7 +158,7 @@ def test_settings_are_checked():
             Study(tail=tail)
     for discard in (-1, 0.5, "all"):
         with pytest.raises(InputError, match="discard"):
-            Study(discard=discard)
+            Study(bound=ModelBound(discard=discard))
 
 
 def test_fresh_runs_grow_with_the_smallest_bin():
@@ -174,4 +175,4 @@ def test_fresh_runs_grow_with_the_smallest_bin():
     )
     one = BoundSettings(eps=0.1, delta=0.05)
     assert pipeline.fresh_runs(one, even, 1) == required_runs(0.1, 0.05, 0)
-    assert pipeline.fresh_runs(Study(fresh=77).bound, even, 1) == 77
+    assert pipeline.fresh_runs(Study().replace(fresh=77).claims, even, 1) == 77

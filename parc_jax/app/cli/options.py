@@ -70,9 +70,17 @@ class Offer:
 
     def options(self) -> dict[str, Option]:
         """The options by their names in the shell."""
-        kind, options = self.kind(), {}
+        return self._of(self.kind())
+
+    def _of(self, kind: type, record: Options | None = None) -> dict[str, Option]:
+        """Those of a kind of record, and of records in it. record: with its defaults."""
+        options: dict[str, Option] = {}
         hints, texts = typing.get_type_hints(kind) | self.kinds, told(kind)
         for name, default in ((one.name, one.default) for one in fields(kind)):
+            if isinstance(default, Options):
+                options |= self._of(type(default), default)
+                continue
+            default = default if record is None else getattr(record, name)
             hint = shell_type(hints[name])
             if hint is None or name in self.but or name not in (self.only or hints):
                 continue

@@ -7,6 +7,11 @@ from typing import Annotated
 
 from parc_jax.app.cli.options import Offer, Shell
 
+# a study proves all that it finds
+STUDY = Offer(
+    "app.study.settings.Study", left_out="the study's, or ", but=("samples_only", "proof")
+)
+
 
 def run(
     system: str,
@@ -14,7 +19,7 @@ def run(
     *,
     out: Path | None = None,
     model: Path | None = None,
-    study: Annotated[dict, Offer("app.study.settings.Study", left_out="the study's, or ")],
+    study: Annotated[dict, STUDY],
     figures: bool = True,
     shell: Annotated[Shell, Offer("app.cli.options.Shell")],
 ) -> int:

@@ -19,7 +19,6 @@ from parc_jax.app.study.report import METRICS, VALIDATED_SET, Studied, eps_of, f
 from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
-from parc_jax.common.options import part_of
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.drive.local.localise import Local
 from parc_jax.drive.local.validate import Validate, validated
@@ -29,7 +28,6 @@ from parc_jax.learning.runs.files import write_atomic
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import enumerate_regions
-from parc_jax.safe_set.settings import Search, Settings
 from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
 
 LOOKS = 2  # a test of the plan to drive, and a claim near it
@@ -66,7 +64,7 @@ def run_study(
     if model is not None:
         require_same(system, model)
     key, watch, out = key_of(seed), Stopwatch(during), Path(out)
-    settings = Settings(**part_of(study, Search))
+    settings = study.settings
     cold = None
 
     def first_query(model: TrajectoryModel, picture: bool = True) -> None:
@@ -94,7 +92,7 @@ def run_study(
     uncertainty = answer.scene.nominal.uncertainty
     if study.risk is not None and uncertainty is None:
         with watch("validated set"):
-            test = Validate(system, study.risk, study.delta)
+            test = Validate(system, study.risk, study.bound.delta)
             answer = validated(answer, key, settings, test, quiet)
     # before the replay: if that finds a contradiction, the evidence is on disk
     _replace_older(out, model, answer)
@@ -117,7 +115,7 @@ def run_study(
         "final_error": final_error(model).tolist(),
         **facts_of(answer, cold.cover.timings["first_sample_s"]),
         "share_of_k": answer.share_of_k(),
-        "replay": None if runs is None else tally(runs, study.repeats, study.delta),
+        "replay": None if runs is None else tally(runs, study.repeats, study.bound.delta),
         "driven": None,
         "stages": watch.stages,
         "claim": model.claim.to_json(),
@@ -151,9 +149,10 @@ def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet
     """Test and localise the plan with most room: plan and sentences (D). Writes the answer under
     the local claim as near.json. [T23]
     """
-    chosen = answer.choose(delta=study.delta, looks=LOOKS)
-    chosen = chosen.test(system, key, eps=study.eps, quiet=quiet)
-    chosen = chosen.localise(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
+    bound = study.bound
+    chosen = answer.choose(delta=bound.delta, looks=LOOKS)
+    chosen = chosen.test(system, key, eps=bound.eps, quiet=quiet)
+    chosen = chosen.localise(system, key, Local(eps=bound.eps, gap=bound.gap), quiet=quiet)
     near = chosen.near
     if near.answer is not None:
         near.answer.save(out / "near.json")

@@ -139,7 +139,7 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     if outcome.learned is not None:
         drawn.append(out / "errors.png")
         model, train = outcome.learned.model, outcome.learned.train
-        bins = None if study.blocks is None else model.tube.edges
+        bins = None if study.bound.blocks is None else model.tube.edges
         assumed = assumed_claim(model.net, train, bins)
         errors([Entry(name_of_network(model.net), assumed, model.claim)], model.time, drawn[-1])
     return drawn

@@ -137,6 +137,7 @@ class Sizing(Options):
 class ModelBound(Sizing):
     """The bound of a model's error over the whole of K."""
 
+    profile_runs: int | None = 0
     delta: float | Fraction = 1e-3
     """One minus the confidence in eps, for all networks and claims at once."""
     bins: tuple[int, ...] | tuple[np.ndarray, ...] | None = None
@@ -158,6 +159,7 @@ class ModelBound(Sizing):
 class BoundSettings(ModelBound):
     """Claims about some networks, from the same fresh runs."""
 
+    profile_runs: int | None = None
     claims: tuple[str, ...] = ("one",)
     """"one" over all of K [T1, T2], "bins" in every bin or block at once [T4]; the first one is
     returned by `bound_error`."""

@@ -1,10 +1,10 @@
 """The main job's settings for the car; docs/kerb.md says how they were chosen."""
 
 from parc_jax.app.study.settings import Study
+from parc_jax.learning.bound.settings import ModelBound
 
 STUDY = Study(
     hidden=(8, 8, 8),
-    bins=(2, 2),
     rollouts=2_000,
-    eps=2e-3,
+    bound=ModelBound(bins=(2, 2), eps=2e-3),
 )

@@ -78,8 +78,8 @@ def test_the_start_matters_and_a_gap_too_small_is_refused():
     key = jax.random.PRNGKey(0)
     with pytest.raises(InputError, match=r"moved the offsets by 0\.\d+ m"):
         try_starts(aeroplane, key, 1e-5)
-    tried = try_starts(aeroplane, key, sims.towers.STUDY.gap)
-    assert 0.01 < tried.seen <= sims.towers.STUDY.gap
+    tried = try_starts(aeroplane, key, sims.towers.STUDY.bound.gap)
+    assert 0.01 < tried.seen <= sims.towers.STUDY.bound.gap
 
 
 @pytest.mark.night
