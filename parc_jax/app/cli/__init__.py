@@ -22,7 +22,6 @@ OK, NO_ANSWER, BAD_INPUT, BROKEN = 0, 1, 2, 3
 COMMANDS = {
     "run": "run",
     "learn": "learn",
-    "collect": "learn",
     "solve": "solve",
     "check": "check",
     "replay": "check",

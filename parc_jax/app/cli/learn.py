@@ -1,14 +1,10 @@
-"""`parc-jax learn`: a model of a system, or of logged data, with an honest error bound; and
-`parc-jax collect`: rows of a system's runs into a file that `learn` takes.
-"""
+"""`parc-jax learn`: a model of a system, or of logged data, with an honest error bound."""
 
-import re
 import shutil
 from pathlib import Path
 from typing import Annotated
 
 from parc_jax.app.cli.options import Offer, Shell
-from parc_jax.common.errors import InputError
 
 
 def learn(
@@ -59,49 +55,3 @@ def learn(
     said = logs.summary(learned, out, as_json=shell.json)
     print(said)
     return 0 if learned.model.tube.claimed.any() else 1
-
-
-def collect(
-    system: str,
-    /,
-    *,
-    into: Path,
-    rows: str,
-    study: Annotated[
-        dict,
-        Offer("learning.learn.Learning", left_out="the study's, or ", only=("plant", "body")),
-    ],
-    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("seed", "quiet", "cache"))],
-) -> int:
-    """Run rows of a system. Example: parc-jax collect drift_parking --rows 0:10000
-    --into runs/drift
-
-    The file in the folder is named by its rows; a stopped command goes on where it was. Then:
-    parc-jax learn FILE.
-
-    Args:
-        system: A system of `parc-jax systems`, or a module of yours with `system()`.
-        into: The folder of the file.
-        rows: BEGIN:END. Row i depends on the seed and i alone.
-    """
-    from parc_jax.app.cli.places import held, require_place
-    from parc_jax.app.cli.systems import of_study
-    from parc_jax.common.keys import SEEDS, key_of
-    from parc_jax.learning.runs.collect import collect as collect_rows
-
-    if not re.fullmatch(r"[0-9]{1,10}:[0-9]{1,10}", rows):
-        raise InputError(f"rows: expected BEGIN:END, such as 0:10000; got {rows!r:.40}.")
-    begin, end = map(int, rows.split(":"))
-    if not begin < end <= SEEDS:
-        raise InputError(
-            f"rows: expected BEGIN:END with BEGIN < END, and row numbers below {SEEDS:,}; got "
-            f"{rows}."
-        )
-    require_place(into, folder=True)
-    _, _, black_box = of_study(system, study)
-    path = into / f"rows_{begin:09d}_{end - 1:09d}.npz"
-    with held(path):
-        how = {"first_row": begin, "path": path, "quiet": shell.quiet}
-        collect_rows(black_box, key_of(shell.seed), end - begin, **how)
-    print(f"Rows {begin:,} to {end - 1:,} are in {path}.")
-    return 0
