@@ -14,7 +14,7 @@ from .entries import canonical, hash_of
 from .exact import array, dot, fields, integers, need, number, rejecting, whole
 from .plans import Context
 from .question import about_the_model
-from .rests_on import checked_premises, comes_or_goes, doubt_of, lines_of, seconds
+from .rests_on import checked_premises, doubt_of, lines_of, seconds
 from .turns import MOST, OFF, cosine_and_sine
 
 KIND = "parc_jax.episode/"  # of any version
@@ -24,13 +24,12 @@ PARTS = ("network", "tube", "manoeuvres", "claim", "copies", "doubt", "premises"
 
 # manoeuvres: how many. begin, end: [s] of the first pose and of the last knot. rests: how often the
 # next one began when the one before had come to its end. moving: manoeuvres with obstacles that are
-# told of for some of its intervals each; cut: of which some come or go. moves: [m] that a
-# coordinate of a point of a manoeuvre that came to its end changes in its last interval at most: as
-# predicted, and in the tube.
+# told of for some of its intervals each. moves: [m] that a coordinate of a point of a manoeuvre
+# that came to its end changes in its last interval at most: as predicted, and in the tube.
 # premises: what it rests on. bins, without_model, claim, arithmetic: as of an answer.
 Report = collections.namedtuple(
     "Report",
-    "manoeuvres begin end rests moving cut moves premises bins without_model claim arithmetic hash",
+    "manoeuvres begin end rests moving moves premises bins without_model claim arithmetic hash",
 )
 
 # One manoeuvre, as the next one asks for it: k, from when it is, from where: place, heading or
@@ -82,7 +81,6 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
         end=end,
         rests=len(came) - 1,
         moving=moving,
-        cut=sum(comes_or_goes(entry["problem"]) for entry in entries),
         moves=tuple(map(max, zip(*moves, strict=True))),
         premises=premises,
         bins=context.n_bins,
@@ -137,6 +135,8 @@ class Chain:
         need(turned or len(pose) == n_p, f"a pose has {n_p} numbers, in the plane maybe a heading")
         need(not turned or n_p == 2, "a heading is of the plane")
         need(not turned or abs(pose[n_p]) <= MOST, f"a heading is beyond {MOST} rad")
+        fits = not turned or all(part.vertices is None for part in context.parts)
+        need(fits, "a polygon does not turn with the robot")
         for part in context.parts:
             own = {i // self.copies for i in part.points}
             every = {i * self.copies + c for i in own for c in range(self.copies)}
@@ -274,11 +274,8 @@ def summary_of_episode(report: Report) -> Iterator[str]:
     yield f"    predicted by no more than {predicted}"
     if report.moving:
         yield f"NOT PROVED: in {report.moving} manoeuvres obstacles are told of by intervals, as"
-        yield "  those that move are, at most until its last knot. They may run into a robot that"
-        yield "  rests"
-    if report.cut:
-        yield f"NOT PROVED: in {report.cut} of these some come after its first knot or go before"
-        yield "  its last, with none in their place: nothing is said of them before and after"
+        yield "  those that move are, at most until its last knot: nothing is said of them before"
+        yield "  and after. They may run into a robot that rests"
     yield about_the_model(report)
     yield "What this is about, and what it rests on:"
     yield from lines_of(report.premises)

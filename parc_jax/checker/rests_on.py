@@ -4,7 +4,6 @@ Those that the file itself shows are made here, anew, and the file's must be the
 is measured or assumed. Numbers are told to twelve decimals; the file has them exactly.
 """
 
-import collections
 import itertools
 from collections.abc import Iterator
 from fractions import Fraction
@@ -35,7 +34,6 @@ def known_premises(episode: dict) -> list:
     spans = f", {seconds(min(apart))} to {seconds(max(apart))} apart" if apart else ""
     obstacles = [problem["obstacles"] for problem in problems]
     moving = sum(any("steps" in part for part in some) for some in obstacles)
-    cut = sum(map(comes_or_goes, problems))
     frame = ON_THE_ROBOT if turned else IN_THE_WORLD
     off = [f"within {', '.join(f'±{decimal(x)}' for x in start)} m of the truth"]
     off += [f"within ±{decimal(heading)} rad"] if turned or heading else []
@@ -50,13 +48,13 @@ def known_premises(episode: dict) -> list:
             "obstacles",
             CHECKED,
             f"{min(map(len, obstacles))} to {max(map(len, obstacles))} a manoeuvre, told of by "
-            f"intervals in {moving}{f', of which in {cut} some come or go' if cut else ''}",
+            f"intervals in {moving}",
         ],
     ]
     if turned:
-        by_points = [CHECKED, f"goes on from one to the next as {points} reference points have it"]
-        by_word = [ASSUMED, "that of the poses: one reference point shows none"]
-        told.append(["heading", *(by_points if points > 1 else by_word)])
+        shown = f"{points} reference points, within their errors, show no other"
+        shown = shown if points > 1 else "one reference point shows none"
+        told.append(["heading", ASSUMED, f"that of the poses: {shown}"])
     return [
         *told,
         ["poses", ASSUMED, [*off, f"{decimal(drift)} m of drift from one to the next"]],
@@ -66,19 +64,6 @@ def known_premises(episode: dict) -> list:
         ["k", ASSUMED, "each was driven with its k, of which what is measured was so at its begin"],
         ["rest", ASSUMED, "the robot stays where a manoeuvre came to its end"],
     ]
-
-
-def comes_or_goes(problem: dict) -> bool:
-    """Does an obstacle of a manoeuvre come after its first knot, or go before its last, with none
-    that goes or comes there in its place?
-    """
-    change: collections.Counter = collections.Counter()
-    for part in problem["obstacles"]:
-        if "steps" in part:
-            first, last = part["steps"]
-            change[first] += 1
-            change[last + 1] -= 1
-    return any(change[s] for s in change if 0 < s < problem["steps"])
 
 
 def checked_premises(episode: dict) -> list:
@@ -137,7 +122,7 @@ def part_of(part: dict, copies: int) -> str:
     if "radius" in part:
         return f"{hull} grown by {decimal(number(part['radius']))} m"
     corners = [f"({', '.join(decimal(number(x)) for x in at)})" for at in part["vertices"]]
-    return f"{hull} grown by the polygon {', '.join(corners)} m"
+    return f"{hull} grown by the polygon {', '.join(corners)} m, which never turns"
 
 
 def seconds(time: Fraction) -> str:

@@ -358,6 +358,9 @@ def test_rows_of_training_and_calibration_are_not_left_out():
     model = learn(known, KEY, holdout=held, quiet=True, **options)
     assert left_out_beside(model.claim, log.select(slice(2 * N, None))) == 0
     assert left_out_beside(model.claim, recorded(N + 4, 78).select(slice(N))) == 4
+    # of the calibration runs themselves, which may test too, none vanishes
+    for tested, gone in ((held, N + 4), (held.select(slice(20, None)), N + 24)):
+        assert left_out_beside(model.claim, tested) == gone
     asked = Validate(log.select(slice(2 * N + 4, None)), RISK, DELTA)
     found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
     assert "LEFT_OUT(4 rows of their log" in found.details()

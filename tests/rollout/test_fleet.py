@@ -105,7 +105,9 @@ def test_a_lost_run_has_failed_and_no_other_is_begun_twice(alone):
     found = runs(executor)
     more = found.failed & ~alone.failed
     assert executor.calls == 40 and 1 <= more.sum() <= 3 and found.failed.sum() <= 3 + 40
-    assert same(found.select(~found.failed), alone.select(~found.failed)) and found.lost is None
+    assert same(found.select(~found.failed), alone.select(~found.failed))
+    # it is no executor of the standard library, and may make calls again in silence
+    assert (found.lost == -(~more).astype(int)).all()
 
 
 def test_a_lost_run_is_made_again_and_counted_where_workers_go_away(alone, tmp_path):
@@ -134,10 +136,10 @@ def test_a_claim_says_how_many_runs_were_made_again():
     claim = pj.learning.bound_error(net, made, KEY, **about)
     assert "WORKERS_LOST(2, independent of the run)" in claim.assumptions
     assert "WORKERS_LOST(2, " in claim.details() and claim.evidence["lost"] == 2
-    silent = pj.learning.bound_error(
-        net, system(Inline(), workers=2, simulate=upright), KEY, **about
-    )
-    assert "WORKERS_LOST" not in silent.details() and "lost" not in silent.evidence
+    for one, said in ((Inline(), True), (ThreadPoolExecutor(2), False)):
+        made = system(one, workers=2, simulate=upright)
+        told = pj.learning.bound_error(net, made, KEY, **about).details()
+        assert ("WORKERS_LOST(uncounted, independent of the run)" in told) == said
 
 
 def test_an_executor_that_makes_lost_calls_again_in_silence_is_told_apart(alone):

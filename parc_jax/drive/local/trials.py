@@ -27,7 +27,10 @@ from parc_jax.safe_set.verdict.outline import ALIKE
 
 CHUNK = 256  # runs per compiled call, as of all large collections
 AHEAD = 2.0  # times the least number of tests that the first set is expected to hold
-UNSEEN = "UNSEEN(1 look; network, K, error shape and scales were settled before these recordings)"
+UNSEEN = (
+    "UNSEEN(1 look; network, K, error shape and scales were settled before these recordings; each "
+    "further claim from them adds its own delta)"
+)
 TRIED = 200  # k drawn from K, which tell how many recordings a set may have starts for
 
 

@@ -120,7 +120,7 @@ def _pac_claim(
         assumptions=(
             *ledger(between, about, scores.lost),
             f"UNSEEN({counted(settings.looks, 'look')}; network, profile, eps and discards were "
-            "settled before these runs, from which no further claim was made)",
+            "settled before these runs; each further claim from them adds its own delta)",
             *freshness(scores, train),
         ),
         evidence={"profile": profile.hash} | evidence_of(scores, train) | more | evidence,

@@ -84,10 +84,13 @@ def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) 
 
 
 def left_out_beside(claim: ErrorClaim, runs: RolloutBatch) -> int:
-    """Number of rows of the log of these runs that neither they have nor a claim, its training."""
-    parts = [claim.evidence, claim.evidence.get("training", {})]
+    """Number of rows of the log of these runs that neither they have nor the training of a claim,
+    nor its calibration set, unless some of that are among them: the others were left out then.
+    """
+    parts = [claim.evidence.get("training", {})]
+    parts += [] if calibration_runs(claim, runs).any() else [claim.evidence]
     known = sum(len(part["runs"]) for part in parts if part.get("log") == _log(runs))
-    return max(0, left_out(runs, None) - known)
+    return left_out(runs, None) - known
 
 
 def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:

@@ -16,6 +16,7 @@ from concurrent.futures import (
     Executor,
     Future,
     ProcessPoolExecutor,
+    ThreadPoolExecutor,
     wait,
 )
 from queue import LifoQueue
@@ -106,8 +107,8 @@ class Fleet:
     """An executor, or a function that makes one, and so another when it broke.
 
     name: of the system, for messages. workers: None = as many as the executor reports. again: lost
-    runs are made again; else each of them is begun once at most. own: processes started here, which
-    hold the same code.
+    runs are made again; else each of them is begun once at most, here: `uncounted` where the
+    executor may do otherwise. own: processes started here, which hold the same code.
     """
 
     def __init__(
@@ -125,11 +126,15 @@ class Fleet:
         self.workers: int = workers or getattr(self._current(), "_max_workers", UNKNOWN)
         # no run waits in the queue of an executor, where it would be lost with a running one
         self._room = threading.Semaphore(self.workers)
-        self._uncounted = not own and type(self._current()).__module__.startswith(MAKE_AGAIN)
-        if self._uncounted and not again:
+        kind = type(self._current())
+        # others may make calls again in silence, as a wrapper with retries does
+        hidden = kind.__module__.startswith(MAKE_AGAIN)
+        foreign = not own and kind not in (ProcessPoolExecutor, ThreadPoolExecutor)
+        self.uncounted = hidden or (foreign and not again)
+        if hidden and not again:
             raise InputError(
                 f"{name}: expected an executor that loses the calls of a lost worker; "
-                f"{type(self._current()).__name__} makes them again, until they succeed. Where "
+                f"{kind.__name__} makes them again, until they succeed. Where "
                 'workers go away whatever their runs do, say so: lost="again".'
             )
 
@@ -163,7 +168,7 @@ class Fleet:
                 sent, place = out.pop(future)
                 call = self._brought(sent)
                 if call is not None:
-                    lost = UNCOUNTED if self._uncounted else losses[place]
+                    lost = UNCOUNTED if self.uncounted else losses[place]
                     calls[place] = call[0]._replace(lost=lost)
                     continue
                 why, k = said(_error_of(future)), arguments[place][0]

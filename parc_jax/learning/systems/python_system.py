@@ -95,7 +95,7 @@ class PythonSystem:
                 f"failed, the first {runs[0].why}."
             )
         p, q = np.stack([run.p for run in runs]), np.stack([run.q for run in runs])
-        if self._fleet is None or not self._fleet.again:
+        if self._fleet is None or not (self._fleet.again or self._fleet.uncounted):
             return Trajectory(p, q)
         return Retried(p, q, np.array([run.lost for run in runs]))
 
@@ -132,8 +132,8 @@ def python_system(
         None = as it reports. A worker with other code is refused.
     lost: of an executor, fate of a run whose worker was lost: "failed", since the run may have
         ended it, with all that were under way where workers go down together; or "again", where
-        machines go away independently of their runs. How many were is counted, and claims list
-        `WORKERS_LOST`.
+        machines go away independently of their runs. Claims list `WORKERS_LOST`, with how many
+        were, or uncounted: also of executors of other packages, which may make calls again.
     law: parameters of the disturbances, for the record. q_labels, k_labels: names with units, such
         as "speed [m/s]". Raises InputError.
     """

@@ -334,6 +334,8 @@ let episode get =
             && same_number (dt_of (o "problem")) (dt_of first)) then bad "another problem has another domain or time step";
     if turned o <> turning then bad "a manoeuvre is told in another frame than the one before";
     List.iter (whole_copies copies) q.parts;
+    let turns b = match b.grown_by with Disc _ -> true | Hull _ -> false in
+    if turning && not (List.for_all turns q.parts) then bad "a polygon does not turn with the robot";
     { begin0 = number (o "begin"); pose = List.filteri (fun i _ -> i < p.n_p) (list number (o "pose")); asked = q;
       heading = (if turning then List.nth (list number (o "pose")) p.n_p else zero);
       its_hints = h; its_plan = readable (sample q) (o "sample") } in
