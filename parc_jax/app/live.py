@@ -134,6 +134,11 @@ class Live:
         """Under the claim whose tube is drawn with."""
         return self.planner.model
 
+    def allow(self, eps: float) -> None:
+        """Draw with the tube of the claim of the largest eps up to this one, or with the first."""
+        fits = [p for p in self.planners[1:] if float(p.model.claim.eps) <= eps * (1 + 1e-9)]
+        self.planner = max(fits, key=lambda p: p.model.claim.eps, default=self.planners[0])
+
     def move(self, name: str, place, turn: float | np.ndarray | None = None) -> None:
         """Drag a grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p)."""
         own = self.grips[name]

@@ -106,11 +106,12 @@ class Page:
             ends = (0.0, "exact"), (most, f"{most:g}")
             slider = gui.add_slider(f"{name} off by [m]", 0.0, most, most / 20, 0.0, marks=ends)
             self._slides(slider, lambda half, name=name: live.off.__setitem__(name, half))
-        known = [rounded_up(p.model.claim.eps, 2) for p in live.planners if len(live.planners) > 1]
-        if known:
-            ends = (0, known[0]), (len(known) - 1, known[-1])
-            slider = gui.add_slider("eps of the tube", 0, len(known) - 1, 1, 0, marks=ends)
-            self._slides(slider, lambda i: setattr(live, "planner", live.planners[int(i)]))
+        eps = [float(p.model.claim.eps or 0) for p in live.planners]
+        if eps[0] < max(eps):
+            ends = tuple((x, rounded_up(x, 2)) for x in (eps[0], max(eps)))
+            step = (max(eps) - eps[0]) / 100
+            slider = gui.add_slider("eps of the tube", eps[0], max(eps), step, eps[0], marks=ends)
+            self._slides(slider, live.allow)
         else:
             gui.add_markdown("No slider for eps: this claim keeps one size of its tube.")
         gui.add_button("save scene.toml").on_click(

@@ -148,6 +148,9 @@ def test_a_slider_of_eps_draws_with_the_tube_of_another_claim():
     assert eps == sorted(eps) and len(eps) == 7 and alone.model.claim is model.claim
     narrow = alone.planners[-1].model
     assert (narrow.tube.interval < model.tube.interval).all() and narrow.net is model.net
+    for value, of in ((eps[0], eps[0]), (0.05, eps[2]), (eps[-1], eps[-1]), (0.0, eps[0])):
+        alone.allow(value)
+        assert float(alone.model.claim.eps) == of and (value < eps[0] or of <= value)
     assert len(Live(line_model(), pj.reach_avoid(GOAL, [], 0.05)).planners) == 1
 
 
