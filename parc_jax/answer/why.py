@@ -19,7 +19,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
 from parc_jax.problem.body import Disc
 from parc_jax.problem.problem import Problem, box_of_rows, goal_box
-from parc_jax.safe_set.corridors.sampling import ends_from
+from parc_jax.safe_set.corridors.sampling import box_of_plans, ends_from
 from parc_jax.safe_set.separation.pairs import numbered_pairs
 from parc_jax.safe_set.verdict.blocked import Rooms, deepest, rooms, without_errors
 from parc_jax.safe_set.verdict.infeasible import why_none
@@ -104,7 +104,7 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
     parameters, for the nearest of these from the one start, which costs milliseconds.
     """
     rng, sides = np.random.default_rng(seed), _sides(scene)
-    lo, hi = _whole(scene)
+    lo, hi = box_of_plans(scene)
     x = rng.uniform(lo, hi, (DRAWN, len(lo))) if listed is None else listed
     x, aims = _aimed(scene, x)
     drawn = rooms(scene, *_plans(scene, x))
@@ -161,13 +161,6 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
         plan=np.concatenate(_plans(scene, nearest), axis=1)[0],
         sentences=tuple(said),
     )
-
-
-def _whole(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """The box of all ends in the goal and parameters, or of parameters from the one start."""
-    if scene.at is not None:
-        return scene.k_lo, scene.k_hi
-    return np.r_[scene.z_lo, scene.k_lo], np.r_[scene.z_hi, scene.k_hi]
 
 
 def _aimed(scene: Scene, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

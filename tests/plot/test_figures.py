@@ -9,10 +9,9 @@ from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
 from parc_jax.app.plot import shapes
-from parc_jax.app.plot.errors import Entry, errors
+from parc_jax.app.plot.errors import errors
 from parc_jax.app.plot.samples import samples
 from parc_jax.checker.claim import words_of
-from parc_jax.common.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -72,11 +71,8 @@ def test_samples_in_space_are_seen_from_three_sides():
 
 def test_errors_draw_both_kinds_on_one_scale(answer):
     claimed = pac(answer)
-    entries = [Entry("4×8", answer.model.claim, claimed), Entry("affine", answer.model.claim, None)]
-    drawn = errors(entries, answer.model.time)
+    drawn = errors(claimed, answer.model.claim, answer.model.time)
     left, right = drawn.axes
     assert left.get_ylim() == right.get_ylim() and left.get_yscale() == "log"
     assert right.get_title("left") == "claimed: left with probability ≤ 0.001, confidence 0.999"
-    assert len(left.patches) == 2 and len(right.patches) == 1
-    with pytest.raises(InputError):
-        errors([], answer.model.time)
+    assert len(left.patches) == len(right.patches) == 1

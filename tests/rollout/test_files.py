@@ -3,7 +3,6 @@
 import jax
 import numpy as np
 import pytest
-from scipy.io import savemat
 from synthetic_plants import noisy, plant
 
 from parc_jax.common.errors import InputError
@@ -54,24 +53,6 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disk full"):
         write_atomic(path, b"new")
     assert path.read_bytes() == b"old"
-
-
-def test_published_mat_layout(batch, tmp_path):
-    arrays = {
-        "ks_data": batch.k.T,
-        "ps_data": batch.p.transpose(1, 2, 0) + 3.0,
-        "qs_data": batch.q.T,
-    }
-    savemat(tmp_path / "drift_rawdata.mat", arrays)
-    back = load_rollouts(tmp_path / "drift_rawdata.mat", time=GRID)
-    np.testing.assert_array_equal(back.k, batch.k)
-    np.testing.assert_allclose(back.p, batch.p, rtol=0, atol=1e-15)  # 3.0 was added and taken away
-    assert back.law.k_law == "logged" and back.q.shape == (30, 1)
-    with pytest.raises(InputError, match="time=time_grid"):
-        load_rollouts(tmp_path / "drift_rawdata.mat")
-    savemat(tmp_path / "other.mat", {"x": np.zeros(3)})
-    with pytest.raises(InputError, match="ks_data"):
-        load_rollouts(tmp_path / "other.mat", time=GRID)
 
 
 def test_commands_are_uniform_only_where_that_is_said(batch, tmp_path):

@@ -24,7 +24,6 @@ COMMANDS = {
     "learn": "learn",
     "solve": "solve",
     "check": "check",
-    "replay": "check",
     "explain": "check",
     "plot": "plot",
     "export": "plot",

@@ -1,5 +1,5 @@
 """`parc-jax check`: the independent checker, and the one that is itself proved; `parc-jax explain`:
-all sentences; and `parc-jax replay`: recorded runs against an answer.
+all sentences.
 """
 
 import contextlib
@@ -192,36 +192,3 @@ def explain(place: Path, /) -> int:
     if not is_episode(file):
         print(explained(place), end="\n\n")
     return checker.main([str(file)])
-
-
-def replay(
-    answer: Path,
-    log: Path,
-    /,
-    *,
-    shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("json",))],
-) -> int:
-    """Move logged runs to starts that an answer proves safe for their k, and report their outcomes.
-    Example: parc-jax replay answer.json new_logs.npz
-
-    Nothing is run. Logs that no tube was sized by try the claim, others the proof alone.
-
-    Args:
-        answer: An answer file of `solve` or `run`; it is checked anew.
-        log: Logged runs (.npz, .mat, folder) on the time grid and of the points of its model; those
-            with k outside of its K are left out.
-    """
-    from parc_jax.app.files.answer_file import load_answer
-    from parc_jax.app.study.replay import replay_recorded
-    from parc_jax.learning.runs.loaders import load_rollouts
-
-    answered = load_answer(answer)
-    points = None if answered.model.n_points == 1 else answered.model.points
-    runs = load_rollouts(log, answered.model.time, points=points)
-    replayed = replay_recorded(answered, runs)
-    words = f"None of {runs.n:,} runs has a start that is proved safe for its k."
-    counts = {"runs": runs.n, "with_start": 0}
-    if replayed is not None:
-        words, counts = replayed.details(), replayed.counts()
-    print(json.dumps(counts, indent=1) if shell.json else words)
-    return 1 if replayed is None else 0

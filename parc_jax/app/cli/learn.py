@@ -24,7 +24,7 @@ def learn(
 
     Args:
         source: A system of `parc-jax systems`, a module of yours with `system()`, logged runs
-            (.npz, .mat, folder).
+            (.npz, folder).
         out: The model file. Unfinished work stays beside it, in OUT.unfinished.
     """
     from parc_jax.app.cli import logged as logs
@@ -36,7 +36,7 @@ def learn(
     require_place(out)
     work = out.with_name(f"{out.name}.unfinished")
     with held(out):
-        if Path(source).suffix in (".npz", ".mat", ".csv") or Path(source).is_dir():
+        if Path(source).suffix in (".npz", ".csv") or Path(source).is_dir():
             log = logs.Logged(**logged)
             run_anew = [name for name in logs.NEW_RUNS if name in study]
             if log.prior is not None:

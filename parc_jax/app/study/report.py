@@ -120,7 +120,7 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
 
 def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     """Draw everything that this outcome supports; returns the files."""
-    from parc_jax.app.plot.errors import Entry, errors
+    from parc_jax.app.plot.errors import errors
     from parc_jax.app.plot.regions import region_verdicts, regions
     from parc_jax.app.plot.samples import samples
     from parc_jax.learning.bound.declared import assumed_claim
@@ -141,7 +141,7 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
         model, train = outcome.learned.model, outcome.learned.train
         bins = None if study.bound.blocks is None else model.tube.edges
         assumed = assumed_claim(model.net, train, bins)
-        errors([Entry(name_of_network(model.net), assumed, model.claim)], model.time, drawn[-1])
+        errors(model.claim, assumed, model.time, drawn[-1])
     return drawn
 
 

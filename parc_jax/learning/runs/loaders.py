@@ -1,4 +1,4 @@
-"""Rollouts from files: .npz of `collect`, folders of CSV logs, the published *_rawdata.mat."""
+"""Rollouts from files: .npz of `collect` or of others, and folders of CSV logs."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,7 +13,7 @@ from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
 from parc_jax.learning.runs.law import FITTED, LOG, OURS, TO_ALL, law_spec, words_of
-from parc_jax.learning.runs.tables import folder_arrays, mat_arrays
+from parc_jax.learning.runs.tables import folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
@@ -36,8 +36,7 @@ def load_rollouts(
     *.npz   written by `save_rollouts`: complete as it is. Others: arrays k (n, n_k), p (n, n_record
             + 1, n_p), of m reference points (n, n_record + 1, m, n_p), and, where there are other
             goal states, q (n, n_q); groups (n,) and points (m,) see below.
-    *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves
-    it. folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file
+    folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file
             per run in p/, whose names sort, as text and by their numbers, in the order of the
             rows, each with n_record + 1 rows of n_p numbers. groups.csv may name the recording of
             each row. A first line of names, such as speed [m/s], labels the columns of k, q, and of
@@ -49,7 +48,7 @@ def load_rollouts(
     be given, and which the k may refute (`check_uniform`); a claim speaks of shares of K only
     then. groups: (n,) which recording each row was cut from, numbers or names; rows of one
     recording are not independent, and count as one. points: names of the m reference points; a
-    table with a column per coordinate (CSV, .mat) has them point by point: x, y of the first, x, y
+    table with a column per coordinate (CSV) has them point by point: x, y of the first, x, y
     of the second. Positions are made relative to where the first point of each run starts.
     rotation: declared behaviour of the heading, as of a system. labels: names of coordinates,
     as {"k": ("speed [m/s]", ...)}; they go before those of the file. given: parameters
@@ -60,14 +59,12 @@ def load_rollouts(
     check_k_law(path, k_law, domain)
     if path.is_dir():
         arrays = folder_arrays(path)
-    elif path.suffix == ".mat":
-        arrays = mat_arrays(path)
     elif path.suffix == ".npz":
         arrays = read_npz(path)
     else:
         raise InputError(
-            f"{path}: expected a .npz file, a .mat file or a folder of CSV files. One table of all "
-            "runs becomes a .npz first (page Your own robot, door 3)."
+            f"{path}: expected a .npz file or a folder of CSV files. Other tables become a .npz "
+            "first (page Your own robot, door 3)."
         )
     if path.suffix == ".npz" and "meta" in arrays:
         batch = rollouts_from_npz(path, arrays)

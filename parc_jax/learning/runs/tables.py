@@ -1,4 +1,4 @@
-"""Readers of recorded runs, as arrays by name: MATLAB files and folders of CSV logs."""
+"""Folders of CSV logs as arrays by name."""
 
 import csv
 import itertools
@@ -11,35 +11,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.runs.files import RAGGED
 
 _HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
-
-
-def mat_arrays(path: Path) -> dict:
-    """Arrays k, p and q of a file of the published code. Raises InputError."""
-    from scipy.io import loadmat
-
-    try:
-        raw = loadmat(path)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except NotImplementedError:
-        raise InputError(
-            f"{path}: a version 7.3 file; expected version 7 or older. Save it again with -v7."
-        ) from None
-    except (ValueError, TypeError, OSError, EOFError) as error:
-        raise InputError(
-            f"{path}: expected a complete .mat file; it is truncated or damaged ({error})."
-        ) from None
-    if "ks_data" not in raw or "ps_data" not in raw:
-        names = ", ".join(sorted(name for name in raw if not name.startswith("__")))
-        raise InputError(
-            f"{path}: expected ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n); got "
-            f"{names}."
-        )
-    positions = raw["ps_data"]
-    if positions.ndim == 2:  # a single run loses its last axis
-        positions = positions[..., None]
-    arrays = {"k": raw["ks_data"].T, "p": positions.transpose(2, 0, 1)}
-    return arrays | ({"q": raw["qs_data"].T} if raw.get("qs_data", np.zeros(0)).size else {})
 
 
 def folder_arrays(path: Path) -> dict:

@@ -12,7 +12,7 @@ import numpy as np
 
 from parc_jax.common.climb import Ranked
 from parc_jax.learning.network.predict import trajectories
-from parc_jax.safe_set.corridors.sampling import Place, place_around
+from parc_jax.safe_set.corridors.sampling import Place, box_of_plans, place_around
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene
@@ -49,7 +49,7 @@ def where_around(
     model = scene.model
     offsets, _ = trajectories(model.net, model.layout, k[None])
     seed = np.concatenate([p0 + offsets[0, -1, : model.n_p], k])
-    lo, hi = _whole(scene)
+    lo, hi = box_of_plans(scene)
     # a cloud so small that most of it is safe too, wherever that plan lies
     for size in 0.5 ** np.arange(4, 40, 3):
         x = np.clip(seed + size * (hi - lo) * rng.standard_normal((POPULATION, len(seed))), lo, hi)
@@ -61,7 +61,7 @@ def where_around(
 
 def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int, limit: Limit):
     """Safe plans, or None where the climb ends below."""
-    lo, hi = _whole(scene)
+    lo, hi = box_of_plans(scene)
     x = rng.uniform(lo, hi, (n, len(lo)))
     plans = Ranked(x, _margins(scene, x))
     limit.start()  # what comes before mostly compiles
@@ -105,7 +105,7 @@ def _moved(
     """The plans after some moves that never leave the level: steps along differences of others,
     which fit a level however thin and slanted it is. limit: may end them between two moves.
     """
-    lo, hi = _whole(scene)
+    lo, hi = box_of_plans(scene)
     n, dim = plans.x.shape
     x, margin = plans
     for move in range(moves):
@@ -130,15 +130,7 @@ def _around(scene: Scene, rng: np.random.Generator, safe: Ranked, limit: Limit) 
     above = np.finfo(float).tiny
     plans = _copied(rng, safe, above, POPULATION)
     plans = _moved(scene, rng, plans, above, SPREAD_MOVES, limit)
-    return place_around(plans.x, *_whole(scene))
-
-
-def _whole(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """The box of all ends and parameters, or of parameters alone where there is one start."""
-    if scene.at is not None:
-        return scene.k_lo, scene.k_hi
-    lo = np.concatenate([scene.z_lo, scene.k_lo])
-    return lo, np.concatenate([scene.z_hi, scene.k_hi])
+    return place_around(plans.x, *box_of_plans(scene))
 
 
 def _margins(scene: Scene, x: np.ndarray) -> np.ndarray:

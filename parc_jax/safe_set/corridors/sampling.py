@@ -275,6 +275,13 @@ def ends_from(start: np.ndarray | float, model: TrajectoryModel, k: np.ndarray) 
     return start + outputs(model.net, k, slice(first, first + model.n_p))
 
 
+def box_of_plans(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (n,) of the box of all ends and parameters, or of parameters from the one start."""
+    if scene.at is not None:
+        return scene.k_lo, scene.k_hi
+    return np.r_[scene.z_lo, scene.k_lo], np.r_[scene.z_hi, scene.k_hi]
+
+
 def no_points(model: TrajectoryModel) -> Points:
     """None at all."""
     pattern = np.zeros((0, sum(model.net.hidden)), bool)
