@@ -167,14 +167,15 @@ class Planner:
         at: pose of the robot, x, y or x, y, heading, for plans from there: sets in k alone; with a
             heading, which needs a system that declares `rotation`, in the robot's frame.
         validate: test nested sets of plans by fresh runs in this scene; `Answer.validation` has the
-            largest that shows the given risk. [T42]
+            largest that shows the given risk. By default by the recordings that a model of a
+            log keeps, where they show a smaller risk than its claim. [T42]
         Raises InputError when the problem does not fit the model, SoundnessError when this
         installation computes wrong numbers.
         """
         as_key(key)
         settings = _settings("solve", settings)
         answer = self.prepare(problem, at=at).solve(key, settings)
-        if validate is None:
+        if validate is None and (self.model.held is None or settings.samples_only):
             return answer
         # imported late: queries alone run no system
         from parc_jax.drive.local.validate import validated
@@ -209,7 +210,7 @@ class Planner:
         settings = _settings("warm_up", settings)
         cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
         apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
-        return self.solve(problem, apart, cold, at=at)
+        return self.prepare(problem, at=at).solve(apart, cold)
 
     def solve_batch(
         self,

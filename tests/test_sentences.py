@@ -69,7 +69,7 @@ def sentences_of(n: int):
     eps, sure = clopper_pearson(0, n, float(DELTA)), 1 - DELTA
     share = Fraction(n, 403)
     look = Look(1, 1, DELTA)
-    yield FreshRuns(n, 0, False, eps, look, 1.0, ("IID",), "toy").details(), [sure, eps], "du"
+    yield FreshRuns(n, 0, eps, look, ("IID",), "toy").details(), [sure, eps], "du"
     p = premises([("delta", CHECKED, str(DELTA))])
     risk = about_risk(Risk(eps, eps), "a set", float(1 + eps), 0.99, p)
     yield risk, [eps, 1 + eps, Fraction("0.999"), Fraction("0.99"), sure], "uuddd"

@@ -29,9 +29,9 @@ CHOSEN = (
     ),
     Fault(
         "chosen_plan_may_touch",
-        "choice._judged",
-        "reached | ~(distance > distance_of(scene, off))",
-        "reached",
+        "trials.run_once",
+        "~reached | touched",
+        "~reached",
         "tests/local/test_choice.py::test_nan_and_contact_are_failures",
     ),
     Fault(
@@ -43,9 +43,9 @@ CHOSEN = (
     ),
     Fault(
         "runs_alike_taken_for_certainty",
-        "run_plan",
+        "Choice.test",
         "(failures, n, float(look.delta))",
-        "(failures, n, float(look.delta)) * (not alike)",
+        "(failures, n, float(look.delta)) * bool(failures)",
         "tests/local/test_choice.py::test_runs_that_are_alike_are_not_taken_for_certainty",
     ),
     Fault(

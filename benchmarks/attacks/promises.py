@@ -22,12 +22,11 @@ from benchmarks.attacks.jump_plant import (
     truth,
     truth_of_recordings,
 )
-from parc_jax.answer.looks import Looks
 from parc_jax.common.keys import Stage, generator
 from parc_jax.common.sets.box import box
-from parc_jax.drive.local.choice import run_plan
+from parc_jax.drive.local.trials import run_once
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
-from parc_jax.learning.bound.counts import required_runs
+from parc_jax.learning.bound.counts import clopper_pearson, required_runs
 from parc_jax.learning.bound.measure import Scores, scores_of
 from parc_jax.learning.bound.monitor import monitor, update
 from parc_jax.learning.bound.pipeline import bound_error, learn_profiles
@@ -192,10 +191,9 @@ def updated(width, key):
 
 def chosen_choice(width, key):
     """Fresh runs of the plan that is driven, with no profile: failed = it jumped past the goal."""
-    look = Looks().declare(DELTA).take()
-    plan = np.zeros(2), np.full(2, 0.5)
-    found = run_plan(hidden(width), _wide_goal(), *plan, key, look, EPS, 120, quiet=True)
-    return found.eps, width
+    plans = np.tile([0, 0, 0.5, 0.5], (120, 1))
+    failed, _ = run_once(hidden(width), _wide_goal(), key, Stage.VALIDATE, plans, quiet=True)
+    return clopper_pearson(int(failed.sum()), len(plans), float(DELTA)), width
 
 
 def undeclared_looks(width, key):

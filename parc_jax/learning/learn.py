@@ -171,7 +171,7 @@ def learn_report(
         profiles = learn_profiles([net], usual, (), bins, shape=settings.bound.shape)
         settings = settings.replace(discard=discard)
     model = _bounded(net, HeldRuns(held), train, settings.claims, start, profiles, watch)
-    return Learned(model, train, start, said)
+    return Learned(model.replace(held=held), train, start, said)
 
 
 def fit_network(train: RolloutBatch, settings: Learning, key: jax.Array) -> ReLUNetwork:
@@ -251,8 +251,7 @@ def _lesson(
     A discarded run should not widen the shape, so the training runs of that size leave it.
     """
     lesson = taught(prior, train, settings.rollouts, key)
-    n = held.n if held.groups is None else len(np.unique(held.groups))
-    bound, delta = settings.bound, float(settings.bound.delta)
+    n, bound, delta = held.recordings, settings.bound, float(settings.bound.delta)
     enough = n >= required_runs(float(bound.eps), delta)
     if bound.discard != MOST or bound.blocks is not None or enough:
         return lesson.runs, lesson.said, lesson.unseen, bound.discard

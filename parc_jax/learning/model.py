@@ -18,16 +18,19 @@ from parc_jax.common.spelling import counted
 from parc_jax.learning.bound.claim import ErrorClaim, check_claim, check_network, derived
 from parc_jax.learning.bound.claim_file import claim_from_json
 from parc_jax.learning.bound.error_set import ErrorTemplate
+from parc_jax.learning.bound.fresh import calibration_runs
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.bound.tube import Tube, tube_arrays, tube_from_arrays
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.network.rounding import UNIT, RoundingBound, rounding_bound
-from parc_jax.learning.runs.files import read_npz, write_npz
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.files import read_npz, rollouts_from_npz, rollouts_to_npz, write_npz
 from parc_jax.learning.system import TimeGrid
 
 FORMAT = "parc_jax.model/2"
+HELD = "held_"  # begins names of the arrays of held-out recordings
 
 
 @struct.dataclass
@@ -35,11 +38,13 @@ class TrajectoryModel:
     """A network and its claim. Build with `trajectory_model`, which validates.
 
     net: k -> (c_1 ... c_T, q). claim: its error bound, with system, K, time grid, points and
-        rotation.
+        rotation. held: the recordings that sized its tube, which test sets of one scene too [T42];
+        None for a system that is run.
     """
 
     net: ReLUNetwork
     claim: ErrorClaim = struct.field(pytree_node=False)
+    held: RolloutBatch | None = struct.field(pytree_node=False, default=None)
 
     @property
     def domain(self) -> Box:
@@ -131,6 +136,8 @@ class TrajectoryModel:
         arrays = {f"W{i}": W for i, W in enumerate(self.net.weights)}
         arrays |= {f"b{i}": b for i, b in enumerate(self.net.biases)}
         arrays |= tube_arrays(self.tube)
+        held = {} if self.held is None else rollouts_to_npz(self.held)
+        arrays |= {f"{HELD}{name}": array for name, array in held.items()}
         arrays = {"meta": np.array(json.dumps(meta)), **arrays}
         return write_npz(path, arrays, compressed=True)
 
@@ -167,6 +174,11 @@ def check_parts(model: TrajectoryModel) -> None:
             f"model: expected {layout.n_offsets} + {n_q} network outputs for this tube (offsets of "
             f"{layout.n_points} points in {layout.n_p} dimensions at {layout.n_steps} knots after "
             f"the first, further states); got {net.n_out}."
+        )
+    if model.held is not None and not calibration_runs(claim, model.held).all():
+        raise InputError(
+            "model: expected the recordings that its claim held out; got others. Leave them out: "
+            "held=None."
         )
     if net.n_in != claim.domain.n:
         raise InputError(
@@ -207,7 +219,10 @@ def load(path, system: str | None = None) -> TrajectoryModel:
         raise InputError(
             f"{path}: expected a model of {system!r}; it was learned from {claim.subject.system!r}."
         )
-    return trajectory_model(net, claim)
+    held = {name[len(HELD) :]: file[name] for name in file if name.startswith(HELD)}
+    model = TrajectoryModel(net, claim, rollouts_from_npz(path, held) if held else None)
+    check_model(model)
+    return model
 
 
 def float_slack(model: TrajectoryModel, size: Float[ArrayLike, "..."]):

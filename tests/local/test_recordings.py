@@ -1,6 +1,7 @@
 """Sets that recorded runs validate: what held-out recordings show, and what they may not be."""
 
 import dataclasses
+from fractions import Fraction
 from types import SimpleNamespace
 
 import jax
@@ -17,7 +18,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.drive.local import trials
 from parc_jax.drive.local.validate import Validate, _sets, fixed_sequence
-from parc_jax.learning.bound.claim import scene_claim
+from parc_jax.learning.bound.claim import derived, scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS
 from parc_jax.learning.bound.fresh import left_out_beside
 from parc_jax.learning.learn import learn
@@ -182,6 +183,38 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
         again.sample(KEY, 3)
 
 
+def test_a_model_of_a_log_keeps_its_recordings_and_plans_by_them(model, tmp_path):
+    again = pj.load(model.save(tmp_path / "model.npz"))
+    assert np.array_equal(again.held.hashes(), recorded(N, 2).hashes())
+    found = pj.Planner(again).solve(SCENE, KEY, toy.SETTINGS)
+    claim = found.validation.answer.model.claim
+    assert (claim.eps, claim.delta) == (Fraction(15, 100), Fraction(5, 100))
+    assert "fails with probability at most 0.15, confidence 0.95" in found.summary()
+    assert risk_of(found.validation.answer._plans, np.random.default_rng(4)) <= 0.15
+    # asked again it is the same look, whatever the key
+    other = pj.Planner(again).solve(SCENE, jax.random.PRNGKey(9), toy.SETTINGS)
+    assert other.validation.steps == found.validation.steps
+    assert other.validation.answer.model.claim.hash == claim.hash
+
+
+def test_recordings_are_not_used_where_they_show_no_more(model):
+    few = model.replace(held=model.held.select(slice(0, 18)))
+    uncertain = SCENE.replace(uncertainty=pj.Uncertainty(start=(0.001, 0.001)))
+    for one, scene in ((few, SCENE), (model.replace(held=None), SCENE), (model, uncertain)):
+        assert pj.Planner(one).solve(scene, KEY, toy.SETTINGS).validation is None
+    quick = toy.SETTINGS.replace(samples_only=True)
+    assert pj.Planner(model).solve(SCENE, KEY, quick).validation is None
+    even = {"eps": Fraction(1, 50), "law": dataclasses.replace(model.claim.law, k_law="uniform")}
+    sharp = model.replace(claim=derived(model.claim, **even))
+    answer = pj.Planner(sharp).solve(toy.problem(5.0), KEY, toy.SETTINGS)
+    assert answer.risk().bound <= 0.15 and answer.validation is None
+
+
+def test_a_model_keeps_no_recordings_but_those_of_its_claim(model):
+    with pytest.raises(InputError, match="recordings that its claim held out"):
+        pj.Planner(model.replace(held=recorded(N, 3)))
+
+
 def test_a_summary_tells_of_its_own_tests_and_no_others(answer, model):
     other = dataclasses.replace(answer.validation, asked=Validate(recorded(400, 3), 0.05, 0.05))
     assert other.summary() == answer.validation.summary()
@@ -312,6 +345,7 @@ def test_recordings_that_cannot_be_told_from_those_of_training_are_refused():
 
 def test_training_that_is_not_recorded_is_assumed_to_differ(model):
     known = recorded(60, 1)
+    model = model.replace(held=None)
     tube = model.replace(claim=pj.learning.assumed_claim(model.net, known))
     refused(tube, known, "60 of 60 runs they have")
     unknown = pj.learning.declared_claim(model.tube, "it holds", model.net, TIME)

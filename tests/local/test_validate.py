@@ -142,7 +142,8 @@ def test_tests_and_draws_have_one_law(answer, monkeypatch):
 
     monkeypatch.setattr(module, "fixed_sequence", noted)
     monkeypatch.setattr(trials, "stream_rollouts", streamed)
-    again = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=ASKED)
+    asked = replace(ASKED)
+    again = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=asked)
     last = ASKED.scales.index(float(again.validation.answer.model.claim.evidence["scale"]))
     of_tests = seen["k"][seen["inside"][last]]
     of_draws = again.validation.answer.sample(jax.random.PRNGKey(4), 600)[:, 2:]
@@ -223,6 +224,17 @@ def test_every_number_of_the_claim_is_in_its_hash(answer):
     for change in ({"n": 9}, {"discard": 0}, {"eps": other}, {"delta": other}, {"evidence": {}}):
         with pytest.raises(InputError, match="it was made about"):
             check_claim(replace(claim, **change))
+
+
+def test_a_scene_is_tried_as_often_as_was_declared(answer):
+    del answer
+    planner, asked = toy.planner(), replace(ASKED, looks=2)
+    for scene, at in ((toy.problem(0.62), None), (toy.problem(0.62), (0.05, 0.0))):
+        found = planner.solve(scene, KEY, toy.SETTINGS, at=at, validate=asked).validation
+        assert found.asked.delta == ASKED.delta / 2
+    planner.solve(toy.problem(0.62), jax.random.PRNGKey(6), toy.SETTINGS, validate=asked)
+    with pytest.raises(InputError, match="all 2 that were declared are spent"):
+        planner.solve(toy.problem(0.62), jax.random.PRNGKey(7), toy.SETTINGS, validate=asked)
 
 
 def test_sets_are_nested_and_found_by_halving(answer):

@@ -60,7 +60,8 @@ def solve(
             which one drawn at random fails with probability at most --risk, or 0.003, kept beside
             --out as .validated.json. Its runs grow as 1 / risk.
         runs: Recorded runs to validate with instead, at a risk of 0.15 with confidence 0.95 by
-            default: those that the model's claim held out, or of another log all.
+            default. A model of a log keeps its own, and validates where they show a smaller risk
+            than its claim.
     """
     import sys
 
@@ -107,31 +108,25 @@ def solve(
         say(COMPILING)
         cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
         say(SEARCHING)
-    answer = planner.solve(problem, key, settings, at=place)
-    if validate or runs or study:
-        say("testing nested sets in this scene")
-        answer = _validated(answer, key, settings, runs, **study)
+    asked = _tests(learned, runs, **study) if validate or runs or study else None
+    answer = planner.solve(problem, key, settings, at=place, validate=asked)
     answer.save(out)
-    if answer.validation is not None and answer.validation.answer is not None:
-        answer.validation.answer.save(out.with_suffix(".validated.json"))
+    wider = None if answer.validation is None else answer.validation.answer
+    if wider is not None:
+        wider.save(out.with_suffix(".validated.json"))
     short = shell.quiet
     print(as_json(answer, out, cold_s) if shell.json else verdict(answer, out, short))
-    return 0 if answer.status.found else 1
+    return 0 if answer.status.found or wider is not None else 1
 
 
-def _validated(answer, key, settings: Settings, runs: Path | None, risk: float | None = None):
-    """The answer with its validated set, which is saved beside it."""
+def _tests(model, runs: Path | None, risk: float | None = None):
+    """Tests by recorded runs, or by the model's system."""
     from parc_jax.app.cli.systems import black_box_with, find
-    from parc_jax.drive.local.validate import Validate, validated
-    from parc_jax.learning.bound.fresh import calibration_runs
+    from parc_jax.drive.local.validate import Validate
     from parc_jax.learning.runs.loaders import load_rollouts
 
-    model = answer.model
-    if runs is None:
-        source = black_box_with(find(model.system, needed=("system",)), model.points)
-    else:
-        source = load_rollouts(runs, model.time, points=model.points)
-        own = calibration_runs(model.claim, source)
-        if own.any():  # the training runs of the same log are not tests
-            source = source.select(own).replace(domain=model.domain, law=model.claim.law)
-    return validated(answer, key, settings, Validate(source, risk))
+    if runs is not None:
+        return Validate(load_rollouts(runs, model.time, points=model.points), risk)
+    if model.held is not None:
+        return Validate(model.held, risk)
+    return Validate(black_box_with(find(model.system, needed=("system",)), model.points), risk)

@@ -13,6 +13,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.localise import Driven, Local, Near, checked_local, localise, start_trial
 from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box
+from parc_jax.drive.local.trials import run_once
 from parc_jax.learning.bound.calibrate import ledger_of_tests
 from parc_jax.learning.bound.counts import (
     NoStatement,
@@ -21,21 +22,14 @@ from parc_jax.learning.bound.counts import (
     clopper_pearson,
     required_runs,
 )
-from parc_jax.learning.bound.start_gap import off_from_start
 from parc_jax.learning.bound.statement import assumes, confidence_of
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System, check_system
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.outcomes import distance_of, outcomes
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 from parc_jax.statement import about_pose, about_spans
-
-CHUNK = 256  # runs per compiled call, as in large collections: nothing is compiled for one plan
-ALIKE = 1e-12  # [m, .] largest difference of runs that the sentences call equal
 
 
 @dataclass(frozen=True)
@@ -43,36 +37,25 @@ class FreshRuns:
     """Results of fresh runs of one plan.
 
     n, failures: runs, and those that missed the goal, touched something or ended in NaN.
-    alike: all runs were equal, which proves nothing: a rare gust leaves a thousand runs equal, and
-    a program that was traced twice to the same result may give another one the third time.
     eps: bound on the probability of failure with confidence 1 - delta, delta this look's share.
-    clearance: [m] smallest distance from an obstacle in any run. assumed: what this rests on.
-    law: system and disturbances of the runs, in words. of: the plan that was run.
+    assumed: what this rests on. law: system and disturbances of the runs, in words. of: the plan.
     """
 
     n: int
     failures: int
-    alike: bool
     eps: Fraction
     look: Look
-    clearance: float
     assumed: tuple[str, ...]
     law: str
     of: Driven | None = field(default=None, compare=False, repr=False)
 
     def details(self) -> str:
         """The sentence (D i)."""
-        equal = (
-            " All of them were alike; that the system has no disturbance is not shown, and not "
-            "used."
-            if self.alike and self.n > 1
-            else ""
-        )
         return (
             f"This very plan: {self.failures} of {self.n:,} fresh runs made after it was chosen "
             f"failed, all of {self.law}. With confidence {self.look.sure} a new run of it fails "
-            f"with probability at most {rounded_up(self.eps)}{self.look.numbered(', look')}."
-            f"{equal} Assumes: {', '.join(self.assumed)}."
+            f"with probability at most {rounded_up(self.eps)}{self.look.numbered(', look')}. "
+            f"Assumes: {', '.join(self.assumed)}."
         )
 
 
@@ -160,10 +143,17 @@ class Choice:
         if n is not None and n < 1:
             raise InputError(f"test: expected at least one run; got {n}.")
         look = self.looks.take()
+        n = required_runs(float(eps), float(look.delta)) if n is None else n
         # all obstacles: a run outside of the tube may touch those that the query pruned
-        scene = unpruned_scene(self.scene)
-        tested = run_plan(system, scene, self.p0, self.k, key, look, eps, n, quiet)
-        return replace(self, tested=replace(tested, of=self.driven))
+        scene, fresh = unpruned_scene(self.scene), fresh_key(key, look, self.p0, self.k)
+        plans = np.broadcast_to(self.plan, (n, len(self.plan)))
+        failed, lost = run_once(system, scene, fresh, Stage.VALIDATE, plans, quiet)
+        failures = int(failed.sum())
+        bound = clopper_pearson(failures, n, float(look.delta))
+        assumed = ledger_of_tests(self.model.claim, lost)
+        law = law_of(system, "given by the plan").describe()
+        tested = FreshRuns(n, failures, bound, look, assumed, law, self.driven)
+        return replace(self, tested=tested)
 
     def localise(
         self,
@@ -241,52 +231,3 @@ class Choice:
             f"the tube with probability at most {bound}{worth}, by the claim over K, which has "
             f"confidence {confidence_of(p)}. {assumes(p)}"
         )
-
-
-def run_plan(
-    system: System,
-    scene: Scene,
-    p0: np.ndarray,
-    k: np.ndarray,
-    key: jax.Array,
-    look: Look,
-    eps: Fraction,
-    n: int | None,
-    quiet: bool,
-) -> FreshRuns:
-    """Run the plan p0 (n_p,), k (n_k,) n times; None for as many as bound failures by eps when
-    there are none. Runs begin at the origin and are moved to p0, as those behind the claim, and
-    succeed with as much room as the claim declares that the start may matter.
-    """
-    if n is None:
-        n = required_runs(float(eps), float(look.delta))
-    failures, alike, first, lost = 0, True, None, []
-    fresh = fresh_key(key, look, p0, k)
-    for batch in stream_rollouts(system, fresh, n, Stage.VALIDATE, k=k, chunk=CHUNK, quiet=quiet):
-        if first is None:
-            first = batch.select([0])
-            (fails,), nearest = _judged(scene, first, p0)
-        # without a disturbance all runs equal the first to the last bit: judged once, all counted
-        moved = (batch.p != first.p).reshape(batch.n, -1).any(axis=1)
-        same = ~moved & (batch.q == first.q).all(axis=1) & (batch.failed == first.failed)
-        failures += int(same.sum()) * int(fails)
-        others = batch.select(~same)
-        if others.n:
-            failed, near = _judged(scene, others, p0)
-            failures += int(failed.sum())
-            nearest = min(nearest, near)
-        alike &= bool((np.abs(batch.p - first.p) <= ALIKE).all())
-        lost.append(np.zeros(batch.n) if batch.lost is None else batch.lost)
-    bound = clopper_pearson(failures, n, float(look.delta))
-    assumed = ledger_of_tests(scene.model.claim, np.concatenate(lost))
-    law = law_of(system, "given by the plan").describe()
-    return FreshRuns(n, failures, alike, bound, look, nearest, assumed, law)
-
-
-def _judged(scene: Scene, runs: RolloutBatch, p0: np.ndarray) -> tuple[np.ndarray, float]:
-    """(n,) bool, the runs that failed, and their smallest distance [m] from an obstacle."""
-    off = off_from_start(scene.model.claim)
-    _, reached, distance = outcomes(scene, runs, np.broadcast_to(p0, (runs.n, len(p0))), off)
-    # NaN is a contact: not above 0, and nearer than any distance
-    nearest = np.where(np.isnan(distance), -np.inf, distance).min()
-    return runs.failed | ~reached | ~(distance > distance_of(scene, off)), float(nearest)

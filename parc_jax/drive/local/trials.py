@@ -1,5 +1,5 @@
-"""Tests of nested sets of plans, fixed before they are made: fresh runs of drawn plans, or recorded
-runs that nothing has seen, moved to drawn starts. [T42]
+"""Tests of plans, fixed before they are made: fresh runs of a plan that was chosen, or of plans
+drawn from nested sets, or recorded runs that nothing has seen, moved to drawn starts. [T6, T42]
 """
 
 from collections.abc import Sequence
@@ -24,6 +24,7 @@ from parc_jax.learning.system import System
 from parc_jax.safe_set.corridors.safe_plans import SafePlans, starts_of_ends
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
 from parc_jax.safe_set.verdict.outline import ALIKE
+from parc_jax.safe_set.verdict.scene import Scene
 
 CHUNK = 256  # runs per compiled call, as of all large collections
 AHEAD = 2.0  # times the least number of tests that the first set is expected to hold
@@ -66,26 +67,33 @@ def first_set(levels: np.ndarray, sets: int, tests: int, least: int) -> int:
     return int(np.append(expected[:-1] >= AHEAD * least, True).argmax())
 
 
-def by_runs(
-    system: System, sets: Sequence[SafePlans], key: jax.Array, plans: np.ndarray, quiet: bool
-) -> Trial:
-    """Plans (tests, n_p + n_k) drawn from the last set, run once each from the SCENE stream: those
-    fail that miss the goal, touch something or do not return, by any run that begins where they do
-    as far as the claim declares.
+def run_once(
+    system: System, scene: Scene, key: jax.Array, stage: Stage, plans: np.ndarray, quiet: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Plans (n, n_p + n_k) run once each, from the origin and moved to their starts, as those
+    behind the claim: failed (n,), which miss the goal, touch something or do not return, by any run
+    that begins where they do as far as the claim declares; and lost (n,), as of `RolloutBatch`.
     """
-    scene = sets[-1].scene
     p0, k = np.split(plans, [scene.model.n_p], axis=1)
     failed, lost, first = [], [], 0
     off = off_from_start(scene.model.claim)
-    for runs in stream_rollouts(system, key, len(k), Stage.SCENE, k=k, chunk=CHUNK, quiet=quiet):
+    for runs in stream_rollouts(system, key, len(k), stage, k=k, chunk=CHUNK, quiet=quiet):
         reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n], off)
-        failed.append(~reached | touched)
+        failed.append(runs.failed | ~reached | touched)
         lost.append(np.zeros(runs.n) if runs.lost is None else runs.lost)
         first += runs.n
+    return np.concatenate(failed), np.concatenate(lost)
+
+
+def by_runs(
+    system: System, sets: Sequence[SafePlans], key: jax.Array, plans: np.ndarray, quiet: bool
+) -> Trial:
+    """Plans (tests, n_p + n_k) drawn from the last set, run once each from the SCENE stream."""
+    failed, lost = run_once(system, sets[-1].scene, key, Stage.SCENE, plans, quiet)
     # of the last set are all of them, though the rounding of a membership may say otherwise
-    levels = np.minimum(level(sets, p0, k), len(sets) - 1)
-    inside = levels <= np.arange(len(sets))[:, None]
-    return Trial(inside, inside & np.concatenate(failed), np.concatenate(lost))
+    levels = level(sets, *np.split(plans, [sets[-1].scene.model.n_p], axis=1))
+    inside = np.minimum(levels, len(sets) - 1) <= np.arange(len(sets))[:, None]
+    return Trial(inside, inside & failed, lost)
 
 
 def by_recordings(

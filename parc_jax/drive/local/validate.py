@@ -5,7 +5,7 @@ which tests in this one scene accept as many as show the risk that was asked for
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.answer.looks import Looks
 from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
@@ -37,6 +38,7 @@ from parc_jax.learning.bound.counts import (
     RECORDED_IDS,
     RECORDINGS,
     RUNS,
+    NoStatement,
     as_probability,
     most_discards,
     required_runs,
@@ -89,6 +91,7 @@ class Validate:
         none fails if that is more (23,000 for 0.003), or for all recordings.
     scales: of the claim's tube, or with recordings of the error shape, which those that sized the
         tube have not seen; falling: sets are tested in this order. None for 1 to 0.2, 4 to 0.05.
+    looks: how often one scene may be tried, each time at its share of delta; once more is refused.
     Raises InputError.
     """
 
@@ -97,6 +100,8 @@ class Validate:
     delta: Fraction | float | str | None = None
     tests: int | None = None
     scales: Sequence[float] | None = None
+    looks: int = 1
+    _taken: dict[tuple, Looks] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         runs = self.source if isinstance(self.source, RolloutBatch) else None
@@ -106,10 +111,12 @@ class Validate:
         given = [self.risk, self.delta]
         some = [own if x is None else x for x, own in zip(given, usual, strict=True)]
         risk, delta = as_probability("risk", some[0]), as_probability("delta", some[1])
-        least, unit = required_runs(risk, delta), RUNS if runs is None else RECORDINGS
+        check_count("looks", self.looks, 1, "how often a scene may be tried")
+        least = required_runs(risk, delta / self.looks)
+        unit = RUNS if runs is None else RECORDINGS
         tests = max(LEAST_TESTS, TIMES * least) if self.tests is None else self.tests
         if runs is not None:
-            tests = runs.n if runs.groups is None else len(np.unique(runs.groups))
+            tests = runs.recordings
             if self.tests not in (None, tests):
                 raise InputError(
                     f"tests: expected all {tests:,} recordings, each of which is one test; got "
@@ -132,6 +139,14 @@ class Validate:
         exact = {"risk": risk, "delta": delta, "tests": tests, "scales": tuple(scales.tolist())}
         for name, value in exact.items():
             object.__setattr__(self, name, value)
+
+    def look(self, answer: Answer) -> "Validate":
+        """The test of one look at the scene of an answer. Raises InputError when all are spent."""
+        at = () if answer.scene.at is None else tuple(answer.scene.at)
+        part = problem_part(answer.problem, answer.model)
+        of_scene = self._taken.setdefault((hash_of(part), at), Looks())
+        share = of_scene.declare(self.delta, self.looks).take().delta
+        return replace(self, delta=share, looks=1)
 
 
 class Step(NamedTuple):
@@ -210,21 +225,34 @@ class Validation:
 
 
 def validated(
-    answer: Answer, key: jax.Array, settings: Settings, asked: Validate, quiet: bool = True
+    answer: Answer,
+    key: jax.Array,
+    settings: Settings,
+    asked: Validate | None = None,
+    quiet: bool = True,
 ) -> Answer:
     """The answer with its `validation`: nested sets of plans of its query are tested, and as many
     accepted as show the risk. [T42]
 
     key: its SCENE stream is used, and nothing else. settings: of the search under the smallest
-    tube. Raises InputError for a problem under uncertainty, another system, recordings that do not
+    tube. asked: by default the recordings that the model keeps, where they can show more than its
+    claim. Raises InputError for a problem under uncertainty, another system, recordings that do not
     fit or were seen in training, and a set too small to draw from.
     """
-    query, source = answer.scene.nominal.query, asked.source
-    if query.problem.uncertainty is not None or query.model.claim.subject.given:
+    query = answer.scene.nominal.query
+    lawless = query.problem.uncertainty is not None or query.model.given
+    if asked is None:
+        asked = None if lawless else _by_kept(answer)
+        if asked is None:
+            return answer
+        # a solve that is repeated makes the same tests: it is no second look
+        key = jax.random.PRNGKey(0)
+    if lawless:
         raise InputError(
             "validate: expected a problem without uncertainty and a model without given "
             "parameters, whose law nobody stated; got one. Solve it without validate=."
         )
+    source = asked.source
     # apart from the runs, whose keys count up from the first row
     own = jax.random.fold_in(stream(key, Stage.SCENE), APART)
     seeds, draws, after = (generator(jax.random.fold_in(own, i)) for i in range(3))
@@ -232,6 +260,7 @@ def validated(
         source = one_of_each(query.model, source, draws)
     else:
         require_same(source, query.model)
+    asked = asked.look(answer)
     sets = _sets(query, own, seeds, settings, asked)
     if not len(sets[-1].corridors):
         return replace(answer, validation=Validation(None, (), asked))
@@ -256,6 +285,22 @@ def validated(
     refused = len(chosen.corridors) - len(found.corridors)
     validation = Validation(None if refused else found, steps, asked, refused)
     return replace(answer, validation=validation)
+
+
+def _by_kept(answer: Answer) -> Validate | None:
+    """Tests by the recordings that the model keeps; None where they are too few, or a plan drawn
+    from the answer fails no more often than they can show.
+    """
+    held, risk = answer.model.held, answer.risk()
+    if held is None or held.recordings < required_runs(*OF_RECORDINGS):
+        return None
+    if not isinstance(risk, NoStatement) and risk.bound <= OF_RECORDINGS[0]:
+        return None
+    try:
+        one_of_each(answer.model, held, np.random.default_rng(0))
+    except InputError:  # such as: they cannot be told from those of training
+        return None
+    return Validate(held)
 
 
 def fixed_sequence(
@@ -357,7 +402,8 @@ def _accepted_model(
             evidence["left_out"] = gaps
             said = f"{gaps:,} rows of their log, independent of the run"
             shown["assumptions"] += (f"LEFT_OUT({said})",)
-    return model.replace(claim=scene_claim(model.claim, scene.model.tube, law, evidence, **shown))
+    claim = scene_claim(model.claim, scene.model.tube, law, evidence, **shown)
+    return model.replace(claim=claim, held=None)
 
 
 def _as_answer(

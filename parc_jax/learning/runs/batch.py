@@ -15,7 +15,6 @@ from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.groups import group_numbers
 from parc_jax.learning.runs.law import (
     FITTED,
-    LOG,
     TO_ALL,
     TO_TRAINING,
     LawSpec,
@@ -98,6 +97,11 @@ class RolloutBatch:
     def n_q(self) -> int:
         """Number of other goal states."""
         return self.q.shape[1]
+
+    @property
+    def recordings(self) -> int:
+        """Number of recordings."""
+        return self.n if self.groups is None else len(np.unique(self.groups))
 
     @property
     def name(self) -> str:
@@ -217,7 +221,7 @@ def rollout_batch(
     about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels, given)
     named = (points, about.rotation, about.labels, about.given)
     if source is None and n:
-        log = content_hash(k, p[:, -1], q) if law.generator.startswith(LOG) else ""
+        log = content_hash(k, p[:, -1], q) if seed is None else ""
         source = (log, int(rows.min()), int(rows.max()))
     more = group_numbers(groups, n), *named, lost, source
     return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, *more)

@@ -77,6 +77,11 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
 
     made_by: JSON-able facts about the program that made the runs, for `collect(path=)`.
     """
+    return write_npz(path, rollouts_to_npz(batch, made_by))
+
+
+def rollouts_to_npz(batch: RolloutBatch, made_by: dict | None = None) -> dict[str, np.ndarray]:
+    """The arrays of `save_rollouts`."""
     meta = {
         "format": FORMAT,
         "time": asdict(batch.time),
@@ -94,7 +99,7 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
     arrays |= {"lo": batch.domain.lo, "hi": batch.domain.hi}
     optional = {"groups": batch.groups, "lost": batch.lost}
     arrays |= {name: array for name, array in optional.items() if array is not None}
-    return write_npz(path, arrays | {"meta": np.array(json.dumps(meta))})
+    return arrays | {"meta": np.array(json.dumps(meta))}
 
 
 def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:

@@ -106,7 +106,8 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     if bin_eps is not None:
         about["bin_share"] = None  # of other bins than these
     changes = {"tube": wider, "subject": subject, "network": one.net.hash, "bin_eps": bin_eps}
-    return model.replace(net=one.net, claim=derived(model.claim, **changes, evidence=about))
+    claim = derived(model.claim, **changes, evidence=about)
+    return model.replace(net=one.net, claim=claim, held=None)
 
 
 def copied_problem(problem: Problem, model: TrajectoryModel, n_v: int, n_r: int) -> Problem:

@@ -56,12 +56,8 @@ def reached_and_touched(
     and not touched for any such run.
     """
     _, reached, distance = outcomes(scene, runs, p0, off)
-    return reached, ~(distance > distance_of(scene, off))
-
-
-def distance_of(scene: Scene, off: float) -> float:
-    """[m] by which a point may be away that is off by so much in each coordinate."""
-    return off * float(np.sqrt(scene.model.n_p))
+    # a point that is off by so much in each coordinate is as far away as their diagonal
+    return reached, ~(distance > off * np.sqrt(scene.model.n_p))
 
 
 def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
