@@ -6,6 +6,7 @@ import pytest
 import toy_cart
 
 import parc_jax as pj
+from parc_jax.app.cli import logged
 
 SMALL = (
     "--hidden",
@@ -45,3 +46,23 @@ def test_logged_runs_get_the_eps_they_support(learn, tmp_path):
     code, _, complained = learn("log.npz", "--out", "other.npz", "--dt", 0.25)
     assert code == 2 and "expected both" in complained
     assert not (tmp_path / "other.npz").exists()
+
+
+def test_few_runs_of_a_rigid_body_get_a_twist_unless_they_are_to_have_none(monkeypatch, tmp_path):
+    monkeypatch.setattr(logged, "learn_report", lambda *given, **_: (given[3], given[2].hidden))
+    rng, t = np.random.default_rng(0), np.linspace(0, 1, 5)
+    k = rng.uniform(0.1, 1, (60, 2))
+    tail, turn = np.stack([k[:, :1] * t, 0 * k[:, :1] * t], -1), k[:, 1:] * t
+    nose = tail + np.stack([np.cos(turn), np.sin(turn)], -1)
+    bent = nose + t[:, None] * rng.normal(size=(60, 1, 2))
+    for points, asked, prior, hidden in (
+        ([tail, nose], None, "twist", (24, 24)),
+        ([tail, nose], "none", None, (8, 8, 8, 8)),
+        ([tail, bent], None, None, (8, 8, 8, 8)),
+        ([tail], None, None, (8, 8, 8, 8)),
+    ):
+        names = ("tail", "nose")[: len(points)]
+        np.savez(tmp_path / "log.npz", k=k, p=np.stack(points, axis=2))
+        log = logged.Logged(dt=0.25, t_f=1.0, prior=asked, points=names)
+        found = logged.from_log(tmp_path / "log.npz", log, {}, 0)
+        assert found == (prior, hidden), points

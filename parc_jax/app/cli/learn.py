@@ -39,7 +39,7 @@ def learn(
         if Path(source).suffix in (".npz", ".csv") or Path(source).is_dir():
             log = logs.Logged(**logged)
             run_anew = [name for name in logs.NEW_RUNS if name in study]
-            if log.prior is not None:
+            if log.prior not in (None, logs.NONE):
                 run_anew = [name for name in run_anew if name != "rollouts"]
             logs.refuse(run_anew, source, "a system that can be run")
             learned = logs.from_log(Path(source), log, study, shell.seed)

@@ -17,10 +17,13 @@ from parc_jax.common.spelling import counted
 from parc_jax.learning.learn import WITH_PRIOR, Learned, Learning, learn_report
 from parc_jax.learning.network.predict import outputs
 from parc_jax.learning.network.train import training_arrays
+from parc_jax.learning.prior.identify import moving_body
 from parc_jax.learning.prior.teach import TWIST
+from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.system import time_grid
 
+NONE, FEW = "none", 1000  # no prior; recordings from which on a network needs none
 # options of a study that ask for runs of a system
 NEW_RUNS = ("plant", "body", "rollouts", "profile_runs", "fresh")
 
@@ -43,8 +46,8 @@ class Logged(Options):
     prior."""
     prior: str | None = None
     """Logged runs only, where they are few: what gives the network its shape, "twist" for a robot
-    on the ground, or a system, such as a simulator of it. The claim is from the logged runs alone.
-    Default: none."""
+    on the ground, or a system, such as a simulator of it, or "none". The claim is from the logged
+    runs alone. Default: twist below 1,000 recordings of a rigid body of several points."""
     domain: tuple[float, ...] | None = None
     """Logged runs only: K as LO HI for every parameter. Default: the box of all k."""
     k_law: str = "logged"
@@ -70,7 +73,6 @@ def from_log(path: Path, log: Logged, study: dict, seed: int) -> Learned:
     """Learn recorded runs: a random part for training, the rest for the bound. study: fields of
     `Learning`. Raises InputError.
     """
-    settings = (Learning() if log.prior is None else WITH_PRIOR).replace(**study)
     time = None if log.dt is None else time_grid(log.dt, log.t_f, log.dt_record)
     corners = log.domain
     if corners is not None and (not corners or len(corners) % 2):
@@ -80,10 +82,24 @@ def from_log(path: Path, log: Logged, study: dict, seed: int) -> Learned:
         )
     domain = None if corners is None else box(corners[::2], corners[1::2])
     data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points)
-    prior = log.prior
-    if prior is not None and prior != TWIST:
+    prior = _usual_prior(data) if log.prior is None else log.prior
+    if prior == NONE:
+        prior = None
+    elif prior is not None and prior != TWIST:
         prior = black_box_with(find(prior, needed=("system",)), data.points)
+    settings = (Learning() if prior is None else WITH_PRIOR).replace(**study)
     return learn_report(data, key_of(seed), settings, prior, holdout=log.holdout)
+
+
+def _usual_prior(runs: RolloutBatch) -> str | None:
+    """A twist for few recordings of a rigid body, which is left out where these say so."""
+    if len(runs.points) == 1 or runs.recordings >= FEW:
+        return None
+    try:
+        moving_body(runs)
+    except InputError:
+        return None
+    return TWIST
 
 
 def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
