@@ -14,3 +14,4 @@ from parc_jax.drive.loop.loop import Loop as Loop
 from parc_jax.drive.loop.workers import Outcome as Outcome
 from parc_jax.drive.shield import Sensed as Sensed
 from parc_jax.drive.shield import Shield as Shield
+from parc_jax.drive.shield_batch import BatchShield as BatchShield

@@ -169,12 +169,8 @@ class Shield(gymnasium.Wrapper):
         observation, reward, terminated, truncated, info = self.env.step(driven)
         self._steps += 1
         self._observation = observation
-        about = {
-            "proposed": action,
-            "driven": driven,
-            "changed": changed,
-            "reason": decision.reason,
-        }
+        about = {"proposed": action, "driven": driven, "changed": changed}
+        about["reason"] = decision.reason
         info = info | {"shield": about | self._about(one)}
         return observation, reward, terminated, truncated, info
 

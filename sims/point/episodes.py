@@ -117,6 +117,8 @@ class Options:
     save: bool = False
     """A certificate of every episode, which `parc-jax check` verifies."""
     seed: int = 0
+    looks: tuple[int, ...] = ()
+    """All numbers of episodes at which the sentence may be told; by default `episodes` alone."""
     jobs: int = 1
     quiet: bool = False
 
@@ -132,6 +134,7 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     content = "" if options.bare else content_of(Path(__file__).with_name("model.npz"))
     how = Drive(options.level, options.bare, content, save)
     asked = {"folder": options.out / name, "workers": options.jobs, "quiet": options.quiet}
+    asked["looks"] = options.looks
     key = jax.random.PRNGKey(options.seed)
     done = pj.drive.drive_episodes(how, any_seed, key, options.episodes, **asked)
     told = [one.told for one in done.driven if not one.failed]

@@ -13,6 +13,7 @@ from sims.point.world import GOAL, STEP, VASE, World
 HALF, CELL = 2.4, 0.05  # [m] half the edge of the map, and of its cells
 KEEP = 0.27  # [m] from the middles of hazards, and from corners of vases
 WIDE, NARROW = 0.05, 1.5  # [m] more than that; how much dearer than free is what is nearer
+BLOCKED = 100.0  # how much dearer is what is too near to anything
 FAST, LAG, TURNS = 1.47, 0.519, 3.0  # [m/s] most; [s] of the drag; [rad/s] of a full action
 KNOTS, KNOT, HELD = 24, 0.04, 0.16  # [s] from knot to knot of a plan; for which an action is held
 DRAWN, REFINED, TOP = 96, 48, 8  # plans drawn at a step; drawn around so many of the best
@@ -153,10 +154,10 @@ class Guide:
         return np.maximum(left - GOAL, 0.0) / FAST + lost
 
     def _field(self, goal: np.ndarray, discs: np.ndarray) -> np.ndarray:
-        """[m] way from each cell to the goal; through what is too near to anything tenfold."""
+        """[m] way from each cell to the goal, hardly ever through what is too near to anything."""
         away = np.linalg.norm(self._cells[:, None] - discs, axis=-1)
         away = away.min(axis=1)[self._pairs].min(axis=1) - KEEP
-        weight = self._lengths * np.select([away < -CELL / 4, away < WIDE], [10.0, NARROW], 1.0)
+        weight = self._lengths * np.select([away < -CELL / 8, away < WIDE], [BLOCKED, NARROW], 1.0)
         size = (len(self._cells), len(self._cells))
         graph = coo_array((weight, self._pairs.T), size).tocsr()
         start = int(np.argmin(np.linalg.norm(self._cells - goal, axis=1)))

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.sets.box import Box, box
@@ -25,16 +27,17 @@ SHARE, SOFT = (0.5, 1.5), 0.02  # speed ahead over speed aside between which the
 
 def brake(speeds: np.ndarray, at_start: np.ndarray) -> np.ndarray:
     """Actions (..., 2) of speeds (..., 3) now, forwards, to the left [m/s], turning [rad/s], of a
-    manoeuvre that began with at_start (..., 2) [m/s] forwards and to the left.
+    manoeuvre that began with at_start (..., 2) [m/s] forwards and to the left. NumPy or JAX.
     """
+    xp = jnp if isinstance(speeds, jax.Array) else np
     ahead, aside = speeds[..., 0], speeds[..., 1] + MASS_AHEAD * speeds[..., 2]
     least, of_aside = BACKWARDS
-    side = np.clip(at_start[..., 0] / (least + of_aside * np.abs(at_start[..., 1])), -1.0, 1.0)
+    side = xp.clip(at_start[..., 0] / (least + of_aside * xp.abs(at_start[..., 1])), -1.0, 1.0)
     first, last = SHARE
     # a push against less than half of the velocity would turn it with the robot, not shorten it
-    share = (np.abs(ahead) - first * np.abs(aside) + SOFT) / ((last - first) * np.abs(aside) + SOFT)
-    push = np.clip(-STOP * ahead, -THRUST, THRUST) * np.clip(share, 0.0, 1.0)
-    return np.stack([push, side * np.clip(ALIGN * aside, -1.0, 1.0)], axis=-1)
+    share = (xp.abs(ahead) - first * xp.abs(aside) + SOFT) / ((last - first) * xp.abs(aside) + SOFT)
+    push = xp.clip(-STOP * ahead, -THRUST, THRUST) * xp.clip(share, 0.0, 1.0)
+    return xp.stack([push, side * xp.clip(ALIGN * aside, -1.0, 1.0)], axis=-1)
 
 
 def action(k: np.ndarray, seconds: float, speeds: np.ndarray) -> np.ndarray:
@@ -107,10 +110,11 @@ class Point:
 
 
 def speeds_of(qpos: np.ndarray, qvel: np.ndarray) -> np.ndarray:
-    """(B, 3) forwards, to the left, turning of joints (B, 3), whose slides do not turn."""
-    cos, sin = np.cos(qpos[:, 2]), np.sin(qpos[:, 2])
+    """(B, 3) forwards, to the left, turning of joints (B, 3), NumPy or JAX; slides do not turn."""
+    xp = jnp if isinstance(qpos, jax.Array) else np
+    cos, sin = xp.cos(qpos[:, 2]), xp.sin(qpos[:, 2])
     x, y, turning = qvel.T
-    return np.stack([cos * x + sin * y, cos * y - sin * x, turning], axis=1)
+    return xp.stack([cos * x + sin * y, cos * y - sin * x, turning], axis=1)
 
 
 def system(threads: int = 0) -> Point:

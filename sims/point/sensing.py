@@ -5,6 +5,8 @@ so the radius is the robot's, and the hazard its middle. A vase is its box, cut 
 same radius holds the robot's own outline.
 """
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 import parc_jax as pj
@@ -17,6 +19,7 @@ OUTLINE = 0.1582  # [m] from its middle to the corner of its arrow
 # A box smaller by this much on every side, grown by HAZARD, holds the box grown by OUTLINE
 CUT = (HAZARD - OUTLINE) / np.sqrt(2) - 1e-4
 ROOM = 0.02  # [m] asked of a new manoeuvre: tubes of a robot at rest are that much wider
+FAR = 20.0  # [m] farther away than anything is in a batch
 DOT = 1e-6  # [m] half the edge of the box that is a hazard's middle
 
 
@@ -31,6 +34,28 @@ def door() -> dict:
         "act": manoeuvre.action,
         "room": ROOM,
     }
+
+
+def batch_door() -> dict:
+    """Arguments of `pj.drive.BatchShield`: the same, of arrays."""
+
+    def act(k, seconds, speeds):
+        return jnp.where(
+            seconds < STEP / 2,
+            k[3:] * jnp.array([manoeuvre.THRUST, 1.0]),
+            manoeuvre.brake(speeds, k[:2]),
+        )
+
+    same = {name: value for name, value in door().items() if name in ("system", "every", "room")}
+    return same | {"radius": RADIUS, "ask": ask, "act": act, "far": FAR}
+
+
+def corners(world) -> np.ndarray:
+    """(o, 4, 2) [m] of all obstacles, for `BatchShield.step`."""
+    dots = world.hazards[:, None] + DOT * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    boxes = world.vase_boxes()
+    middles = boxes.mean(axis=1, keepdims=True)
+    return np.concatenate([dots, middles + (1 - CUT / VASE) * (boxes - middles)])
 
 
 def sense(env, observation) -> pj.drive.Sensed:
@@ -52,6 +77,7 @@ def vases(boxes: np.ndarray) -> list:
 
 
 def ask(action: np.ndarray) -> np.ndarray:
-    """Thrust and turning (2,) of the manoeuvre that begins with an action."""
-    thrust, turning = np.clip(action, -1.0, 1.0)
-    return np.array([np.clip(thrust / manoeuvre.THRUST, -1.0, 1.0), turning])
+    """Thrust and turning (2,) of the manoeuvre that begins with an action. NumPy or JAX."""
+    xp = jnp if isinstance(action, jax.Array) else np
+    thrust, turning = xp.clip(action, -1.0, 1.0)
+    return xp.array([xp.clip(thrust / manoeuvre.THRUST, -1.0, 1.0), turning])

@@ -1,0 +1,106 @@
+"""The shield of a batch decides as that of one environment does."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from needs import need
+
+import parc_jax as pj
+
+need("gymnasium")
+from platform_env import HELD, Platform, PlatformSystem, platform_model, shielded  # noqa: E402
+
+POSTS = ([[1.0, -0.1], [-9.0, 3.0]], [[0.55, -0.1], [0.1, 0.6]], [[9.0, 9.0], [-0.7, -0.7]])
+
+
+@pytest.fixture(scope="module")
+def batch():
+    """The shield, and its two functions, compiled."""
+    made = pj.drive.BatchShield(
+        platform_model(),
+        system=PlatformSystem(),
+        radius=0.2,
+        every=HELD,
+        ask=lambda action: action,
+        act=lambda k, seconds, given: jnp.where(seconds < HELD / 2, k[2:], 0.0 * given),
+        room=0.05,
+        far=20.0,
+    )
+    return made, jax.jit(made.start), jax.jit(made.step)
+
+
+def arrays(posts, places, speeds):
+    square = 0.2 * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    corners = np.array(posts)[:, :, None] + square
+    return places, speeds, corners, np.ones(corners.shape[:2], bool)
+
+
+def test_it_decides_as_the_shield_of_one_environment(batch):
+    """Proposals at random, mostly ahead, posts all around; nothing goes to the host and back."""
+    _, start, step = batch
+    model = platform_model()
+    envs = [shielded(Platform(posts=posts), model, room=0.05) for posts in POSTS]
+    for env in envs:
+        env.reset()
+    draw, changed = np.random.default_rng(0), []
+    seen = [np.zeros((3, 2)), np.zeros((3, 2))]
+    with jax.enable_x64(True):
+        under_way = start(*jax.device_put(arrays(POSTS, *seen)))
+        assert under_way.certified.all()
+        for _ in range(12):
+            actions = draw.uniform([-0.4, -1.0], 1.0, (3, 2))
+            now = jax.device_put((*arrays(POSTS, *seen), actions))
+            with jax.transfer_guard("disallow"):
+                under_way, driven = step(under_way, *now)
+            for i, env in enumerate(envs):
+                info = env.step(actions[i])[4]
+                told = info["shield"]
+                assert np.allclose(driven.action[i], told["driven"], atol=1e-6)
+                assert bool(driven.changed[i]) == told["changed"] and info["cost"] == 0
+                assert (driven.reason[i] == 0) == (told["reason"] == "")
+                assert float(under_way.clearance[i]) == pytest.approx(told["clearance"], abs=1e-8)
+                changed.append(told["changed"])
+            places = [env.unwrapped.place for env in envs]
+            seen = [np.array(places), np.array([env.unwrapped.speed for env in envs])]
+    assert 3 < sum(changed) < len(changed)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        ({"action": np.nan}, 1),
+        ({"action": 2.0}, 1),
+        ({"given": np.nan}, 2),
+        ({"given": 2.0}, 2),
+        ({"pose": np.nan}, 2),
+        ({"corner": 50.0}, 2),
+        ({"corner": np.nan}, 2),
+        ({"pose": 0.5}, 3),
+    ],
+)
+def test_what_is_wrong_in_one_environment_is_its_brake_alone(batch, wrong, reason):
+    _, start, step = batch
+    pose, speed, corners, there = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
+    corners = corners + 5.0  # nothing near
+    action = np.full((3, 2), 0.5)
+    with jax.enable_x64(True):
+        under_way, _ = step(start(pose, speed, corners, there), pose, speed, corners, there, action)
+        pose = pose + 0.5 * (HELD - 0.1 * (1 - np.exp(-HELD / 0.1)))
+        speed = speed + 0.5 * (1 - np.exp(-HELD / 0.1))
+        for name, of in (("action", action), ("given", speed), ("pose", pose), ("corner", corners)):
+            of[1] += wrong.get(name, 0.0)
+        after, driven = step(under_way, pose, speed, corners, there, action)
+    assert driven.reason.tolist() == [0, reason, 0]
+    assert (driven.action[1] == 0).all() and bool(driven.changed[1])
+    assert np.allclose(driven.action[::2], action[::2]) and after.steps.tolist() == [1, 2, 1]
+    assert np.isfinite(after.given).all()
+
+
+def test_a_start_without_a_stop_is_not_certified_and_float32_is_refused(batch):
+    made, start, _ = batch
+    seen = arrays(([[0.1, -0.1]] * 2, POSTS[0], POSTS[1]), np.zeros((3, 2)), np.zeros((3, 2)))
+    with jax.enable_x64(True):
+        assert start(*seen).certified.tolist() == [False, True, True]
+    with jax.enable_x64(False), pytest.raises(pj.InputError, match="expected float64"):
+        made.start(*seen)
