@@ -72,6 +72,7 @@ def contacts_to_try(
     points = jnp.asarray(scene.obstacles.points)
     gaps, ways = jax.vmap(_gaps, in_axes=(None, 0, 0))(scene, path, common)
     half = by_point(moments(half_size), n_points)[:, :, :, points].mean(axis=-2)
+    # along a way the box moves the points by half its size at most: all of it is to touch
     score = gaps + dot(jnp.abs(ways), jnp.moveaxis(half, 3, 1))
     scores = -score.reshape(n, -1)
     _, flat = jax.lax.top_k(scores, min(CANDIDATES, scores.shape[1]))
@@ -140,6 +141,7 @@ def point_gap(p: Vector, corners: Vectors, radius: Scalar):
     w = jnp.concatenate([normals, nearest[None]])
     length = jnp.sqrt(dot2(w, w))
     w = w / jnp.where(length > 0, length, 1.0)[:, None]
+    # a repeated corner makes an edge without length, and no direction
     gaps = jnp.where(length > 0, dot2(w[:, None], away[None]).min(axis=1), -jnp.inf)
     best = jnp.argmax(gaps)
     return gaps[best] - radius, w[best]
@@ -181,10 +183,12 @@ def deepest_mixture(depth: Float[ArrayLike, "d i"]):
     bounds = jnp.concatenate([bounds, jnp.zeros((n, 1))], axis=1)
     A = jnp.concatenate([rows, bounds])
     b = jnp.concatenate([depth[:, -1], jnp.zeros(n - 1), jnp.ones(1)])
+    # rows of length one: the depths are metres, and so is what the solver leaves
     length = jnp.sqrt(dot(A, A))
     cost = [*jnp.zeros(n - 1), -jnp.ones(())]
     end = interior_point(cost, list((A / length[:, None]).T), b / length)
     chosen = jnp.stack(end.x[:-1]) / end.tau
+    # any weights are a mixture, so those of a failed solve are replaced and prove less
     weights = jnp.maximum(jnp.append(chosen, 1 - chosen.sum()), 0)
     weights = weights / weights.sum()
     return jnp.where(jnp.isfinite(weights).all(), weights, 1 / n)
@@ -250,6 +254,7 @@ def _deepest(
     """Largest gap () over the corners of z of one vertex of k, whose points lose as much as `_lost`
     says, mixed by weights.
     """
+    # a mixture of points has the same mixture of their errors
     at = corners + dot(weights[:, None], at.T[None])
     lost = dot(weights[:, None], lost.T[None])
     obstacles = scene.obstacles

@@ -64,6 +64,7 @@ def _corners(rows: bytes, offsets: bytes, n: int, name: str) -> tuple[Corner, ..
             f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
             "side."
         )
+    # in whole numbers a row is active where it is equal, without a tolerance
     exact = [whole(row) for row in np.column_stack([A, b]).tolist()]
     in_order = np.argsort(np.arctan2(A[:, 1], A[:, 0]), kind="stable") if n == 2 else range(len(A))
     out = []
@@ -128,6 +129,7 @@ class Obstacles:
         axes = jnp.eye(n_p, dtype=path.dtype)[:, None, None]
         over = jnp.moveaxis(errors.support(axes), 0, -1)
         under = jnp.moveaxis(errors.support(-axes), 0, -1)
+        # the way between two knots is straight: the boxes at both ends hold it
         lo = least(jnp.minimum(places[:-1], places[1:]) - under, axis=1)
         hi = most(jnp.maximum(places[:-1], places[1:]) + over, axis=1)
         vertices = jnp.asarray(self.vertices)
@@ -140,6 +142,7 @@ class Obstacles:
         """
         apart = jnp.maximum(self.box_gaps(path, errors), 0.0)
         distance = jnp.sqrt(dot(apart, apart))
+        # boxes that overlap say nothing of what is inside them
         known = jnp.where(distance > 0, distance, -jnp.inf)
         return least(jnp.where(self.active, known, jnp.inf), axis=1) - self.radius
 
@@ -219,6 +222,7 @@ def obstacles_of(
     known = [None] * len(problem.obstacles) if closed else corners_of_many(problem.obstacles)
 
     def spelled_out(j: int, shape: Disc | Polygon):
+        # a disc stays a radius, so the corners are those of the obstacle
         if known[j] is not None and isinstance(shape, Disc):
             return known[j], None
         spell = signed_vertices if closed else _grown
@@ -237,6 +241,7 @@ def obstacles_of(
     )
     for o, ((j, part), (vertices, signs)) in enumerate(zip(chosen, spelled, strict=True)):
         shape, own = parts[part].shape, parts[part].points
+        # padding repeats a vertex and a point, which changes no extreme
         every = np.minimum(np.arange(n_v), len(vertices) - 1)
         pairs.vertices[o] = vertices[every]
         if closed:
@@ -331,6 +336,7 @@ class Alike(NamedTuple):
         """
         order, first = (jnp.asarray(x) for x in (self.order, self.first))
 
+        # the projections of a kind stay in the cache while all of its pairs use them
         def kind(number: Index, state: Any):
             known = of_kind(order[first[number]])
             return jax.lax.fori_loop(
@@ -346,6 +352,7 @@ class Alike(NamedTuple):
 def alike(w: Float[np.ndarray, "n d n_p"], points: Int[np.ndarray, "n i"], room: int) -> Alike:
     """Group n pairs by equal directions and points, padded to a capacity of `room` pairs."""
     kinds: dict[bytes, list[int]] = {}
+    # by their bytes: 0.0 and -0.0 make two kinds, which costs time alone
     for pair, told in enumerate(zip(w, points, strict=True)):
         kinds.setdefault(b"".join(x.tobytes() for x in told), []).append(pair)
     order, first = np.zeros(room, np.int32), np.zeros(room + 1, np.int32)
