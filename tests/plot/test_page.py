@@ -15,7 +15,8 @@ from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot.page import page_data, write_page
 from parc_jax.common.errors import InputError
 from parc_jax.proof.certificate.prove import corridor_of
-from parc_jax.safe_set.corridors.polytopes import Polytopes, SafePolytope
+from parc_jax.safe_set.corridors.polytope import SafePolytope
+from parc_jax.safe_set.corridors.polytopes import Polytopes
 from parc_jax.safe_set.corridors.stopping import nothing_covered
 
 

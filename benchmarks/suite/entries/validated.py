@@ -20,7 +20,8 @@ from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.polytopes import SafePolytope, cut_around
+from parc_jax.safe_set.corridors.polytope import SafePolytope
+from parc_jax.safe_set.corridors.polytopes import cut_around
 from parc_jax.safe_set.corridors.sampling import points
 from parc_jax.safe_set.corridors.search import corridors_around
 from parc_jax.safe_set.verdict.pointwise import verdicts
