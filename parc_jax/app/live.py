@@ -173,7 +173,8 @@ class Live:
         return np.r_[place, np.arctan2(turn[1, 0], turn[0, 0])][: self.pose_size]
 
     def _nominal(self):
-        return query(self.problem, self.model, self.at).nominal(self.planner._robust_models)
+        planner = self.planner  # once: a slider may change it meanwhile, and its cache is its own
+        return query(self.problem, planner.model, self.at).nominal(planner._robust_models)
 
     def scene(self) -> Scene:
         """As it was dragged, of the part of K that is asked for, always of one size. Raises
@@ -182,7 +183,7 @@ class Live:
         scene = padded(pruned_scene(self._nominal()), *self._size)
         if scene.model.n_k < self.model.n_k:  # some are given, and the others have other columns
             return scene
-        lo, hi = np.maximum(scene.k_lo, self.k[0]), np.minimum(scene.k_hi, self.k[1])
+        lo, hi = np.clip(self.k, scene.k_lo, scene.k_hi)
         return scene.replace(k_lo=lo, k_hi=hi)
 
     def draw(self) -> Drawn:
