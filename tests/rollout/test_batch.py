@@ -13,7 +13,8 @@ from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.runs.groups import worst_by_group
-from parc_jax.learning.runs.joined import concatenate
+from parc_jax.learning.runs.joined import concatenate, joined_source
+from parc_jax.learning.runs.law import law_spec
 from parc_jax.learning.runs.loaders import load_rollouts
 
 GRID = pj.learning.time_grid(0.25, 1.0, 0.05)
@@ -135,3 +136,12 @@ def test_the_hash_of_a_run_sees_k_path_and_end(batch, field):
     changed[3].flat[-1] += 1e-3
     same = batch.replace(**{field: changed}).hashes() == batch.hashes()
     assert same.tolist() == [True, True, True, False, True, True]
+
+
+def test_recorded_runs_of_any_name_know_their_log():
+    K, k = pj.box([0.0], [1.0]), np.array([[0.1], [0.2]])
+    places, law = np.zeros((2, 21, 2)), law_spec("robot", K, "logged")
+    about = {"time": GRID, "domain": K, "law": law, "groups": [0, 1]}
+    runs = rollout_batch(k, places, np.zeros((2, 0)), **about)
+    logs = [joined_source([part])[0] for part in runs.split(0.5)]
+    assert logs[0] and logs[0] == logs[1]
