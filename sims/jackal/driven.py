@@ -37,6 +37,8 @@ class Driven:
         self._sensors = draws.sensors[0]
         self._bias = c.GYRO_BIAS * self._sensors.uniform(-1.0, 1.0)
         self._command, self._left = np.zeros(2), 0
+        self._next: np.ndarray | None = None  # a command that is on its way ...
+        self._waits = 0  # ... for so many ticks more
         self._odometry, self._wheels = pose.copy(), 0.0
         self._path = [pose.copy()]
         self._measure()
@@ -81,13 +83,16 @@ class Driven:
         return bool((np.abs(self.speeds) < 1e-3).all())
 
     def begin(self, v: float, w: float) -> np.ndarray:
-        """Begin the manoeuvre with the command v [m/s], w [rad/s]; what was under way ends here.
-        Returns its k (4,): what was measured, and the command. Raises InputError.
+        """Begin the manoeuvre with the command v [m/s], w [rad/s]; what was under way ends here, or
+        after `system.thinking`. Returns its k (n_k,): what was measured, the command under way of a
+        robot that thinks, and the command. Raises InputError.
         """
         command = _numbers("command", "(v [m/s], w [rad/s])", (v, w), 2)
-        self._command, self._left = command, self.system.held
-        self._robots.begin(self._measured[None])
-        return np.concatenate([self._measured, command])
+        before = [self._command if self._left > 0 else np.zeros(2)] * bool(self.system.waits)
+        self._next, self._waits = command, self.system.waits
+        if not self._waits:
+            self._follow(self._measured)
+        return np.concatenate([self._measured, *before, command])
 
     def drive(self, seconds: float) -> None:
         """Go on for so long, a whole number of ticks of 0.02 s, with the manoeuvre under way: its
@@ -99,6 +104,9 @@ class Driven:
                 f"drive: expected a whole number of ticks of {c.TICK} s; got {seconds!r} s."
             )
         for _ in range(round(ticks)):
+            if self._next is not None and self._waits == 0:
+                self._follow(self.speeds[[0, 2]] + self._off())
+            self._waits -= 1
             command = self._command if self._left > 0 else np.zeros(2)
             self._left -= 1
             self._robots.drive(command[None, None], self.system.ramp)
@@ -114,9 +122,16 @@ class Driven:
         self.drive(seconds)
         return k
 
+    def _follow(self, measured: np.ndarray) -> None:
+        """The command that was on its way begins, its ramp at the speeds (2,) measured now."""
+        self._command, self._left, self._next = self._next, self.system.held, None
+        self._robots.begin(measured[None])
+
+    def _off(self) -> np.ndarray:
+        return self._sensors.uniform(-1.0, 1.0, 2) * self.system.floor.sensed
+
     def _measure(self) -> None:
-        off = self._sensors.uniform(-1.0, 1.0, 2) * self.system.floor.sensed
-        self._measured = self.speeds[[0, 2]] + off
+        self._measured = self.speeds[[0, 2]] + self._off()
 
     def _reckon(self) -> None:
         """One tick of dead reckoning: way from the wheels, turning from the gyro, which integrates

@@ -34,6 +34,7 @@ TURNING_BEYOND = 4 / 3  # factor on TURNING: what such commands lead to, at most
 # The running start: what was driven before it
 RUN_IN = 0.5  # [s] of the drive before
 LAST = 0.4  # [s] for which the last command before was under way, at most
+SLIPPED = (0.05, 1 / 3)  # share of a command by which speeds may differ from it for long
 LAG = (0.05, 0.03)  # [s] by which the speeds follow the set point, roughly
 
 # The quick twin

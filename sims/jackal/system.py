@@ -20,10 +20,12 @@ PLANTS = ("mujoco", "twin")
 @dataclass(frozen=True, eq=False)
 class Manoeuvre:
     """k = (v0, w0 measured at the start, v, w commanded) -> p (n_record + 1, 5, 2) of POINTS, in
-    the frame of the pose at the start, q = (heading,) at the end.
+    the frame of the pose at the start, q = (heading,) at the end. A robot that thinks has the
+    command that is under way at the start between the two, (v0, w0, v before, w before, v, w).
 
     moving: [s] for which the command is held, before the stop. ramp: [m/s^2], [rad/s^2] of the
-    command. size: [m] length and width of the outline. Build with `system`.
+    command. size: [m] length and width of the outline. thinking: [s] from the start to the first
+    moment of the command. Build with `system`.
     """
 
     domain: Box
@@ -32,6 +34,7 @@ class Manoeuvre:
     moving: float
     ramp: tuple[float, float]
     size: tuple[float, float]
+    thinking: float
 
     name: ClassVar[str] = "jackal"
     n_p: ClassVar[int] = 2
@@ -40,18 +43,30 @@ class Manoeuvre:
     rotation: ClassVar[tuple[str, ...]] = (TURNS,)
     p_labels: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]")
     q_labels: ClassVar[tuple[str, ...]] = ("heading [rad]",)
-    k_labels: ClassVar[tuple[str, ...]] = (
-        "speed at the start [m/s]",
-        "turning at the start [rad/s]",
-        "speed [m/s]",
-        "turning [rad/s]",
-    )
-    given: ClassVar[tuple[int, ...]] = (0, 1)  # wheels, slip and lean at the start stay hidden
+
+    @property
+    def k_labels(self) -> tuple[str, ...]:
+        """Names and units of k."""
+        before = ("speed before [m/s]", "turning before [rad/s]") if self.thinking else ()
+        start = ("speed at the start [m/s]", "turning at the start [rad/s]")
+        return (*start, *before, "speed [m/s]", "turning [rad/s]")
+
+    @property
+    def given(self) -> tuple[int, ...]:
+        """All but the new command; wheels, slip and lean at the start stay hidden."""
+        return tuple(range(len(self.k_labels) - 2))
 
     @property
     def law(self) -> dict[str, Any]:
         """What a claim about this system has to name beside K."""
-        return {**asdict(self.floor), "moving": self.moving, "ramp": self.ramp, "size": self.size}
+        told = {"moving": self.moving, "ramp": self.ramp, "size": self.size}
+        thinks = {"thinking": self.thinking} if self.thinking else {}
+        return {**asdict(self.floor), **told, **thinks}
+
+    @property
+    def waits(self) -> int:
+        """Ticks from the start to the first one of the command."""
+        return round(self.thinking / c.TICK)
 
     @property
     def held(self) -> int:
@@ -59,9 +74,10 @@ class Manoeuvre:
         return round(self.moving / c.TICK)
 
     def commands(self, k: np.ndarray) -> np.ndarray:
-        """(n_record, B, 2) of k (B, 4): the command, then zero."""
-        ticks = np.arange(self.time.n_record)
-        return np.where((ticks < self.held)[:, None, None], k[None, :, 2:], 0.0)
+        """(n_record, B, 2) of k (B, n_k): that before, the command, then zero."""
+        ticks = np.arange(self.time.n_record)[:, None, None] - self.waits
+        now = np.where(ticks < self.held, k[None, :, -2:], 0.0)
+        return np.where(ticks < 0, k[None, :, -4:-2], now)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +95,13 @@ class Jackal(Manoeuvre):
         k = np.asarray(k, np.float64)
         starts = np.zeros((len(k), 3)) if starts is None else starts
         draws = draw(self.floor, np.asarray(keys))
-        robots = running(self, draws, k[:, :2], starts)
-        poses = np.moveaxis(robots.drive(self.commands(k), self.ramp), 0, 1)
+        robots, commands = running(self, draws, k, starts), self.commands(k)
+        waited = robots.drive(commands[: self.waits], self.ramp)
+        if self.waits:  # the ramp of a command begins at the speeds that it finds
+            off = np.array([s.uniform(-1.0, 1.0, 2) for s in draws.sensors]) * self.floor.sensed
+            robots.begin(robots.speeds[:, [0, 2]] + off)
+        driven = robots.drive(commands[self.waits :], self.ramp)
+        poses = np.moveaxis(np.concatenate([waited[:-1], driven]), 0, 1)
         poses[robots.failed] = np.nan
         return framed(poses)
 
@@ -117,6 +138,7 @@ def system(
     speed: float = c.SPEED,
     turning: float = c.TURNING,
     backward: float = 0.0,
+    thinking: float = 0.0,
     threads: int = 0,
 ) -> Manoeuvre:
     """The robot. Raises InputError.
@@ -127,7 +149,8 @@ def system(
     [s]: how long the command is held, and when the robot rests. ramp [m/s^2, rad/s^2] of the
     command; the controller allows (20, 25), the tyres hold about 4.9 m/s^2. speed [m/s], turning
     [rad/s], backward [m/s]: most that is commanded; what is measured reaches a little farther.
-    threads: of MuJoCo, 0 = all.
+    thinking: [s] from the measuring to the first moment of a command, a whole number of ticks of
+    0.02 s [T39]. threads: of MuJoCo, 0 = all.
     """
     require_body(body, tuple(c.SIZES))
     if plant not in PLANTS:
@@ -143,15 +166,23 @@ def system(
             f"{turning:g} and {backward:g}."
         )
     stopping = max(np.array([speed, turning]) / np.minimum(ramp, c.MOST_CHANGE))
-    if not 0 < moving <= t_f - stopping:
+    ticks = thinking / c.TICK
+    if not (0 <= ticks and abs(ticks - round(ticks)) < 1e-6) or (thinking and plant == "twin"):
         raise InputError(
-            f"jackal moving: expected more than 0 and at most {t_f - stopping:.2f} s, so that a "
-            f"stop of {stopping:.2f} s fits before t_f = {t_f:g} s; got {moving:g} s."
+            f"jackal thinking: expected a whole number of ticks of {c.TICK} s, and none of a twin; "
+            f"got {thinking!r} s."
+        )
+    if not 0 < moving <= t_f - stopping - thinking:
+        raise InputError(
+            f"jackal moving: expected more than 0 and at most {t_f - stopping - thinking:.2f} s, "
+            f"so that a stop of {stopping:.2f} s fits before t_f = {t_f:g} s; got {moving:g} s."
         )
     slower, faster = c.SPEED_BEYOND
-    lo = [-backward - slower, -c.TURNING_BEYOND * turning, -backward, -turning]
-    hi = [speed + faster, c.TURNING_BEYOND * turning, speed, turning]
-    about = (box(lo, hi), grid, named_law(law), float(moving), ramp, c.SIZES[body])
+    times = 2 if thinking else 1
+    lo = [-backward - slower, -c.TURNING_BEYOND * turning, *times * (-backward, -turning)]
+    hi = [speed + faster, c.TURNING_BEYOND * turning, *times * (speed, turning)]
+    size = c.SIZES[body]
+    about = (box(lo, hi), grid, named_law(law), float(moving), ramp, size, float(thinking))
     if plant == "twin":
         from sims.jackal.twin import Twin
 

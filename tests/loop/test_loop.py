@@ -116,6 +116,12 @@ def test_who_is_late_commits_to_nothing(line):
     assert not step.new and step.committed is None and "within 1e-09 s" in step.reason
 
 
+def test_a_loop_reads_the_clock_that_it_is_given(line):
+    """One that stands still lets everybody be in time."""
+    loop = loop_of(line, effort=pj.drive.Effort(deadline=1e-9), clock=lambda: 0.0)
+    assert loop.step([0.0, 0.0], [0.25], [], forward).new
+
+
 def test_nothing_compiles_after_the_first_step_whatever_is_around(line):
     loop = loop_of(line)
     rng = np.random.default_rng(0)
@@ -163,6 +169,9 @@ def test_after_so_many_looks_no_candidate_is_judged(line):
     assert "none of 100 candidates is safe; 156 of 256 were not looked at" in step.reason
     assert "takes more than 100 as effort.looks" in step.reason
     assert not step.new and step.committed is None
+    short = loop_of(line, effort=effort)
+    short = short.step([0.45, 0.0], [0.25], [WALL], forward, explain=False).reason
+    assert step.reason.startswith(short) and len(step.reason) > len(short)
 
 
 def test_who_was_never_looked_at_is_counted_and_the_setting_named(line):

@@ -35,7 +35,7 @@ def poses(jackal):
 
 def test_it_starts_with_the_speeds_that_are_measured(jackal):
     draws = draw(jackal.floor, KEYS)
-    robots = running(jackal, draws, KS[:, :2], np.zeros((12, 3)))
+    robots = running(jackal, draws, KS, np.zeros((12, 3)))
     off = robots.speeds[:, [0, 2]] - KS[:, :2]
     assert (np.abs(off) <= np.array(jackal.floor.sensed) + 1e-12).all()
     assert np.abs(off).max() > 0.5 * params.SENSED[0]

@@ -84,7 +84,9 @@ class Loop:
     points and q seen from the start with the measured heading, for every heading in its
     uncertainty; None for all. candidates (b, chosen parameters): to judge at every step; by default
     `effort.candidates`, even over K. thinking: every run of the model waits for the next command;
-    None where that begins at the very moment of measuring, as in a simulation.
+    None where that begins at the very moment of measuring, as in a simulation. clock: [s] from
+    which deadlines count, `time.perf_counter` by default; one that stands still where a simulation
+    waits.
     Raises InputError for arguments that do not fit the model, for one that does not rest at its end
     (`require_rest`), and for a time to leave at which no run of its claim was left.
 
@@ -105,10 +107,11 @@ class Loop:
         candidates: np.ndarray | None = None,
         effort: Effort | None = None,
         thinking: Thinking | None = None,
+        clock: Callable[[], float] | None = None,
     ):
         check_model(model)
         require_sound_arithmetic()
-        self.model = model
+        self.model, self._clock = model, clock or (lambda: time.perf_counter())
         self.uncertainty = Uncertainty() if uncertainty is None else uncertainty
         self.effort = Effort() if effort is None else effort
         self.given = given_axes(model, given)
@@ -163,6 +166,7 @@ class Loop:
         drift: float = 0.0,
         gone: "shapely.Geometry | None" = None,
         least: float = 0.0,
+        explain: bool = True,
     ) -> Step:
         """Commit to the cheapest manoeuvre that is proved safe, or continue the one under way.
 
@@ -171,16 +175,17 @@ class Loop:
         now on. prefer: maps an Outlook of b candidates to costs (b,); NaN and infinite ones are
         left out. at: [s] of the loop's clock at which the pose was measured; None for the first
         moment at which the manoeuvre under way may be left; nothing begins earlier. measured: the
-        reading of `time.perf_counter()` at that moment, from which the deadline counts; None for
+        reading of `clock` at that moment, from which the deadline counts; None for
         now. spans: intervals, counted from the pose, in which each obstacle exists, as of
         `reach_avoid`; those of `moving` move. After the manoeuvre's rest nothing is claimed of
         them: they may run into a robot that rests [T38]. drift: [m] by which the pose may be off
         against that at which the manoeuvre under way began, beside the uncertainty of both, as
         odometry may. gone: as of `FreeSpace.gone`, for the sentence. least: [m] of clearance
-        without which nothing is committed to. Wrong measurements end in the manoeuvre under way,
-        with a sentence.
+        without which nothing is committed to. explain: say what the nearest candidate lacks where
+        none is safe, which takes longer than the verdicts. Wrong measurements end in the manoeuvre
+        under way, with a sentence.
         """
-        begin = time.perf_counter()
+        begin = self._clock()
         try:
             if measured is not None:
                 begin = min(begin, float(as_float64("measured", measured, ())))
@@ -209,7 +214,7 @@ class Loop:
             safe = preferred(scene, k[rows], AMONG, room, left)
             judged, looks = min(judged + safe.judged, most), looks + safe.looks
             # read after the verdicts: a manoeuvre that was proved too late begins too late
-            if time.perf_counter() - begin > self.effort.deadline:
+            if self._clock() - begin > self.effort.deadline:
                 return self.go_on(
                     f"no manoeuvre was proved within {self.effort.deadline:g} s, effort.deadline; "
                     f"{judged:,} of {len(order):,} candidates were looked at",
@@ -235,7 +240,7 @@ class Loop:
             more += f"; {len(k) - len(order):,} were left out by prefer"
         if least:
             more = f" with {least:.2g} m of clearance{more}"
-        why = self._scenes.why_none(scene, k, k[order[:judged]])
+        why = self._scenes.why_none(scene, k, k[order[:judged]]) if explain else ""
         return self.go_on(f"none of {judged:,} candidates is safe{more}{why}", gone)
 
     def restart(self, first: Commitment | None = None) -> None:
