@@ -7,6 +7,10 @@ from parc_jax.problem.world.free_space import free_place as free_place
 from parc_jax.problem.world.grid_map import GridMap as GridMap
 from parc_jax.problem.world.grid_map import load_map as load_map
 from parc_jax.problem.world.grid_map import occupancy_grid as occupancy_grid
+from parc_jax.problem.world.movers import Mover as Mover
+from parc_jax.problem.world.movers import mover_obstacles as mover_obstacles
+from parc_jax.problem.world.movers import mover_runs as mover_runs
+from parc_jax.problem.world.movers import see_mover as see_mover
 from parc_jax.problem.world.moving import moving as moving
 from parc_jax.problem.world.outlines import Footprint as Footprint
 from parc_jax.problem.world.outlines import convex_pieces as convex_pieces

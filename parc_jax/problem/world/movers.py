@@ -1,0 +1,228 @@
+"""Movers with tubes of their own: learned from logged tracks, obstacles with spans of a loop. [T43]
+
+A track is what was logged of one mover: times and places in the plane. Who moves is assumed to
+ignore the robot, and to come from the law of the tracks.
+"""
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.common.spelling import counted, rounded_up
+from parc_jax.learning.bound.error_set import at as errors_at
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import trajectories
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.loaders import recorded
+from parc_jax.learning.system import ONE_POINT, TimeGrid
+from parc_jax.problem.world.moving import Span
+
+SIDES = 8  # of the polytope that holds a mover
+SLACK = 1e-6  # [m] outwards, more than floats round a place within 1e5 m by
+TURN = 3.15  # [rad] a bit more than half a turn
+SAME = 1e-6  # [s] moments of a clock that are one
+LABELS = {"k": ("speed [m/s]", "turned [rad]"), "p": ("ahead [m]", "left [m]")}
+
+
+class Mover(NamedTuple):
+    """A mover as seen: at [s] of the clock it was at place (2,) [m], on its way along heading
+    [rad]; k (2,): its speed [m/s] over the last step, and by how much that turned [rad] against the
+    one before.
+    """
+
+    at: float
+    place: np.ndarray
+    heading: float
+    k: np.ndarray
+
+
+class Moving(NamedTuple):
+    """Obstacles and their spans, as of `Loop.step`, until `until` [s] after the robot's pose; said:
+    until when, against whom, with which probability they hold.
+    """
+
+    obstacles: list[HPolytope]
+    spans: list[Span]
+    until: float
+    said: str
+
+
+def see_mover(times: ArrayLike, places: ArrayLike, step: float) -> Mover:
+    """A mover from its last three places, `step` [s] apart, as `mover_runs` sees those of tracks.
+    Raises InputError for other times, as of a track with gaps.
+    """
+    times = as_float64("see_mover times", times, (3,))
+    places = as_float64("see_mover places", places, (3, 2))
+    gaps = np.diff(times)
+    if not (np.abs(gaps - step) <= SAME).all():
+        raise InputError(
+            f"see_mover: expected places {step:g} s apart, as of the tracks that the model was "
+            f"learned from; these are {gaps[0]:g} and {gaps[1]:g} s apart."
+        )
+    heading, k = _seen(places, step)
+    return Mover(float(times[-1]), places[-1], float(heading), k)
+
+
+def _seen(places: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Heading (...) and k (..., 2) of three places (..., 3, 2)."""
+    before, last = np.moveaxis(np.diff(places, axis=-2), -2, 0)
+    heading = np.arctan2(last[..., 1], last[..., 0])
+    turned = heading - np.arctan2(before[..., 1], before[..., 0])
+    # a track that stands has no direction
+    turned = np.where(np.linalg.norm(before, axis=-1) > 0, turned, 0.0)
+    turned = np.arctan2(np.sin(turned), np.cos(turned))
+    return heading, np.stack([np.linalg.norm(last, axis=-1) / step, turned], axis=-1)
+
+
+def mover_runs(
+    tracks: Sequence[tuple[ArrayLike, ArrayLike]],
+    time: TimeGrid,
+    *,
+    step: float,
+    most: float,
+    name: str = "tracks",
+    every: float | None = None,
+    rng: np.random.Generator | None = None,
+) -> RolloutBatch:
+    """Windows of logged tracks as runs for `pj.learn`: k as of `Mover`, p in the frame of the mover
+    at the beginning of the window, ahead along x. Raises InputError.
+
+    tracks: times (n,) [s] and places (n, 2) [m] of each; between them it goes straight. time: the
+    grid of a window. step: [s] between the places from which a mover is seen. most: [m/s] greatest
+    speed. name: of the law. every: [s] between windows of a track, all of which are one group; for
+    training. rng: instead one window of each track, at a time drawn evenly, so that the unit of a
+    bound is the track; as `holdout`. A track that ends within a window goes on straight ahead,
+    where nobody is.
+    """
+    if (every is None) == (rng is None):
+        raise InputError("mover_runs: expected one of every and rng; got both or none.")
+    rows, groups = [], []
+    offsets = np.concatenate([[-2 * step, -step], time.dt_record * np.arange(time.n_record + 1)])
+    for number, (times, places) in enumerate(tracks):
+        times = as_float64("track times", times, (None,))
+        places = as_float64("track places", places, (len(times), 2))
+        if len(times) < 2 or not (np.diff(times) > 0).all():
+            raise InputError(
+                f"track {number}: expected at least two increasing times; leave out what was "
+                "logged twice, and cut a track where its mover was lost."
+            )
+        fastest = (np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(times)).max()
+        if not fastest <= most:
+            raise InputError(
+                f"track {number}: expected at most {most:g} m/s; it jumps with {fastest:.3g} m/s. "
+                "Cut it there: it is two movers, or one that was lost."
+            )
+        first, last = times[0] + 2 * step, times[-1]
+        if not first < last:
+            raise InputError(f"track {number}: expected more than {2 * step:g} s of it.")
+        starts = np.arange(first, last, every) if rng is None else rng.uniform(first, last, 1)
+        rows.append(_along(times, places, starts[:, None] + offsets))
+        groups.append(np.full(len(starts), number))
+    seen = np.concatenate(rows)
+    heading, k = _seen(seen[:, :3], step)
+    p = _turned(seen[:, 2:] - seen[:, 2:3], -heading[:, None])
+    domain = box([0.0, -TURN], [most, TURN])
+    groups = np.concatenate(groups) if rng is None else None
+    cut = {"window": f"one of {time.t_f:g} s of each track, seen by steps of {step:g} s"}
+    q = np.zeros((len(k), 0))
+    points = ONE_POINT
+    about = {"time": time, "groups": groups, "labels": LABELS}
+    return recorded(name, k, p, q, points, domain, "logged", cut, **about)
+
+
+def _along(times: np.ndarray, places: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Places (..., 2) of a track at times (...), straight on beyond its end."""
+    x = np.stack([np.interp(at, times, column) for column in places.T], axis=-1)
+    velocity = (places[-1] - places[-2]) / (times[-1] - times[-2])
+    return x + np.maximum(at - times[-1], 0.0)[..., None] * velocity
+
+
+def _turned(away: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    cos, sin = np.cos(angle), np.sin(angle)
+    x, y = away[..., 0], away[..., 1]
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+
+
+def mover_obstacles(
+    model: TrajectoryModel,
+    movers: Sequence[Mover],
+    radius: float,
+    time: TimeGrid,
+    at: float,
+    *,
+    until: float | None = None,
+    every: int = 1,
+) -> Moving:
+    """All places that movers may be at while a manoeuvre is under way, as obstacles with spans: the
+    tube of each, grown by its radius. [T43] Raises InputError.
+
+    model: learned from `mover_runs`. radius: [m] of a disc that holds a mover. time: of the robot's
+    model. at: [s] of the clock, when the robot's pose is measured; a mover is seen then or before.
+    until: [s] after that, to which they are obstacles, up to a whole interval; None = as long as
+    the manoeuvre. every: intervals of the robot per polytope.
+    """
+    steps = time.n_steps if until is None else math.ceil(until / time.dt - SAME)
+    spans = [(i, min(i + every, steps) - 1) for i in range(0, steps, every)]
+    if not (radius > 0 and every >= 1 and 1 <= steps <= time.n_steps):
+        raise InputError(
+            f"mover_obstacles: expected a radius above 0 m, every >= 1 and until within the "
+            f"manoeuvre, {time.t_f:g} s; got {radius!r}, {every!r} and {until!r}."
+        )
+    obstacles = []
+    for mover in movers:
+        age = at - mover.at
+        if not -SAME <= age <= model.time.t_f - steps * time.dt + SAME:
+            raise InputError(
+                f"mover_obstacles: expected a mover that was seen at the pose or up to "
+                f"{model.time.t_f - steps * time.dt:.2g} s before it, by one clock; this one was "
+                f"seen {age:.3g} s before it."
+            )
+        if not model.domain.contains(mover.k[None])[0]:
+            raise InputError(
+                f"mover_obstacles: expected a mover within the law of its tracks, up to "
+                f"{model.domain.hi[0]:.3g} m/s; this one goes {mover.k[0]:.3g} m/s."
+            )
+        ends = max(age, 0.0) + time.dt * (np.array(spans) + np.array([0, 1]))
+        obstacles += _polytopes(model, mover, radius, ends)
+    n, eps = len(movers), model.claim.eps
+    held = "each stays in its tube, as its claim declares"
+    if eps is not None:
+        held = (
+            f"each leaves its tube with probability at most {rounded_up(eps)} from a moment of a "
+            f"track of its law, any of them with at most {rounded_up(min(Fraction(1), n * eps))}"
+        )
+    said = (
+        f"Until {steps * time.dt:.3g} s after the pose, against {counted(n, 'mover')}: {held}, if "
+        "they ignore the robot. Of whoever is not among them nothing is said."
+    )
+    return Moving(obstacles, spans * n, steps * time.dt, said)
+
+
+def _polytopes(
+    model: TrajectoryModel, mover: Mover, radius: float, ends: np.ndarray
+) -> list[HPolytope]:
+    """Of one mover, for spans that begin and end (s, 2) [s] after it was seen."""
+    angles = mover.heading + 2 * np.pi / SIDES * np.arange(SIDES)
+    A = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    w = _turned(A, -mover.heading)  # the same in the frame of the mover
+    grid, tube = model.time, model.tube
+    knots = trajectories(model.net, model.layout, mover.k[None])[0][0]
+    # (T, SIDES) the most that prediction and tube reach during each interval, in any of its bins
+    bins = np.atleast_1d(tube.bins_of(mover.k[None])[0])
+    off = errors_at(tube.errors, (bins, slice(None), 0))
+    lost = np.asarray(off.support(w[:, None, None])).max(axis=1).T
+    far = np.maximum(knots[:-1] @ w.T, knots[1:] @ w.T) + lost
+    out = A @ mover.place + radius * np.linalg.norm(A, axis=1) + SLACK
+    dt, found = grid.dt, []
+    for begin, end in ends:
+        first, last = math.floor((begin + SAME) / dt), math.ceil((end - SAME) / dt)
+        found.append(hpolytope(A, out + far[min(first, grid.n_steps - 1) : last].max(axis=0)))
+    return found

@@ -1,0 +1,59 @@
+"""What walks, learned from its tracks: a tube for the next 1.2 s of who is seen. The tracks of half
+of the worlds are learned from, and judged are the others, and the other way round.
+"""
+
+from functools import cache
+
+import jax
+import numpy as np
+
+import parc_jax as pj
+from sims.dynabarn.worlds import Track, numbers, world
+from sims.jackal.params import TICK
+
+STEP = 0.1  # [s] between the places from which a mover is seen
+SEEN = 1e-4  # [m] within which each is seen, uniform; the files round to 1e-2
+AHEAD = 1.2  # [s] of a window
+FASTEST = 2.0  # [m/s]
+EVERY = 0.25  # [s] between windows to learn from
+# Of the claim, and tracks that are left outside. Who turns within the window is far from where it
+# would be straight on, so a tube that holds nearly all is as wide as that of a greatest speed
+EPS, DELTA, OUTSIDE = 0.05, 0.01, 3
+LEARNED = 6  # worlds of a half for network and shape; the tracks of all others bound
+EDGES = ([0.0, 0.98, 1.46, FASTEST], [-3.15, -0.02, 0.02, 3.15])
+
+
+def half_of(number: int) -> int:
+    """0 or 1: to which half of the worlds a world belongs."""
+    return numbers().index(number) % 2
+
+
+def tracks_of(worlds, rng: np.random.Generator) -> list[Track]:
+    """All tracks of worlds, as they are seen every 0.02 s."""
+    found = []
+    for track in (track for number in worlds for track in world(number).tracks):
+        times = np.arange(0.0, track.length, TICK)
+        found.append(Track(times, seen(track.at(times), rng)))
+    return found
+
+
+def seen(places: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Places as they are seen."""
+    return places + rng.uniform(-SEEN, SEEN, places.shape)
+
+
+@cache
+def model(half: int) -> pj.types.TrajectoryModel:
+    """For movers of worlds of the other half."""
+    ours = [number for number in numbers() if half_of(number) == half]
+    grid = pj.learning.time_grid(0.1, AHEAD, 0.02)
+    # of all three kinds alike
+    learned = ours[:: len(ours) // LEARNED][:LEARNED]
+    rest = [number for number in ours if number not in learned]
+    about = {"step": STEP, "most": FASTEST, "name": f"tracks of half {half} of DynaBARN"}
+    rng = np.random.default_rng(half)
+    train = pj.problem.mover_runs(tracks_of(learned, rng), grid, every=EVERY, **about)
+    held = pj.problem.mover_runs(tracks_of(rest, rng), grid, rng=rng, **about)
+    asked = {"hidden": (8, 8), "seeds": 2, "steps": 1000, "bins": EDGES, "shape": "fitted"}
+    bound = {"eps": EPS, "delta": DELTA, "discard": OUTSIDE}
+    return pj.learn(train, jax.random.PRNGKey(half), holdout=held, quiet=True, **asked, **bound)

@@ -1,0 +1,119 @@
+"""Movers with tubes of their own: windows of tracks, their obstacles hold all of a tube, and what
+is measured wrongly is one sentence with the stop in hand. [T43]
+"""
+
+import jax
+import numpy as np
+import pytest
+
+import parc_jax as pj
+from parc_jax.common.spelling import rounded_up
+from parc_jax.learning.bound.tube import tube
+
+GRID = pj.learning.time_grid(0.1, 1.2, 0.05)
+ROBOT = pj.learning.time_grid(0.1, 1.0, 0.1)
+STEP = 0.1
+
+
+def straight(wide: float = 0.05) -> pj.types.TrajectoryModel:
+    """Movers that go straight on, off by at most so many metres, whatever they did before."""
+    ahead = np.outer(0.1 * np.arange(1, 13), [1.0, 0.0]).reshape(-1, 1)
+    net = pj.learning.relu_network([np.hstack([ahead, 0 * ahead])], [np.zeros(24)])
+    K = [[0.0, 2.0], [-3.15, 3.15]]
+    held = tube(K, np.full((1, 12, 2), wide), np.full((1, 2), wide))
+    claim = pj.learning.declared_claim(held, "this test declares it", net, GRID)
+    return pj.learning.trajectory_model(net, claim)
+
+
+def walks(n: int, seed: int = 0, seconds: float = 8.0) -> list:
+    """Tracks that turn now and then, logged every 0.05 s."""
+    draw, found = np.random.default_rng(seed), []
+    for _ in range(n):
+        times = np.arange(0.0, seconds, 0.05)
+        turns = np.where(draw.uniform(size=len(times)) < 0.01, draw.uniform(-1, 1, len(times)), 0)
+        heading, speed = draw.uniform(-3, 3) + np.cumsum(turns), draw.uniform(0.3, 1.2)
+        steps = 0.05 * speed * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+        found.append((times, np.cumsum(steps, axis=0)))
+    return found
+
+
+def mover(heading: float, speed: float = 1.0, at: float = 0.0) -> pj.problem.Mover:
+    ways = speed * STEP * np.array([np.cos(heading), np.sin(heading)])
+    places = np.array([2.0, -1.0]) + np.arange(-2, 1)[:, None] * ways
+    return pj.problem.see_mover(at + STEP * np.arange(-2, 1), places, STEP)
+
+
+def test_windows_are_told_in_the_frame_of_the_mover():
+    times = np.arange(0.0, 6.0, 0.1)
+    line = np.array([3.0, 1.0]) + times[:, None] * np.array([0.0, -0.8])
+    runs = pj.problem.mover_runs([(times, line)], GRID, step=STEP, most=1.5, every=0.5)
+    assert runs.n == 12 and set(runs.groups) == {0}
+    np.testing.assert_allclose(runs.k, np.tile([0.8, 0.0], (12, 1)), atol=1e-9)
+    t = GRID.dt_record * np.arange(GRID.n_record + 1)
+    # straight on beyond the end of the track, where nobody is
+    np.testing.assert_allclose(runs.p, np.stack([[0.8 * t, 0 * t]] * 12).swapaxes(1, 2), atol=1e-9)
+
+
+def test_of_each_track_one_window_bounds_and_all_of_them_teach():
+    about = {"step": STEP, "most": 1.5}
+    train = pj.problem.mover_runs(walks(12), GRID, every=0.5, **about)
+    held = pj.problem.mover_runs(walks(60, 1), GRID, rng=np.random.default_rng(0), **about)
+    assert held.n == 60 and held.groups is None and train.n > 100
+    asked = {"hidden": (4,), "seeds": 1, "steps": 50, "eps": 0.2, "delta": 0.05, "discard": 1}
+    model = pj.learn(train, jax.random.PRNGKey(0), holdout=held, quiet=True, **asked)
+    assert model.claim.n == 60 and float(model.claim.eps) <= 0.2
+    told = pj.problem.mover_obstacles(model, [mover(0.3), mover(2.0)], 0.3, ROBOT, 0.0).said
+    eps = model.claim.eps
+    assert f"at most {rounded_up(eps)} from a moment of a track" in told
+    assert f"any of them with at most {rounded_up(2 * eps)}, if they ignore" in told
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize(("heading", "age", "every"), [(0.0, 0.0, 1), (2.3, 0.13, 3)])
+def test_obstacles_hold_all_of_a_tube_grown_by_the_mover(heading, age, every):
+    wide, radius, speed, model = 0.05, 0.4, 1.3, straight()
+    walker = mover(heading, speed, at=5.0 - age)
+    told = pj.problem.mover_obstacles(model, [walker], radius, ROBOT, 5.0, every=every)
+    assert told.until == 1.0 and told.spans[-1][1] == 9
+    assert [t for a, b in told.spans for t in range(a, b + 1)] == list(range(10))
+    draw = np.random.default_rng(0)
+    along = np.array([np.cos(heading), np.sin(heading)])
+    left = np.array([-along[1], along[0]])
+    for part, (first, last) in zip(told.obstacles, told.spans, strict=True):
+        times = age + draw.uniform(0.1 * first, 0.1 * (last + 1), 200)
+        off = wide * draw.choice([-1.0, 1.0], (200, 2))
+        middle = np.array([2.0, -1.0]) + (speed * times + off[:, 0])[:, None] * along
+        rim = draw.normal(size=(200, 2))
+        rim *= radius / np.linalg.norm(rim, axis=1, keepdims=True)
+        assert ((middle + off[:, 1:] * left + rim) @ part.A.T <= part.b).all()
+
+
+def test_until_a_moment_nobody_is_an_obstacle_later():
+    told = pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, ROBOT, 0.0, until=0.35)
+    assert told.until == pytest.approx(0.4) and told.spans[-1][1] == 3
+    assert told.said.startswith("Until 0.4 s after the pose, against 1 mover: ")
+
+
+def test_tracks_with_gaps_and_jumps_are_refused():
+    times = np.arange(0.0, 6.0, 0.1)
+    line = np.outer(times, [0.5, 0.0])
+    about = {"step": STEP, "most": 1.5, "every": 0.5}
+    twice = np.where(times == times[7], times[6], times)
+    with pytest.raises(pj.InputError, match="track 0: expected at least two increasing times"):
+        pj.problem.mover_runs([(twice, line)], GRID, **about)
+    jumps = line + np.where(times > 3.0, 4.0, 0.0)[:, None]
+    with pytest.raises(pj.InputError, match=r"it jumps with 56\.9"):
+        pj.problem.mover_runs([(times, jumps)], GRID, **about)
+    with pytest.raises(pj.InputError, match=r"these are 0.3 and 0.1 s apart"):
+        pj.problem.see_mover([0.0, 0.3, 0.4], line[:3], STEP)
+
+
+@pytest.mark.parametrize("at", [-0.5, 7.0])
+def test_a_pose_from_the_future_or_by_another_clock_is_refused(at):
+    with pytest.raises(pj.InputError, match="by one clock; this one was seen"):
+        pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, ROBOT, at)
+
+
+def test_who_is_not_of_the_law_is_refused():
+    with pytest.raises(pj.InputError, match=r"up to 2 m/s; this one goes 3 m/s"):
+        pj.problem.mover_obstacles(straight(), [mover(0.0, 3.0)], 0.4, ROBOT, 0.0)
