@@ -2,11 +2,14 @@
 that the Jackal crosses by proved manoeuvres.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import parc_jax as pj
 from parc_jax.drive.loop.episode_file import load_episode
+from parc_jax.problem.world.movers import Moving
 from sims.dynabarn import __main__ as shell
 from sims.dynabarn import driver, movers, plain, worlds
 from sims.jackal import learn
@@ -65,6 +68,31 @@ def test_a_mover_that_leaves_its_tube_is_found_and_one_that_does_not_is_not():
     assert not driver.gone_out(here, Begun, claim, 0.6)
     runs = worlds.Track(track.times, track.places * [4.0, 1.0])  # four times as fast, ahead of it
     assert driver.gone_out(worlds.World(2, 5.0, (runs,)), Begun, claim, 0.6)
+
+
+def test_a_contact_has_one_cause():
+    """A mover walks into a robot that rests at the origin; the claim of its step decides."""
+    track = worlds.Track(np.array([0.0, 20.0]), np.array([[-10.0, 0.0], [10.0, 0.0]]))
+    here, path = worlds.World(2, 9.0, (track,)), np.zeros((20, 3))
+    distance = worlds.clearances(here, path, learn.robot().size)
+    begun = [SimpleNamespace(begin=0.0)]
+
+    def why(until: float, wide: float, left: bool = False) -> str:
+        body = pj.hpolytope([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]], [wide] * 4)
+        moving = Moving([body], [(0, 5)], until, "")
+        claims = [driver.Claimed(until, moving, (0,))]
+        return driver.cause_of(here, path, begun, claims, distance, left)
+
+    assert distance[0] > 0 >= distance.min()
+    assert why(0.0, 9.0) == "no manoeuvre was proved"
+    assert why(0.2, 9.0) == "later than the manoeuvre was proved for"
+    assert why(0.6, 0.1) == "a mover left its tube"
+    assert why(0.6, 9.0, left=True) == "the robot left its tube"
+    assert why(0.6, 9.0) == "CONTRADICTED"
+    comes = worlds.Track(np.array([0.0, 10.0]), np.array([[-0.8, 0.0], [9.2, 0.0]]))
+    here = worlds.World(2, 9.9, (comes,))
+    distance = worlds.clearances(here, path, learn.robot().size)
+    assert why(0.6, 9.0) == "a mover appeared"
 
 
 def test_a_world_is_crossed_by_proved_manoeuvres(tmp_path):
