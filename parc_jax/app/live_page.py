@@ -17,6 +17,7 @@ from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of
 from parc_jax.problem.problem import goal_box
+from parc_jax.statement import all_plans
 
 LOCAL = "127.0.0.1"
 RATE = 25.0  # [1/s] pictures of a plan that is played
@@ -284,12 +285,12 @@ def about_set(answer: Answer) -> list[str]:
     claim, share, lines, scene = answer.model.claim, answer.share, [], answer.scene
     domain = scene.model.domain
     whole = (scene.k_lo == domain.lo).all() and (scene.k_hi == domain.hi).all()
-    which = f"all k in {claim.law.box}" if whole else "k as the sliders have it"
+    of = all_plans(scene.at is not None, claim.law.box if whole else "the sliders' part of K")
     if share is not None:
         around = "" if answer.cover.within is None else " around the first found"
         least, most = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
-        sure = f"for {which}, confidence {rounded_down(str(share.confidence), 10)}"
-        lines.append(f"**{least} to {most} %** of the plans{around} are safe, {sure}")
+        sure = f"confidence {rounded_down(str(share.confidence), 10)}"
+        lines.append(f"**{least} to {most} %** of {of}{around}, are safe, {sure}")
     held = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of them"
     lines.append(f"{len(answer.corridors)} corridors hold {held}")
     return [*lines, f"the tube is {in_short(claim)}"]

@@ -32,10 +32,11 @@ WORK_PER_CHARACTER = 1000
 
 # What was proved: how many different samples, sets, corridors and boxes of doubt; None, or kind and
 # exact volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory.
-# The claim is quoted; arithmetic is what `checked_claim` knows of it.
+# moving: obstacles that are there for some intervals alone. The claim is quoted; arithmetic is what
+# `checked_claim` knows of it.
 Report = collections.namedtuple(
     "Report",
-    "samples sets corridors doubt no_plan bins without_model claim arithmetic hash",
+    "samples sets corridors doubt no_plan moving bins without_model claim arithmetic hash",
 )
 
 
@@ -123,6 +124,7 @@ def check_answer(answer, processes=1):
     return Report(
         **{part: len(found[part]) for part in LISTS},
         no_plan=volumes,
+        moving=sum(last - first + 1 < context.T for _, first, last in context.obstacles),
         bins=context.n_bins,
         without_model=context.bins_without_model(),
         claim=answer["claim"],
@@ -158,6 +160,9 @@ def summary(report):
         )
         yield "  of the (p0, k) whose first point ends in the file's box z, whatever else"
         yield f"    the goal asks, by volume: {listed}"
+    if report.moving:
+        yield f"NOT PROVED: {counted(report.moving, 'obstacle')} told of by intervals: nothing is"
+        yield "  said of them at other times"
     yield about_the_model(report)
     yield from told(report.claim, report.arithmetic, report.hash)
 

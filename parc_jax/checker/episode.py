@@ -263,7 +263,8 @@ def metres(x: Fraction) -> str:
 def summary_of_episode(report: Report) -> Iterator[str]:
     """What was proved and what it rests on, as lines."""
     yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
-    yield f"  {report.manoeuvres} manoeuvres, each from its stated pose to its last knot: nothing"
+    many = "manoeuvre" if report.manoeuvres == 1 else "manoeuvres"
+    yield f"  {report.manoeuvres} {many}, each from its stated pose to its last knot: nothing"
     yield "    is touched that was there for it; each began, with all of its reference points,"
     yield "    where the one before may have been left"
     span = f"{seconds(report.begin)} to {seconds(report.end)}"

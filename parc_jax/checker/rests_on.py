@@ -5,15 +5,19 @@ is measured or assumed. Numbers are told to twelve decimals; the file has them e
 """
 
 import itertools
+import re
 from collections.abc import Iterator
 from fractions import Fraction
 
+from .claim import at
 from .entries import canonical
 from .exact import array, decimal, need, number, whole
 
 CHECKED, ASSUMED = "checked", "assumed"
 ADDED = ("measured", ASSUMED)  # the standings of what a file may add
 LONGEST = 2000  # characters of an entry that are printed
+LEFT = re.compile(r"a chain of .*left after (\S+) to (\S+) s")  # in a law of k
+SAME = Fraction(1, 10**9)  # [s] by which times may differ
 ON_THE_ROBOT = "told from the pose of each manoeuvre, in the robot's own frame"
 IN_THE_WORLD = "told in the world"
 
@@ -35,6 +39,7 @@ def known_premises(episode: dict) -> list:
     obstacles = [problem["obstacles"] for problem in problems]
     moving = sum(any("steps" in part for part in some) for some in obstacles)
     frame = ON_THE_ROBOT if turned else IN_THE_WORLD
+    odd = left_otherwise(episode["claim"], apart, steps * dt)
     off = [f"within {', '.join(f'±{decimal(x)}' for x in start)} m of the truth"]
     off += [f"within ±{decimal(heading)} rad"] if turned or heading else []
     told = [
@@ -60,10 +65,22 @@ def known_premises(episode: dict) -> list:
         ["poses", ASSUMED, [*off, f"{decimal(drift)} m of drift from one to the next"]],
         ["room", ASSUMED, "each manoeuvre was asked with room for what its pose may be off"],
         ["places", ASSUMED, f"obstacles are where each problem has them, {frame}"],
-        ["hand-over", ASSUMED, "each is followed from its begin until that of the next"],
+        ["hand-over", ASSUMED, f"each is followed from its begin until that of the next{odd}"],
         ["k", ASSUMED, "each was driven with its k, of which what is measured was so at its begin"],
         ["rest", ASSUMED, "the robot stays where a manoeuvre came to its end"],
     ]
+
+
+def left_otherwise(claim: dict | None, apart: list, lasts: Fraction) -> str:
+    """How many manoeuvres were left when no run of a claim about chains was, of those that were
+    left before their end; empty for other claims.
+    """
+    said = LEFT.match(str(at(claim, "law", "k_law")))
+    if said is None:
+        return ""
+    first, last = map(number, said.groups())
+    odd = sum(x < lasts and not first - SAME <= x <= last + SAME for x in apart)
+    return f"; {odd} of {len(apart)} were left when no run of the claim was"
 
 
 def checked_premises(episode: dict) -> list:

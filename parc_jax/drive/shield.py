@@ -167,7 +167,8 @@ class Shield(gymnasium.Wrapper):
             raise InputError(f"Shield: expected act to return an action; got {driven!r:.60}.")
         driven = driven.astype(self.action_space.dtype)
         observation, reward, terminated, truncated, info = self.env.step(driven)
-        self._steps += 1
+        # of what comes after the end no stop was certified
+        self._steps = None if terminated or truncated else self._steps + 1
         self._observation = observation
         about = {"proposed": action, "driven": driven, "changed": changed}
         about["reason"] = decision.reason

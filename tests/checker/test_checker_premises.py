@@ -150,6 +150,22 @@ def test_both_print_the_same_lines(make, second_told):
 
 
 @pytest.mark.needs("node")
+def test_both_say_that_an_obstacle_is_there_for_a_part_of_the_time(second_told):
+    part = {"problem__obstacles__0__steps": [0, 0], "corridors__0__sep": [[[[1, known.TOP]]]]}
+    answer = known.change(known.corridor(), part)
+    told = [
+        "NOT PROVED: 1 obstacle told of by intervals: nothing is",
+        "  said of them at other times",
+    ]
+    whole = known.change(known.corridor(), {"problem__obstacles__0__steps": [0, 1]})
+    for one, said in ((answer, True), (whole, False)):
+        one = json.loads(json.dumps(one))
+        lines = list(checker.summary(checker.check_answer(one)))
+        assert (told[0] in lines and told[1] in lines) == said
+        assert (told[0] in second_told(one).lines) == said
+
+
+@pytest.mark.needs("node")
 @pytest.mark.parametrize("place", known.EDITS)
 def test_an_edit_is_rejected_and_one_with_its_hash_made_anew_is_seen(place, second_told):
     before = known.with_facts()

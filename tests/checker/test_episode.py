@@ -364,6 +364,15 @@ def test_obstacles_that_come_and_go_are_told_of_as_such():
         assert "told of by intervals in 3" in told(*spans)
 
 
+def test_a_manoeuvre_left_when_no_run_of_a_chain_was_is_said():
+    robot = Robot(3)
+    file = robot.episode(robot.driven(3))
+    for times, odd in (("0.25 to 0.75", 0), ("0.75 to 0.875", 2)):
+        law = f"a chain of 1 to 3 manoeuvres before it, each left after {times} s"
+        file["claim"] = {"kind": "declared", "law": {"k_law": law}}
+        assert f"until that of the next; {odd} of 2 were left when no run" in said(sealed(file))
+
+
 @pytest.mark.parametrize("heading", [None, F(0)])
 def test_a_polygon_never_turns(heading):
     robot = Robot(3)

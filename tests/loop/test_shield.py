@@ -173,3 +173,17 @@ def test_the_brake_goes_on_with_what_was_measured_last(model):
     *_, info = env.step(AHEAD / 2)
     assert "given: expected finite" in info["shield"]["reason"]
     assert (info["shield"]["driven"] == 0).all()
+
+
+def test_where_an_episode_has_ended_nothing_is_certified(model):
+    class Ends(Platform):
+        def step(self, action):
+            seen, reward, _, _, info = super().step(action)
+            return seen, reward, True, False, info
+
+    env = shielded(Ends(), model)
+    env.reset()
+    assert env.step(AHEAD * 0.7)[2]
+    with pytest.raises(pj.InputError, match="expected a reset that certified a stop"):
+        env.step(AHEAD * 0.7)
+    assert not env.commitments[-1].k.flags.writeable

@@ -14,6 +14,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.counts import clopper_pearson
+from parc_jax.learning.bound.fresh import left_out_beside, used_by
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -148,13 +149,16 @@ def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:
 class Recorded(NamedTuple):
     """Replays of recorded runs. runs: their outcomes. plans (n, n_p + n_k) and row (n,): the
     replayed plans, and the run of each. with_start (n_runs,) bool: runs with a start that the
-    answer proves safe.
+    answer proves safe. used: runs that the network or the tube was made from. gone: rows of their
+    log that are missing.
     """
 
     runs: Replay
     plans: np.ndarray
     row: np.ndarray
     with_start: np.ndarray
+    used: int = 0
+    gone: int = 0
 
     def counts(self) -> dict[str, int]:
         """Numbers of runs, of their replays, and of the outcomes."""
@@ -176,6 +180,8 @@ class Recorded(NamedTuple):
             f"that is proved safe; of {n['replays']:,} replays from such starts "
             f"{n['left_the_tube']:,} left the tube, {n['missed_the_goal']:,} missed the goal, "
             f"{n['touched']:,} touched an obstacle; none that stayed in the tube failed."
+            + (f" {self.used:,} of these runs made the tube, and do not test it." * (self.used > 0))
+            + (f" {self.gone:,} rows of their log were left out." * (self.gone > 0))
         )
 
 
@@ -195,7 +201,10 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
     if not len(plans):
         return None
     done = replay(runs.select(row), answer.scene, plans)
-    return Recorded(done, plans, row, np.isin(np.arange(runs.n), row))
+    made, of = used_by(answer.model.claim, runs), np.isin(np.arange(runs.n), row)
+    return Recorded(
+        done, plans, row, of, int(made.sum()), left_out_beside(answer.model.claim, runs)
+    )
 
 
 def starts_of(answer: Answer, runs: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:

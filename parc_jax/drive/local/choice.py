@@ -10,7 +10,7 @@ import numpy as np
 from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import counted, rounded_down, rounded_up
 from parc_jax.drive.local.localise import Driven, Local, Near, checked_local, localise, start_trial
 from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box
 from parc_jax.drive.local.trials import run_once
@@ -150,7 +150,9 @@ class Choice:
         failed, lost = run_once(system, scene, fresh, Stage.VALIDATE, plans, quiet)
         failures = int(failed.sum())
         bound = clopper_pearson(failures, n, float(look.delta))
-        assumed = ledger_of_tests(self.model.claim, lost)
+        planned = counted(look.planned, "look")
+        unseen = f"UNSEEN({planned}; no other test of a plan of this scene was made)"
+        assumed = (*ledger_of_tests(self.model.claim, lost), unseen)
         law = law_of(system, "given by the plan").describe()
         tested = FreshRuns(n, failures, bound, look, assumed, law, self.driven)
         return replace(self, tested=tested)

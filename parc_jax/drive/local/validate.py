@@ -388,6 +388,8 @@ def _accepted_model(
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}
     shown["assumptions"] = ledger_of_tests(model.claim, trial.lost)
+    if not isinstance(source, RolloutBatch):
+        shown["assumptions"] += ("UNSEEN(1 look; no other key was tried in this scene)",)
     evidence |= lost_among(trial.lost)
     if "start" in model.claim.evidence:  # of which the assumptions tell
         evidence["start"] = model.claim.evidence["start"]

@@ -223,6 +223,7 @@ class Loop:
             i = int(np.argmax(np.minimum(safe.clearance, room))) if len(safe.rows) else -1
             if i >= 0 and safe.clearance[i] >= least:
                 chosen, clear = k[rows[safe.rows[i]]], float(safe.clearance[i])
+                chosen.setflags(write=False)  # a certificate is written from it
                 until = at + self.lasts
                 about = clear, judged, scene.nominal, float(drift)
                 one = Commitment(self._n, at, until, chosen, *about)

@@ -104,6 +104,12 @@ def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
     return inside & (source == [batch.law.generator, batch.seed, batch.stage])
 
 
+def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
+    """(n,) bool: runs of a log that a claim, or the training it records, was made from."""
+    trained = claim.evidence.get("training", {}).get("runs", [])
+    return calibration_runs(claim, runs) | np.isin(short_ids(runs.hashes()), trained)
+
+
 def named_runs(scores: Scores) -> dict[str, list]:
     """Runs of a log by content, and the log itself, as stored in evidence; nothing of a seed."""
     if scores.seed is not None:

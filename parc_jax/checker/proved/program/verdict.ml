@@ -54,7 +54,8 @@ let about_the_model without bins =
       without bins
 
 (* What is proved, in words: all numbers are the checker's. *)
-let proved r =
+let proved (p : problem) r =
+  let moving = List.length (List.filter (fun (o : obstacle) -> o.last0 - o.first + 1 < p.steps) p.obstacles) in
   let counted n one many what = if n = 0 then [] else [ Printf.sprintf "  %d %s%s" n (if n = 1 then one else many) what ] in
   [ "ACCEPTED. Proved by a checker that is itself proved, for every trajectory inside the tube:" ]
   @ counted r.n_samples "sample" "samples" " (p0, k): the goal is reached, no obstacle touched"
@@ -68,6 +69,10 @@ let proved r =
      | Shares (safe, unsafe) ->
        [ "  of the (p0, k) whose first point ends in the file's box z, whatever else";
          Printf.sprintf "    the goal asks, by volume: safe at least %s, unsafe at least %s" (per_cent safe) (per_cent unsafe) ])
+  @ (if moving = 0 then []
+     else
+       [ Printf.sprintf "NOT PROVED: %d obstacle%s told of by intervals: nothing is" moving (if moving = 1 then "" else "s");
+         "  said of them at other times" ])
   @ [ about_the_model r.n_without r.n_bins ]
 
 (* The marks by kind; none for proofs of no plan where there is none. *)
@@ -188,7 +193,7 @@ let answered progress file =
   match Check.check_answer asked with
   | Misfit -> rejected "REJECTED: problem, network and tube do not fit each other, or a width is negative" []
   | Refused marks -> let entries = named marks in rejected (refused entries) entries
-  | Accepted (marks, r) -> { code = 0; lines = proved r @ rests known quoted hashed; entries = named marks }
+  | Accepted (marks, r) -> { code = 0; lines = proved asked.scene r @ rests known quoted hashed; entries = named marks }
 
 let driven progress file =
   let asked, known, quoted = read_episode file in
