@@ -105,3 +105,8 @@ def test_a_system_with_numbers_that_overflow_is_refused():
 
     with pytest.raises(InputError, match=r"huge: expected a domain with numbers up to 1e\+100"):
         check_system(Huge())
+
+
+def test_bags_and_other_tables_are_told_their_way_in(shell, tmp_path):
+    code, _, why = shell("learn", "drive.mcap", "--out", "m.npz", "--no-cache")
+    assert code == 2 and "pj.exchange.load_bags" in why and not list(tmp_path.iterdir())

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 from parc_jax.app.cli.options import Offer, Shell
+from parc_jax.common.errors import InputError
 
 
 def learn(
@@ -44,6 +45,11 @@ def learn(
             logs.refuse(run_anew, source, "a system that can be run")
             learned = logs.from_log(Path(source), log, study, shell.seed)
             learned.model.save(out)
+        elif Path(source).suffix in (".bag", ".mcap", ".db3", ".mat"):
+            raise InputError(
+                f"{source}: expected a system, a .npz file or a folder of CSV files. Bags are read "
+                "in Python, by pj.exchange.load_bags; other tables become a .npz first."
+            )
         else:
             logs.refuse(logged, source, "logged runs")
             module, settings, black_box = of_study(source, study)
