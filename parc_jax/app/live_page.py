@@ -107,11 +107,12 @@ class Page:
             ends = (0.0, "exact"), (most, f"{most:g}")
             slider = gui.add_slider(f"{name} off by [m]", 0.0, most, most / 20, 0.0, marks=ends)
             self._slides(slider, lambda half, name=name: live.off.__setitem__(name, half))
-        eps = [float(p.model.claim.eps or 0) for p in live.planners]
+        eps = [p.model.claim.eps or 0 for p in live.planners]
         if eps[0] < max(eps):
-            ends = tuple((x, rounded_up(x, 2)) for x in (eps[0], max(eps)))
-            step = (max(eps) - eps[0]) / 100
-            slider = gui.add_slider("eps of the tube", eps[0], max(eps), step, eps[0], marks=ends)
+            lo, hi = float(eps[0]), float(max(eps))
+            ends = (lo, rounded_up(eps[0], 2)), (hi, rounded_up(max(eps), 2))
+            step = (hi - lo) / 100
+            slider = gui.add_slider("eps of the tube", lo, hi, step, lo, marks=ends)
             self._slides(slider, live.allow)
         else:
             gui.add_markdown("No slider for eps: this claim keeps one size of its tube.")
