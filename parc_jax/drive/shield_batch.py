@@ -139,7 +139,7 @@ class BatchShield:
         seconds, fresh = last.steps * self._every, last.steps == 0  # a stop may be replaced at once
         scene, near = self._scene(pose, corners, active)
         asked = ((lo[chosen] <= proposed) & (proposed <= hi[chosen])).all()
-        seen = ((lo[axes] <= given) & (given <= hi[axes])).all() & jnp.isfinite(pose).all() & near
+        seen = ((lo[axes] <= given) & (given <= hi[axes])).all() & near
         inside = fresh | (self._outside(last, pose, seconds) <= 0)
         k = jnp.asarray(self._rows).at[0, chosen].set(proposed).at[:, axes].set(given[None])
 

@@ -18,6 +18,7 @@ import numpy as np
 import parc_jax as pj
 from sims.point import door, environment, model
 from sims.point.guide import Guide
+from sims.point.sensing import REST
 from sims.point.world import HAZARD, STEPS
 
 
@@ -159,6 +160,8 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
             f"{sum(one['committed'] for one in told):,} commitments",
             f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.1f} ms, "
             f"95 % {np.median(ms[:, 1]):.1f} ms in the middle episode",
+            f"assumed: a robot creeps by at most {100 * REST:g} cm after a manoeuvre, by which "
+            "every obstacle is grown",
         ]
     return done, "\n".join([*said, done.details()])
 

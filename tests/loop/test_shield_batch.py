@@ -22,7 +22,7 @@ def batch():
         system=PlatformSystem(),
         radius=0.2,
         every=HELD,
-        ask=lambda action: action,
+        ask=jnp.nan_to_num,  # hides what is not finite
         act=lambda k, seconds, given: jnp.where(seconds < HELD / 2, k[2:], 0.0 * given),
         room=0.05,
         far=20.0,
