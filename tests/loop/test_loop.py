@@ -187,6 +187,18 @@ def test_who_was_never_looked_at_is_counted_and_the_setting_named(line):
     assert "effort.deadline; 64 of 1,024 candidates were looked at" in step.reason
 
 
+def test_a_step_with_a_goal_is_proved_to_end_there(line):
+    loop, goal = loop_of(line), from_box(pj.box([0.3, -1.0, -9.0], [0.4, 1.0, 9.0]))
+    step = afresh(loop, [0.1, 0.0], [0.25], [], forward, goal=goal)
+    # from 0.1, give or take 0.01: the farthest that is sure to end before 0.4
+    every = np.sort(even_candidates(line, (1,), 256)[:, 0])
+    assert step.new and step.committed.proved()
+    assert step.committed.k[0] == every[every <= 0.29][-1]
+    beyond = from_box(pj.box([0.3, -1.0, -9.0], [0.315, 1.0, 9.0]))  # narrower than the tube
+    step = afresh(loop, [0.1, 0.0], [0.25], [], forward, goal=beyond)
+    assert not step.new and "goal" in step.reason
+
+
 def test_a_model_that_does_not_rest_is_refused_and_what_it_moves_is_told(line):
     with pytest.raises(
         InputError, match=r"end at rest; at k = .* moves by 0.25 m in its last 0.25"

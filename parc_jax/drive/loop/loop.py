@@ -167,6 +167,7 @@ class Loop:
         gone: "shapely.Geometry | None" = None,
         least: float = 0.0,
         explain: bool = True,
+        goal: HPolytope | None = None,
     ) -> Step:
         """Commit to the cheapest manoeuvre that is proved safe, or continue the one under way.
 
@@ -182,8 +183,10 @@ class Loop:
         against that at which the manoeuvre under way began, beside the uncertainty of both, as
         odometry may. gone: as of `FreeSpace.gone`, for the sentence. least: [m] of clearance
         without which nothing is committed to. explain: say what the nearest candidate lacks where
-        none is safe, which takes longer than the verdicts. Wrong measurements end in the manoeuvre
-        under way, with a sentence.
+        none is safe, which takes longer than the verdicts. goal: set in the world in which this
+        manoeuvre is proved to end, as of `reach_avoid`, in place of `end`; its heading is counted
+        on from that of the pose, which is within half a turn of 0. Wrong measurements end in the
+        manoeuvre under way, with a sentence.
         """
         begin = self._clock()
         try:
@@ -195,7 +198,7 @@ class Loop:
                 here = here._replace(heading=math.remainder(here.heading, 2 * math.pi))
             k = self._all_of_k(self._with_command(given, at))
             self._require_inside(here, at, k[0], drift)
-            scene = self._scenes.scene(here, obstacles, spans)
+            scene = self._scenes.scene(here, obstacles, spans, goal)
         except InputError as error:
             return self.go_on(str(error).rstrip("."), gone)
         cost = np.asarray(prefer(outlook(self.model, here, k, self.leave)), float)

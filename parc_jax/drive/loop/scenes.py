@@ -51,21 +51,29 @@ class Scenes:
             )
         self._models: dict = {}  # under uncertainty, made once
 
-    def scene(self, pose: Pose, obstacles: Sequence, spans: Sequence | None = None) -> Scene:
-        """The scene at a measured pose. Raises InputError."""
+    def scene(
+        self,
+        pose: Pose,
+        obstacles: Sequence,
+        spans: Sequence | None = None,
+        goal: HPolytope | None = None,
+    ) -> Scene:
+        """The scene at a measured pose. goal: as of `Loop.step`. Raises InputError."""
         # given parameters are exact at every step: they come with the candidates
         uncertainty = replace(self.uncertainty, given={axis: FREE for axis in self.model.given})
         # a goal of one row, a placeholder until the problem is in the robot's frame
         row = np.eye(1, self.model.n_c + self.model.n_q)
-        anything = hpolytope(row, [1e6])
+        anything = hpolytope(row, [1e6]) if goal is None else goal
         problem = reach_avoid(anything, obstacles, self.body, spans=spans, uncertainty=uncertainty)
         nominal = Query(problem, self.model, pose).nominal(self._models)
+        if goal is not None:  # one that `Query` has turned and shrunk
+            return padded(lowered(nominal), ROOM, CORNERS)
         model, end = nominal.model, None
         if self.end is not None:  # of all vertex realisations
             copies = model.n_points // self.model.n_points
             end = copied_problem(reach_avoid(self.end, (), self.body), self.model, 1, copies).goal
-        goal = moved_goal(everywhere(model) if end is None else end, model, nominal.at)
-        nominal = replace(nominal, problem=nominal.problem.replace(goal=goal))
+        ends = moved_goal(everywhere(model) if end is None else end, model, nominal.at)
+        nominal = replace(nominal, problem=nominal.problem.replace(goal=ends))
         return padded(lowered(nominal), ROOM, CORNERS)
 
     def why_none(self, scene: Scene, k: np.ndarray, judged: np.ndarray) -> str:

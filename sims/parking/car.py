@@ -1,0 +1,231 @@
+"""The competition's car as a black box: from rest it turns its wheels, drives a way, and rests.
+
+The plant is a kinematic bicycle whose motor and steering lag; its driver sees an odometer and a
+steering wheel that are a little wrong, and a slope that nobody told it.
+
+Manoeuvres last as long as they have to, so their records are not spaced in time but by progress:
+the first interval of a manoeuvre is the standing car that turns its wheels, the last one the brake,
+and each between them an equal share of the way that is asked for. `moments` has their times.
+"""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.common.sets.box import Box, box
+from parc_jax.learning.system import TURNS, TimeGrid, Trajectory, time_grid
+
+# the competition's car and its limits, as `cases.json` has them
+LENGTH, WIDTH, WHEELBASE, BEHIND = 4.689, 1.942, 2.8, 0.929  # [m]; BEHIND: the rear overhang
+SPEED, ACCELERATION, STEERING, RATE = 2.5, 1.0, 0.75, 0.5  # most, [m/s, m/s^2, rad, rad/s]
+
+POINTS = ("rear axle", "front left", "rear left", "rear right", "front right")
+CORNERS = np.array([[x, y] for x, y in ((1, 1), (0, 1), (0, -1), (1, -1))]) * [
+    LENGTH,
+    WIDTH / 2,
+] - [BEHIND, 0.0]
+
+WAY, TURN = 5.0, 0.74  # most that is asked for: [m] of way, [rad] of steering
+BEND = 0.9  # [rad] most that the car turns in a manoeuvre: steering is asked for as a share of that
+SHARES = 16  # intervals of the way
+EVERY = 4  # records of an interval
+SUBSTEPS = 12  # of the integration between records
+MARGIN = 0.9  # share of the limits of speed and rate that the driver plans with
+PLANNED, BRAKING = 0.75, 0.7  # [m/s^2] of the plan, and with which it is sure to stop
+SERVO, MOTOR, BRAKE = 0.08, 0.1, 0.05  # [s] lags
+SETTLE = 0.25  # [s] after the wheels should stand, and [s] of the brake, five times its lag
+CREEP = 0.5  # [s] after the way should have been driven, until the brake
+WAY_GAIN, SPEED_GAIN, LAST_GAIN = 3.0, 6.0, 4.0  # [1/s] of the driver; the last is near the end
+
+
+@dataclass(frozen=True)
+class Law:
+    """What differs between runs, uniform in plus or minus so much. odometer: share of the way.
+    steering: [rad] of its zero. slope: [m/s^2] along the car. motor: share of its force.
+    """
+
+    odometer: float = 0.003
+    steering: float = 0.002
+    slope: float = 0.03
+    motor: float = 0.03
+
+
+def corners(x, y, heading):
+    """Places (..., 5, 2) [m] of POINTS, of the rear axle's x, y and heading. NumPy or JAX."""
+    xp = jnp if isinstance(x, jax.Array) else np
+    cos, sin = xp.cos(heading)[..., None], xp.sin(heading)[..., None]
+    around = np.concatenate([np.zeros((1, 2)), CORNERS]).T
+    ahead, left = (xp.asarray(side, x.dtype) for side in around)
+    return xp.stack(
+        [x[..., None] + cos * ahead - sin * left, y[..., None] + sin * ahead + cos * left], axis=-1
+    )
+
+
+def steerings(k):
+    """Steering [rad] where the way of k (4,) begins, and where it ends."""
+    xp = jnp if isinstance(k, jax.Array) else np
+    most = xp.arctan(WHEELBASE * BEND / xp.maximum(xp.abs(k[1]), WHEELBASE * BEND / math.tan(TURN)))
+    return most * k[2], most * k[3]
+
+
+def profile(way, swing):
+    """Speed [m/s] at cruise, and seconds, of a way [m] in which the wheels turn by swing [rad]."""
+    xp = jnp if isinstance(way, jax.Array) else np
+    slow = MARGIN * RATE * way / xp.maximum(xp.abs(swing), 1e-3)
+    cruise = xp.minimum(MARGIN * SPEED, slow)
+    cruise = xp.minimum(cruise, xp.sqrt(PLANNED * way))
+    return cruise, way / cruise + cruise / (PLANNED)
+
+
+def moments(k):
+    """(n_record + 1,) [s] of the records of a manoeuvre k (4,), from its beginning."""
+    xp = jnp if isinstance(k, jax.Array) else np
+    before, way, (first, last) = k[0], k[1], steerings(k)
+    way = xp.maximum(xp.abs(way), 1e-3)
+    stand = xp.abs(first - before) / (MARGIN * RATE) + SETTLE
+    cruise, lasts = profile(way, last - first)
+    share = xp.linspace(0.0, 1.0, SHARES * EVERY + 1, dtype=k.dtype)
+    at, a = way * share, PLANNED
+    ramp = cruise**2 / (2 * a)
+    speeding = xp.sqrt(2 * at / a)
+    slowing = lasts - xp.sqrt(2 * xp.maximum(way - at, 0.0) / a)
+    even = cruise / a + (at - ramp) / cruise
+    drive = xp.where(at < ramp, speeding, xp.where(way - at < ramp, slowing, even))
+    edge = xp.linspace(0.0, 1.0, EVERY + 1, dtype=k.dtype)
+    drive = drive + CREEP * share**8
+    ends = stand + lasts + CREEP
+    return xp.concatenate([stand * edge[:-1], stand + drive, ends + SETTLE * edge[1:]])
+
+
+@dataclass(frozen=True, eq=False)
+class Car:
+    """k = (steering before [rad]; way [m], negative backwards; steering where the way begins and
+    where it ends, linear in between, as shares of the most that `steerings` allows) -> p (n_record
+    + 1, 5, 2) of POINTS in the frame of the rear axle at the start, q = (heading,) at the end.
+    Build with `system`.
+    """
+
+    domain: Box
+    time: TimeGrid
+    spread: Law
+
+    name: ClassVar[str] = "parking"
+    n_p: ClassVar[int] = 2
+    n_q: ClassVar[int] = 1
+    points: ClassVar[tuple[str, ...]] = POINTS
+    rotation: ClassVar[tuple[str, ...]] = (TURNS,)
+    p_labels: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]")
+    q_labels: ClassVar[tuple[str, ...]] = ("heading [rad]",)
+    k_labels: ClassVar[tuple[str, ...]] = (
+        "steering before [rad]",
+        "way [m]",
+        "steering first",
+        "steering last",
+    )
+    given: ClassVar[tuple[int, ...]] = (0,)
+
+    @property
+    def law(self) -> dict[str, Any]:
+        """What a claim about this system has to name beside K."""
+        clock = f"progress: 1 to turn the wheels, {SHARES} equal shares of the way, 1 to brake"
+        return {**asdict(self.spread), "clock": clock}
+
+    def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
+        """One run."""
+        zero = jnp.zeros((), k.dtype)
+        return self._seen(self.states(key, k), jnp.stack([zero, zero]), zero)
+
+    def rollout_from(self, key: jax.Array, k: jax.Array, p0: jax.Array) -> Trajectory:
+        """One run from p0 (2,) [m]; p is relative to it."""
+        return self._seen(self.states(key, k, p0), p0, jnp.zeros((), k.dtype))
+
+    def rollout_headed(self, key: jax.Array, k: jax.Array, heading: jax.Array) -> Trajectory:
+        """One run with that heading [rad] at the start; p is not turned back."""
+        zero = jnp.zeros(2, k.dtype)
+        return self._seen(self.states(key, k, zero, heading), zero, heading)
+
+    def _seen(self, states: jax.Array, p0: jax.Array, _heading) -> Trajectory:
+        x, y, heading = states[:, 0] - p0[0], states[:, 1] - p0[1], states[:, 2]
+        return Trajectory(corners(x, y, heading), states[-1:, 2])
+
+    def states(self, key: jax.Array, k: jax.Array, p0=None, heading=0.0) -> jax.Array:
+        """(n_record + 1, 5) x, y [m], heading [rad], speed [m/s], steering [rad] at the records."""
+        law, n = self.spread, jnp.array(jax.random.uniform(key, (4,), k.dtype, -1.0, 1.0))
+        odometer, zero, slope, motor = (
+            1.0 + law.odometer * n[0],
+            law.steering * n[1],
+            law.slope * n[2],
+            1.0 + law.motor * n[3],
+        )
+        before, way, (first, last) = k[0], k[1], steerings(k)
+        size, sign = jnp.maximum(jnp.abs(way), 1e-3), jnp.sign(way)
+        cruise, lasts = profile(size, last - first)
+        times = moments(k)
+        stand, a = times[EVERY], PLANNED
+
+        def planned(t):  # way and speed, at a time of the drive
+            t = jnp.clip(t, 0.0, lasts)
+            left, rise = lasts - t, cruise / a
+            at = jnp.where(t < rise, 0.5 * a * t**2, cruise * (t - 0.5 * rise))
+            at = jnp.where(left < rise, size - 0.5 * a * left**2, at)
+            push = jnp.where(t < rise, a, jnp.where(left < rise, -a, 0.0))
+            return at, jnp.minimum(cruise, a * jnp.minimum(t, left)), push
+
+        def substep(state, at):
+            t, h = at
+            x, y, turned, speed, steering, force, told = state
+            goes, ends = t >= stand, t >= stand + lasts + CREEP
+            way_asked, speed_asked, push = planned(t - stand)
+            push = planned(t - stand + MOTOR)[2]
+            wheel = jnp.where(goes, first + (last - first) * way_asked / size, first)
+            change = jnp.clip((wheel - steering) / SERVO, -RATE, RATE)
+            left = jnp.maximum(size - told, 0.0)
+            slow = jnp.minimum(jnp.sqrt(2 * BRAKING * left), LAST_GAIN * left)
+            aim = jnp.minimum(speed_asked + WAY_GAIN * (way_asked - told), slow)
+            asked = jnp.clip(push + SPEED_GAIN * (aim - speed), -ACCELERATION, ACCELERATION)
+            force = force + (asked - force) * -jnp.expm1(-h / MOTOR)
+            pulled = jnp.clip(motor * force + sign * slope, -ACCELERATION, ACCELERATION)
+            drives = jnp.clip(speed + h * pulled, 0.0, SPEED)  # the other gear is another manoeuvre
+            brakes = speed * jnp.exp(-h / BRAKE)
+            after = jnp.where(ends, brakes, jnp.where(goes, drives, 0.0))
+            force = jnp.where(goes, force, 0.0)
+            middle = 0.5 * h * (speed + after)
+            true = jnp.clip(steering + zero, -STEERING, STEERING)
+            bend = sign * middle * jnp.tan(true) / WHEELBASE
+            x = x + sign * middle * jnp.cos(turned + 0.5 * bend)
+            y = y + sign * middle * jnp.sin(turned + 0.5 * bend)
+            state = (
+                x,
+                y,
+                turned + bend,
+                after,
+                steering + h * change,
+                force,
+                told + odometer * middle,
+            )
+            return state, None
+
+        def record(state, span):
+            begin, end = span
+            h = (end - begin) / SUBSTEPS
+            ticks = begin + h * jnp.arange(SUBSTEPS, dtype=k.dtype)
+            state, _ = jax.lax.scan(substep, state, (ticks, jnp.full(SUBSTEPS, h)))
+            return state, jnp.stack(state[:5])
+
+        p0 = jnp.zeros(2, k.dtype) if p0 is None else p0
+        nothing = jnp.zeros((), k.dtype)
+        heading = nothing + heading
+        start = (p0[0] + nothing, p0[1] + nothing, heading, nothing, before, nothing, nothing)
+        _, states = jax.lax.scan(record, start, (times[:-1], times[1:]))
+        return jnp.concatenate([jnp.stack(start[:5])[None], states])
+
+
+def system(law: Law | None = None) -> Car:
+    """The car, with what differs between its runs."""
+    most = np.array([TURN, WAY, 1.0, 1.0])
+    grid = time_grid(1.0, SHARES + 2.0, 1.0 / EVERY)
+    return Car(box(-most, most), grid, Law() if law is None else law)

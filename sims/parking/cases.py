@@ -1,0 +1,89 @@
+"""The parking cases of TPCAP (IEEE ITSC 2022): LICENSE.txt has their notice."""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import parc_jax as pj
+from sims.parking.car import corners
+
+FILE = Path(__file__).with_name("cases.json")
+NEAR = 14.0  # [m] from the rear axle: obstacles that are farther are reached by no manoeuvre
+
+
+class Case(NamedTuple):
+    """A case. name: as messages have it. start, goal (3,): x, y [m], heading [rad] of the rear
+    axle, from the place of the start. outlines: polygons as they are given, (n, 2) [m] each.
+    """
+
+    name: str
+    start: np.ndarray
+    goal: np.ndarray
+    outlines: tuple[np.ndarray, ...]
+
+    @property
+    def pieces(self) -> list:
+        """Convex polytopes that cover the outlines."""
+        return [piece for one in self.outlines for piece in pj.problem.convex_pieces(one)]
+
+    @property
+    def shapes(self) -> list:
+        """The outlines as Shapely has them."""
+        import shapely
+
+        return [shapely.Polygon(one) for one in self.outlines]
+
+
+@cache
+def numbers() -> tuple[int, ...]:
+    """Of the cases that come along."""
+    return tuple(sorted(map(int, _read(FILE))))
+
+
+def case(number: int, file: Path = FILE) -> Case:
+    """A case of a file. Raises InputError, with the name of what is wrong."""
+    listed = _read(file)
+    if str(number) not in listed:
+        known = ", ".join(sorted(listed, key=int))
+        raise pj.InputError(f"case: expected one of {known}; got {number!r:.40}.")
+    data = listed[str(number)]
+    return case_of(f"case {number}", data["start"], data["goal"], data["obstacles"])
+
+
+def case_of(name: str, start, goal, obstacles) -> Case:
+    """A case of poses (3,) and corners of polygons, all in one frame. Raises InputError where one
+    is broken, or is touched at the start or at the goal.
+    """
+    import shapely
+
+    start, goal = (np.asarray(pose, np.float64) for pose in (start, goal))
+    if start.shape != (3,) or goal.shape != (3,) or not np.isfinite([start, goal]).all():
+        raise pj.InputError(f"{name}: expected a start and a goal of x, y [m] and heading [rad].")
+    origin, outlines = start[:2].copy(), []
+    for i, polygon in enumerate(obstacles):
+        outline = np.asarray(polygon, np.float64)
+        shape = (
+            shapely.Polygon(outline - origin) if outline.ndim == 2 and len(outline) > 2 else None
+        )
+        if shape is None or not shape.is_valid or not shape.area > 0:
+            why = "fewer than 3 corners" if shape is None else shapely.is_valid_reason(shape)
+            raise pj.InputError(f"{name}: expected polygons; obstacle {i} is broken: {why}.")
+        outlines.append(outline - origin)
+    start, goal = start - [*origin, 0.0], goal - [*origin, 0.0]
+    found = Case(name, start, goal, tuple(outlines))
+    for word, pose in (("start", start), ("goal", goal)):
+        body = shapely.Polygon(corners(*pose)[1:])
+        for i, shape in enumerate(found.shapes):
+            if body.intersects(shape):
+                raise pj.InputError(
+                    f"{name}: expected a {word} where the car touches nothing; there it touches "
+                    f"obstacle {i}."
+                )
+    return found
+
+
+def _read(file: Path) -> dict:
+    return json.loads(file.read_text())

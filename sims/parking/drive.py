@@ -1,0 +1,215 @@
+"""A case driven: a way is searched for, each of its manoeuvres is proved from the pose that the one
+before led to, the last one into the goal, and driven by the black box.
+"""
+
+import time
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import jax
+import numpy as np
+
+import parc_jax as pj
+from parc_jax.common.keys import as_key, generator
+from parc_jax.drive.loop.candidates import listed_candidates, outlook
+from parc_jax.problem.robust.pose import pose_of
+from sims.parking import car as c
+from sims.parking.cases import NEAR, Case
+from sims.parking.guide import MOST, Guide, compose, offset_from, reach_exactly
+from sims.rectangle import rectangle
+
+MODEL = Path(__file__).with_name("model.npz")
+GOAL = (0.1, np.radians(2.0))  # [m] along and across, [rad]: how far from the goal is in it
+AROUND, SPREAD = 384, (0.12, 0.12, 0.12)  # candidates around the way's own, and their spread
+PER_RADIAN = 2.5  # [m] that a wrong heading counts as
+ROOMY = 0.9  # share of the goal that the tube of the last manoeuvre may take
+LINKS = 40  # manoeuvres of a case
+CLEAR = (0.12, 0.08, 0.05, 0.03)  # [m] of clearance of a first way, and of others when one fails
+BETWEEN = 4  # poses of the judge from record to record
+
+
+@dataclass(frozen=True)
+class Parked:
+    """What came of a case. reached: the car rests in the goal. proved: so the last manoeuvre says.
+    why: where it ended before. clearance: [m] least distance to an obstacle, not positive where one
+    was touched. gears: changes of gear. seconds: driven, turning the wheels included. off (3,): [m]
+    along and across, [rad] from the goal. planned: [s] of processor time of all planning. left: was
+    a tube left? commitments: what was proved. path (n, 3), times (n,): true poses at all records,
+    and their moments [s].
+    """
+
+    reached: bool
+    proved: bool
+    why: str
+    clearance: float
+    gears: int
+    seconds: float
+    off: np.ndarray
+    planned: float
+    left: bool
+    commitments: list = field(repr=False)
+    path: np.ndarray = field(repr=False)
+    times: np.ndarray = field(repr=False)
+
+    @property
+    def touched(self) -> bool:
+        """Was an obstacle touched?"""
+        return not self.clearance > 0
+
+
+def model() -> pj.types.TrajectoryModel:
+    """The model that comes along; `python -m sims.parking.learn` made it."""
+    return pj.load(MODEL, system="parking")
+
+
+@cache
+def loop_of(path: Path = MODEL, start: float = 0.0, heading: float = 0.0) -> pj.drive.Loop:
+    """The loop of a model, made once. start, heading: [m], [rad] by which poses may be wrong."""
+    known = pj.load(path, system="parking")
+    return pj.drive.Loop(
+        known,
+        rectangle(),
+        leave=known.time.t_f,
+        uncertainty=pj.Uncertainty(start=start, heading=heading),
+        candidates=np.zeros((1, 3)),
+        effort=pj.drive.Effort(judged=AROUND, looks=1 << 14, room=0.02, deadline=1e4),
+    )
+
+
+def goal_of(case: Case, pose: np.ndarray) -> pj.types.HPolytope:
+    """The goal of a case in the world, over all points and the heading, seen from a pose (3,)."""
+    cos, sin = np.cos(case.goal[2]), np.sin(case.goal[2])
+    rows = np.array([[cos, sin], [-sin, cos]])
+    rows = np.concatenate([rows, -rows])
+    place = pj.hpolytope(rows, rows @ case.goal[:2] + GOAL[0])
+    here = np.arctan2(np.sin(pose[2]), np.cos(pose[2]))
+    turned = here + offset_from(pose, case.goal)[2]
+    heading = pj.box([turned - GOAL[1]], [turned + GOAL[1]])
+    return pj.problem.goal_of_points(c.POINTS, {c.POINTS[0]: place}, heading)
+
+
+def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
+    """Park. key: of the black box and of the measured poses."""
+    begin = time.process_time()
+    system = c.system() if system is None else system
+    run = jax.jit(system.states)
+    draws, loop_key = generator(jax.random.fold_in(as_key(key), 0)), as_key(key)
+    loop.restart()
+    around = [(piece, one) for one in case.outlines for piece in pj.problem.convex_pieces(one)]
+    pose, wheels, at = case.start, 0.0, 0.0
+    new, path, times = [], [pose[None]], [np.zeros(1)]
+    driven, tries, why, way, i = 0.0, 0, "", None, 0
+    proved = False
+    margins = iter(CLEAR)
+    guide = Guide(case, sure=lambda k: ends_surely(loop.model, k))
+    while len(new) < LINKS:
+        if way is None or i == len(way.k):
+            margin = next(margins, None)
+            if margin is None:
+                why = why or "no way was found"
+                break
+            guide.margin = margin
+            way, i = guide.search(pose), 0
+            tries += 1
+            if way is None:
+                why = "no way was found"
+                continue
+        known = measured(pose, loop.uncertainty, draws)
+        last = i == len(way.k) - 1
+        step = link(loop, case, around, known, wheels, way.k[i], way.poses[i + 1], last, at)
+        if not step.new:
+            why, way = step.reason, None
+            continue
+        k = step.committed.k
+        new.append(step.committed)
+        along = np.asarray(run(jax.random.fold_in(loop_key, len(new)), k), np.float64)
+        path.append(compose(pose, along[1:, :3]))
+        times.append(driven + c.moments(k)[1:])
+        pose, driven, at = path[-1][-1], float(times[-1][-1]), at + loop.model.time.t_f
+        wheels = float(np.clip(along[-1, 4], -c.TURN, c.TURN))
+        i, why = i + 1, ""
+        if last:
+            proved = True
+            break
+    path, times = np.concatenate(path), np.concatenate(times)
+    off = offset_from(case.goal, pose)
+    ways = np.array([one.k[1] for one in new])
+    points = c.corners(*path.T)
+    return Parked(
+        reached=bool((np.abs(off) <= [GOAL[0], GOAL[0], GOAL[1]]).all()),
+        proved=proved,
+        why=why,
+        clearance=judged(case, path),
+        gears=int((np.diff(np.sign(ways)) != 0).sum()) if len(ways) else 0,
+        seconds=driven,
+        off=off,
+        planned=time.process_time() - begin,
+        left=pj.drive.left_tube(new, points, path[:, 2]),
+        commitments=new,
+        path=path,
+        times=times,
+    )
+
+
+def link(loop, case, around, pose, wheels, k, target, last, at):
+    """One step of the loop: a manoeuvre from a pose to a target (3,), near k (3,)."""
+    aim = offset_from(pose, target)
+    exact, _ = reach_exactly(aim[None], np.asarray(k, float)[None], predicted(loop.model, wheels))
+    draw = np.random.default_rng(0).normal(size=(AROUND - 1, 3)) * SPREAD
+    draw *= np.random.default_rng(1).uniform(0, 1, (AROUND - 1, 1)) ** 2
+    near = np.concatenate([exact, exact + draw])
+    near = np.clip(near, -MOST, MOST)
+    loop.candidates = listed_candidates(loop.model, loop.given, near)
+    obstacles = [piece for piece, one in around if np.linalg.norm(_nearest(one, pose[:2])) < NEAR]
+
+    def prefer(seen) -> np.ndarray:
+        off = np.linalg.norm(seen.path[:, -1] - target[:2], axis=1)
+        turned = (seen.heading - target[2] + np.pi) % (2 * np.pi) - np.pi
+        return np.maximum(off - 0.01, 0.0) + PER_RADIAN * np.abs(turned)
+
+    goal = goal_of(case, pose) if last else None
+    return loop.step(pose, [wheels], obstacles, prefer, at=at, goal=goal)
+
+
+def ends_surely(model, k: np.ndarray) -> np.ndarray:
+    """(b,) whether the tube of manoeuvres k (b, 3) leaves room in the goal."""
+    final = model.tube.final[model.tube.bins_of(np.column_stack([np.zeros(len(k)), k]))]
+    final = final.max(axis=1) if final.ndim == 3 else final
+    place, turned = np.hypot(final[:, 0], final[:, 1]), final[:, -1]
+    return (place < ROOMY * GOAL[0]) & (turned < ROOMY * GOAL[1])
+
+
+def predicted(model, wheels: float):
+    """As `ends` of the guide, by the network, with the steering before [rad]."""
+    here = pose_of(np.zeros(3), model)
+
+    def predict(k: np.ndarray) -> np.ndarray:
+        seen = outlook(model, here, np.column_stack([np.full(len(k), wheels), k]), 1)
+        return np.column_stack([seen.path[:, -1], seen.heading])[:, None]
+
+    return predict
+
+
+def measured(pose: np.ndarray, uncertainty, draws) -> np.ndarray:
+    """A pose as it is known, off by what is declared."""
+    most = [*uncertainty.shifts(2), float(uncertainty.heading or 0.0)]
+    return pose + np.array(most) * draws.uniform(-1, 1, 3)
+
+
+def judged(case: Case, path: np.ndarray) -> float:
+    """[m] least distance of the car along poses (n, 3) to the outlines; 0 where it touches one."""
+    import shapely
+
+    share = np.arange(BETWEEN) / BETWEEN
+    between = path[:-1, None] + share[:, None] * np.diff(path, axis=0)[:, None]
+    poses = np.concatenate([between.reshape(-1, 3), path[-1:]])
+    bodies = shapely.polygons(c.corners(*poses.T)[:, 1:])
+    found = [float(shapely.distance(bodies, shape).min()) for shape in case.shapes]
+    return min(found, default=float("inf"))
+
+
+def _nearest(outline: np.ndarray, place: np.ndarray) -> np.ndarray:
+    import shapely
+
+    return np.array([shapely.Polygon(outline).distance(shapely.Point(place))])

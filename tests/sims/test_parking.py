@@ -1,0 +1,101 @@
+"""TPCAP's cases: the car keeps the competition's limits, broken cases are named, a case is parked
+and its file accepted; at night all of them.
+"""
+
+import jax
+import numpy as np
+import pytest
+
+import parc_jax as pj
+from parc_jax.drive.loop.episode_file import load_episode
+from parc_jax.learning.runs.law import law_of
+from parc_jax.safe_set.verdict.outline import require_same
+from sims.parking import car, cases, drive, guide
+from sims.parking.__main__ import Options, park
+
+FAR = [[[20.0, 0.0], [21.0, 0.0], [21.0, 1.0]]]
+REST = [0.0, 0.0, 0.0]
+
+
+def test_the_car_keeps_the_limits_and_comes_to_rest():
+    system = car.system()
+    lo, hi = np.asarray(system.domain.lo), np.asarray(system.domain.hi)
+    k = np.random.default_rng(0).uniform(lo, hi, (200, 4)).astype(np.float32)
+    states = np.asarray(
+        jax.jit(jax.vmap(system.states))(jax.random.split(jax.random.PRNGKey(0), 200), k)
+    )
+    times = np.array([car.moments(one) for one in k])
+    seconds = np.diff(times, axis=1)
+    assert (seconds > 0).all()
+    speed, wheels = states[..., 3], states[..., 4]
+    assert speed.max() <= car.SPEED and np.abs(wheels).max() <= car.STEERING
+    assert (np.abs(np.diff(speed, axis=1)) <= car.ACCELERATION * seconds + 1e-3)[
+        :, : -car.EVERY
+    ].all()
+    assert (np.abs(np.diff(wheels, axis=1)) <= car.RATE * seconds + 1e-4).all()
+    assert np.abs(speed[:, -1]).max() < 0.01  # [m/s] at rest
+    # the way that was asked for, give or take what differs between runs
+    driven = np.linalg.norm(np.diff(states[..., :2], axis=1), axis=2).sum(axis=1)
+    assert np.abs(driven - np.abs(k[:, 1])).max() < 0.1
+
+
+def test_its_model_is_of_the_car_as_it_is():
+    model, system = drive.model(), car.system()
+    require_same(system, model)
+    assert model.claim.law == law_of(system) and model.claim.kind == "pac"
+    assert drive.MODEL.stat().st_size < 1_000_000
+    # [m] at rest, of the rear axle
+    assert np.median(np.linalg.norm(model.tube.final[:, :2], axis=1)) < 0.08
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "obstacles", "words"),
+    [
+        (REST, [8.0, 0.0, 0.0], [[[3.0, -1], [4, -1], [4, 1], [3, 1]]], "start .* obstacle 0"),
+        (REST, [8.0, 0.0, 0.0], [*FAR, [[9.0, -1], [10, -1], [10, 1]]], "goal .* obstacle 1"),
+        (REST, [8.0, 0.0, 0.0], [[[20.0, 0], [21, 1], [21, 0], [20, 1]]], "obstacle 0 is broken"),
+        (REST, [8.0, 0.0, 0.0], [[[20.0, 0], [21, 1]]], "fewer than 3 corners"),
+        (REST, [8.0, np.nan, 0.0], FAR, "a start and a goal"),
+    ],
+)
+def test_a_broken_case_is_named(start, goal, obstacles, words):
+    with pytest.raises(pj.InputError, match=words):
+        cases.case_of("here", start, goal, obstacles)
+
+
+def test_an_unknown_case_is_named():
+    with pytest.raises(pj.InputError, match=r"expected one of 1, 2, .*; got 3"):
+        cases.case(3)
+
+
+def test_the_judge_sees_a_contact_between_records():
+    case = cases.case_of("here", REST, [8.0, 0.0, 0.0], [[[4.5, 0.97], [4.6, 2.0], [4.4, 2.0]]])
+    path = np.array([REST, [8.0, 0.0, 0.0]])  # neither the first nor the last pose is at 4.5 m
+    assert drive.judged(case, path) == 0.0
+    assert drive.judged(case, path - [0.0, 0.5, 0.0]) == pytest.approx(0.499, abs=1e-6)
+
+
+def test_a_way_of_the_guide_leads_from_the_start_to_the_goal():
+    case = cases.case(5)
+    way = guide.Guide(case).search()
+    pose = case.start
+    for k, end in zip(way.k, way.poses[1:], strict=True):
+        pose = guide.compose(pose, guide.ends(k[None])[0, 0])
+        assert np.abs(guide.offset_from(pose, end)).max() < 0.02
+    assert np.abs(guide.offset_from(pose, case.goal)).max() < 0.1
+
+
+def test_a_case_is_parked_and_its_file_is_accepted(tmp_path):
+    one, _ = park(5, Options(out=tmp_path))
+    assert one.reached and one.proved and not one.touched and not one.left
+    driven = load_episode(tmp_path / "case_5.json")
+    assert len(driven.manoeuvres) == len(one.commitments)
+    # the last manoeuvre is proved to end in the goal: two axes and the heading, each on both sides
+    assert len(driven.manoeuvres[-1].problem.goal.b) == 6
+
+
+@pytest.mark.night
+def test_all_cases_but_two_are_parked_and_nothing_is_touched(tmp_path):
+    done = {number: park(number, Options(out=tmp_path))[0] for number in cases.numbers()}
+    assert not any(one.touched for one in done.values())
+    assert {number for number, one in done.items() if not one.reached} <= {7, 19}
