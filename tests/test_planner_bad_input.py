@@ -81,7 +81,7 @@ def test_problems_are_refused_in_one_sentence(name):
 
 def test_parts_of_a_model_must_fit_each_other():
     line = line_model(4)
-    with pytest.raises(InputError, match="tube with 5 intervals") as caught:
+    with pytest.raises(InputError, match="tube as its runs are: 5 intervals, got 4") as caught:
         told(line, time=time_grid(0.2, 1.0))
     one_sentence(caught)
     with pytest.raises(

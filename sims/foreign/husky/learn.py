@@ -43,8 +43,8 @@ class Halves(NamedTuple):
 
 def halves(log: Log) -> Halves:
     """The runs for shape and profile, and those for the size of the tube."""
-    even = log.number % 2 == 0
-    return Halves(recorded(log.select(even)), recorded(log.select(~even)))
+    runs, even = recorded(log), log.number % 2 == 0
+    return Halves(runs.select(even), runs.select(~even))
 
 
 def network(log: Log, key: jax.Array) -> ReLUNetwork:

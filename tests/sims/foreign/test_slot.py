@@ -4,8 +4,6 @@ and a machine without crazyflow.
 
 import importlib.util
 import itertools
-import textwrap
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -103,14 +101,6 @@ def test_the_proved_body_is_crazyflows_box_and_holds_all_that_is_drawn():
         turn = data.geom_xmat[geom].reshape(3, 3)
         places = model.mesh_vert[first : first + many] @ turn.T + data.geom_xpos[geom]
         assert (np.abs(places) <= np.array(c.SIZE) / 2).all()
-
-
-def test_the_adapter_on_the_page_is_the_one_that_runs():
-    root = Path(__file__).resolve().parents[3]
-    page = (root / "docs" / "slot.md").read_text("utf-8")
-    shown = page.split("```py\n")[1].split("```")[0]
-    source = (root / "sims" / "foreign" / "slot" / "system.py").read_text("utf-8")
-    assert textwrap.indent(shown, "    ") in source and shown.count("\n") <= 40
 
 
 def test_a_run_beyond_a_wall_along_an_axis_is_clear_and_one_through_it_is_not():
