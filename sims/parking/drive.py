@@ -16,7 +16,7 @@ from parc_jax.drive.loop.candidates import listed_candidates, outlook
 from parc_jax.problem.robust.pose import pose_of
 from sims.parking import car as c
 from sims.parking.cases import NEAR, Case
-from sims.parking.guide import MOST, Guide, compose, offset_from, reach_exactly
+from sims.parking.guide import BUDGET, MOST, Guide, compose, offset_from, reach_exactly
 from sims.rectangle import rectangle
 
 MODEL = Path(__file__).with_name("model.npz")
@@ -24,6 +24,7 @@ GOAL = (0.1, np.radians(2.0))  # [m] along and across, [rad]: how far from the g
 AROUND, SPREAD = 384, (0.12, 0.12, 0.12)  # candidates around the way's own, and their spread
 PER_RADIAN = 2.5  # [m] that a wrong heading counts as
 ROOMY = 0.9  # share of the goal that the tube of the last manoeuvre may take
+STEERED = 0.75  # share of the steering that it may ask for: what is left corrects where it begins
 LINKS = 40  # manoeuvres of a case
 CLEAR = (0.12, 0.08, 0.05, 0.03)  # [m] of clearance of a first way, and of others when one fails
 BETWEEN = 4  # poses of the judge from record to record
@@ -107,13 +108,12 @@ def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
         if way is None or i == len(way.k):
             margin = next(margins, None)
             if margin is None:
-                why = why or "no way was found"
                 break
             guide.margin = margin
             way, i = guide.search(pose), 0
             tries += 1
             if way is None:
-                why = "no way was found"
+                why = f"no way was found within {BUDGET - guide.left:,} of {BUDGET:,} poses"
                 continue
         known = measured(pose, loop.uncertainty, draws)
         last = i == len(way.k) - 1
@@ -173,11 +173,12 @@ def link(loop, case, around, pose, wheels, k, target, last, at):
 
 
 def ends_surely(model, k: np.ndarray) -> np.ndarray:
-    """(b,) whether the tube of manoeuvres k (b, 3) leaves room in the goal."""
+    """(b,) whether manoeuvres k (b, 3) leave room in the goal: for their tube, and to correct."""
     final = model.tube.final[model.tube.bins_of(np.column_stack([np.zeros(len(k)), k]))]
     final = final.max(axis=1) if final.ndim == 3 else final
     place, turned = np.hypot(final[:, 0], final[:, 1]), final[:, -1]
-    return (place < ROOMY * GOAL[0]) & (turned < ROOMY * GOAL[1])
+    steered = np.abs(k[:, 1:]).max(axis=1)
+    return (place < ROOMY * GOAL[0]) & (turned < ROOMY * GOAL[1]) & (steered < STEERED)
 
 
 def predicted(model, wheels: float):

@@ -28,7 +28,10 @@ LIKED, DISLIKED = 0.35, 8.0  # [m] of clearance that is liked, and [s / m] that 
 SHOT = 6.5  # [m] from the start: it is tried to be reached at once
 SPEED = 0.75  # [m/s] at which the rest of a way is thought to be driven, stops included
 SINGLE = 0.6  # [s] that each further manoeuvre costs beside its time
-GREEDY = 1.6  # weight of what is thought to be left
+# weights of what is thought to be left, and most poses followed with each: the next where none was
+# found with the one before
+GREEDY = ((1.6, 400), (2.5, 1500))
+BUDGET = 4500  # poses followed in all searches of a case, each about 12 ms of processor time
 
 
 class Way(NamedTuple):
@@ -111,13 +114,13 @@ def reach_exactly(
 
 class Guide:
     """Ways of a case. margin: [m] of clearance that a way has to have. sure: which of manoeuvres k
-    (b, 3) may be the last, which ends in the goal.
+    (b, 3) may be the last, which ends in the goal. left: poses that its searches may still follow.
     """
 
     def __init__(self, case: Case, margin: float = 0.1, sure=None):
         import shapely
 
-        self.case, self.margin = case, margin
+        self.case, self.margin, self.left = case, margin, BUDGET
         self._sure = (lambda k: np.ones(len(k), bool)) if sure is None else sure
         both = np.stack([case.start[:2], case.goal[:2]])
         self._lo = both.min(axis=0) - BORDER
@@ -130,7 +133,6 @@ class Guide:
             occupied = shapely.contains_xy(filled, *np.meshgrid(x, y, indexing="ij"))
             away = distance_transform_edt(~occupied)
             self._far = (CELL * np.maximum(away - 0.7, 0.0)).astype(np.float32)
-        self._to_start = self._ways()
         k = [(s * w, a, b) for w in WAYS for s in (1, -1) for a in TURNS for b in TURNS]
         self.k = np.array(k)
         self._seconds = seconds(self.k)
@@ -169,9 +171,17 @@ class Guide:
             found[near] = np.minimum(least, LIKED)
         return np.maximum(found, 0.0)
 
-    def search(self, start=None, most: int = 4000) -> Way | None:
-        """A way from a start (3,) to the goal, None where none was found. most: poses followed."""
+    def search(self, start=None) -> Way | None:
+        """A way from a start (3,) to the goal, None where none was found within the budget."""
         start = self.case.start if start is None else np.asarray(start, float)
+        self._to_start = self._ways(start)
+        for weight, most in GREEDY:
+            way = self._search(start, weight, most)
+            if way is not None:
+                return way
+        return None
+
+    def _search(self, start: np.ndarray, weight: float, most: int) -> Way | None:
         goal = self.case.goal
         number, heap, seen = count(), [], {}
         # of each node: pose, steering at its beginning, manoeuvre to its parent, parent
@@ -179,7 +189,8 @@ class Guide:
         heapq.heappush(heap, (0.0, next(number), 0))
         best = None
         margin = min(self.margin, 0.7 * float(self.free_around(np.array([start, goal])).min()))
-        while heap and len(seen) < most:
+        most = min(most, self.left)
+        while heap and most > 0:
             bound, _, i = heapq.heappop(heap)
             if best is not None and bound >= best[0]:
                 break
@@ -188,6 +199,7 @@ class Guide:
             if seen.get(cell, np.inf) <= cost:
                 continue
             seen[cell] = cost
+            most, self.left = most - 1, self.left - 1
             found = self._shot(pose, start, wheels, margin)
             if i == 0 and found is not None and not self._sure(found[0][None])[0]:
                 found = None
@@ -208,7 +220,7 @@ class Guide:
             poses = compose(pose, self._ends[free])
             costs = cost + self._cost(self._seconds[free], self._steering[free, 0], wheels)
             costs += DISLIKED * (LIKED - least[free])
-            left = GREEDY * self._left(poses, start)
+            left = weight * self._left(poses, start)
             for j, at, sofar, rest, near in zip(free, poses, costs, left, least[free], strict=True):
                 steer = self._steering[j, 1]
                 if seen.get(self._cell(at, steer), np.inf) <= sofar:
@@ -262,8 +274,8 @@ class Guide:
                 return one, cost, least
         return None
 
-    def _ways(self):
-        """[m] of the shortest way from the start to each block, for a point that keeps away."""
+    def _ways(self, start):
+        """[m] of the shortest way from a start to each block, for a point that keeps away."""
         n = np.array(self._far.shape) // COARSE
         far = self._far[: n[0] * COARSE, : n[1] * COARSE]
         far = far.reshape(n[0], COARSE, n[1], COARSE).max(axis=(1, 3))
@@ -279,7 +291,7 @@ class Guide:
             lengths.append(np.full(both.sum(), CELL * COARSE * np.hypot(dx, dy)))
         rows, columns, lengths = map(np.concatenate, (rows, columns, lengths))
         graph = coo_matrix((lengths, (rows, columns)), shape=(free.size,) * 2).tocsr()
-        at = np.clip(((self.case.start[:2] - self._lo) / (CELL * COARSE)).astype(int), 0, n - 1)
+        at = np.clip(((start[:2] - self._lo) / (CELL * COARSE)).astype(int), 0, n - 1)
         way = dijkstra(graph, directed=False, indices=number[tuple(at)]).reshape(n)
         return np.where(np.isfinite(way), way, 60.0)
 

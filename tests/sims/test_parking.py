@@ -85,6 +85,19 @@ def test_a_way_of_the_guide_leads_from_the_start_to_the_goal():
     assert np.abs(guide.offset_from(pose, case.goal)).max() < 0.1
 
 
+def test_a_search_ends_within_its_budget():
+    searcher = guide.Guide(cases.case(5))
+    searcher.left = 3
+    assert searcher.search() is None and searcher.left == 0
+
+
+def test_another_search_looks_for_the_place_where_the_car_is():
+    # close to the goal, far from the start of the case
+    searcher = guide.Guide(cases.case(10), margin=0.08)
+    assert searcher.search([9.48, -22.78, -5.58]) is not None
+    assert guide.BUDGET - searcher.left < 300  # poses
+
+
 def test_a_case_is_parked_and_its_file_is_accepted(tmp_path):
     one, _ = park(5, Options(out=tmp_path))
     assert one.reached and one.proved and not one.touched and not one.left
