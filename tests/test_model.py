@@ -97,6 +97,41 @@ def test_a_file_that_was_edited_by_hand_is_refused(part, tmp_path):
         pj.load(edited(path, spanning if part == "K" else None, EDITS[part]))
 
 
+def test_names_that_were_exchanged_by_hand_are_refused(tmp_path):
+    named = small().with_labels({"k": ("speed [m/s]", "steer [rad]")})
+    path = named.save(tmp_path / "model.npz")
+    assert pj.load(edited(path)).labels.k == ("speed [m/s]", "steer [rad]")
+
+    def exchanged(about):
+        return about | {"labels": about["labels"] | {"k": about["labels"]["k"][::-1]}}
+
+    with pytest.raises(pj.InputError, match="labels: expected those that were written"):
+        pj.load(edited(path, None, exchanged))
+
+
+ODD = {
+    "eps": "1/10x",
+    "delta": "1/0",
+    "bin_eps": ["1/x"],
+    "intersample": ["0x1p-3x"],
+    "subject": {"time": ["0x1p-3x", "1", "1"]},
+    "law": {"parameters": [["a"]]},
+}
+
+
+@pytest.mark.parametrize("part", ODD)
+def test_values_that_cannot_be_read_end_in_one_sentence(part, tmp_path):
+    path = small().save(tmp_path / "model.npz")
+    with np.load(path) as file:
+        kept = dict(file)
+    meta, value = json.loads(str(kept["meta"])), ODD[part]
+    value = meta["claim"][part] | value if isinstance(value, dict) else value
+    meta["claim"][part] = value
+    np.savez(path, **(kept | {"meta": np.array(json.dumps(meta))}))
+    with pytest.raises(pj.InputError, match=r"^claim: expected .*\.$"):
+        pj.load(path)
+
+
 def test_a_tube_or_network_of_another_file_is_refused(tmp_path):
     model = small()
     path = model.save(tmp_path / "model.npz")

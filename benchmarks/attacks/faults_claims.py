@@ -327,8 +327,8 @@ CARRIED = (
     Fault(
         "windows_of_one_file_are_told_apart",
         "freshness_of",
-        'if not trained["runs"] or (groups is not None and trained["recordings"]):',
-        "if True:",
+        'if groups is None or not trained["recordings"]:',
+        "if False:",
         "tests/claim/test_carried.py::test_ungrouped_windows_of_one_file_are_assumed_to_be_of_two_recordings",
     ),
     Fault(

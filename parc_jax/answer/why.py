@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.common.climb import Points, Ranked, climb, ranked
-from parc_jax.common.spelling import listed
+from parc_jax.common.spelling import listed, rounded_down, rounded_up
 from parc_jax.learning.bound.statement import probability
 from parc_jax.learning.labels import degrees_hint, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
@@ -252,10 +252,10 @@ def _in_the_way_of_half(scene: Scene, side: _Side, x: np.ndarray) -> _Side:
     return side._replace(room=room, bare=max(room, float(np.median(bare))))
 
 
-def _size(value: float, unit: str) -> str:
-    """A length in cm below a metre, or another size in its unit."""
+def _size(value: float, unit: str, spelled=rounded_up) -> str:
+    """A length in cm below a metre, or another size in its unit: what is missing, rounded up."""
     small = unit == "m" and value < 1
-    return f"{100 * value:.2g} cm" if small else f"{value:.3g} {unit}".rstrip()
+    return f"{spelled(100 * value)} cm" if small else f"{spelled(value, 3)} {unit}".rstrip()
 
 
 def _of_nearest(held: list[_Side], both: list[_Side]) -> str:
@@ -272,14 +272,15 @@ def _of_many(one: _Side, blocked: float, safe: float) -> str:
     return (
         f"Of plans tried from the start into the goal {100 * safe:.2g} % pass. Of those that one "
         f"side alone is in the way of, {100 * blocked:.2g} % fail at {one.when}, and half of "
-        f"these lack {_size(-one.room, one.unit)} or more. {_of_tube([one])}"
+        f"these lack {_size(-one.room, one.unit, rounded_down)} or more. {_of_tube([one])}"
     )
 
 
 def _of_tube(both: list[_Side]) -> str:
     missing, bare = -sum(one.room for one in both), -sum(one.bare for one in both)
     unit = both[0].unit
-    rest = f"lacks {_size(bare, unit)}" if bare > 0 else f"has {_size(-bare, unit)} to spare"
+    more = f"has {_size(-bare, unit, rounded_down)} to spare"
+    rest = f"lacks {_size(bare, unit)}" if bare > 0 else more
     rest = "just passes" if abs(bare) < NOTHING * missing else rest
     return f"The tube takes {_size(missing - bare, unit)} of it: without errors it {rest}."
 
@@ -294,10 +295,8 @@ def _next(scene: Scene, both: list[_Side]) -> str:
     steps = [f"{what} by {_size(missing, both[0].unit)}"]
     p, taken = scene.model.claim.premises, missing - bare
     if taken >= missing > 0:
-        share, now = (
-            f"{100 * missing / taken:.2g} %",
-            f" than {probability(p['eps'], 2)}" if "eps" in p else "",
-        )
+        share = f"{rounded_up(100 * missing / taken)} %"
+        now = f" than {probability(p['eps'], 2)}" if "eps" in p else ""
         ways = f"more bins of K, a better network by more runs, or a larger eps{now}"
         steps.append(f"a tube narrower by {share} ({ways})")
     told = f"What would help: {', or '.join(steps)}."

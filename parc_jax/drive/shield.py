@@ -96,6 +96,11 @@ class Shield(gymnasium.Wrapper):
         if not isinstance(env, gymnasium.Env):
             kind = type(env).__name__
             raise InputError(f"Shield: expected an environment of Gymnasium; got {kind}.")
+        if env.has_wrapper_attr("autoreset"):  # that of Autoreset, under any other wrapper
+            raise InputError(
+                "Shield: expected an environment that waits for reset, where a stop is certified; "
+                "one with Autoreset begins another world in a step. Leave that wrapper out."
+            )
         check_model(model)
         require_same(system, model)
         super().__init__(env)

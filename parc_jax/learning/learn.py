@@ -171,7 +171,8 @@ def learn_report(
         profiles = learn_profiles([net], usual, (), bins, shape=settings.bound.shape)
         settings = settings.replace(discard=discard)
     model = _bounded(net, HeldRuns(held), train, settings.claims, start, profiles, watch)
-    return Learned(model.replace(held=held), train, start, said)
+    kept = held if held.seed is None else None  # runs of a seed can be made anew
+    return Learned(model.replace(held=kept), train, start, said)
 
 
 def fit_network(train: RolloutBatch, settings: Learning, key: jax.Array) -> ReLUNetwork:

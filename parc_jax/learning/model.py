@@ -18,7 +18,7 @@ from parc_jax.common.spelling import counted
 from parc_jax.learning.bound.claim import ErrorClaim, check_claim, check_network, derived
 from parc_jax.learning.bound.claim_file import claim_from_json
 from parc_jax.learning.bound.error_set import ErrorTemplate
-from parc_jax.learning.bound.fresh import calibration_runs
+from parc_jax.learning.bound.fresh import identity_of
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.bound.tube import Tube, tube_arrays, tube_from_arrays
 from parc_jax.learning.labels import Labels
@@ -175,10 +175,10 @@ def check_parts(model: TrajectoryModel) -> None:
             f"{layout.n_points} points in {layout.n_p} dimensions at {layout.n_steps} knots after "
             f"the first, further states); got {net.n_out}."
         )
-    if model.held is not None and not calibration_runs(claim, model.held).all():
+    if model.held is not None and claim.evidence.get("held") != identity_of(model.held):
         raise InputError(
-            "model: expected the recordings that its claim held out; got others. Leave them out: "
-            "held=None."
+            "model: expected the recordings that its claim held out, all of them as they were; got "
+            "others. Leave them out: held=None."
         )
     if net.n_in != claim.domain.n:
         raise InputError(

@@ -20,7 +20,9 @@ from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.monitor import inside_tube, monitor, update
 from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.law import law_spec
 from parc_jax.learning.system import time_grid
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -105,6 +107,26 @@ def test_a_monitor_needs_a_rate(claim):
         monitor(claim, NET, share=0.01)
     with pytest.raises(InputError, match="assumed"):
         monitor(assumed_claim(NET, collect(plant(disturbed), KEY, 50, quiet=True)), NET)
+
+
+def test_rows_that_a_log_lacks_are_counted(claim):
+    """Every second run failed, and `finite` left it out; a log may come in parts."""
+    runs = collect(plant(exact), KEY, 40, quiet=True)
+    p = np.array(runs.p)
+    p[::2, -1] = np.nan
+    law = law_spec("file:log", runs.domain, claim.law.k_law)
+    log = rollout_batch(runs.k, p, runs.q, time=runs.time, domain=runs.domain, law=law)
+    watch, fit = monitor(claim, NET, share=1.0), log.finite
+    assert [
+        *watch.observe(runs)
+        .observe(collect(plant(exact), jax.random.PRNGKey(9), 40, quiet=True))
+        .missing.values()
+    ] == [0]  # of two seeds
+    assert [*watch.observe(fit).missing.values()] == [20]
+    assert [*watch.observe(log).missing.values()] == [0]
+    first = watch.observe(log.select(slice(0, 15)))
+    assert [*first.missing.values()] == [25]
+    assert [*first.observe(log.select(slice(15, 40))).missing.values()] == [0]
 
 
 def test_new_data_gives_a_new_claim(claim):

@@ -173,7 +173,9 @@ BESIDE = {
     ("drive/local/localise.py", "assumptions"),
     ("drive/local/trials.py", "evidence"),
     ("drive/local/validate.py", "evidence"),
+    ("learning/model.py", "evidence"),
     ("problem/robust/vertex_model.py", "bin_eps"),
+    ("problem/world/movers.py", "eps"),
 }
 FIELDS = {
     "eps",

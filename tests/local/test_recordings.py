@@ -18,9 +18,11 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.drive.local import trials
 from parc_jax.drive.local.validate import Validate, _sets, fixed_sequence
+from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import derived, scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS
-from parc_jax.learning.bound.fresh import left_out_beside
+from parc_jax.learning.bound.fresh import left_out_beside, named_runs
+from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.learn import learn
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import FITTED, TO_ALL, TO_TRAINING, law_spec
@@ -198,7 +200,11 @@ def test_a_model_of_a_log_keeps_its_recordings_and_plans_by_them(model, tmp_path
 
 
 def test_recordings_are_not_used_where_they_show_no_more(model):
-    few = model.replace(held=model.held.select(slice(0, 18)))
+    few = model.held.select(slice(0, 18))
+    few = model.replace(
+        claim=derived(model.claim, evidence=named_runs(score_batch(model.net, few, model.tube))),
+        held=few,
+    )
     uncertain = SCENE.replace(uncertainty=pj.Uncertainty(start=(0.001, 0.001)))
     for one, scene in ((few, SCENE), (model.replace(held=None), SCENE), (model, uncertain)):
         assert pj.Planner(one).solve(scene, KEY, toy.SETTINGS).validation is None
@@ -213,6 +219,63 @@ def test_recordings_are_not_used_where_they_show_no_more(model):
 def test_a_model_keeps_no_recordings_but_those_of_its_claim(model):
     with pytest.raises(InputError, match="recordings that its claim held out"):
         pj.Planner(model.replace(held=recorded(N, 3)))
+
+
+@pytest.fixture(scope="module")
+def slipped():
+    """A model of a log some of whose recordings failed, and all of those that it held out."""
+    log = recorded(N, 41, windows=2, named="drive ")
+    p = np.array(log.p)
+    p[np.random.default_rng(3).uniform(size=log.n) < 0.2, -3:] = np.nan
+    known, held = dataclasses.replace(log, p=p).split(0.5)
+    options = {"hidden": (4,), "seeds": 1, "steps": 400, "bins": (1, 1), "delta": 0.05, "eps": 0.9}
+    return learn(known, KEY, holdout=held, quiet=True, **options)
+
+
+def test_kept_recordings_are_all_of_those_of_the_claim_as_they_were(slipped, tmp_path):
+    held, rows = slipped.held, np.arange(slipped.held.n)
+    assert held.failed.any() and pj.load(slipped.save(tmp_path / "model.npz")).held.n == held.n
+    pj.Planner(slipped.replace(held=held.select(rows[::-1])))  # in any order
+    others = [
+        held.finite,
+        held.select(rows[:-1]),
+        dataclasses.replace(held, groups=rows),  # each window a recording of its own
+        dataclasses.replace(held, groups=np.roll(held.groups, 1)),
+        dataclasses.replace(held, rows=rows, source=None),  # of a log without gaps
+        dataclasses.replace(held, lost=-np.ones(held.n, int)),
+    ]
+    for one in others:
+        with pytest.raises(InputError, match="all of them as they were; got others"):
+            pj.Planner(slipped.replace(held=one))
+    with np.load(tmp_path / "model.npz") as file:
+        kept = dict(file)
+    long = [
+        name for name in kept if name.startswith("held_") and kept[name].shape[:1] == rows.shape
+    ]
+    kept |= {name: kept[name][~held.failed] for name in long}
+    np.savez(tmp_path / "edited.npz", **kept)
+    with pytest.raises(InputError, match="all of them as they were; got others"):
+        pj.load(tmp_path / "edited.npz")
+
+
+def test_recordings_that_a_file_leaves_out_are_counted_by_content(slipped, tmp_path):
+    """Finite recordings written to a file of their own, which has no gap."""
+    fit = slipped.held.finite
+    again = rollout_batch(
+        fit.k, fit.p, fit.q, time=TIME, domain=K, law=law_spec("file:b", K, "logged")
+    )
+    gone = int(slipped.held.failed.sum())
+    assert left_out_beside(slipped.claim, again) == gone > 0
+    assert left_out_beside(slipped.claim, recorded(N, 6)) == 0  # new ones
+
+
+def test_rows_left_out_of_a_calibration_set_are_assumed_to_be_any(slipped):
+    net, profile = slipped.net, slipped.tube
+    claim = calibrate(net, slipped.held.finite, profile, eps=0.9, delta=0.05)
+    gone = claim.evidence["left_out"]
+    said = f"LEFT_OUT({gone:,} rows of their log, independent of the run)"
+    assert gone >= slipped.held.failed.sum() and said in claim.assumptions
+    assert said in claim.details().partition("Assumes")[2]
 
 
 def test_a_summary_tells_of_its_own_tests_and_no_others(answer, model):

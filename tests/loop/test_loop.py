@@ -14,6 +14,7 @@ from parc_jax import checker
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.drive.loop.candidates import even_candidates, outlook
+from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TURNS
@@ -280,6 +281,14 @@ def test_a_certificate_is_accepted_and_one_of_another_world_is_not():
     assert not replace(committed, asked=replace(asked, problem=other)).proved()
 
 
+@pytest.mark.parametrize("eps", [0, 0.05])
+def test_what_poses_may_be_off_with_some_probability_is_a_premise(line, eps):
+    loop = loop_of(line, uncertainty=pj.Uncertainty(start=0.01, sensing_eps=eps))
+    committed = loop.step([0.0, 0.0], [0.0], [], forward).committed
+    told = {name: value for name, _, value in episode_part([committed])["premises"]}
+    assert told.get("sensing", "").endswith("a probability of 1/20") == bool(eps)
+
+
 def test_a_certificate_names_directions_of_what_is_near_alone(line):
     """A corner that no side of its box keeps away, with the errors: 5 mm less than the body."""
     near = pj.box([0.105, 0.105], [0.5, 0.5])
@@ -359,6 +368,8 @@ def test_the_reason_names_the_obstacle_and_what_would_help(line):
     steps: list = []
     assert compiled_by(lambda: steps.append(loop.step([0.0, 0.0], [0.25], [WALL], forward))) == 0
     said = steps[0].reason
-    assert "none of 2 candidates is safe. The nearest plan of those tried lacks 6 cm" in said
-    assert "to obstacle 0 at" in said and "takes 1 cm of it: without errors it lacks 5 cm" in said
-    assert said.split("What would help: ")[1].startswith("that obstacle farther away by 6 cm")
+    assert "none of 2 candidates is safe. The nearest plan of those tried lacks 6.1 cm" in said
+    assert (
+        "to obstacle 0 at" in said and "takes 1.1 cm of it: without errors it lacks 5.1 cm" in said
+    )
+    assert said.split("What would help: ")[1].startswith("that obstacle farther away by 6.1 cm")

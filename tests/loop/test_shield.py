@@ -187,3 +187,16 @@ def test_where_an_episode_has_ended_nothing_is_certified(model):
     with pytest.raises(pj.InputError, match="expected a reset that certified a stop"):
         env.step(AHEAD * 0.7)
     assert not env.commitments[-1].k.flags.writeable
+
+
+def test_an_environment_that_resets_itself_is_refused(model):
+    """In one step it begins another world, in which no stop is certified."""
+    import gymnasium
+
+    for env in (
+        gymnasium.wrappers.Autoreset(Platform()),
+        gymnasium.wrappers.TimeLimit(gymnasium.wrappers.Autoreset(Platform()), 9),
+    ):
+        with pytest.raises(pj.InputError, match=r"waits for reset.*Leave that wrapper out"):
+            shielded(env, model)
+    shielded(gymnasium.wrappers.TimeLimit(Platform(), 9), model)

@@ -9,6 +9,8 @@ import toy_query
 import parc_jax as pj
 from parc_jax.app.study import replay as replaying
 from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.bound.fresh import short_ids
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import law_spec
@@ -49,6 +51,24 @@ def test_runs_inside_the_tube_reach_and_touch_nothing(answer, runs):
     said = found.details()
     assert f"At least {found.with_start.sum()} of {N} recorded runs have a k" in said
     assert "0 left the tube, 0 missed the goal, 0 touched an obstacle" in said
+
+
+def shown(answer):
+    return {name: getattr(answer, name) for name in ("scene", "starts")}
+
+
+def test_runs_that_made_the_tube_and_rows_left_out_are_said(answer, runs):
+    """Half of them sized the tube; of another log every fourth row failed and was left out."""
+    ids = {"runs": sorted(short_ids(runs.select(slice(0, N // 2)).hashes())), "log": ["", ""]}
+    claim = derived(answer.model.claim, evidence=ids)
+    tested = SimpleNamespace(model=answer.model.replace(claim=claim), **shown(answer))
+    said = pj.drive.replay_recorded(tested, runs).details()
+    assert f"{N // 2} of these runs made the tube, and do not test it." in said
+    assert "left out" not in said
+    p = np.array(runs.p)
+    p[1::4, -1] = np.nan
+    said = pj.drive.replay_recorded(answer, runs.replace(p=p).finite).details()
+    assert f" {N // 4} rows of their log were left out." in said and "made the tube" not in said
 
 
 def test_runs_that_stray_are_counted_and_ones_that_cannot_fail_are_a_fault(

@@ -387,7 +387,8 @@ def _accepted_model(
         ),
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}
-    shown["assumptions"] = ledger_of_tests(model.claim, trial.lost)
+    gaps = left_out_beside(model.claim, asked.source) if isinstance(source, RolloutBatch) else 0
+    shown["assumptions"] = ledger_of_tests(model.claim, trial.lost, gaps)
     if not isinstance(source, RolloutBatch):
         shown["assumptions"] += ("UNSEEN(1 look; no other key was tried in this scene)",)
     evidence |= lost_among(trial.lost)
@@ -400,10 +401,7 @@ def _accepted_model(
         evidence["shape"] = "shape" in model.claim.evidence
         fresh = freshness_of(model.claim.evidence.get("training"), source.groups)
         shown["assumptions"] += (UNSEEN, *fresh, *order_of_k(model, source))
-        if gaps := left_out_beside(model.claim, asked.source):  # failed ones may be among them
-            evidence["left_out"] = gaps
-            said = f"{gaps:,} rows of their log, independent of the run"
-            shown["assumptions"] += (f"LEFT_OUT({said})",)
+        evidence |= {"left_out": gaps} if gaps else {}
     claim = scene_claim(model.claim, scene.model.tube, law, evidence, **shown)
     return model.replace(claim=claim, held=None)
 

@@ -55,6 +55,9 @@ def episode_part(
     drift = max(drift, *(one.drift for one in commitments))
     part = head_part(commitments[0].asked, drift) | {"manoeuvres": manoeuvres}
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]
+    if eps := getattr(commitments[0].asked.query.problem.uncertainty, "sensing_eps", 0):
+        said = f"each pose is within these bounds but for a probability of {eps}"
+        others.append(("sensing", ASSUMED, said))
     part["premises"] = premises([*known_premises(part), *others]).to_json()
     hashes = {name: part_hash(part[name]) for name in ("network", "tube")}
     hashes["episode"] = part_hash({name: part[name] for name in PARTS})

@@ -118,7 +118,7 @@ def _pac_claim(
         looks=settings.looks,
         law=scores.law,
         assumptions=(
-            *ledger(between, about, scores.lost),
+            *ledger(between, about, scores.lost, left_out(scores, train)),
             f"UNSEEN({counted(settings.looks, 'look')}; network, profile, eps and discards were "
             "settled before these runs; each further claim from them adds its own delta)",
             *freshness(scores, train),
@@ -230,12 +230,13 @@ def lost_among(lost: np.ndarray | None) -> dict:
     return {"lost": "uncounted" if (lost < 0).any() else int((lost > 0).sum())}
 
 
-def ledger(between: str, about: Subject, lost: np.ndarray | None) -> tuple[str, ...]:
-    """Assumptions that every sentence about runs rests on. lost: (n,) as of `Scores`."""
+def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0) -> tuple[str, ...]:
+    """Assumptions of every sentence about runs. lost: (n,) as of `Scores`. gone: rows left out."""
     names = [name_of(about.labels.k[axis]) for axis in about.given]
     return (
         "IID",
         *(f"WORKERS_LOST({n}, independent of the run)" for n in lost_among(lost).values()),
+        *([f"LEFT_OUT({gone:,} rows of their log, independent of the run)"] if gone else ()),
         *invariances(about.rotation),
         # the unmeasured part of the start has in use the law of the runs, given k [T37]
         *([f"HIDDEN_START(given {listed(names)})"] if names else ()),
@@ -245,15 +246,15 @@ def ledger(between: str, about: Subject, lost: np.ndarray | None) -> tuple[str, 
     )
 
 
-def ledger_of_tests(claim: ErrorClaim, lost: np.ndarray) -> tuple[str, ...]:
+def ledger_of_tests(claim: ErrorClaim, lost: np.ndarray, gone: int = 0) -> tuple[str, ...]:
     """The ledger of further runs of the system of a claim, which are judged at their records and
-    moved to where they are said to begin: with what the claim declares of that. lost: of these.
+    moved to where they are said to begin: with what the claim declares of that. Others: of these.
     """
     about = claim.subject
     between = DISCRETE_TIME.assumption(about.time.dt_record)
     declared = {entry.partition("(")[0]: entry for entry in claim.assumptions}
     moved = {entry: declared.get(entry, entry) for entry in invariances(about.rotation)}
-    return tuple(moved.get(entry, entry) for entry in ledger(between, about, lost))
+    return tuple(moved.get(entry, entry) for entry in ledger(between, about, lost, gone))
 
 
 def calibrate_bins(

@@ -42,7 +42,9 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
         )
         check_claim(claim)
         _check_sum(data, error_tube)
-    except (KeyError, TypeError, AttributeError) as error:
+    except InputError:
+        raise
+    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError, Rejected) as error:
         raise InputError(
             f"claim: expected the fields of ErrorClaim.to_json; {type(error).__name__}: {error}."
         ) from None

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import hex_floats, hex_text
@@ -85,12 +86,27 @@ def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) 
 
 def left_out_beside(claim: ErrorClaim, runs: RolloutBatch) -> int:
     """Number of rows of the log of these runs that neither they have nor the training of a claim,
-    nor its calibration set, unless some of that are among them: the others were left out then.
+    nor its calibration set. Where some of either are among them, in any file, all others of it were
+    left out.
     """
-    parts = [claim.evidence.get("training", {})]
-    parts += [] if calibration_runs(claim, runs).any() else [claim.evidence]
-    known = sum(len(part["runs"]) for part in parts if part.get("log") == _log(runs))
-    return left_out(runs, None) - known
+    gone, ids = left_out(runs, None), short_ids(runs.hashes())
+    for part in (claim.evidence.get("training", {}), claim.evidence):
+        known, one_log = part.get("runs", []), part.get("log") == _log(runs)
+        met = int(np.isin(known, ids).sum())
+        if one_log and not met:
+            gone -= len(known)
+        elif met and not one_log:  # of its own log the others are missing above
+            gone += len(known) - met
+    return gone
+
+
+def identity_of(runs: RolloutBatch | Scores) -> str:
+    """Hash of runs of a log, in any order: of all that a sentence about them rests on."""
+    ids = runs.ids if isinstance(runs, Scores) else runs.hashes()
+    lost = np.zeros(len(ids), int) if runs.lost is None else runs.lost
+    about = [one for one in (ids, runs.rows, lost, runs.groups) if one is not None]
+    order, source = np.argsort(ids), [runs.law.hash, *map(str, joined_source([runs]))]
+    return hash_of([source, *(np.asarray(one)[order].astype(str).tolist() for one in about)])
 
 
 def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
@@ -114,7 +130,8 @@ def named_runs(scores: Scores) -> dict[str, list]:
     """Runs of a log by content, and the log itself, as stored in evidence; nothing of a seed."""
     if scores.seed is not None:
         return {}
-    return {"runs": sorted(short_ids(scores.ids)), "log": _log(scores)}
+    runs = sorted(short_ids(scores.ids))
+    return {"runs": runs, "log": _log(scores), "held": identity_of(scores)}
 
 
 def short_ids(hashes: np.ndarray) -> list[str]:
@@ -218,9 +235,12 @@ def freshness_of(trained: dict | None, groups: np.ndarray | None) -> tuple[str, 
     """Assumptions on freshness of recordings beside the `names_of` training runs."""
     if "ends" not in (trained or {}):
         return ("FRESH(there were no training runs to compare with)",)
-    if not trained["runs"] or (groups is not None and trained["recordings"]):
+    if not trained["runs"]:
         return ()
-    return ("FRESH(other windows of recordings that training saw would not be recognised)",)
+    said = f"copies that differ by more than {TOLERANCES.near_p:g} of their size"
+    if groups is None or not trained["recordings"]:
+        said = f"other windows of recordings that training saw, or {said},"
+    return (f"FRESH({said} would not be recognised)",)
 
 
 def _one_log(scores: Scores, train: RolloutBatch) -> bool:

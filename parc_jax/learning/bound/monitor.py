@@ -1,7 +1,7 @@
 """After deployment: an alarm by bets against a claim, and a new claim from new data. [T32]"""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from parc_jax.common.premises import agree
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement
-from parc_jax.learning.bound.fresh import calibration_runs
+from parc_jax.learning.bound.fresh import calibration_runs, left_out_beside
 from parc_jax.learning.bound.measure import allowance, chunk_size, sizes
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.settings import GAP, intersample_of
@@ -34,7 +34,8 @@ class Monitor:
     log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
     the tube. peak: largest e-value so far. alpha: bound on the probability of an alarm, ever, under
     a true claim. declared: whether the caller declared the law of k. ids, groups, sources: of the
-    observed runs, their recordings and their files.
+    observed runs, their recordings and their files. missing: rows of these files, by file, that
+    were not observed, among which those that failed may be.
     """
 
     claim: ErrorClaim
@@ -50,6 +51,7 @@ class Monitor:
     ids: frozenset[bytes] = frozenset()
     groups: frozenset[int] = frozenset()
     sources: frozenset[tuple[str, str]] = frozenset()
+    missing: Mapping[tuple[str, str], int] = field(default_factory=dict)
 
     @property
     def e_value(self) -> float:
@@ -168,7 +170,12 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
             f"{batch.name}: expected recordings that differ from those observed before; got {why}. "
             "Observe all runs of a recording at once, and name recordings: groups of texts."
         )
-    return replace(watch, ids=watch.ids | set(ids), groups=watch.groups | groups, sources=sources)
+    # of a file in parts, those of its rows that come later are no more missing
+    part = source[1] and source in watch.missing
+    gone = -batch.n if part else left_out_beside(watch.claim, batch)
+    missing = {**watch.missing, source: watch.missing.get(source, 0) + gone}
+    both = {"groups": watch.groups | groups, "sources": sources, "missing": missing}
+    return replace(watch, ids=watch.ids | set(ids), **both)
 
 
 def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:

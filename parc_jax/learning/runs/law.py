@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, is_dataclass, replace
 import numpy as np
 
 from parc_jax.checker.claim import BOX, FITTED, OURS, PART, described, drawn, hash_of_law
+from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, premises
 from parc_jax.common.sets.box import Box, box
@@ -213,7 +214,8 @@ class Subject:
     def to_json(self) -> dict:
         """A JSON-able dictionary; numbers are strings."""
         words = {part: list(given) for part, given in self.labels._asdict().items()}
-        return self.identity | {"labels": words}
+        # for people, and so in no hash of a claim; swapped ones would tell of another column
+        return self.identity | {"labels": words, "labels_hash": hash_of(words)}
 
     def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "Subject":
         """The subject with other labels; a mapping gives some of p, q, k. Raises InputError."""
@@ -282,6 +284,8 @@ def words_of(given: Labels | Mapping[str, Sequence[str]] | None) -> dict[str, Se
 
 def subject_from_json(data: dict) -> Subject:
     """The subject of `Subject.to_json`. Raises InputError, KeyError, TypeError."""
+    if data.get("labels_hash", told := hash_of(data["labels"])) != told:
+        raise InputError("labels: expected those that were written; got others. Save them anew.")
     lo, hi = (nearest_floats(data["domain"][side]) for side in ("lo", "hi"))
     return subject(
         data["system"],

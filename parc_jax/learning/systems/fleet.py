@@ -94,6 +94,8 @@ LOSSES = 3  # of a run, then the work ends
 CHECK_S = 1.0  # [s] between two looks at the room that other batches leave
 UNKNOWN = 64  # workers of an executor that does not report their number
 MAKE_AGAIN = ("distributed",)  # packages whose executors make lost calls again in silence
+# others may do so too, as a wrapper with retries does, whatever is declared of them
+COUNTED = (Processes, ProcessPoolExecutor, ThreadPoolExecutor)
 
 
 class Sent(NamedTuple):
@@ -107,8 +109,8 @@ class Fleet:
     """An executor, or a function that makes one, and so another when it broke.
 
     name: of the system, for messages. workers: None = as many as the executor reports. again: lost
-    runs are made again; else each of them is begun once at most, here: `uncounted` where the
-    executor may do otherwise. own: processes started here, which hold the same code.
+    runs are made again; else each of them is begun once at most, here: executors that are not in
+    COUNTED may do otherwise. own: processes started here, which hold the same code.
     """
 
     def __init__(
@@ -127,11 +129,7 @@ class Fleet:
         # no run waits in the queue of an executor, where it would be lost with a running one
         self._room = threading.Semaphore(self.workers)
         kind = type(self._current())
-        # others may make calls again in silence, as a wrapper with retries does
-        hidden = kind.__module__.startswith(MAKE_AGAIN)
-        foreign = not own and kind not in (ProcessPoolExecutor, ThreadPoolExecutor)
-        self.uncounted = hidden or (foreign and not again)
-        if hidden and not again:
+        if kind.__module__.startswith(MAKE_AGAIN) and not again:
             raise InputError(
                 f"{name}: expected an executor that loses the calls of a lost worker; "
                 f"{kind.__name__} makes them again, until they succeed. Where "
@@ -168,7 +166,7 @@ class Fleet:
                 sent, place = out.pop(future)
                 call = self._brought(sent)
                 if call is not None:
-                    lost = UNCOUNTED if self.uncounted else losses[place]
+                    lost = losses[place] if type(sent.executor) in COUNTED else UNCOUNTED
                     calls[place] = call[0]._replace(lost=lost)
                     continue
                 why, k = said(_error_of(future)), arguments[place][0]

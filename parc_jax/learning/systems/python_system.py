@@ -95,9 +95,8 @@ class PythonSystem:
                 f"failed, the first {runs[0].why}."
             )
         p, q = np.stack([run.p for run in runs]), np.stack([run.q for run in runs])
-        if self._fleet is None or not (self._fleet.again or self._fleet.uncounted):
-            return Trajectory(p, q)
-        return Retried(p, q, np.array([run.lost for run in runs]))
+        lost = np.array([run.lost for run in runs])
+        return Retried(p, q, lost) if lost.any() else Trajectory(p, q)
 
 
 def python_system(
