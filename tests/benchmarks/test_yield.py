@@ -56,15 +56,14 @@ def test_where_the_model_is_exact_all_that_succeeds_is_certified():
 def test_every_setting_of_a_system_has_the_same_eps_delta_and_number_of_runs():
     for task in tasks(quick=False):
         studies = [s.study for s in task.settings]
-        assert len({(s.eps, s.delta, s.blocks is None) for s in studies}) == 1
+        assert len({(s.bound.eps, s.bound.delta, s.bound.blocks is None) for s in studies}) == 1
         assert len({s.runs for s in task.settings}) == 1
         assert len({s.key for s in task.settings}) == len(task.settings)
 
 
 @pytest.mark.night
 def test_settings_share_their_runs_and_get_claims_of_their_own(monkeypatch, tmp_path):
-    one = replace(
-        STUDY,
+    one = STUDY.replace(
         hidden=(2,),
         profile_runs=60,
         fresh=150,
@@ -73,7 +72,7 @@ def test_settings_share_their_runs_and_get_claims_of_their_own(monkeypatch, tmp_
         blocks=(1, 1),
         steps=30,
     )
-    two = replace(one, rollouts=120, profile_runs=0, shape="fitted", blocks=(1, 1))
+    two = one.replace(rollouts=120, profile_runs=0, shape="fitted", blocks=(1, 1))
     settings = (Setting("a", "boxes", one), Setting("b", "fitted", two))
     task = replace(toy(disturbed)[0], settings=settings)
     monkeypatch.setattr(measured, "tasks", lambda quick: (task,))

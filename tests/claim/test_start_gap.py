@@ -88,6 +88,8 @@ def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside
     once = allow_for_start(still, StartTrial(0.02, None)).tube
     np.testing.assert_allclose(wider.tube.interval - once.interval, 0.02, atol=1e-12)
     assert (wider.tube.final >= once.final + 0.02 - 1e-12).all()
+    exact = allow_for_start(still, StartTrial(0.02, 0.0))  # no difference at all is a number too
+    assert "(within 0.02; 0 seen from 8 starts)" in exact.details()
 
 
 def test_headings_are_tried_with_the_starts():

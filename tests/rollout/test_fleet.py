@@ -234,7 +234,7 @@ def test_who_ends_its_process_has_failed_on_any_workers(executor, tmp_path):
     dead = sum(text == "begun" for text in begun)
     # none was begun twice: it would have raised
     if executor is SPAWN:  # one dead process breaks it, and takes the other's run with it
-        assert 0 < dead <= found.failed.sum() == 40 - begun.count("ended") <= 2 * dead
+        assert 0 < dead <= 40 - begun.count("ended") <= found.failed.sum() <= 2 * dead
     else:
         assert 0 < dead == found.failed.sum() < 30 and len(begun) == 40
 

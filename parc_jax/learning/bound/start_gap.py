@@ -230,8 +230,8 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
         named[entry] = f"{entry}(within {rounded_up(str(trial.declared), 6)}; {tried})"
     start = {
         "gap": trial.declared.hex(),
-        "seen": trial.seen and trial.seen.hex(),
-        "turned": trial.turned and trial.turned.hex(),
+        "seen": None if trial.seen is None else trial.seen.hex(),
+        "turned": None if trial.turned is None else trial.turned.hex(),
     }
     ledger = tuple(named.get(entry, entry) for entry in claim.assumptions)
     return derived(weaker(claim, wider, start=start), assumptions=ledger)
