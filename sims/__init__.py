@@ -9,7 +9,8 @@ OURS = ("drift_parking", "asv", "asv_published", "f110", "tractor", "drone", "ja
 # black boxes that nobody here wrote, each behind an optional package or a log: `sims/foreign`
 FOREIGN = ("slot", "towers", "kerb", "husky", "dynobench")
 NAMES = OURS + FOREIGN
-JOBS = ("barn",)  # of `parc-jax run` alone: episodes of a robot, not one question about it
+# of `parc-jax run` alone: episodes of a robot, not one question about it
+JOBS = ("barn", "parking")
 
 
 def place(name: str) -> str:

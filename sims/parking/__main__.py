@@ -1,115 +1,14 @@
 """Park: `python -m sims.parking --case 2`, or `--all`; docs/parking.md has the table."""
 
-import json
 import sys
-import time
-from dataclasses import dataclass
-from pathlib import Path
 
-import jax
-import numpy as np
+import tyro
 
 import parc_jax as pj
-from parc_jax.drive.loop.episode_file import load_episode
-from sims.parking.cases import case, numbers
-from sims.parking.drive import MODEL, Parked, drive, loop_of
-from sims.parking.film import draw
-
-SHIPPED = {1: 10.8, 2: 14.4, 4: 38.3, 5: 8.9}  # [s] of a public planner; 4 and 5 touch
-HEAD = (
-    "| case | parked | nearest | gears | driven | shipped | planned | links | file | check |\n"
-    "|---|---|---|---|---|---|---|---|---|---|"
-)
-
-
-@dataclass(frozen=True)
-class Options:
-    """Which cases, with which model."""
-
-    case: tuple[int, ...] = ()
-    """Numbers of cases."""
-    all: bool = False
-    """All that come along."""
-    model: Path = MODEL
-    out: Path = Path("runs/parking")
-    """A folder for episodes and pictures."""
-    film: bool = False
-    """A film of each, beside its picture."""
-    start: float = 0.0
-    """Metres by which poses are measured wrongly, and known to be, along each axis."""
-    heading: float = 0.0
-    """Radians, likewise."""
-    seed: int = 0
-
-
-def park(number: int, options: Options) -> tuple[Parked, str]:
-    """Drive a case, save and check its episode; returns a row of the table too."""
-    loop, known = loop_of(options.model, options.start, options.heading), case(number)
-    one = drive(known, loop, jax.random.PRNGKey(options.seed + number))
-    size, checked = "", ""
-    if one.commitments:
-        place = options.out / f"case_{number}.json"
-        place.parent.mkdir(parents=True, exist_ok=True)
-        told = {"seconds": one.seconds, "parked": one.reached, "why": one.why}
-        pj.drive.save_episode(place, one.commitments, told)
-        begin = time.process_time()
-        load_episode(place)
-        checked = f"{time.process_time() - begin:.1f} s"
-        size = f"{place.stat().st_size / 1e6:.1f} MB"
-        draw(place.with_suffix(".png"), known, one)
-        if options.film:
-            draw(place.with_suffix(".gif"), known, one, film=True)
-    parked = "yes" if one.reached and one.proved else f"no: {one.why:.60}"
-    shipped = f"{SHIPPED[number]:.1f} s" if number in SHIPPED else ""
-    cells = [
-        number,
-        parked + (", left a tube" if one.left else ""),
-        f"{100 * one.clearance:.0f} cm",
-        one.gears,
-        f"{one.seconds:.1f} s",
-        shipped,
-        f"{one.planned:.1f} s",
-        len(one.commitments),
-        size,
-        checked,
-    ]
-    return one, "| " + " | ".join(map(str, cells)) + " |"
-
-
-def main(options: Options) -> int:
-    """Returns 0 when all are parked and nothing was touched, 1 otherwise."""
-    listed = numbers() if options.all else options.case
-    if not listed:
-        raise pj.InputError("parking: expected --all, or --case with numbers of cases.")
-    print(HEAD)
-    done = []
-    for number in listed:
-        one, row = park(number, options)
-        print(row, flush=True)
-        done.append(one)
-    good = [one.reached and one.proved for one in done]
-    touched = sum(one.touched for one in done)
-    nearest = min(100 * one.clearance for one in done)
-    print(
-        f"\n{sum(good)} of {len(done)} parked, {touched} touched anything, "
-        f"nearest {nearest:.0f} cm."
-    )
-    print(
-        f"Files and pictures: {options.out}. Verify with: parc-jax check {options.out}/case_N.json"
-    )
-    rows = [
-        {"reached": one.reached, "seconds": one.seconds, "off": one.off.tolist()} for one in done
-    ]
-    (options.out / "cases.json").write_text(
-        json.dumps(dict(zip(map(str, listed), rows, strict=True)))
-    )
-    return int(not np.all(good) or touched > 0)
-
+from sims.parking.job import Options, good, park_all
 
 if __name__ == "__main__":
-    import tyro
-
     try:
-        sys.exit(main(tyro.cli(Options, description=__doc__)))
+        sys.exit(int(not good(park_all(tyro.cli(Options, description=__doc__)))))
     except pj.InputError as error:
         sys.exit(f"error: {error}")

@@ -1,7 +1,6 @@
 """The parking cases of TPCAP (IEEE ITSC 2022): LICENSE.txt has their notice."""
 
 import json
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +10,7 @@ import parc_jax as pj
 from sims.parking.car import corners
 
 FILE = Path(__file__).with_name("cases.json")
+FAR = 200.0  # [m] from the start: goals that are farther are refused
 NEAR = 14.0  # [m] from the rear axle: obstacles that are farther are reached by no manoeuvre
 
 
@@ -37,10 +37,9 @@ class Case(NamedTuple):
         return [shapely.Polygon(one) for one in self.outlines]
 
 
-@cache
-def numbers() -> tuple[int, ...]:
-    """Of the cases that come along."""
-    return tuple(sorted(map(int, _read(FILE))))
+def numbers(file: Path = FILE) -> tuple[int, ...]:
+    """Of the cases of a file. Raises InputError."""
+    return tuple(sorted(map(int, _read(file))))
 
 
 def case(number: int, file: Path = FILE) -> Case:
@@ -50,7 +49,10 @@ def case(number: int, file: Path = FILE) -> Case:
         known = ", ".join(sorted(listed, key=int))
         raise pj.InputError(f"case: expected one of {known}; got {number!r:.40}.")
     data = listed[str(number)]
-    return case_of(f"case {number}", data["start"], data["goal"], data["obstacles"])
+    parts = ("start", "goal", "obstacles")
+    if not isinstance(data, dict) or not all(isinstance(data.get(part), list) for part in parts):
+        raise pj.InputError(f"case {number}: expected lists named {', '.join(parts)} in {file}.")
+    return case_of(f"case {number}", *(data[part] for part in parts))
 
 
 def case_of(name: str, start, goal, obstacles) -> Case:
@@ -59,17 +61,23 @@ def case_of(name: str, start, goal, obstacles) -> Case:
     """
     import shapely
 
-    start, goal = (np.asarray(pose, np.float64) for pose in (start, goal))
+    start, goal = (_numbers(pose) for pose in (start, goal))
     if start.shape != (3,) or goal.shape != (3,) or not np.isfinite([start, goal]).all():
         raise pj.InputError(f"{name}: expected a start and a goal of x, y [m] and heading [rad].")
     origin, outlines = start[:2].copy(), []
     for i, polygon in enumerate(obstacles):
-        outline = np.asarray(polygon, np.float64)
+        outline = _numbers(polygon)
         shape = (
-            shapely.Polygon(outline - origin) if outline.ndim == 2 and len(outline) > 2 else None
+            shapely.Polygon(outline - origin)
+            if outline.ndim == 2 and outline.shape[1] == 2 and len(outline) > 2
+            else None
         )
         if shape is None or not shape.is_valid or not shape.area > 0:
-            why = "fewer than 3 corners" if shape is None else shapely.is_valid_reason(shape)
+            why = (
+                "not 3 or more corners of two numbers"
+                if shape is None
+                else shapely.is_valid_reason(shape)
+            )
             raise pj.InputError(f"{name}: expected polygons; obstacle {i} is broken: {why}.")
         outlines.append(outline - origin)
     start, goal = start - [*origin, 0.0], goal - [*origin, 0.0]
@@ -82,8 +90,26 @@ def case_of(name: str, start, goal, obstacles) -> Case:
                     f"{name}: expected a {word} where the car touches nothing; there it touches "
                     f"obstacle {i}."
                 )
+    if not np.linalg.norm(goal[:2]) < FAR:
+        raise pj.InputError(
+            f"{name}: expected a goal within {FAR:.0f} m of the start; it is "
+            f"{np.linalg.norm(goal[:2]):.0f} m away."
+        )
     return found
 
 
+def _numbers(given) -> np.ndarray:
+    try:
+        return np.asarray(given, np.float64)
+    except (TypeError, ValueError):
+        return np.empty(0)
+
+
 def _read(file: Path) -> dict:
-    return json.loads(file.read_text())
+    try:
+        listed = json.loads(file.read_text())
+    except (OSError, ValueError) as error:
+        raise pj.InputError(f"cases: expected a JSON file of cases; {file}: {error}.") from None
+    if not isinstance(listed, dict) or not all(name.isdecimal() for name in listed):
+        raise pj.InputError(f"cases: expected cases by their numbers in {file}.")
+    return listed

@@ -104,6 +104,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
     proved = False
     margins = iter(CLEAR)
     guide = Guide(case, sure=lambda k: ends_surely(loop.model, k))
+    guide.require_reach()
     while len(new) < LINKS:
         if way is None or i == len(way.k):
             margin = next(margins, None)

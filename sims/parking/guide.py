@@ -12,6 +12,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
+import parc_jax as pj
 from sims.parking import car as c
 from sims.parking.cases import Case
 
@@ -20,18 +21,23 @@ BORDER = 11.0  # [m] of grid around start and goal
 # no farther to the edges of K than this: few runs come from there, so the network is worst there
 MOST = np.array([0.97 * c.WAY, 0.92, 0.92])
 WAYS = (0.2, 0.45, 0.9, 1.8, 3.2, MOST[0])  # [m], forwards and backwards
+SHORT = (0.1, 0.3)  # [m] of a fine search, too
 TURNS = np.linspace(-MOST[1], MOST[1], 5)  # shares of the steering, first and last
 SPACING = 0.12  # [m] between points of the outline
 SAMPLED = 0.3  # [m] of way between poses that are looked at
 BLOCK, SECTORS = 0.35, 48  # [m] and number of headings of cells of which one pose is followed
+TIGHT, FINER = 0.2, 5  # [m] of clearance below which these cells are so many times smaller
 LIKED, DISLIKED = 0.35, 8.0  # [m] of clearance that is liked, and [s / m] that each less costs
 SHOT = 6.5  # [m] from the start: it is tried to be reached at once
 SPEED = 0.75  # [m/s] at which the rest of a way is thought to be driven, stops included
 SINGLE = 0.6  # [s] that each further manoeuvre costs beside its time
-# weights of what is thought to be left, and most poses followed with each: the next where none was
-# found with the one before
-GREEDY = ((1.6, 400), (2.5, 1500))
+# weights of what is thought to be left, most poses followed with each, and whether they are told
+# apart finely where it is tight: the next where none was found with the one before
+GREEDY = ((1.6, 400, False), (2.5, 1500, False), (1.6, 1500, True))
 BUDGET = 4500  # poses followed in all searches of a case, each about 12 ms of processor time
+
+
+UNREACHED = 60.0  # [m] that a block counts as where no way leads
 
 
 class Way(NamedTuple):
@@ -128,13 +134,16 @@ class Guide:
         x, y = (self._lo[i] + CELL * np.arange(n) for i, n in enumerate(shape))
         filled = shapely.union_all(case.shapes).buffer(0)
         shapely.prepare(filled)
+        self._filled = filled
         self._far = np.full(shape, 1e3, np.float32)
         if not filled.is_empty:
             occupied = shapely.contains_xy(filled, *np.meshgrid(x, y, indexing="ij"))
             away = distance_transform_edt(~occupied)
             self._far = (CELL * np.maximum(away - 0.7, 0.0)).astype(np.float32)
-        k = [(s * w, a, b) for w in WAYS for s in (1, -1) for a in TURNS for b in TURNS]
+        listed = WAYS + SHORT
+        k = [(s * w, a, b) for w in listed for s in (1, -1) for a in TURNS for b in TURNS]
         self.k = np.array(k)
+        self._short = np.isin(np.abs(self.k[:, 0]), SHORT)
         self._seconds = seconds(self.k)
         self._steering = np.stack(steering(self.k), axis=1)
         self._ends = ends(self.k)[:, 0]
@@ -153,8 +162,12 @@ class Guide:
         cell = np.clip(cell, 0, np.array(self._far.shape) - 1)
         return np.where(inside, self._far[cell[..., 0], cell[..., 1]], 0.0)
 
-    def free_around(self, poses: np.ndarray) -> np.ndarray:
-        """(n,) [m] of the car at poses (n, 3), about; not more than LIKED."""
+    def free_around(self, poses: np.ndarray, exact: bool = False) -> np.ndarray:
+        """(n,) [m] of the car at poses (n, 3), about; not more than LIKED. exact: where it is tight
+        the outlines are asked.
+        """
+        import shapely
+
         cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
         middle = 0.5 * c.LENGTH - c.BEHIND
         centre = poses[:, :2] + middle * np.stack([cos, sin], axis=1)
@@ -168,34 +181,51 @@ class Guide:
             py = poses[near, 1:2] + sin * x + cos * y
             least = self.distance(np.stack([px, py], axis=-1)).min(axis=1)
             least = np.sqrt(np.maximum(least**2 - (SPACING / 2) ** 2, 0.0))
+            # the grid tells up to 6 cm too little
+            tight = least < TIGHT if exact else np.zeros(len(near), bool)
+            bodies = shapely.polygons(c.corners(*poses[near[tight]].T)[:, 1:])
+            least[tight] = shapely.distance(bodies, self._filled)
             found[near] = np.minimum(least, LIKED)
         return np.maximum(found, 0.0)
+
+    def require_reach(self) -> None:
+        """Raises InputError where obstacles part the goal from the start for a disc in the car."""
+        far, goal = self._ways(self.case.start), self.case.goal[:2]
+        cell = ((goal - self._lo) / (CELL * COARSE)).astype(int)
+        if far[tuple(cell)] == UNREACHED:
+            raise pj.InputError(
+                f"{self.case.name}: expected a goal that the car can reach; within {BORDER:.0f} m "
+                "around start and goal obstacles part them."
+            )
 
     def search(self, start=None) -> Way | None:
         """A way from a start (3,) to the goal, None where none was found within the budget."""
         start = self.case.start if start is None else np.asarray(start, float)
         self._to_start = self._ways(start)
-        for weight, most in GREEDY:
-            way = self._search(start, weight, most)
+        for weight, most, fine in GREEDY:
+            way = self._search(start, weight, most, fine)
             if way is not None:
                 return way
         return None
 
-    def _search(self, start: np.ndarray, weight: float, most: int) -> Way | None:
+    def _search(self, start: np.ndarray, weight: float, most: int, fine: bool) -> Way | None:
         goal = self.case.goal
         number, heap, seen = count(), [], {}
         # of each node: pose, steering at its beginning, manoeuvre to its parent, parent
         nodes = [(goal, None, None, -1, 0.0, LIKED)]
+        cells = [self._cell(goal, fine)]
         heapq.heappush(heap, (0.0, next(number), 0))
         best = None
-        margin = min(self.margin, 0.7 * float(self.free_around(np.array([start, goal])).min()))
+        margin = min(
+            self.margin, 0.7 * float(self.free_around(np.array([start, goal]), fine).min())
+        )
         most = min(most, self.left)
         while heap and most > 0:
             bound, _, i = heapq.heappop(heap)
             if best is not None and bound >= best[0]:
                 break
             pose, wheels, _, _, cost, clear = nodes[i]
-            cell = self._cell(pose, wheels)
+            cell = cells[i]
             if seen.get(cell, np.inf) <= cost:
                 continue
             seen[cell] = cost
@@ -208,10 +238,10 @@ class Guide:
                 if bound >= best[0]:
                     break
             # the search goes back in time: a manoeuvre that is driven the other way leads here
-            least = np.minimum.reduceat(
-                self.free_around(compose(pose, self._samples)), self._first[:-1]
-            )
-            fits = least >= margin
+            around = self.free_around(compose(pose, self._samples), fine)
+            least = np.minimum.reduceat(around, self._first[:-1])
+            tight = fine & (around[np.array(self._first[1:]) - 1] < TIGHT)
+            fits = (least >= margin) & (fine | ~self._short)
             if i == 0:
                 fits &= self._sure(self.k[:, [0, 2, 1]] * [-1, 1, 1])
             free = np.flatnonzero(fits)
@@ -223,9 +253,11 @@ class Guide:
             left = weight * self._left(poses, start)
             for j, at, sofar, rest, near in zip(free, poses, costs, left, least[free], strict=True):
                 steer = self._steering[j, 1]
-                if seen.get(self._cell(at, steer), np.inf) <= sofar:
+                cell = self._cell(at, tight[j])
+                if seen.get(cell, np.inf) <= sofar:
                     continue
                 way, first, last = self.k[j]
+                cells.append(cell)
                 nodes.append((at, steer, np.array([-way, last, first]), i, sofar, min(near, clear)))
                 heapq.heappush(heap, (sofar + rest, next(number), len(nodes) - 1))
         if best is None:
@@ -242,10 +274,11 @@ class Guide:
         stand = 0.0 if wheels is None else np.abs(steering - wheels) / (c.MARGIN * c.RATE)
         return drive + stand + SINGLE
 
-    def _cell(self, pose, wheels):
-        x, y = np.floor((pose[:2] - self._lo) / BLOCK).astype(int)
-        sector = int(np.floor(pose[2] / (2 * np.pi) * SECTORS + 0.5)) % SECTORS
-        return int(x), int(y), sector
+    def _cell(self, pose, tight):
+        finer = FINER if tight else 1
+        x, y = np.floor((pose[:2] - self._lo) / BLOCK * finer).astype(int)
+        sector = int(np.floor(pose[2] / (2 * np.pi) * SECTORS * finer + 0.5)) % (SECTORS * finer)
+        return int(x), int(y), sector, finer
 
     def _left(self, poses, start):
         """[s] that are thought to be left from the start to poses (n, 3)."""
@@ -293,7 +326,7 @@ class Guide:
         graph = coo_matrix((lengths, (rows, columns)), shape=(free.size,) * 2).tocsr()
         at = np.clip(((start[:2] - self._lo) / (CELL * COARSE)).astype(int), 0, n - 1)
         way = dijkstra(graph, directed=False, indices=number[tuple(at)]).reshape(n)
-        return np.where(np.isfinite(way), way, 60.0)
+        return np.where(np.isfinite(way), way, UNREACHED)
 
 
 FIELD, STEP, HEADINGS, SWEEPS = (

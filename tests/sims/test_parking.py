@@ -2,16 +2,20 @@
 and its file accepted; at night all of them.
 """
 
+import json
+import re
+
 import jax
 import numpy as np
 import pytest
 
 import parc_jax as pj
+from parc_jax.app import cli
 from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.outline import require_same
 from sims.parking import car, cases, drive, guide
-from sims.parking.__main__ import Options, park
+from sims.parking.job import Options, park
 
 FAR = [[[20.0, 0.0], [21.0, 0.0], [21.0, 1.0]]]
 REST = [0.0, 0.0, 0.0]
@@ -54,8 +58,10 @@ def test_its_model_is_of_the_car_as_it_is():
         (REST, [8.0, 0.0, 0.0], [[[3.0, -1], [4, -1], [4, 1], [3, 1]]], "start .* obstacle 0"),
         (REST, [8.0, 0.0, 0.0], [*FAR, [[9.0, -1], [10, -1], [10, 1]]], "goal .* obstacle 1"),
         (REST, [8.0, 0.0, 0.0], [[[20.0, 0], [21, 1], [21, 0], [20, 1]]], "obstacle 0 is broken"),
-        (REST, [8.0, 0.0, 0.0], [[[20.0, 0], [21, 1]]], "fewer than 3 corners"),
+        (REST, [8.0, 0.0, 0.0], [[[20.0, 0], [21, 1]]], "obstacle 0 is broken: not 3 or more"),
+        (REST, [8.0, 0.0, 0.0], [[["a", 0], [21, 1], [20, 1]]], "obstacle 0 is broken: not 3"),
         (REST, [8.0, np.nan, 0.0], FAR, "a start and a goal"),
+        (REST, [800.0, 0.0, 0.0], FAR, "a goal within 200 m"),
     ],
 )
 def test_a_broken_case_is_named(start, goal, obstacles, words):
@@ -66,6 +72,34 @@ def test_a_broken_case_is_named(start, goal, obstacles, words):
 def test_an_unknown_case_is_named():
     with pytest.raises(pj.InputError, match=r"expected one of 1, 2, .*; got 3"):
         cases.case(3)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "expected a JSON file of cases"),
+        ('{"first": {}}', "by their numbers"),
+        ('{"1": {"start": [0, 0, 0], "goal": 3, "obstacles": []}}', "lists named start, goal"),
+        (
+            '{"1": {"start": [0, 0, 0], "goal": [9, 0, 0], "obstacles": [[[20, 0], [21, 1]]]}}',
+            "case 1: expected polygons; obstacle 0 is broken",
+        ),
+    ],
+)
+def test_a_broken_file_of_cases_is_named(tmp_path, text, words):
+    place = tmp_path / "cases.json"
+    place.write_text(text)
+    with pytest.raises(pj.InputError, match=words):
+        park(1, Options(file=place, out=tmp_path))
+
+
+def test_a_goal_behind_walls_is_named():
+    wall = [[[4.0, -30], [4.3, -30], [4.3, 30], [4, 30]]]  # the grid around both ends before it
+    start, goal = [-4.0, 0, 0], [8.0, 0, 0]
+    with pytest.raises(pj.InputError, match=r"here: expected a goal that the car can reach"):
+        guide.Guide(cases.case_of("here", start, goal, wall)).require_reach()
+    door = [[*wall[0][:2], [4.3, -2], [4, -2]], [[4, 2], [4.3, 2], *wall[0][2:]]]
+    guide.Guide(cases.case_of("here", start, goal, door)).require_reach()
 
 
 def test_the_judge_sees_a_contact_between_records():
@@ -96,6 +130,30 @@ def test_another_search_looks_for_the_place_where_the_car_is():
     searcher = guide.Guide(cases.case(10), margin=0.08)
     assert searcher.search([9.48, -22.78, -5.58]) is not None
     assert guide.BUDGET - searcher.left < 300  # poses
+
+
+@pytest.mark.slow
+def test_the_shell_parks_a_case(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["run", "parking", "--case", "8", "--out", str(tmp_path / "eight"), "--json"])
+    assert ended.value.code == 0
+    assert json.loads(capsys.readouterr().out)["8"]["reached"]
+    written = {one.name for one in (tmp_path / "eight").iterdir()}
+    assert {"case_8.json", "case_8.png", "case_8.gif", "cases.json"} <= written
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["parking", "--case", "3"], "expected one of 1, 2, .*; got 3"),
+        (["drift_parking", "--case", "3"], "drift_parking has none"),
+        (["barn", "--case", "3"], "expected an option of sims.barn.job"),
+    ],
+)
+def test_a_case_that_is_not_there_is_named_in_the_shell(arguments, words, capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["run", *arguments])
+    assert re.search(words, capsys.readouterr().err)
 
 
 def test_a_case_is_parked_and_its_file_is_accepted(tmp_path):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from parc_jax.app.cli.options import Offer, Shell
+from parc_jax.common.errors import InputError
 
 # a study proves all that it finds
 STUDY = Offer(
@@ -19,6 +20,7 @@ def run(
     *,
     out: Path | None = None,
     model: Path | None = None,
+    case: tuple[int, ...] = (),
     study: Annotated[dict, STUDY],
     figures: bool = True,
     shell: Annotated[Shell, Offer("app.cli.options.Shell")],
@@ -35,6 +37,7 @@ def run(
         out: Folder for model, answer, metrics and figures. Default: runs/SYSTEM, with .NAME behind
             it where a module's system has another name than the module.
         model: A saved model, in place of rollouts and training.
+        case: Numbers of cases, of a module's `job` that has them, as `parking`.
         figures: Draw the figures.
     """
     from parc_jax.app.cli.places import held, only_of, require_place
@@ -48,8 +51,11 @@ def run(
     if hasattr(module, "job"):
         out = out or Path("runs") / system
         given = study | {"out": out, "model": model, "seed": shell.seed, "figures": figures}
+        given["case"] = case or None
         with held(out):
             return build(module, "job", **given, quiet=shell.quiet, json=shell.json)
+    if case:
+        raise InputError(f"case: expected a module with a job that has cases; {system} has none.")
     settings = study_of(module, **study)
     black_box = learn_from = black_box_of(module, study.get("plant"), settings.body)
     if settings.plant and "plant" not in study:

@@ -1,0 +1,134 @@
+"""`parc-jax run parking --case 8`: park with the model that comes along; episode, picture, film."""
+
+import json as as_json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import jax
+import numpy as np
+
+import parc_jax as pj
+from parc_jax.drive.loop.episode_file import load_episode
+from sims.parking.cases import FILE, case, numbers
+from sims.parking.drive import MODEL, Parked, drive, loop_of
+from sims.parking.film import draw
+
+SHIPPED = {1: 10.8, 2: 14.4, 4: 38.3, 5: 8.9}  # [s] of a public planner; 4 and 5 touch
+HEAD = (
+    "| case | parked | nearest | gears | driven | shipped | planned | links | file | check |\n"
+    "|---|---|---|---|---|---|---|---|---|---|"
+)
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which cases, with which model."""
+
+    case: tuple[int, ...] = ()
+    """Numbers of cases."""
+    all: bool = False
+    """All of the file."""
+    file: Path = FILE
+    """A file of cases: number, and of each start, goal: x, y [m], heading [rad] of the rear axle,
+    and obstacles: polygons, lists of corners [x, y] in m."""
+    model: Path = MODEL
+    out: Path = Path("runs/parking")
+    """A folder for episodes and pictures."""
+    film: bool = False
+    """A film of each, beside its picture."""
+    start: float = 0.0
+    """Metres by which poses are measured wrongly, and known to be, along each axis."""
+    heading: float = 0.0
+    """Radians, likewise."""
+    seed: int = 0
+
+
+def job(
+    *,
+    case: tuple[int, ...] = (8,),
+    out: Path = Options.out,
+    model: Path = MODEL,
+    seed: int = 0,
+    figures: bool = True,
+    quiet: bool = False,
+    json: bool = False,
+) -> int:
+    """Park cases that come along. Returns 0 when all are parked and nothing was touched, else 1.
+    Raises InputError.
+    """
+    options = Options(case=case, model=model, out=out, film=figures, seed=seed)
+    done = park_all(options, say=(lambda *_: None) if quiet or json else print)
+    if json:
+        print((out / "cases.json").read_text())
+    return int(not good(done))
+
+
+def park(number: int, options: Options) -> tuple[Parked, str]:
+    """Drive a case, save and check its episode; returns a row of the table too."""
+    known = case(number, options.file)
+    loop = loop_of(options.model, options.start, options.heading)
+    one = drive(known, loop, jax.random.PRNGKey(options.seed + number))
+    size, checked = "", ""
+    if one.commitments:
+        place = options.out / f"case_{number}.json"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        told = {"seconds": one.seconds, "parked": one.reached, "why": one.why}
+        pj.drive.save_episode(place, one.commitments, told)
+        begin = time.process_time()
+        load_episode(place)
+        checked = f"{time.process_time() - begin:.1f} s"
+        size = f"{place.stat().st_size / 1e6:.1f} MB"
+        draw(place.with_suffix(".png"), known, one)
+        if options.film:
+            draw(place.with_suffix(".gif"), known, one, film=True)
+    parked = "yes" if one.reached and one.proved else f"no: {one.why:.60}"
+    shipped = f"{SHIPPED[number]:.1f} s" if number in SHIPPED and options.file == FILE else ""
+    cells = [
+        number,
+        parked + (", left a tube" if one.left else ""),
+        f"{100 * one.clearance:.0f} cm",
+        one.gears,
+        f"{one.seconds:.1f} s",
+        shipped,
+        f"{one.planned:.1f} s",
+        len(one.commitments),
+        size,
+        checked,
+    ]
+    return one, "| " + " | ".join(map(str, cells)) + " |"
+
+
+def park_all(options: Options, say=print) -> list[Parked]:
+    """Park the cases of the options, and write what came of them. say: prints. Raises InputError
+    where there are none, or where one of them is broken.
+    """
+    listed = numbers(options.file) if options.all else options.case
+    if not listed:
+        raise pj.InputError("parking: expected --all, or --case with numbers of cases.")
+    for number in listed:  # before the long part
+        case(number, options.file)
+    say(HEAD)
+    done = []
+    for number in listed:
+        one, row = park(number, options)
+        say(row)
+        done.append(one)
+    parked = sum(one.reached and one.proved for one in done)
+    touched = sum(one.touched for one in done)
+    nearest = min(100 * one.clearance for one in done)
+    say(f"\n{parked} of {len(done)} parked, {touched} touched anything, nearest {nearest:.0f} cm.")
+    say(f"Files and pictures: {options.out}. Verify with: parc-jax check {options.out}/case_N.json")
+    rows = [
+        {"reached": one.reached, "seconds": one.seconds, "off": one.off.tolist()} for one in done
+    ]
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "cases.json").write_text(
+        as_json.dumps(dict(zip(map(str, listed), rows, strict=True)))
+    )
+    return done
+
+
+def good(done: list[Parked]) -> bool:
+    """Are all parked, proved, and without a contact?"""
+    return bool(np.all([one.reached and one.proved and not one.touched for one in done]))
