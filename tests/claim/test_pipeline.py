@@ -15,6 +15,7 @@ from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.monitor import update
+from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.runs.collect import collect
@@ -173,3 +174,8 @@ def test_a_profile_over_another_k_is_refused_before_the_first_run():
         pj.learning.bound_error(NET, held, None, eps=0.1, delta=0.05, profile=larger, train=train)
     with pytest.raises(pj.InputError, match=words):
         calibrate(NET, held, larger, eps=0.1, delta=0.05)
+
+
+def test_a_shape_without_its_own_tube_is_not_made_of_boxes():
+    with pytest.raises(InputError, match="expected box or fitted; got 'ellipse'"):
+        learn_profiles([], None, (), shape="ellipse")

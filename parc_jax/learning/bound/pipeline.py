@@ -218,6 +218,8 @@ def learn_profiles(
     all networks share them, and so compiled code. A fitted shape holds all runs in memory.
     Raises InputError, also when no run is finite.
     """
+    if shape not in ("box", "fitted"):  # a new word of `SHAPES` needs its branch here
+        raise InputError(f"shape: expected box or fitted; got {shape!r}.")
     batches = itertools.chain([] if train is None else [train], further)
     batches = (batch for batch in (batch.finite for batch in batches) if batch.n)
     first = next(batches, None)

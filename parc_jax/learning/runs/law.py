@@ -284,7 +284,7 @@ def words_of(given: Labels | Mapping[str, Sequence[str]] | None) -> dict[str, Se
 
 def subject_from_json(data: dict) -> Subject:
     """The subject of `Subject.to_json`. Raises InputError, KeyError, TypeError."""
-    if data.get("labels_hash", told := hash_of(data["labels"])) != told:
+    if data.get("labels_hash") != hash_of(data["labels"]):  # none: edited by anybody
         raise InputError("labels: expected those that were written; got others. Save them anew.")
     lo, hi = (nearest_floats(data["domain"][side]) for side in ("lo", "hi"))
     return subject(
