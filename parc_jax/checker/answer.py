@@ -17,6 +17,7 @@ from .exact import NotAnAnswer, Rejected, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
 from .question import about_the_model
+from .rests_on import LONGEST, part_of
 
 FORMAT = "parc_jax.answer/3"
 PARTS = ("problem", "network", "tube")  # of the question
@@ -32,11 +33,12 @@ WORK_PER_CHARACTER = 1000
 
 # What was proved: how many different samples, sets, corridors and boxes of doubt; None, or kind and
 # exact volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory.
-# moving: obstacles that are there for some intervals alone. The claim is quoted; arithmetic is what
+# scene: body, obstacles and starts in words; moving: obstacles that are there for some intervals
+# alone. The claim is quoted; arithmetic is what
 # `checked_claim` knows of it.
 Report = collections.namedtuple(
     "Report",
-    "samples sets corridors doubt no_plan moving bins without_model claim arithmetic hash",
+    "samples sets corridors doubt no_plan scene moving bins without_model claim arithmetic hash",
 )
 
 
@@ -124,6 +126,7 @@ def check_answer(answer, processes=1):
     return Report(
         **{part: len(found[part]) for part in LISTS},
         no_plan=volumes,
+        scene=scene_of(answer["problem"]),
         moving=sum(last - first + 1 < context.T for _, first, last in context.obstacles),
         bins=context.n_bins,
         without_model=context.bins_without_model(),
@@ -160,11 +163,22 @@ def summary(report):
         )
         yield "  of the (p0, k) whose first point ends in the file's box z, whatever else"
         yield f"    the goal asks, by volume: {listed}"
+    yield f"It is of {report.scene}."
     if report.moving:
         yield f"NOT PROVED: {counted(report.moving, 'obstacle')} told of by intervals: nothing is"
         yield "  said of them at other times"
     yield about_the_model(report)
     yield from told(report.claim, report.arithmetic, report.hash)
+
+
+def scene_of(problem):
+    """Body, obstacles and starts of a problem that was read, in words."""
+    parts = "; ".join(part_of(part, 1) for part in problem["body"]["parts"])
+    parts = parts if len(parts) <= LONGEST else f"{parts[:LONGEST]} …"
+    rows = problem["start"] and len(problem["start"]["b"])
+    where = f"from p0 within {counted(rows, 'half-space')}" if rows else "from any p0"
+    among = counted(len(problem["obstacles"]), "convex obstacle")
+    return f"a body ({parts}) among {among}, {where}"
 
 
 def percent(share, up):

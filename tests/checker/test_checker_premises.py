@@ -217,3 +217,16 @@ def test_an_edit_of_a_claim_is_rejected_or_seen(make):
                 unseen.add(place)
     assert n > 60
     assert not {place for place in unseen if {place[:1], place[:2]}.isdisjoint(UNPRINTED)}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "among 1 convex obstacle, from p0 within 4 half-spaces."),
+        ({"problem__body__parts__0__radius": "1/4"}, "grown by 0.25 m"),
+        ({"problem__start": None}, "obstacle, from any p0."),
+    ],
+)
+def test_a_report_says_body_obstacles_and_starts(changes, words):
+    one = json.loads(json.dumps(known.change(known.plain(), changes)))
+    assert any(words in line for line in checker.summary(checker.check_answer(one)))
