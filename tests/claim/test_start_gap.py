@@ -20,7 +20,12 @@ from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.settings import ModelBound
-from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
+from parc_jax.learning.bound.start_gap import (
+    StartTrial,
+    allow_for_start,
+    declared_gap,
+    try_starts,
+)
 from parc_jax.learning.learn import learn
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import TURNS, Trajectory
@@ -108,3 +113,10 @@ def test_a_system_that_cannot_start_elsewhere_says_so():
     assert wider.assumptions == ("IID", "TRANSLATION_INVARIANCE(within 0.001; not measured)", "X")
     np.testing.assert_allclose(wider.tube.interval - claim.tube.interval, 1e-3, rtol=0, atol=1e-15)
     assert (wider.tube.final - claim.tube.final >= 1e-3 - 1e-17).all()
+
+
+def test_a_gap_that_is_a_number_is_of_an_earlier_form():
+    claim = allow_for_start(line_model(4, 0.1).claim, try_starts(plant(noisy), KEY, 1e-3))
+    assert declared_gap(claim) == 1e-3
+    with pytest.raises(InputError, match="gap as text"):
+        declared_gap(replace(claim, evidence={"start": {"gap": 0.001}}))

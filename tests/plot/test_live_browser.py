@@ -74,7 +74,7 @@ def test_the_mouse_drags_a_grip_and_200_of_200_plans_agree_with_contains(
         after = settled(page, before)
         moved = page.live.grips["obstacle 0"].place - grip.place
         assert moved == pytest.approx([0.0, -0.15], abs=0.05) and moved[1] < -0.1
-        assert "% of the plans are safe" in after.replace("**", "")
+        assert "% of the plans whose" in after.replace("**", "")
         tab.drag("obstacle 0", 1, 0.3)
         settled(page, after)
         assert tab.complaints == []
@@ -109,7 +109,7 @@ def test_two_browsers_see_the_same_and_who_leaves_loses_nothing(page, tmp_path):
         with Tab(page, tmp_path / "second") as second:
             page.move("obstacle 0", middle - np.array([0.0, 0.2]), 0.1)
             after = settled(page, before)
-            assert after != before and "% of the plans are safe" in after.replace("**", "")
+            assert after != before and "% of the plans whose" in after.replace("**", "")
             for each in (tab, second):
                 each.wait(f"document.body.innerText.includes('{words(after)}')")
             assert second.complaints == []

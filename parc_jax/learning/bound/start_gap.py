@@ -196,10 +196,17 @@ def try_headings(system: System, key: jax.Array, declared: float) -> float | Non
 
 def declared_gap(claim: ErrorClaim) -> float:
     """[m or rad] the most that the place of the start may matter, as a claim declares; 0 where it
-    says that it does not matter.
+    says that it does not matter. Raises InputError for a claim of an earlier form.
     """
     start = claim.evidence.get("start")
-    return 0.0 if start is None else float.fromhex(start["gap"])
+    if start is None:
+        return 0.0
+    if not isinstance(start["gap"], str):
+        raise InputError(
+            "claim: expected the start's gap as text; got a number, of an earlier form. Bound the "
+            "error anew."
+        )
+    return float.fromhex(start["gap"])
 
 
 def off_from_start(claim: ErrorClaim) -> float:
