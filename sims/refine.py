@@ -33,7 +33,8 @@ from parc_jax.drive.local.localise import (
 from parc_jax.drive.local.safe_box import box_around, share_of
 from parc_jax.learning.bound.declared import assumed_claim, stand_in
 from parc_jax.learning.bound.pipeline import learn_profiles
-from parc_jax.learning.bound.settings import SHAPES, Intersample, intersample_of
+from parc_jax.learning.bound.profile import SHAPES
+from parc_jax.learning.bound.settings import Intersample, intersample_of
 from parc_jax.learning.bound.start_gap import StartTrial
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import fit, fit_tail

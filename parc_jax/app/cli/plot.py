@@ -93,7 +93,9 @@ def plot(
 
 def _jobs(answer, out: Path, wanted, page: bool) -> list[Job]:
     """The drawing jobs of figures. Raises InputError for one that the answer does not support."""
-    possible = _possible(answer)
+    from parc_jax.app.plot.of_answer import figures_of
+
+    possible = figures_of(answer)
     chosen = possible if wanted is None else wanted
     for name in chosen:
         if name not in possible:
@@ -103,7 +105,12 @@ def _jobs(answer, out: Path, wanted, page: bool) -> list[Job]:
     if not chosen and wanted is None and not page:
         words = "the answer has no plans and no plane of parameters to draw."
         print(f"parc-jax: {words}", file=sys.stderr)
-    return [(name, partial(_draw, name, answer, out / f"{name}.png")) for name in chosen]
+    return [(name, partial(_drawn, possible[name], out / f"{name}.png")) for name in chosen]
+
+
+def _drawn(draw: Callable[[Path], object], path: Path) -> Path:
+    draw(path)
+    return path
 
 
 def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Path:
@@ -135,27 +142,6 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
         return importlib.import_module(rendered).film_of(answer, out, sample, quiet)
     true = replay(black_box, answer.scene, answer.samples[[sample]], jax.random.PRNGKey(0))
     return film(answer, out, sample, true.path[0], quiet=quiet)
-
-
-def _possible(answer) -> list[str]:
-    return [
-        *(["samples"] if len(answer.samples) else []),
-        *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
-    ]
-
-
-def _draw(name: Figure, answer, path: Path) -> Path:
-    from parc_jax.app import figures
-
-    if name != "regions":
-        getattr(figures, name)(answer, to=path)
-        return path
-    from parc_jax.proof.regions import enumerate_regions
-
-    table = enumerate_regions(answer.model.net, answer.model.domain)
-    verdict, safe_k = figures.region_verdicts(answer, table), answer.samples[:, answer.model.n_p :]
-    figures.regions(table, verdict, path, names=answer.model.labels.k, safe_k=safe_k)
-    return path
 
 
 def export(

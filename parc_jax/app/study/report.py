@@ -121,21 +121,15 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
 def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     """Draw everything that this outcome supports; returns the files."""
     from parc_jax.app.plot.errors import errors
-    from parc_jax.app.plot.regions import region_verdicts, regions
-    from parc_jax.app.plot.samples import samples
+    from parc_jax.app.plot.of_answer import figures_of
     from parc_jax.learning.bound.declared import assumed_claim
 
-    answer = outcome.answer
+    runs = outcome.runs
+    first = None if runs is None else Replay(*(part[:: study.repeats] for part in runs))
     drawn = []
-    if answer.status.found:
-        drawn.append(out / "samples.png")
-        runs = outcome.runs
-        first = None if runs is None else Replay(*(part[:: study.repeats] for part in runs))
-        samples(answer, first, drawn[-1])
-    if answer.scene.nominal.uncertainty is None and 2 <= answer.model.n_k <= 3:
-        drawn.append(out / "regions.png")
-        verdicts = region_verdicts(answer, outcome.table)
-        regions(outcome.table, verdicts, drawn[-1], names=answer.model.labels.k)
+    for name, draw in figures_of(outcome.answer, first, outcome.table).items():
+        drawn.append(out / f"{name}.png")
+        draw(drawn[-1])
     if outcome.learned is not None:
         drawn.append(out / "errors.png")
         model, train = outcome.learned.model, outcome.learned.train

@@ -14,6 +14,7 @@ from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement
 from parc_jax.learning.bound.fresh import calibration_runs, left_out_beside
 from parc_jax.learning.bound.measure import allowance, chunk_size, sizes
 from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.profile import shape_of
 from parc_jax.learning.bound.settings import GAP, intersample_of
 from parc_jax.learning.bound.start_gap import declared_gap
 from parc_jax.learning.bound.statement import VALIDATED
@@ -241,7 +242,7 @@ def update(
     old = {
         "eps": claim.eps,
         "delta": claim.delta,
-        "shape": "box" if claim.tube.templates is None else "fitted",
+        "shape": shape_of(claim.tube),
         "gap": declared_gap(claim) if "start" in claim.evidence else GAP,
         "intersample": intersample_of(claim.assumptions),
         "claims": ("one",) if claim.bin_eps is None else ("bins",),

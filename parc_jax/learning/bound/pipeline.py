@@ -20,16 +20,9 @@ from parc_jax.learning.bound.bins import Bins
 from parc_jax.learning.bound.calibrate import block_of_bins, block_shares, calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import MOST, as_probability, required_runs
-from parc_jax.learning.bound.edges import choose_edges, edges_of
+from parc_jax.learning.bound.edges import choose_edges
 from parc_jax.learning.bound.measure import Errors, check_profile, measure, scores_of
-from parc_jax.learning.bound.profile import (
-    bin_maxima,
-    evened,
-    fitted_profile,
-    joined,
-    learnt_from,
-    smooth_profile,
-)
+from parc_jax.learning.bound.profile import SHAPES, evened, learnt_from
 from parc_jax.learning.bound.settings import BoundSettings
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.learning.bound.tube import Tube
@@ -218,28 +211,22 @@ def learn_profiles(
     all networks share them, and so compiled code. A fitted shape holds all runs in memory.
     Raises InputError, also when no run is finite.
     """
-    if shape not in ("box", "fitted"):  # a new word of `SHAPES` needs its branch here
-        raise InputError(f"shape: expected box or fitted; got {shape!r}.")
+    if shape not in SHAPES:
+        raise InputError(f"shape: expected {' or '.join(SHAPES)}; got {shape!r}.")
     batches = itertools.chain([] if train is None else [train], further)
     batches = (batch for batch in (batch.finite for batch in batches) if batch.n)
     first = next(batches, None)
     if first is None:
         raise InputError("profile: expected at least one finite training run; got none.")
     by_train = train is not None and train.finite.n > 0
-    if shape == "fitted" or (bins is None and not by_train):
-        batches = list(batches)  # all of them are looked at twice
     if bins is None:
+        if not by_train:
+            batches = list(batches)  # all of them are looked at twice
         runs = [first] if by_train else [first, *batches]
         errors = zip(*(measure(nets[0], batch) for batch in runs), strict=True)
         k = np.concatenate([batch.k for batch in runs])
         bins = choose_edges(k, Errors(*map(np.concatenate, errors)), first.domain)
-    if shape == "fitted":
-        return [fitted_profile(net, [first, *batches], bins) for net in nets]
-    edges, found = edges_of(first.domain, bins), [None for _ in nets]
-    for batch in itertools.chain([first], batches):
-        each = [bin_maxima(batch.k, measure(net, batch), edges) for net in nets]
-        found = [joined(*both) for both in zip(found, each, strict=True)]
-    return [smooth_profile(one, len(first.points)) for one in found]
+    return SHAPES[shape](nets, itertools.chain([first], batches), bins)
 
 
 def runs_ahead(settings: BoundSettings) -> int:

@@ -2,7 +2,7 @@
 training runs. [T26]
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -58,6 +58,19 @@ def profile_of(
     # any profile is valid that is fixed before the calibration set is drawn; this one is tight
     edges = choose_edges(k, errors, domain, floor) if bins is None else edges_of(domain, bins)
     return smooth_profile(bin_maxima(k, errors, edges), n_points, floor)
+
+
+def box_profiles(nets: list[ReLUNetwork], runs: Iterable[RolloutBatch], bins: Bins) -> list[Tube]:
+    """A profile of half widths along the axes for each network, from finite runs that are looked at
+    one batch after another; bins as in `edges_of`.
+    """
+    edges, found, n_points = None, [None for _ in nets], 1
+    for batch in runs:
+        if edges is None:
+            edges, n_points = edges_of(batch.domain, bins), len(batch.points)
+        each = [bin_maxima(batch.k, measure(net, batch), edges) for net in nets]
+        found = [joined(*both) for both in zip(found, each, strict=True)]
+    return [smooth_profile(one, n_points) for one in found]
 
 
 class Maxima(NamedTuple):
@@ -282,3 +295,23 @@ def _between(
     if not frames:  # all intervals of a bin, point by point
         width = width.mean(axis=1, keepdims=True)
     return fitted.with_half(half + fitted.half_around(MARGIN * width + TOLERANCES.profile_floor))
+
+
+def fitted_profiles(
+    nets: list[ReLUNetwork], runs: Iterable[RolloutBatch], bins: Bins
+) -> list[Tube]:
+    """`fitted_profile` of each network; all runs are held in memory."""
+    held = list(runs)
+    return [fitted_profile(net, held, bins) for net in nets]
+
+
+# a new kind of tube: its word and how it is learnt, and a line in `shape_of`
+SHAPES: dict[str, Callable[[list[ReLUNetwork], Iterable[RolloutBatch], Bins], list[Tube]]] = {
+    "box": box_profiles,
+    "fitted": fitted_profiles,
+}
+
+
+def shape_of(tube: Tube) -> str:
+    """The word of `SHAPES` for a tube."""
+    return "box" if tube.templates is None else "fitted"

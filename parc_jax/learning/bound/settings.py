@@ -13,6 +13,7 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, check_count
 from parc_jax.learning.bound.counts import MOST, as_probability
+from parc_jax.learning.bound.profile import SHAPES
 
 _UP = 1 + 2.0**-50  # a few roundings, upward
 
@@ -93,7 +94,6 @@ def intersample_of(assumptions: Iterable[str]) -> Intersample:
 
 
 CLAIMS = ("one", "bins")
-SHAPES = ("box", "fitted")
 GAP = 1e-5  # [m or rad] that the start of a run may matter, unless declared otherwise
 
 

@@ -1,0 +1,33 @@
+"""Which figures an answer supports, by name: the one list, for the shell and for the report."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from parc_jax.answer.answer import Answer
+from parc_jax.app.plot.regions import region_verdicts, regions
+from parc_jax.app.plot.samples import samples
+from parc_jax.app.study.replay import Replay
+from parc_jax.proof.regions import RegionTable, enumerate_regions
+
+
+def figures_of(
+    answer: Answer, runs: Replay | None = None, table: RegionTable | None = None
+) -> dict[str, Callable[[Path], object]]:
+    """What draws each figure that the answer supports on a path.
+
+    runs: true runs of its samples, one each; None draws none.
+    table: regions of its network; None enumerates them when they are drawn.
+    """
+    model = answer.model
+
+    def draw_regions(path: Path):
+        found = enumerate_regions(model.net, model.domain) if table is None else table
+        verdicts, safe_k = region_verdicts(answer, found), answer.samples[:, model.n_p :]
+        return regions(found, verdicts, path, names=model.labels.k, safe_k=safe_k)
+
+    supported: dict[str, Callable[[Path], object]] = {}
+    if len(answer.samples):
+        supported["samples"] = lambda path: samples(answer, runs, path)
+    if 2 <= model.n_k <= 3:
+        supported["regions"] = draw_regions
+    return supported
