@@ -17,7 +17,7 @@ from .exact import NotAnAnswer, Rejected, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
 from .question import about_the_model
-from .rests_on import LONGEST, part_of
+from .rests_on import part_of, printable
 
 FORMAT = "parc_jax.answer/3"
 PARTS = ("problem", "network", "tube")  # of the question
@@ -34,8 +34,7 @@ WORK_PER_CHARACTER = 1000
 # What was proved: how many different samples, sets, corridors and boxes of doubt; None, or kind and
 # exact volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory.
 # scene: body, obstacles and starts in words; moving: obstacles that are there for some intervals
-# alone. The claim is quoted; arithmetic is what
-# `checked_claim` knows of it.
+# alone. The claim is quoted; arithmetic is what `checked_claim` knows of it.
 Report = collections.namedtuple(
     "Report",
     "samples sets corridors doubt no_plan scene moving bins without_model claim arithmetic hash",
@@ -173,8 +172,7 @@ def summary(report):
 
 def scene_of(problem):
     """Body, obstacles and starts of a problem that was read, in words."""
-    parts = "; ".join(part_of(part, 1) for part in problem["body"]["parts"])
-    parts = parts if len(parts) <= LONGEST else f"{parts[:LONGEST]} …"
+    parts = printable("; ".join(part_of(part, 1) for part in problem["body"]["parts"]))
     rows = problem["start"] and len(problem["start"]["b"])
     where = f"from p0 within {counted(rows, 'half-space')}" if rows else "from any p0"
     among = counted(len(problem["obstacles"]), "convex obstacle")

@@ -12,6 +12,7 @@ import answer_files as build
 import known
 import leaves
 import pytest
+from episode_files import Robot
 
 from parc_jax import checker
 from parc_jax.app.cli import check as second
@@ -219,14 +220,41 @@ def test_an_edit_of_a_claim_is_rejected_or_seen(make):
     assert not {place for place in unseen if {place[:1], place[:2]}.isdisjoint(UNPRINTED)}
 
 
+SHAPE = [["-1/8", "0"], ["1e-1", "0"], ["0", "0x1p-3"]]
+TURNED = "grown by the polygon (-0.125, 0), (0.1, 0), (0, 0.125) m, which never turns"
+
+
+@pytest.mark.needs("node")
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({}, "among 1 convex obstacle, from p0 within 4 half-spaces."),
-        ({"problem__body__parts__0__radius": "1/4"}, "grown by 0.25 m"),
+        ({}, "a body (point 0 grown by 0.5 m) among 1 convex obstacle, from p0 within 4 half-spac"),
+        ({"problem__body__parts__0__radius": "1/4"}, "grown by 0.25 m) among"),
+        ({"problem__body__parts__0": {"points": [0, 0], "vertices": SHAPE}}, f"(point 0 {TURNED})"),
+        ({"problem__body__parts__append": {"points": [0], "radius": "0"}}, "m; point 0 grown by 0"),
         ({"problem__start": None}, "obstacle, from any p0."),
     ],
 )
-def test_a_report_says_body_obstacles_and_starts(changes, words):
-    one = json.loads(json.dumps(known.change(known.plain(), changes)))
-    assert any(words in line for line in checker.summary(checker.check_answer(one)))
+def test_both_say_body_obstacles_and_starts(changes, words, second_told):
+    answer = known.plain() if "problem__body__parts__append" not in changes else known.line()
+    one = json.loads(json.dumps(known.change(answer, changes)))
+    (told,) = [line for line in checker.summary(checker.check_answer(one)) if words in line]
+    assert second_told(one).lines.count(told) == 1
+
+
+@pytest.mark.needs("node")
+def test_both_print_a_body_of_many_parts_as_far_as_it_is_read(second_told):
+    many = {"problem__body__parts": [{"points": [0], "radius": "1/3"}] * 90}
+    one = json.loads(json.dumps(known.change(known.line(), many)))
+    (told,) = [line for line in checker.summary(checker.check_answer(one)) if "It is of" in line]
+    assert "... (3148 characters)) among 0 convex obstacles" in told
+    assert second_told(one).lines.count(told) == 1
+
+
+@pytest.mark.needs("node")
+def test_both_say_the_body_of_an_episode_by_the_points_of_the_robot(second_told):
+    robot = Robot(0, points=2, copies=2)
+    file = robot.episode(robot.driven())
+    body = "hull of points 0, 1 grown by 0.05 m"
+    assert file["premises"][3] == ["body", "checked", [body]]
+    assert second_told(file).lines.count(f"The body: {body}.") == 1

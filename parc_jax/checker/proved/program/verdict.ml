@@ -53,6 +53,27 @@ let about_the_model without bins =
   else Printf.sprintf "The tube leaves out the model's own trajectory in %d of %d bins: what is proved there may be about none."
       without bins
 
+(* What it is proved of, by the robot's own points, of which there are so many copies. *)
+let longest = 2000
+let body copies (p : problem) =
+  let listed f l = String.concat ", " (List.map f l) in
+  let part (b : part) =
+    let points = List.sort_uniq compare (List.map (fun i -> i / copies) b.corners) in
+    let hull = (match points with [ _ ] -> "point " | _ -> "hull of points ") ^ listed string_of_int points in
+    let corner v = "(" ^ listed Reader.decimal v ^ ")" in
+    match b.grown_by with
+    | Disc r -> Printf.sprintf "%s grown by %s m" hull (Reader.decimal r)
+    | Hull l -> Printf.sprintf "%s grown by the polygon %s m, which never turns" hull (listed corner l) in
+  let all = String.concat "; " (List.map part p.parts) in
+  let n = String.length all in
+  if n <= longest then all else Printf.sprintf "%s... (%d characters)" (String.sub all 0 longest) n
+
+let scene (p : problem) =
+  let counted n one many = Printf.sprintf "%d %s" n (if n = 1 then one else many) in
+  Printf.sprintf "It is of a body (%s) among %s, from %s." (body 1 p)
+    (counted (List.length p.obstacles) "convex obstacle" "convex obstacles")
+    (match List.length p.start with 0 -> "any p0" | n -> "p0 within " ^ counted n "half-space" "half-spaces")
+
 (* What is proved, in words: all numbers are the checker's. *)
 let proved (p : problem) r =
   let moving = List.length (List.filter (fun (o : obstacle) -> o.last0 - o.first + 1 < p.steps) p.obstacles) in
@@ -69,6 +90,7 @@ let proved (p : problem) r =
      | Shares (safe, unsafe) ->
        [ "  of the (p0, k) whose first point ends in the file's box z, whatever else";
          Printf.sprintf "    the goal asks, by volume: safe at least %s, unsafe at least %s" (per_cent safe) (per_cent unsafe) ])
+  @ [ scene p ]
   @ (if moving = 0 then []
      else
        [ Printf.sprintf "NOT PROVED: %d obstacle%s told of by intervals: nothing is" moving (if moving = 1 then "" else "s");
@@ -158,7 +180,7 @@ let read_episode file =
    | Reader.Tests _, _ | _, Some (Str "validated") ->
      bad "its claim is about draws from one set in one scene, and its plans were chosen"
    | _ -> ());
-  (asked, premises (known, claim), quoted)
+  (asked, premises (known, claim), quoted, p, Reader.whole 1 p.n_points (get "copies"))
 
 let shown = function
   | Reader.Numbers c when not (Check.check_claim c) -> bad "the claim's runs do not show its eps with its delta"
@@ -196,7 +218,7 @@ let answered progress file =
   | Accepted (marks, r) -> { code = 0; lines = proved asked.scene r @ rests known quoted hashed; entries = named marks }
 
 let driven progress file =
-  let asked, known, quoted = read_episode file in
+  let asked, known, quoted, p, copies = read_episode file in
   let n = List.length asked.done0 in
   follow progress [ ("manoeuvres", n) ];
   shown (fst known);
@@ -210,6 +232,7 @@ let driven progress file =
         Printf.sprintf "  %d manoeuvre%s of one body, each told %s from wherever its pose truly was: until" n (if n = 1 then "" else "s") frame;
         "    the next one begins, and at rest where it ends, no point of the body is in an obstacle that its";
         "    problem has then, moved by what the pose was off by";
+        Printf.sprintf "The body: %s." (body copies p);
         "NOT PROVED here: that each began where the one before may have been left, that each came to rest,";
         "  what copies of a point stand for, and the premises of the file";
         about_the_model without bins ] in
