@@ -11,7 +11,7 @@ import toy_query
 from faces_of_errors import template_of
 from header_model import exactly, is_safe, lost
 from toy_bodies import random_faces
-from toy_header import TUBES, toy_tables, write_toy
+from toy_header import TUBES, border_pairs, toy_tables, write_toy
 
 from benchmarks.compiled_header import Header
 from parc_jax.common.errors import InputError
@@ -173,25 +173,6 @@ def _dot(a, x) -> Fraction:
     return sum((Fraction(p) * Fraction(q) for p, q in zip(a.tolist(), x.tolist(), strict=True)))
 
 
-def borders(header: Header, answer, n: int) -> np.ndarray:
-    """Pairs of plans (n, 2, n_p + n_k) that differ as little as floats can: the first one is safe,
-    as the header says, the second is not.
-    """
-    rng = np.random.default_rng(3)
-    n_p = answer.model.n_p
-    safe = answer.samples[rng.integers(0, len(answer.samples), n)]
-    other = safe + rng.normal(size=safe.shape) * rng.choice([0.0, 0.3], safe.shape)
-    domain = answer.model.domain
-    other[:, n_p:] = np.clip(other[:, n_p:], domain.lo, domain.hi)
-    found, beyond = (header.are_safe(x[:, :n_p], x[:, n_p:]) for x in (safe, other))
-    safe, other = safe[found & ~beyond], other[found & ~beyond]
-    for _ in range(70):
-        middle = safe + 0.5 * (other - safe)
-        inside = header.are_safe(middle[:, :n_p], middle[:, n_p:])[:, None]
-        safe, other = np.where(inside, middle, safe), np.where(inside, other, middle)
-    return np.stack([safe, other], axis=1)
-
-
 @needs_compiler
 @pytest.mark.parametrize("tube", TUBES)
 @pytest.mark.parametrize(
@@ -218,7 +199,7 @@ def test_plans_at_the_border_are_as_the_model_says_and_kept_in_exact_numbers(fla
     answer = toy_query.answer()
     known, model, slack = toy(tube)
     header = Header(write_toy(known, tmp_path / "toy.h"), *flags)
-    pairs = borders(header, answer, 60)
+    pairs = border_pairs(header, answer, 60)
     assert len(pairs) > 30
     n_p = model.n_p
     for plan, said in zip(pairs.reshape(-1, pairs.shape[2]), len(pairs) * [1, 0], strict=True):

@@ -10,6 +10,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.common.errors import InputError
+from parc_jax.drive.onboard.compared import require_kept
 from parc_jax.drive.onboard.paid import require_fitting, require_paid
 from parc_jax.drive.onboard.tables import Tables, tables
 from parc_jax.learning.bound.error_set import ErrorBox
@@ -27,6 +28,13 @@ WARNING = (
     "is asked in each call: under another rounding mode, or where a number of p0 or k is infinite "
     "or none, is_safe gives 0. These guards stand outside of the code that is proved, and can only "
     "refuse."
+)
+COMPARED = (
+    "As this file was written, its tables were compared with the checker's own conditions in exact "
+    "rationals: a plan that keeps to them, as the theorem about the code says of each that is_safe "
+    "lets pass, belongs to a corridor of the answer. Left out were only obstacles from which each "
+    "plan that ends in the goal keeps apart, by float64 and its margins. The conditions are those "
+    "of"
 )
 GUARDS = """#include <float.h>
 #include <stdint.h>
@@ -70,10 +78,13 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     check_model(answer.model)
     table = tables(answer)
     require_fitting(table, answer.model)
-    require_paid(table, answer.model, float(answer.scene.slack))
+    slack = float(answer.scene.slack)
+    require_paid(table, answer.model, slack)
+    hashes = require_kept(table, answer, slack)
     guard = f"{name.upper()}_H"
     own = replace(answer, validation=None)  # whose set is another than that of these tables
-    lines = [*_comment(f"{own.details()}\n{WARNING}")]
+    compared = [COMPARED, *(f"sha256 {part} {value}" for part, value in hashes.items())]
+    lines = [*_comment("\n".join([own.details(), WARNING, *compared]))]
     lines += [f"#ifndef {guard}\n#define {guard}\n", GUARDS]
     lines += [f"#define {name}_{size} {number}" for size, number in _sizes(answer, table).items()]
     lines.append("")

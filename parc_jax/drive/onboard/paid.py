@@ -101,12 +101,10 @@ def _unpaid(table: Tables, model: TrajectoryModel, room: Fraction) -> str | None
         return "numbers that are not finite"
     if (tube.half < 0).any():
         return "errors of less than none"
-    start = max(map(Fraction, table.far))
-    ends = [Fraction(max(abs(e[0]), abs(e[-1]))) for e in table.edges]
-    bounded = _network_bounded(model.net, np.array(ends, object))
+    bounded = places_bounded(table, model)
     if bounded is None:
         return "a network whose outputs may overflow"
-    beta, most = bounded  # of the outputs, with all rounding of the layers
+    start, beta, most = bounded
     moved = U * (most + start) + ETA  # what p0 + out loses
     off, size = beta + moved, most + start + moved
     # compared before any sum: an overflow would make every later bound void
@@ -119,6 +117,23 @@ def _unpaid(table: Tables, model: TrajectoryModel, room: Fraction) -> str | None
     if not _rows_paid(of_rows, model.n_c + model.n_q, off, size, room):
         return "a row of the goal"
     return _runs_unpaid(table, model.n_p, (off, size), _reaches(tube), room)
+
+
+class Bounded(NamedTuple):
+    """Of all plans that are let pass: |p0| <= start, and of the network's outputs, |N(k)| and what
+    the code makes of it <= most, between them <= beta.
+    """
+
+    start: Fraction
+    beta: Fraction
+    most: Fraction
+
+
+def places_bounded(table: Tables, model: TrajectoryModel) -> Bounded | None:
+    """How far out plans are that are let pass; None where outputs may overflow."""
+    ends = [Fraction(max(abs(e[0]), abs(e[-1]))) for e in table.edges]
+    bounded = _network_bounded(model.net, np.array(ends, object))
+    return None if bounded is None else Bounded(max(map(Fraction, table.far)), *bounded)
 
 
 def _network_bounded(net: ReLUNetwork, size: np.ndarray) -> tuple[Fraction, Fraction] | None:

@@ -42,7 +42,7 @@ class Tables(NamedTuple):
     refused, so that the size of every number is bounded. start_A (s, n_p), start_b (s,): rows of P0
     less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows of the goal less the support of
     the errors of a bin, and the slack.
-    plans (n_plans, n_k): safe ones.
+    plans (n_plans, n_k): safe ones. order (n_corridors,): of the answer's corridors.
     """
 
     edges: tuple[np.ndarray, ...]
@@ -56,6 +56,7 @@ class Tables(NamedTuple):
     goal_A: np.ndarray
     goal_b: np.ndarray
     plans: np.ndarray
+    order: np.ndarray
 
 
 def tables(answer: Answer) -> Tables:
@@ -102,6 +103,7 @@ def tables(answer: Answer) -> Tables:
         # a bin without claim leaves no goal: its rows hold for no number
         goal_b=np.where(np.isfinite(lost_at_end), goal_b - lost_at_end, -NO_CLAIM),
         plans=np.unique(np.concatenate([k, *([c.k] for c in corridors)]), axis=0),
+        order=order,
     )
 
 
