@@ -70,7 +70,7 @@ def shorter(runs):
         ("edges", lambda edges: (np.nextafter(edges[0], 9), *edges[1:]), "edges of the bins"),
         ("edges", lambda edges: (1.5 * edges[0], *edges[1:]), "edges of the bins"),
         ("start_b", lambda b: b + 1e-6, "rows of the start"),
-        ("start_A", lambda A: -A, "rows of the start"),
+        ("start_A", lambda A: 2 * A, "rows of the start"),
         ("goal_b", lambda b: b + 1e-6, "rows of the goal"),
         ("goal_A", lambda A: A[::-1], "rows of the goal"),
         ("errors", narrower, "errors"),
