@@ -366,6 +366,6 @@ def _outline(model: TrajectoryModel, robot: Footprint | float):
             f"{robot!r:.40}."
         )
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
-    # circumscribed: the polygon holds the disc
-    around = robot / np.cos(np.pi / SIDES) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    # circumscribed: the polygon holds the disc, whatever its corners are rounded to
+    around = robot / np.cos(np.pi / SIDES) * (1 + 1e-9) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return around, float(robot)

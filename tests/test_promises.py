@@ -16,6 +16,7 @@ NOTHING = (
     "How to run it.",
     "The claim is statistical",
     "Anything outside the model",
+    "Not guaranteed:",
     "Optimality.",
     "docs/](docs/) explains",
 )

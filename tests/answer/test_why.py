@@ -57,6 +57,7 @@ def test_a_gap_wider_than_the_body_says_how_much_narrower_the_tube_must_be(tmp_p
     assert "without errors it has 11 cm to spare" in why.text
     assert "or a tube narrower by 26 %" in why.text and "No narrower tube" not in why.text
     assert answer.why() is why and why.text in said and len(said.split("\n")) <= 15
+    assert len(said.split()) <= 200 and "(E)" not in said  # the law on request
     assert "more room between" in as_json(answer, tmp_path / "answer.json", None)
 
 

@@ -53,10 +53,10 @@ def report(outcome: Studied, out: Path) -> str:
 
 
 def said_of(answer: Answer) -> str:
-    """The summary of an answer for a terminal, or why there is no plan; and where none or few are
-    safe, the obstacles in the way.
+    """The summary of an answer for a terminal; where no plan or few are safe, with the obstacles in
+    the way.
     """
-    words = answer.summary() if answer.status.found else answer.details()
+    words = answer.summary()
     return "\n".join([words, *in_the_way(answer, words)])
 
 
