@@ -367,5 +367,5 @@ def _outline(model: TrajectoryModel, robot: Footprint | float):
         )
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
     # circumscribed: the polygon holds the disc, whatever its corners are rounded to
-    around = robot / np.cos(np.pi / SIDES) * (1 + 1e-9) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return around, float(robot)
+    size = robot / np.cos(np.pi / SIDES) * (1 + 1e-9)
+    return size * np.stack([np.cos(angle), np.sin(angle)], axis=1), float(robot)
