@@ -17,6 +17,8 @@ import jax
 import jaxlib
 from jax import export
 
+from parc_jax.common.backend import platform_of
+
 # all that kernels of `safe_set` are made from: tests/test_traced.py holds them to it
 ROOMS = ("checker", "common", "learning", "problem", "safe_set")
 ABOUT_FILES = ("cache", "dump", "log", "traceback")  # settings that change no program
@@ -30,7 +32,7 @@ def keep_traced(folder: Path) -> None:
 
 
 def traced(
-    kernel: Callable, args: tuple, static: tuple, platform: str, options: dict | None
+    kernel: Callable, args: tuple, static: tuple, device: jax.Device, options: dict | None
 ) -> Callable:
     """kernel(*args, *static) as a compiled function of arguments like these.
 
@@ -40,7 +42,8 @@ def traced(
     if not _folders:
         return partial(_with, kernel, static)
     leaves, tree = jax.tree.flatten(args)
-    shapes = [(x.shape, str(x.dtype), x.weak_type) for x in leaves]
+    platform = platform_of(device)
+    shapes = [(x.shape, str(x.dtype), getattr(x, "weak_type", False)) for x in leaves]
     about = (kernel.__qualname__, str(tree), shapes, static, platform, _settings(), _sources())
     name = hashlib.sha256(repr(about).encode()).hexdigest()
     if name not in _programs:

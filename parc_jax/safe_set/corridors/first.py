@@ -108,7 +108,7 @@ def first_safe(scene: Scene, key: jax.Array, n: int) -> tuple[FirstSafe, Verdict
 def _search(scene: Scene, key: jax.ShapeDtypeStruct, slots: int, device: jax.Device) -> Callable:
     """`_first_safe` of a scene, for such keys."""
     args = placed(scene), key, _number(1, device)
-    return traced(_first_safe, args, (slots, backend(device)), device.platform, COMPILER)
+    return traced(_first_safe, args, (slots, backend(device)), device, COMPILER)
 
 
 def first_draw(scene: Scene, key: jax.Array, n: int) -> Draw:
