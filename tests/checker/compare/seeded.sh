@@ -114,4 +114,6 @@ try fails "claims: a quotient that is not tried" Claim.v 'if a <=? b * q then q 
 try fails "claims: runs that count double" Claim.v 'let low := power q rest (runs b) in' 'let low := power q rest (xO (runs b)) in'
 try fails "claims: a bin with the bound of no block" Claim.v 'existsb (fun b => Qeq_bool e (bound b)) (blocks c)' 'true'
 try fails "a theorem that says less: of networks without a layer" NoPlanFacts.v 'failing_is_not_safe P N E u k' 'failing_is_not_safe P (N := []) E u k'
+try fails "a set is tested by the runs of other plans" ClaimSpec.v "(length (filter fails (filter has l)))" "(length (filter fails (filter (fun a => negb (has a)) l)))"
+try fails "a set is accepted after one that was not" ClaimSpec.v "(riskier L fails has e || accepts_a_bad_one L fails e show others l)" "riskier L fails has e || accepts_a_bad_one L fails e show others l"
 exit $wrong

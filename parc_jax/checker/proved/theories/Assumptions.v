@@ -22,6 +22,7 @@ Print Assumptions risk_of_a_set.
 Print Assumptions risk_of_a_density.
 Print Assumptions claim_shown.
 Print Assumptions bounds_shown.
+Print Assumptions sets_tested.
 Print Assumptions accepted_episode.
 Print Assumptions accepted_place.
 Print Assumptions accepted_turning.

@@ -64,3 +64,17 @@ Fixpoint some_wrong {A} (l : list (about A)) (drawn : list (list A)) : bool :=
   | a :: l', d :: drawn' => wrong_of a d || some_wrong l' drawn'
   | _, _ => false
   end.
+
+(* ---- Sets tested one after the other.  Plans are drawn from the widest one, each is run once.  A
+   set is accepted while each before it was, and so many runs of plans in it, of which so many
+   failed, show enough ---- *)
+Definition riskier {A} (L : law A) (fails has : A -> bool) (e : R) : bool :=
+  if Rlt_dec (e * prob L has) (prob L (fun a => has a && fails a)) then true else false.
+Fixpoint accepts_a_bad_one {A} (L : law A) (fails : A -> bool) (e : R) (show : nat -> nat -> bool)
+  (sets : list (A -> bool)) (l : list A) : bool :=
+  match sets with
+  | [] => false
+  | has :: others =>
+      show (length (filter has l)) (length (filter fails (filter has l))) &&
+      (riskier L fails has e || accepts_a_bad_one L fails e show others l)
+  end.

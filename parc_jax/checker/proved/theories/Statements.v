@@ -244,7 +244,7 @@ Qed.
 (* ---- The claim: whether so many runs show what it says.  Read with ClaimSpec.v, which has the
    words ---- *)
 From ParcJax Require Import ClaimSpec Claim.
-From ParcJax Require Draws ClaimFacts.
+From ParcJax Require Draws ClaimFacts TestedFacts.
 
 (* N runs of one law, and whatever is said of them that holds only if some number leaves at most r
    of them outside of its tube, and that tube is left by more than e of all runs: it is as rare as
@@ -286,6 +286,17 @@ Definition bounds_shown : forall c, check_claim c = true ->
     Q2R (eps c) <= 1 /\
   forall e, In (Some e) (in_bins c) -> exists b, In b (blocks c) /\ Q2R e = Q2R (bound b)
   := ClaimFacts.bounds_shown.
+
+(* Of sets that are tested in some order with the same N runs, each with so many of them as it has:
+   the checker says yes to the claim of one block that a test is.  That a set is accepted, as all
+   before it were, in which a run fails more often than eps of all runs in it: no likelier than
+   delta.  The sets and their order are fixed before the runs. *)
+Definition sets_tested : forall A (L : law A) (fails : A -> bool) (sets : list (A -> bool)) N e d,
+  is_law L -> 0 <= Q2R d ->
+  let show n x :=
+    (0 <? n)%nat && check_claim (Claim [Block (Pos.of_nat n) x e] 1 e d []) in
+  prob (draws L N) (accepts_a_bad_one L fails (Q2R e) show sets) <= Q2R d
+  := fun A => @TestedFacts.sets_tested A.
 
 (* ---- Episodes (Episode.v has the words) ---- *)
 (* Of a robot that, while each manoeuvre is under way, keeps to a trajectory in its tube, told from
