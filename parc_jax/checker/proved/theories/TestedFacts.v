@@ -48,7 +48,8 @@ Proof.
   simpl draws. rewrite mean_both.
   set (c := mean (draws L N) (fun l => g (filter has l))).
   set (h := fun a => mean (draws L N) (fun l => g (a :: filter has l))).
-  rewrite (mean_ext L _ (fun a => (if has a then h a else 0) + c * (if negb (has a) then 1 else 0))).
+  rewrite (mean_ext L _ (fun a =>
+    (if has a then h a else 0) + c * (if negb (has a) then 1 else 0))).
   2: { intro a. unfold h, c. destruct (has a) eqn:E; simpl.
        - rewrite Rmult_0_r, Rplus_0_r. apply mean_ext. intro l. rewrite E. reflexivity.
        - rewrite Rmult_1_r, Rplus_0_l. apply mean_ext. intro l. rewrite E. reflexivity. }
