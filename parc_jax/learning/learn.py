@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from fractions import Fraction
@@ -48,6 +48,7 @@ from parc_jax.learning.system import System, check_system
 FIRST_EPS = Fraction(1, 100)  # of the first bound: 688 runs at a delta of 1e-3
 HOLDOUT, HOLDOUT_WITH_PRIOR = 0.4, 0.5  # of recorded runs: a prior needs fewer to learn from
 LONG_S = 10.0  # [s] runs that take longer are announced
+PACED_S = 2.0  # [s] of runs that tell their pace
 Watch = Callable[[str], AbstractContextManager]  # entered for each stage, by its name
 OVER_K = ModelBound()
 
@@ -193,13 +194,11 @@ def _from_system(
         start = try_starts(system, key, settings.bound.gap)
     with watch("training rollouts"):
         options = {"path": path and path / "training", "quiet": quiet, "dtype": STORED}
-        began = time.monotonic()
         chunks = stream_rollouts(system, key, settings.rollouts, Stage.TRAIN, **options)
-        train = concatenate(chunks, settings.rollouts)
-    if not quiet:
-        pace = (time.monotonic() - began) / settings.rollouts  # with what was compiled for them
         bounds = [settings.claims, _first_bound(settings)] if first else [settings.claims]
-        _announce(system.name, sum(map(runs_ahead, bounds)), pace)
+        ahead = settings.rollouts + sum(map(runs_ahead, bounds))
+        paced = chunks if quiet else _announced(chunks, system.name, ahead)
+        train = concatenate(paced, settings.rollouts)
     with watch("training"):
         net = fit_network(train, settings, key)
     if first is not None:
@@ -215,8 +214,26 @@ def _from_system(
     return Learned(_bounded(net, runs, train, settings.claims, start, watch=watch), train, start)
 
 
+def _announced(chunks: Iterator[RolloutBatch], name: str, ahead: int) -> Iterator[RolloutBatch]:
+    """The chunks of the first of so many runs ahead. How long the rest of these takes, if that is
+    long, is printed as soon as there is a pace.
+    """
+    began, timed, waits = time.monotonic(), 0, True
+    for i, chunk in enumerate(chunks):
+        ahead, timed = ahead - chunk.n, timed + chunk.n
+        seconds = time.monotonic() - began
+        if waits and i and seconds > PACED_S:
+            _announce(name, ahead, seconds / timed)
+            waits = False
+        elif i == 0:
+            whole = seconds / timed
+            began, timed = time.monotonic(), 0  # what is compiled for the first chunk is no pace
+        yield chunk
+    if waits:
+        _announce(name, ahead, (time.monotonic() - began) / timed if timed else whole)
+
+
 def _announce(name: str, runs: int, seconds_per_run: float) -> None:
-    """Print how long the runs ahead will take, if that is long."""
     if runs * seconds_per_run > LONG_S:
         from tqdm import tqdm
 

@@ -1,13 +1,17 @@
 """A study asks a first model, with a claim of few runs, before it makes the many."""
 
+from types import SimpleNamespace
+
 import jax
 import pytest
 import toy_driven as toy
 from synthetic_plants import noisy, plant
+from tqdm import tqdm
 
 import parc_jax as pj
 from parc_jax.app.study.settings import Study
 from parc_jax.learning.bound import pipeline
+from parc_jax.learning.bound.pipeline import runs_ahead
 from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.learn import learn_report
 
@@ -55,3 +59,20 @@ def test_the_first_claim_is_of_few_runs(eps, kept, monkeypatch, tmp_path):
     with pytest.raises(Enough):
         learned(tmp_path, monkeypatch, stop, study)
     assert not (tmp_path / "fresh").exists() and (tmp_path / "first" / "fresh").exists()
+
+
+def test_the_time_ahead_is_told_from_the_pace_of_the_first_runs(monkeypatch, capsys):
+    """A clock on which each chunk takes 3 s, and the first, which is compiled for, 60 s."""
+    hours = iter([0.0, 60.0, 60.0, *(60.0 + 3.0 * i for i in range(1, 100))])
+    clock = SimpleNamespace(monotonic=lambda: next(hours))
+    monkeypatch.setattr("parc_jax.learning.learn.time", clock)
+    system = plant(noisy, toy.T)
+    object.__setattr__(system, "chunk", 50)
+    monkeypatch.setattr("parc_jax.learning.learn.fit_network", lambda *_: 1 / 0)  # enough is seen
+    with pytest.raises(ZeroDivisionError):
+        pj.learn(system, KEY, settings=STUDY)
+    said = [line for line in capsys.readouterr().err.splitlines() if "at this pace" in line]
+    ahead = 100 + runs_ahead(STUDY.claims)  # two chunks of 200 runs are made
+    assert (
+        len(said) == 1 and f"{ahead:,} more runs, {tqdm.format_interval(ahead * 3 / 50)}" in said[0]
+    )
