@@ -154,6 +154,39 @@ def test_a_slider_of_eps_draws_with_the_tube_of_another_claim():
     assert len(Live(line_model(), pj.reach_avoid(GOAL, [], 0.05)).planners) == 1
 
 
+def test_a_slider_that_moves_while_a_scene_is_made_mixes_no_two_tubes_nor_two_parts_of_k(
+    monkeypatch,
+):
+    model = sims.model("drift_parking")
+    alone = Live(model, sims.drift_parking.problem("rectangle"))
+    alone.off, eps = alone.off | {"pose": 0.01}, [float(p.model.claim.eps) for p in alone.planners]
+
+    def scene_at(value):
+        alone.allow(value)
+        return alone.scene()
+
+    made = {value: scene_at(value) for value in (eps[0], eps[-1])}
+    asked, at_once = module.query, []
+
+    def moved_meanwhile(*of):
+        found = asked(*of)
+        alone.allow(at_once.pop())
+        return found
+
+    monkeypatch.setattr(module, "query", moved_meanwhile)
+    for value, then in (eps[0], eps[-1]), (eps[-1], eps[0]):
+        at_once.append(then)
+        mixed = scene_at(value)
+        assert mixed.model.tube.hash == made[value].model.tube.hash
+        assert (mixed.goal_b == made[value].goal_b).all()
+    monkeypatch.undo()
+
+    parts = [np.stack([model.domain.lo, model.domain.center]), np.array([model.domain.hi] * 2)]
+    monkeypatch.setattr(Live, "k", property(lambda _: parts.pop(0), lambda *_: None), raising=False)
+    one = alone.scene()
+    assert (one.k_lo == model.domain.lo).all() and (one.k_hi == model.domain.center).all()
+
+
 def test_on_release_the_set_is_measured_or_it_is_said_what_is_in_the_way():
     walls = [pj.box([0.7, 0.3], [0.9, 2.0]), pj.box([0.7, -2.0], [0.9, -0.3])]
     alone = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, walls, 0.2, START))
