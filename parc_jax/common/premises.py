@@ -85,12 +85,14 @@ def agree(
     *,
     disjoint: Container[str] = (),
     free: Container[str] = (),
+    hint: str = "",
 ) -> None:
     """Refuse two records that meet and differ: every entry has one value in both.
 
     where: who asks, for the message. disjoint: entries, lists, that must share nothing instead, as
     the recordings of training and of calibration. free: entries that may differ; whoever calls says
-    beside it why. Raises InputError, which names every entry that does not fit, with both values.
+    beside it why. hint: what to try. Raises InputError, which names every entry that does not fit,
+    with both values.
     """
     one, other = a._by_name(), b._by_name()
     faults = []
@@ -105,7 +107,8 @@ def agree(
         elif values[0] != values[1]:
             faults.append(f"{name} is {_quoted(values[0])}, beside {_quoted(values[1])}")
     if faults:
-        raise InputError(f"{where}: expected premises that agree; {'; '.join(faults)}.")
+        told = f"{where}: expected premises that agree; {'; '.join(faults)}."
+        raise InputError(f"{told} {hint}".rstrip())
 
 
 def text_of(value: Any) -> str:
@@ -114,7 +117,7 @@ def text_of(value: Any) -> str:
 
 
 def _quoted(value: Any) -> str:
-    text = "not stated" if value is None else text_of(value)
+    text = "not stated" if value is None else text_of(value) or "none"
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 

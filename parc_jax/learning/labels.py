@@ -67,9 +67,10 @@ def labels(
     return Labels(**plain)
 
 
-def plain_k(named: Labels) -> bool:
-    """Whether the parameters have plain names."""
-    return named.k == tuple(f"k{i}" for i in range(len(named.k)))
+def plain_parts(named: Labels) -> set[str]:
+    """Those of PARTS whose coordinates have plain names."""
+    plain = labels(*map(len, named))
+    return {part for part in PARTS if getattr(named, part) == getattr(plain, part)}
 
 
 def labels_of(system) -> Labels:

@@ -2,6 +2,7 @@
 data.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -121,12 +122,63 @@ def test_rows_that_a_log_lacks_are_counted(claim):
         *watch.observe(runs)
         .observe(collect(plant(exact), jax.random.PRNGKey(9), 40, quiet=True))
         .missing.values()
-    ] == [0]  # of two seeds
+    ] == [0, 0]  # of two seeds
     assert [*watch.observe(fit).missing.values()] == [20]
     assert [*watch.observe(log).missing.values()] == [0]
     first = watch.observe(log.select(slice(0, 15)))
     assert [*first.missing.values()] == [25]
     assert [*first.observe(log.select(slice(15, 40))).missing.values()] == [0]
+    early = watch.observe(runs.select(slice(0, 15)))  # of a seed too, which has no end
+    assert [*early.missing.values()] == [25]
+    later = collect(plant(exact), KEY, 20, first_row=40, quiet=True)
+    whole = early.observe(later).observe(runs.select(slice(15, 40)))
+    assert whole.seen == 60 and [*whole.missing.values()] == [0]
+
+
+def test_rows_that_never_come_have_failed_where_somebody_says_so(claim):
+    """Left out as they failed, they were silent: nothing was bet on them, and nothing said."""
+    runs = collect(plant(exact), KEY, 40, quiet=True)
+    watch = monitor(claim, NET, share=1.0).observe(runs.select(slice(0, 15)))
+    said = watch.details()
+    assert not watch.alarm and said.startswith("No alarm. Of 15 runs 0 left the tube; by the claim")
+    assert "Rows that are not here, 25 of plant: nothing was bet on them. Those that fail" in said
+    assert "at most 0.02. The bets won 1 of 1e+03 that ring" in said
+    assert "rings with probability at most 0.001." in said and "k as declared: share = 1.0" in said
+    closed = watch.closed()
+    assert closed.alarm and (closed.seen, closed.left) == (40, 25)
+    assert closed.details().startswith("ALARM: the claim is refuted. Of 40 runs 25 left the tube")
+    assert "25 of them are rows that never came, each counted as failed." in closed.details()
+    with pytest.raises(InputError, match=r"25 more came, .* or counted as failed by `closed`"):
+        closed.observe(runs.select(slice(15, 40)))
+    whole = watch.observe(runs.select(slice(15, 40)))
+    assert whole.closed().details() == whole.details() and "not here" not in whole.details()
+    groups = replace(claim, evidence=claim.evidence | {"rows": claim.n})
+    with pytest.raises(InputError, match="expected runs, of which each row is one; 3 rows of rec"):
+        replace(watch, claim=groups, missing={("log", "0a"): 3}).closed()
+
+
+def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
+    runs = collect(plant(exact), KEY, 40, quiet=True)
+    runs = runs.replace(lost=np.arange(40) % 2)
+    watch = monitor(claim, NET).observe(runs.select(slice(0, 15)))
+    changed = {
+        "claim": {"claim": replace(claim, hash="0" * 64)},
+        "rate": {"rate": 0.03},
+        "alpha": {"alpha": 0.01},
+        "seen": {"seen": 16},
+        "left": {"left": 1},
+        "largest": {"peak": 7.0},
+        "alarm": {"peak": 1e4},
+        "counted as failed": {"failed": 1},
+        "LAW": {"declared": "k as declared: share = 0.5"},
+        "MISSING": {"missing": {}},
+        "ORDER_OF_K": {"unnamed": False},
+        "WORKERS_LOST": {"lost": ("uncounted",)},
+    }
+    assert {entry.name for entry in watch.premises} == changed.keys()
+    assert "WORKERS_LOST(7, independent of the run)" in watch.details()
+    for name, change in changed.items():
+        assert replace(watch, **change).details() != watch.details(), name
 
 
 def test_new_data_gives_a_new_claim(claim):

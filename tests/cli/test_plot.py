@@ -54,7 +54,7 @@ def test_with_a_simulator_a_true_run_is_filmed(shell, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("name", "dt", "differs"), [("toy", 0.5, "time"), ("another", 0.25, "name")]
+    ("name", "dt", "differs"), [("toy", 0.5, "time"), ("another", 0.25, "system")]
 )
 def test_another_robot_is_not_filmed_as_this_one(shell, tmp_path, monkeypatch, name, dt, differs):
     monkeypatch.syspath_prepend(tmp_path)
@@ -63,14 +63,14 @@ def test_another_robot_is_not_filmed_as_this_one(shell, tmp_path, monkeypatch, n
     command = ("plot", "answer.json", "--video", "f.gif", "--quiet")
     code, said, complained = shell(*command, "--system", module)
     assert code == 2 and said == "" and complained.count("\n") == 1
-    assert "expected the system of this model, 'toy'" in complained
-    assert f"differs in {differs}" in complained and not (tmp_path / "f.gif").exists()
+    assert "the system of this model, 'toy', and" in complained
+    assert f"premises that agree; {differs} is " in complained and not (tmp_path / "f.gif").exists()
 
 
 def test_a_film_of_its_own_is_of_its_own_robot_alone(shell, tmp_path):
     command = ("plot", "answer.json", "--video", "f.gif", "--quiet")
     code, _, complained = shell(*command, "--system", "drift_parking")
-    assert code == 2 and "got 'drift_parking', which differs in name" in complained
+    assert code == 2 and "system is toy, beside drift_parking" in complained
     assert not (tmp_path / "f.gif").exists()
 
 

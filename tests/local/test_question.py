@@ -85,7 +85,7 @@ def test_the_pose_is_asked_for_again(at, tmp_path):
 def test_a_claim_near_a_pose_is_told_from_it():
     choice = chosen((0.05, 0.0, 0.1))
     small = pj.drive.Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60)
-    with pytest.raises(InputError, match="differs in rotation"):
+    with pytest.raises(InputError, match="agree; rotation is "):
         choice.localise(plant(toy.gusty, toy.T), KEY, small)
     assert choice.looks.taken == 0
     found = choice.localise(turning(), KEY, small, settings=toy.SETTINGS).near

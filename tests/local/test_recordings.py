@@ -330,8 +330,8 @@ def other(**changes):
     ("runs", "words"),
     [
         (lambda: recorded(N, 1).select(slice(0, 40)), "40 of 40 runs they have"),
-        (lambda: other(time=pj.learning.time_grid(0.5, 2.0, 0.1)), r"time \(.*instead of"),
-        (lambda: other(points=("a", "b")), "n_p .* points"),
+        (lambda: other(time=pj.learning.time_grid(0.5, 2.0, 0.1)), r"agree; time is .*, beside "),
+        (lambda: other(points=("a", "b")), "agree; sizes is .*; points is "),
         (lambda: recorded(N, 14).select(np.arange(N) // 2), "30 of 60 runs occur twice"),
         (lambda: other(seed=(0, 1), stage=1), "collected with a key"),
     ],
@@ -425,11 +425,11 @@ def test_parameters_in_another_order_or_not_chosen_are_refused(model):
         model.claim, subject=model.claim.subject.with_labels({"k": ("a", "b")})
     )
     swapped = dataclasses.replace(recorded(N, 14), labels=named("b", "a"))
-    refused(model.replace(claim=told), swapped, "parameters .b, a instead of a, b")
+    refused(model.replace(claim=told), swapped, "parameters is a, b, beside b, a")
     some = trials.one_of_each(model, swapped, np.random.default_rng(0))
     assert trials.order_of_k(model, some)  # the model's own have no names
     assert not trials.order_of_k(model.replace(claim=told), swapped)
-    refused(model, dataclasses.replace(recorded(N, 14), given=(0,)), "differ in given")
+    refused(model, dataclasses.replace(recorded(N, 14), given=(0,)), "given is none, beside 0")
 
 
 def test_recordings_that_were_made_again_are_said(sets):

@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from fractions import Fraction
 
 import numpy as np
@@ -17,6 +17,9 @@ from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.turns import OFF, cosine_and_sine
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_part
+
+KNOWN = pj.Uncertainty(start=0.01)
+UNSURE = ({"sensing_eps": 0.05}, {"obstacles": pj.box([-0.01, -0.01], [0.01, 0.01])})
 
 
 def check(file: dict):
@@ -154,14 +157,15 @@ def test_what_is_no_episode_is_refused():
         ({"body": 0.06}, "body is point 0 grown by 0.05 m, beside point 0 grown by 0.06 m"),
         (
             {"uncertainty": pj.Uncertainty(start=0.02)},
-            r"doubt is ±0.01 m, ±0.01 m, ±0.0 rad, beside ±0.02 m",
+            r"start is \(0.01,\), beside \(0.02,\)",
         ),
         ({"model": 0.02}, "model is "),
+        *(({"uncertainty": replace(KNOWN, **one)}, f"{next(iter(one))} is ") for one in UNSURE),
     ],
 )
 def test_a_manoeuvre_and_the_next_agree_on_all_that_they_share(options, words):
     """Commitments of two loops, of which one thing is not the same."""
-    done = []
+    done, loops = [], []
     for own in ({}, options):
         model = line_model(4, own.get("model", 0.01), rests=True)
         uncertainty = own.get("uncertainty", pj.Uncertainty(start=0.01))
@@ -175,8 +179,29 @@ def test_a_manoeuvre_and_the_next_agree_on_all_that_they_share(options, words):
         )
         step = loop.step([0.0, 0.0], [0.1], [], lambda seen: -seen.path[:, -1, 0], at=len(done))
         done.append(step.committed)
+        loops.append(loop)
     with pytest.raises(InputError, match=words):
         episode_part(done)
+    with pytest.raises(InputError, match=f"restart: .*{words.partition(' is')[0]} is "):
+        loops[1].restart(done[0])  # it would go on with what another loop has proved
+    loops[1].restart(done[1])
+    assert loops[1].under_way is done[1]
+
+
+def test_each_field_of_an_uncertainty_is_shared_or_no_loop_takes_it():
+    none = {"k", "given", "unknown", "goal", "heading"}  # heading: in the plane, with rotation
+    named = {field.name for field in fields(pj.Uncertainty)}
+    assert named == {*none, *(name for one in (*UNSURE, {"start": 0}) for name in one)}
+    shared = {entry.name for entry in driven(False, 1)[0].shared}
+    assert named <= shared
+    for name in none - {"heading"}:
+        with pytest.raises(InputError):
+            pj.drive.Loop(
+                line_model(4, 0.01, rests=True),
+                0.05,
+                leave=0.5,
+                uncertainty=pj.Uncertainty(**{name: 0.1 if name == "goal" else {"k0": 0.1}}),
+            )
 
 
 def test_what_else_is_assumed_is_told(tmp_path, capsys):

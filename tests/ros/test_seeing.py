@@ -213,6 +213,10 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
     said = one.statement(step)
     assert other.statement(step) != said and other.premises != one.premises
     assert all(f"{name}: {value}" in said for name, value in one.premises.items())
+    assert (
+        "nothing is touched. Assumed: that it rests at its end, where its prediction moves by"
+        in said
+    )
     told = episode_part(one.driven, assumed=one.premises)["premises"]
     assert [[name, "assumed", value] for name, value in one.premises.items()] == told[-3:]
 

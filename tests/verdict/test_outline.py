@@ -41,19 +41,19 @@ def test_the_same_robot_is_taken_on_another_plant_and_over_a_wider_k():
 @pytest.mark.parametrize(
     ("other", "differs"),
     [
-        (dict(name="cart"), "name"),
-        (dict(n_q=2), "n_q"),
-        (dict(n_p=3), "n_p"),
-        (dict(points=("nose", "tail")), "points"),
-        (dict(time=time_grid(0.5, 1.0)), "time"),
-        (dict(domain=box([0, 0], [1, 0.5])), "K"),
-        (dict(domain=box([0, 0, 0], [1, 1, 1])), "K"),
-        (dict(law=(("gust", 9),)), "law"),
-        (dict(name="cart", n_q=2), "name, n_q"),
+        (dict(name="cart"), "system is plant, beside cart"),
+        (dict(n_q=2), "sizes is 2 axes, 1 goal state, .*, beside 2 axes, 2 goal states, .*"),
+        (dict(n_p=3), "sizes is 2 axes, .*, beside 3 axes, .*"),
+        (dict(points=("nose", "tail")), "points is .*, beside nose, tail"),
+        (dict(time=time_grid(0.5, 1.0)), "time is .*, beside .*"),
+        (dict(domain=box([0, 0], [1, 0.5])), "K is .*, beside .*"),
+        (dict(domain=box([0, 0, 0], [1, 1, 1])), "K is .*; sizes is .*, beside .*"),
+        (dict(law=(("gust", 9),)), "law: gust is not stated, beside 9"),
+        (dict(name="cart", n_q=2), "system is plant, beside cart; sizes is .*, beside .*"),
     ],
 )
 def test_another_robot_is_refused_with_what_differs(other, differs):
-    with pytest.raises(InputError, match=f"which differs in {differs}[.] Name the system"):
+    with pytest.raises(InputError, match=f"that agree; {differs}[.] Name the system"):
         require_same(Robot(**other), toy_driven.model())
 
 
@@ -63,7 +63,7 @@ def test_the_law_of_a_claim_is_compared_with_that_of_the_robot():
     law = replace(law_of(windy), k_law=model.claim.law.k_law)
     of_windy = model.replace(claim=replace(model.claim, law=law))
     require_same(windy, of_windy)
-    with pytest.raises(InputError, match="differs in law"):
+    with pytest.raises(InputError, match="law: gust is 9, beside not stated"):
         require_same(Robot(), of_windy)
 
 
@@ -71,7 +71,7 @@ def test_a_replay_is_of_the_model_s_own_robot():
     answer, key = toy_driven.answer(), jax.random.PRNGKey(0)
     other = plant(toy_driven.gusty, 4, name="other")
     for ask in (replay, counts_of):
-        with pytest.raises(InputError, match="expected the system of this model, 'plant'"):
+        with pytest.raises(InputError, match="the system of this model, 'plant', and"):
             ask(other, answer.scene, answer.samples, key)
 
 

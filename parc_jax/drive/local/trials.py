@@ -3,6 +3,7 @@ drawn from nested sets, or recorded runs that nothing has seen, moved to drawn s
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import jax
@@ -15,7 +16,7 @@ from parc_jax.learning.bound.fresh import calibration_runs, check_fresh, seen_in
 from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.start_gap import off_from_start
 from parc_jax.learning.bound.tube import Tube, tube_from_json
-from parc_jax.learning.labels import plain_k
+from parc_jax.learning.labels import plain_parts
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -23,7 +24,6 @@ from parc_jax.learning.runs.law import TO_TRAINING, law_spec
 from parc_jax.learning.system import System
 from parc_jax.safe_set.corridors.safe_plans import SafePlans, starts_of_ends
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
-from parc_jax.safe_set.verdict.outline import ALIKE
 from parc_jax.safe_set.verdict.scene import Scene
 
 CHUNK = 256  # runs per compiled call, as of all large collections
@@ -138,21 +138,10 @@ def one_of_each(
     """A run of each recording, drawn at random, of runs of the robot of this model that its
     training has not seen. Raises InputError.
     """
-    differs = [
-        f"{name} ({getattr(runs, name)} instead of {getattr(model, name)})"
-        for name in (*ALIKE, "n_k")
-        if getattr(runs, name) != getattr(model, name)
-    ]
-    named = [] if differs else [one.subject.labels for one in (runs, model.claim)]
-    if named and not any(map(plain_k, named)) and named[0].k != named[1].k:
-        differs = [f"parameters ({', '.join(named[0].k)} instead of {', '.join(named[1].k)})"]
-    if runs.given:
-        differs.append("given (measured at the start, not chosen)")
-    if differs:
-        raise InputError(
-            f"validate: expected recordings of the robot of this model, on its time grid; those of "
-            f"{runs.name} differ in {', '.join(differs)}. Record such runs, or learn from these."
-        )
+    # recordings state neither robot nor rotation, and none are taken whose k was measured
+    about, free = replace(model.claim.subject, given=()), ("K", "system", "rotation")
+    where = f"validate: recordings of the robot of this model, and those of {runs.name}"
+    about.agree(where, runs.subject, free, "Record such runs, or learn from these.")
     if runs.seed is not None:
         raise InputError(
             f"validate: expected recordings; these runs of {runs.name} were collected with a key, "
@@ -179,7 +168,7 @@ def one_of_each(
 
 def order_of_k(model: TrajectoryModel, runs: RolloutBatch) -> tuple[str, ...]:
     """The assumption on parameters of recordings, or of the model, that have no names."""
-    named = not any(plain_k(one.subject.labels) for one in (runs, model.claim))
+    named = not any("k" in plain_parts(one.subject.labels) for one in (runs, model.claim))
     return () if named or runs.n_k == 1 else ("ORDER_OF_K(that of the model; not all have names)",)
 
 

@@ -3,7 +3,7 @@
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -11,15 +11,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parc_jax.common.arrays import as_float64
+from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, part_of
+from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError
+from parc_jax.common.premises import MEASURED, Premises, premises
 from parc_jax.learning.bound.measure import allowance, score_arrays
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import Disc, parts_of
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.prove import prove
-from parc_jax.proof.certificate.write import answer_part, sample_part
+from parc_jax.proof.certificate.write import answer_part, body_part, sample_part
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import scene_along
 
@@ -72,6 +75,21 @@ class Commitment:
         return answer_part(asked.problem, asked.model, parts, [], [], no_plan=None, meta=meta)
 
     @property
+    def shared(self) -> Premises:
+        """Premises that all commitments of one loop have in common."""
+        asked, copies = self.asked, copies_of(self.asked)
+        model, known = asked.model, asked.query.problem.uncertainty or Uncertainty()
+        errors = [content_hash(one.A, one.b) for one in known.obstacles if one is not None]
+        told = {
+            "model": [model.net.hash, model.tube.hash, model.claim.hash],
+            "body": [part_of(x, copies) for x in body_part(asked.problem, model)["parts"]],
+            "frame": IN_THE_WORLD if asked.pose.heading is None else ON_THE_ROBOT,
+        }
+        told |= {x.name: repr(getattr(known, x.name)) for x in fields(Uncertainty)}
+        told |= {"obstacles": errors}
+        return premises((name, MEASURED, value) for name, value in told.items())
+
+    @property
     def part(self) -> dict:
         """Its certificate, a sample of the checker."""
         path = paths_of(self.asked.model, self.asked.at[None], self.k[None])[0]
@@ -89,6 +107,11 @@ class Step:
     committed: Commitment | None
     new: bool
     reason: str = ""
+
+
+def copies_of(asked: NominalProblem) -> int:
+    """Vertex realisations: points of the nominal problem for each point of the robot."""
+    return asked.model.n_points // asked.query.model.n_points
 
 
 def left_tube(

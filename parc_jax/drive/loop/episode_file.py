@@ -12,11 +12,11 @@ import numpy as np
 from parc_jax.checker import Rejected, check_episode, load, number
 from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.episode import EPISODE, KIND, PARTS, summary_of_episode
-from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, known_premises, part_of
+from parc_jax.checker.rests_on import known_premises
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import ASSUMED, CHECKED, Premises, agree, premises
+from parc_jax.common.premises import ASSUMED, agree, premises
 from parc_jax.common.spelling import hex_text, nearest_floats, plain
-from parc_jax.drive.loop.commitment import Commitment
+from parc_jax.drive.loop.commitment import Commitment, copies_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
@@ -42,10 +42,9 @@ def episode_part(
         raise InputError("episode: expected at least one commitment; got none.")
     if not (np.isfinite(drift) and drift >= 0):
         raise InputError(f"episode: expected a drift >= 0 m; got {drift!r:.40}.")
+    for one, other in itertools.pairwise(commitments):
+        agree("episode: commitments of one loop", one.shared, other.shared)
     manoeuvres = [manoeuvre_part(one) for one in commitments]
-    common = [_common(one.asked, part) for one, part in zip(commitments, manoeuvres, strict=True)]
-    for one, other in itertools.pairwise(common):
-        agree("episode: commitments of one loop", one, other)
     numbers = [one.number for one in commitments]
     if numbers != [*range(numbers[0], numbers[0] + len(numbers))]:
         raise InputError(
@@ -62,28 +61,6 @@ def episode_part(
     hashes = {name: part_hash(part[name]) for name in ("network", "tube")}
     hashes["episode"] = part_hash({name: part[name] for name in PARTS})
     return {"format": EPISODE, "hash": hashes, **part, "meta": plain(meta)}
-
-
-def _common(asked: NominalProblem, entry: dict) -> Premises:
-    """Premises that all manoeuvres (entries of the file) have in common."""
-    model = asked.model
-    start, heading = _uncertainty(asked)
-    parts = entry["problem"]["body"]["parts"]
-    frame = IN_THE_WORLD if asked.pose.heading is None else ON_THE_ROBOT
-    uncertainty = [f"±{x} m" for x in start.tolist()] + [f"±{heading} rad"]
-    return premises(
-        [
-            ("model", CHECKED, [model.net.hash, model.tube.hash, model.claim.hash]),
-            ("body", CHECKED, [part_of(part, _copies(asked)) for part in parts]),
-            ("frame", CHECKED, frame),
-            ("doubt", ASSUMED, uncertainty),
-        ]
-    )
-
-
-def _copies(asked: NominalProblem) -> int:
-    """Vertex realisations: points of the nominal problem for each point of the robot."""
-    return asked.model.n_points // asked.query.model.n_points
 
 
 def _uncertainty(asked: NominalProblem) -> tuple[np.ndarray, float]:
@@ -106,7 +83,7 @@ def head_part(first: NominalProblem, drift: float = 0.0) -> dict:
         "network": network,
         "tube": tube,
         "claim": plain(model.claim.to_json() | hashes),
-        "copies": _copies(first),
+        "copies": copies_of(first),
         "doubt": hex_text([*start, heading, drift]),
     }
 

@@ -5,7 +5,7 @@ all of its time, rest included, or continues the one under way, which was. [T37,
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from parc_jax.answer.why import why_of
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
+from parc_jax.common.premises import agree
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.drive.loop.candidates import (
@@ -249,8 +250,11 @@ class Loop:
 
     def restart(self, first: Commitment | None = None) -> None:
         """Another episode: the robot rests, at a place where it touches nothing; or begins with
-        the manoeuvre `first`, of this loop.
+        the manoeuvre `first`, of this loop. Raises InputError for one of another loop.
         """
+        if first is not None:
+            one = replace(first, asked=self._scenes.scene(first.asked.pose, ()).nominal)
+            agree("restart: a manoeuvre of this loop", first.shared, one.shared)
         self.under_way, self._before = first, None
         self._n = 0 if first is None else first.number + 1
 

@@ -21,7 +21,7 @@ from parc_jax.learning.runs.independent import (
     near_copies,
 )
 from parc_jax.learning.runs.joined import joined_source
-from parc_jax.learning.runs.law import TO_ALL
+from parc_jax.learning.runs.law import STATED, TO_ALL
 
 _HOW_NEAR = (
     f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "
@@ -186,7 +186,12 @@ def _log(runs: RolloutBatch | Scores) -> list[str]:
 
 
 def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
-    """Runs of the holdout that are training runs, or parts of the same recordings."""
+    """Refuse runs of the holdout that are training runs, parts of the same recordings, or told in
+    other coordinates. Raises InputError.
+    """
+    # training may be of another robot, as of a simulator: the claim is about these runs alone
+    where = f"holdout: runs of {scores.law.generator} and those of training"
+    scores.subject.agree(where, train.subject, ("K", *STATED))
     seen = np.isin(scores.ids, train.hashes())
     if scores.seed is not None and (scores.seed, scores.stage) == (train.seed, train.stage):
         seen |= np.isin(scores.rows, train.rows)

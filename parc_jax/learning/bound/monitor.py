@@ -2,13 +2,15 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from parc_jax.common.arrays import in_chunks
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import agree
+from parc_jax.common.premises import ASSUMED, MEASURED, Premises, premises, text_of
 from parc_jax.common.spelling import rounded_up
+from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement
 from parc_jax.learning.bound.fresh import calibration_runs, left_out_beside
@@ -17,14 +19,15 @@ from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
 from parc_jax.learning.bound.settings import GAP, intersample_of
 from parc_jax.learning.bound.start_gap import declared_gap
-from parc_jax.learning.bound.statement import VALIDATED
-from parc_jax.learning.labels import plain_k
+from parc_jax.learning.bound.statement import DIGITS, VALIDATED
+from parc_jax.learning.labels import plain_parts
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.groups import NAMED, worst_by_group
 from parc_jax.learning.runs.joined import joined_source
-from parc_jax.learning.runs.law import LOG
+from parc_jax.learning.runs.law import LOG, STATED
 
+SAME = "each run, whatever came before, is one of the claim's law"
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
 
 
@@ -34,9 +37,10 @@ class Monitor:
 
     log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
     the tube. peak: largest e-value so far. alpha: bound on the probability of an alarm, ever, under
-    a true claim. declared: whether the caller declared the law of k. ids, groups, sources: of the
-    observed runs, their recordings and their files. missing: rows of these files, by file, that
-    were not observed, among which those that failed may be.
+    a true claim. declared: the law of k that the caller declared, in words. ids, groups, spans: of
+    the observed runs, their recordings, and their files with the first and the last row of each.
+    missing: rows of these files, by file, that were not observed, among which those that failed may
+    be. failed: of them, those that `closed` counted. lost: of the runs, those made again.
     """
 
     claim: ErrorClaim
@@ -48,11 +52,14 @@ class Monitor:
     seen: int = 0
     left: int = 0
     peak: float = 1.0
-    declared: bool = False
+    declared: str = ""
     ids: frozenset[bytes] = frozenset()
     groups: frozenset[int] = frozenset()
-    sources: frozenset[tuple[str, str]] = frozenset()
+    spans: Mapping[tuple[str, str], tuple[int, int]] = field(default_factory=dict)
     missing: Mapping[tuple[str, str], int] = field(default_factory=dict)
+    failed: int = 0
+    lost: tuple[int | str, ...] = ()
+    unnamed: bool = False
 
     @property
     def e_value(self) -> float:
@@ -64,6 +71,66 @@ class Monitor:
     def alarm(self) -> bool:
         """True when the claim is refuted at level alpha, for good: the largest wealth counts."""
         return bool(self.peak >= 1.0 / self.alpha)
+
+    @property
+    def premises(self) -> Premises:
+        """Premises of its sentence."""
+        claim, law = self.claim, self.declared or f"k {self.claim.law.how_drawn}, as the claim's"
+        told: dict[str, Any] = {
+            "claim": claim.hash[:12],
+            "rate": rounded_up(str(self.rate), DIGITS),
+            "alpha": rounded_up(str(self.alpha), DIGITS),
+            "seen": f"{self.seen:,} {claim.unit.many}",
+            "left": self.left,
+            "largest": f"{self.peak:.3g} of {1 / self.alpha:.3g}",
+            "alarm": int(self.alarm),
+            "counted as failed": self.failed,
+        }
+        gone = [f"{n:,} of {name}" for (name, _), n in self.missing.items() if n]
+        assumed = {
+            "LAW": law,
+            "MISSING": gone,
+            "ORDER_OF_K": ["not all have names"][: self.unnamed],
+        }
+        assumed |= {"WORKERS_LOST": [f"{n}, independent of the run" for n in self.lost]}
+        entries = [(name, ASSUMED, value) for name, value in assumed.items() if value]
+        return premises([*((name, MEASURED, value) for name, value in told.items()), *entries])
+
+    def details(self) -> str:
+        """What was seen, what it says of the claim, and what that rests on, in sentences."""
+        p = self.premises
+        gone, failed = "", p["counted as failed"]
+        if failed:
+            gone = f" {failed:,} of them are rows that never came, each counted as failed."
+        if "MISSING" in p:
+            gone += (
+                f" Rows that are not here, {text_of(p['MISSING'])}: nothing was bet on them. Those "
+                "that failed may be among them, so silence says nothing of these; `closed` counts "
+                "them as failed."
+            )
+        rests = [f"{e.name}({text_of(e.value)})" for e in p if e.standing == ASSUMED]
+        return (
+            f"{'ALARM: the claim is refuted' if p['alarm'] else 'No alarm'}. Of {p['seen']} "
+            f"{p['left']:,} left the tube; by the claim {p['claim']} each does with probability at "
+            f"most {p['rate']}. The bets won {p['largest']} that ring, at most.{gone} If the claim "
+            f"is true an alarm ever rings with probability at most {p['alpha']}. Assumes: "
+            f"{', '.join([*(x for x in rests if not x.startswith('MISSING')), SAME])}."
+        )
+
+    def closed(self) -> "Monitor":
+        """The monitor where no more rows of its files come: those that are missing have failed.
+        Raises InputError of recordings, since nobody knows of how many they are.
+        """
+        gone = sum(self.missing.values())
+        if gone and self.claim.unit != RUNS:
+            raise InputError(
+                f"closed: expected runs, of which each row is one; {gone:,} rows of recordings are "
+                "missing. Observe their logs with the runs that failed."
+            )
+        state = replace(self, missing=dict.fromkeys(self.missing, 0), failed=self.failed + gone)
+        for _ in range(gone):
+            state = state.bet(True)
+        return state
 
     def observe(self, batch: RolloutBatch) -> "Monitor":
         """The monitor after the runs of the batch, one by one in order. A failed run has left the
@@ -120,8 +187,9 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
             "nothing to refute."
         )
     bets = np.geomspace(1.5 * rate, 0.75, _BETS)
-    start = np.zeros(_BETS)
-    return Monitor(claim, net, rate, float(alpha), bets, start, declared=bool(law))
+    start, told = np.zeros(_BETS), ", ".join(f"{name} = {value}" for name, value in law.items())
+    declared = f"k as declared: {told}" if law else ""
+    return Monitor(claim, net, rate, float(alpha), bets, start, declared=declared)
 
 
 def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:
@@ -163,8 +231,9 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
             "observed before. Leave them out: they are no new evidence."
         )
     groups = frozenset([] if batch.groups is None else batch.groups.tolist())
-    source = batch.name, joined_source([batch])[0]  # two files may have one name
-    shared, sources = len(groups & watch.groups), watch.sources | {source}
+    log, first, last = joined_source([batch])
+    source = batch.name, log or f"{batch.seed} {batch.stage}"  # two files may have one name
+    shared, sources = len(groups & watch.groups), {*watch.spans, source}
     if shared or (len(sources) > 1 and min(groups | watch.groups, default=NAMED) < NAMED):
         why = f"{shared} were observed before" if shared else "numbers of several files"
         raise InputError(
@@ -172,29 +241,38 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
             "Observe all runs of a recording at once, and name recordings: groups of texts."
         )
     # of a file in parts, those of its rows that come later are no more missing
-    part = source[1] and source in watch.missing
-    gone = -batch.n if part else left_out_beside(watch.claim, batch)
-    missing = {**watch.missing, source: watch.missing.get(source, 0) + gone}
-    both = {"groups": watch.groups | groups, "sources": sources, "missing": missing}
-    return replace(watch, ids=watch.ids | set(ids), **both)
+    gone = left_out_beside(watch.claim, batch)
+    if source in watch.spans:
+        begin, end = watch.spans[source]
+        first, last = min(first, begin), max(last, end)
+        gone = watch.missing[source] + (last - first) - (end - begin) - batch.n
+    if gone < 0:
+        raise InputError(
+            f"{batch.name}: expected rows that are missing so far; {-gone:,} more came, since they "
+            "were observed before, or counted as failed by `closed`."
+        )
+    about = {
+        "groups": watch.groups | groups,
+        "spans": {**watch.spans, source: (first, last)},
+        "missing": {**watch.missing, source: gone},
+        "lost": (*watch.lost, *lost_among(batch.lost).values()),
+        "unnamed": watch.unnamed or "k" in _plain(watch.claim, batch),
+    }
+    return replace(watch, ids=watch.ids | set(ids), **about)
+
+
+def _plain(claim: ErrorClaim, batch: RolloutBatch) -> set[str]:
+    """Parts of labels without names that could be compared."""
+    named = [plain_parts(one.subject.labels) for one in (claim, batch)]
+    return set.union(*named) - ({"k"} if batch.n_k == 1 else set())
 
 
 def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
-    """Refuse runs outside of the claim. A log states neither its robot nor its declarations, and
-    may not name its parameters. Raises InputError.
-    """
+    """Refuse runs outside of the claim. Raises InputError."""
     about, runs = claim.subject, batch.subject
-    free = {"K"}  # of another box, but the same in every run:
-    if any(one.system.startswith(LOG) for one in (about, runs)):
-        free |= {"system", "rotation", "given"}
-    if any(plain_k(one.labels) for one in (about, runs)):
-        free.add("parameters")
-    agree(
-        f"{batch.name}: runs of the claim about {about.system}",
-        about.premises,
-        runs.premises,
-        free=free,
-    )
+    logged = any(one.system.startswith(LOG) for one in (about, runs))
+    free = ("K", *STATED) if logged else ("K",)
+    about.agree(f"{batch.name}: runs of the claim about {about.system}", runs, free)
     outside = ~about.domain.contains(batch.k)
     if outside.any():
         raise InputError(

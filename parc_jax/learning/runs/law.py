@@ -2,7 +2,7 @@
 system, K, time grid, reference points.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass, replace
 
 import numpy as np
@@ -10,10 +10,10 @@ import numpy as np
 from parc_jax.checker.claim import BOX, FITTED, OURS, PART, described, drawn, hash_of_law
 from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import MEASURED, Premises, premises
+from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import counted, hex_floats, hex_text, nearest_floats
-from parc_jax.learning.labels import PARTS, Labels, labels_of, name_of
+from parc_jax.learning.labels import PARTS, Labels, labels_of, name_of, plain_parts
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
     ONE_POINT,
@@ -22,6 +22,7 @@ from parc_jax.learning.system import (
     check_rotation,
     check_system,
     points_of,
+    rotation_of,
     time_grid,
 )
 from parc_jax.learning.systems.content import Reader
@@ -33,6 +34,8 @@ TO_ALL, TO_TRAINING = "the smallest box of these runs", "the smallest box of the
 SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
 GIVEN = "given "  # begins that of values
 EVEN = "a uniform draw"  # as of `told_of_part`
+SAID = {"p": "axes", "q": "goal states", "k": "parameters"}  # parts of labels, in words
+STATED = ("system", "rotation", "given")  # of a subject, what a log does not state
 
 
 @dataclass(frozen=True)
@@ -203,13 +206,23 @@ class Subject:
             "system": self.system,
             "K": hex_text([self.domain.lo, self.domain.hi]),
             "time": hex_text([self.time.dt, self.time.t_f, self.time.dt_record]),
-            "workspace": f"{self.n_p}-D with {counted(self.n_q, 'goal state')}",
+            "sizes": [counted(len(getattr(self.labels, x)), SAID[x][:-1]) for x in PARTS],
             "points": list(self.points),
             "rotation": "none" if self.rotation is None else ["heading", *self.rotation],
             "given": [str(axis) for axis in self.given],
-            "parameters": list(self.labels.k),
         }
+        told |= {SAID[part]: list(getattr(self.labels, part)) for part in PARTS}
         return premises((name, MEASURED, value) for name, value in told.items())
+
+    def agree(
+        self, where: str, other: "Subject", free: Iterable[str] = ("K",), hint: str = ""
+    ) -> None:
+        """Refuse the subject of others that are not of one robot. Coordinates without names of
+        their own may have any. free, hint: as of `agree`. Raises InputError.
+        """
+        plain = plain_parts(self.labels) | plain_parts(other.labels)
+        free = {*free, *(SAID[part] for part in plain)}
+        agree(where, self.premises, other.premises, free=free, hint=hint)
 
     def to_json(self) -> dict:
         """A JSON-able dictionary; numbers are strings."""
@@ -248,6 +261,13 @@ def subject(
         named,
         check_given("runs", given, named.k),
     )
+
+
+def subject_of(system) -> Subject:
+    """The subject of the runs of a system. Raises InputError."""
+    about = (system.name, system.domain, system.time, system.n_p, system.n_q)
+    named = points_of(system), rotation_of(system), labels_of(system)
+    return subject(*about, *named, getattr(system, "given", ()))
 
 
 def given_of(system) -> tuple[int, ...]:

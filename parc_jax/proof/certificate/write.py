@@ -78,7 +78,7 @@ def problem_part(problem: Problem, model: TrajectoryModel) -> dict:
         "domain": {"lo": decimal_text(model.domain.lo), "hi": decimal_text(model.domain.hi)},
         "goal": _rows(problem.goal),
         "obstacles": obstacles,
-        "body": _body(problem, model),
+        "body": body_part(problem, model),
         "start": None if problem.start is None else _rows(problem.start),
         "steps": model.time.n_steps,
         "dt": decimal_text(model.time.dt),
@@ -233,7 +233,8 @@ def by_pair(sep: list) -> list:
     return [runs for parts in sep for runs in parts]
 
 
-def _body(problem: Problem, model: TrajectoryModel) -> dict:
+def body_part(problem: Problem, model: TrajectoryModel) -> dict:
+    """The parts of the body, by points of the model."""
     parts = numbered(problem.body, model.points)
     return {"parts": [{"points": list(part.points)} | _shape(part.shape) for part in parts]}
 

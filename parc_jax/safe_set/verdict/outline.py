@@ -2,12 +2,14 @@
 
 from typing import NamedTuple
 
-from parc_jax.common.errors import InputError
+import numpy as np
+
+from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box
 from parc_jax.learning.labels import Labels, labels_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
-from parc_jax.learning.runs.law import BOX, LawSpec, given_of, law_of
+from parc_jax.learning.runs.law import BOX, LawSpec, given_of, law_of, subject_of
 from parc_jax.learning.system import System, TimeGrid, points_of, rotation_of
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import Problem, goal_box, require_dimensions
@@ -15,8 +17,6 @@ from parc_jax.problem.robust.nominal import robust_scene
 from parc_jax.problem.robust.pose import require_rotation
 from parc_jax.problem.robust.realisations import executions_of, require_given
 from parc_jax.safe_set.separation.pairs import exists
-
-ALIKE = ("n_p", "n_q", "points", "time")  # in which a system and its model agree to the letter
 
 
 class Outline(NamedTuple):
@@ -93,29 +93,27 @@ def require_same(system: System, model: TrajectoryModel) -> None:
     not hold the model's, another law of its disturbances, another rotation or other parameters that
     are measured at the start than the model knows. Its plant may differ. Raises InputError.
     """
-    own = outline_of(system)
-    differs = [name for name in ALIKE if getattr(own, name) != getattr(model, name)]
-    if model.system and own.system != model.system:
-        differs.insert(0, "name")
-    inside = model.domain.n == own.domain.n and bool(
-        (own.domain.lo <= model.domain.lo).all() and (model.domain.hi <= own.domain.hi).all()
-    )
-    differs += [] if inside else ["K"]
-    if model.rotation is not None and own.rotation != model.rotation:
-        differs.append("rotation")
-    if model.given and own.given != model.given:
-        differs.append("given")
-    law = model.claim.law
-    if law.generator == own.system and _disturbances(law) != _disturbances(law_of(system)):
-        differs.append("law")
-    if differs:
-        raise InputError(
-            f"system: expected the system of this model, {model.system or 'unnamed'!r}; got "
-            f"{own.system!r}, which differs in {', '.join(differs)}. Name the system that the "
-            "model was learned from, or learn this one."
-        )
+    own, about, law = subject_of(system), model.claim.subject, model.claim.law
+    K, whole = about.domain, own.domain
+    known = {
+        "system": about.system != "",
+        "K": K.n != whole.n or not whole.contains(np.stack([K.lo, K.hi])).all(),
+        "rotation": about.rotation is not None,
+        "given": about.given != (),
+        # a model may be given other names, a system with its own in another order is another
+        "parameters": sorted(own.labels.k) == sorted(about.labels.k),
+        "goal states": sorted(own.labels.q) == sorted(about.labels.q),
+        "axes": False,
+    }
+    free = [name for name, compared in known.items() if not compared]
+    where = f"system: the system of this model, {about.system or 'unnamed'!r}, and {own.system!r}"
+    hint = "Name the system that the model was learned from, or learn this one."
+    about.agree(where, own, free, hint)
+    if law.generator == own.system:
+        agree(where, _disturbances(law), _disturbances(law_of(system)), hint=hint)
 
 
-def _disturbances(law: LawSpec) -> dict[str, str]:
+def _disturbances(law: LawSpec) -> Premises:
     """Parameters of a law but for where it is simulated, and on what part of K."""
-    return {name: value for name, value in law.parameters if name not in ("plant", BOX)}
+    told = (pair for pair in law.parameters if pair[0] not in ("plant", BOX))
+    return premises((f"law: {name}", MEASURED, value) for name, value in told)

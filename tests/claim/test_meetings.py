@@ -1,0 +1,161 @@
+"""Two things that meet agree in every entry of what they are about, or are refused in words, or say
+in their sentence what differs. Entries are read off the records: a new one without a rule fails.
+"""
+
+from dataclasses import fields, replace
+
+import jax
+import numpy as np
+import pytest
+from synthetic_plants import noisy, plant, straight_network
+
+import parc_jax as pj
+from parc_jax.common.keys import Stage
+from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.law import LawSpec, law_spec
+from parc_jax.safe_set.verdict.outline import Outline, outline_of, require_same
+
+KEY, NET = jax.random.PRNGKey(0), straight_network(4)
+N, K = 40, {"k": ("speed [m/s]", "turn [rad]")}
+pytestmark = pytest.mark.soundness
+DATA = "what was run: it is in the tube and in the hash of the claim"
+WATCHED = "which runs they are: each is counted once"
+DEPLOYED = "the law that is deployed: it is what a monitor tests"
+
+
+def runs_of(stage, name="plant", **options):
+    runs = pj.learning.collect(plant(noisy, name=name), KEY, N, stage, quiet=True, **options)
+    named = runs.subject.with_labels(K | {"q": ("yaw [rad]",)}).labels
+    return runs.replace(labels=named)
+
+
+TRAIN, HELD, NEW = (runs_of(stage) for stage in (Stage.TRAIN, Stage.BOUND, Stage.REPLAY))
+
+
+def logged(runs, **changes):
+    """The same as a law with other fields."""
+    return runs.replace(law=replace(runs.law, **changes))
+
+
+def swapped(runs):
+    named = runs.labels._replace(k=runs.labels.k[::-1])
+    return runs.replace(labels=named)
+
+
+# Of runs, each field, and each field of their law, made another.
+OTHER = {
+    "rows": lambda runs: runs.select(slice(1, N)),
+    "k": lambda runs: runs.replace(k=runs.k[::-1]),
+    "p": lambda runs: runs.replace(p=runs.p + 0.01 * runs.p**2),
+    "q": lambda runs: runs.replace(q=runs.q + 0.01),
+    "domain": lambda runs: runs.replace(domain=pj.box([0, 0], [2, 2])),
+    "time": lambda runs: runs.replace(time=pj.learning.time_grid(0.5, 2.0, 0.1)),
+    "seed": lambda runs: runs.replace(seed=(7, 7)),
+    "stage": lambda runs: runs.replace(stage=5),
+    "groups": lambda runs: runs.replace(groups=np.arange(runs.n)),
+    "points": lambda runs: runs.replace(points=("nose",)),
+    "rotation": lambda runs: runs.replace(rotation=("turns",)),
+    "labels": swapped,
+    "given": lambda runs: runs.replace(given=(0,)),
+    "lost": lambda runs: runs.replace(lost=np.arange(runs.n) % 2),
+    "source": lambda runs: runs.replace(source=("", 0, 2 * N)),
+    "law.generator": lambda runs: logged(runs, generator="other"),
+    "law.parameters": lambda runs: logged(runs, parameters=(("gust", "9"),)),
+    "law.k_law": lambda runs: logged(runs, k_law="logged"),
+    "law.lo": lambda runs: logged(runs, lo=tuple(x.hex() for x in (-1.0, -1.0))),
+    "law.hi": lambda runs: logged(runs, hi=tuple(x.hex() for x in (2.0, 2.0))),
+}
+# By meeting, those that are neither refused nor said, each with its reason.
+LEFT = {
+    "training": dict.fromkeys(("rows", "k", "p", "q", "seed", "stage", "lost", "source"), DATA)
+    | dict.fromkeys(("groups", "given", "rotation"), "a simulator's may be others: none is claimed")
+    | {name: "the claim is about the calibration runs alone" for name in OTHER if "law." in name},
+    "calibration": dict.fromkeys(("k", "p", "q", "seed", "stage"), DATA),
+    "monitored runs": dict.fromkeys(("q", "seed", "stage"), WATCHED)
+    | {"domain": "another box: each k is looked at"}
+    | dict.fromkeys(("law.parameters", "law.lo", "law.hi"), DEPLOYED),
+}
+ONE_BIN = {"eps": 0.2, "delta": 0.1, "bins": (1, 1), "quiet": True}
+
+
+def claim_of(held, train):
+    return pj.learning.bound_error(NET, held, None, train=train, **ONE_BIN)
+
+
+CLAIM = claim_of(HELD, TRAIN)
+MEET = {
+    "training": (TRAIN, lambda other: claim_of(HELD, other).details()),
+    "calibration": (HELD, lambda other: claim_of(other, TRAIN).details()),
+    "monitored runs": (NEW, lambda other: pj.monitor(CLAIM, NET).observe(other).details()),
+}
+
+
+def test_every_field_of_runs_and_of_their_law_is_made_another():
+    of_runs = {field.name for field in fields(RolloutBatch)} - {"law"}
+    assert of_runs | {f"law.{field.name}" for field in fields(LawSpec)} == OTHER.keys()
+    for left in LEFT.values():
+        assert left.keys() <= OTHER.keys()
+
+
+@pytest.mark.parametrize("entry", OTHER)
+@pytest.mark.parametrize("meeting", MEET)
+def test_runs_that_meet_others_agree_or_say_it(meeting, entry):
+    runs, meet = MEET[meeting]
+    said = meet(runs)
+    try:
+        other = meet(OTHER[entry](runs))
+    except pj.InputError as error:
+        told = str(error)
+        assert told != said and entry not in LEFT[meeting], told
+        return
+    assert (other == said) == (entry in LEFT[meeting]), other
+
+
+class Robot:
+    """A system with an attribute for each entry of what is known of one."""
+
+    law = (("gust", 2),)
+
+    def __init__(self, **changes):
+        own = outline_of(plant(noisy))._asdict() | {"labels": HELD.labels} | changes
+        self.name, self.p_labels, self.q_labels, self.k_labels = own.pop("system"), *own["labels"]
+        for name, value in own.items():
+            setattr(self, name, value)
+
+    def rollout(self, key, k):
+        raise NotImplementedError
+
+
+ROBOT = {
+    "system": "other",
+    "n_p": 3,
+    "n_q": 2,
+    "points": ("nose",),
+    "time": pj.learning.time_grid(0.5, 2.0, 0.1),
+    "domain": pj.box([0.2, 0.2], [0.5, 0.5]),
+    "labels": swapped(HELD).labels,
+    "rotation": ("stays",),
+    "given": (1,),
+    "law": (("gust", 9),),
+}
+
+
+@pytest.mark.parametrize("entry", (*Outline._fields, "law"))
+def test_a_system_is_the_one_of_the_claim_in_every_entry(entry):
+    law = law_spec("plant", HELD.domain, "uniform", {"gust": 2})
+    held = HELD.replace(law=law, rotation=("turns",), given=(0,))
+    model = pj.learning.trajectory_model(NET, claim_of(held, TRAIN))
+    whole = {"rotation": ("turns",), "given": (0,)}
+    require_same(Robot(**whole), model)
+    other = {entry: ROBOT[entry]}
+    if entry in ("n_p", "n_q"):
+        other |= {"labels": (None, None, None), "rotation": None}
+    words = {
+        "n_p": "sizes",
+        "n_q": "sizes",
+        "domain": "K",
+        "labels": "parameters",
+        "law": "law: gust",
+    }
+    with pytest.raises(pj.InputError, match=f"premises that agree; {words.get(entry, entry)} is"):
+        require_same(Robot(**(whole | other)), model)
