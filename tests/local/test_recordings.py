@@ -331,7 +331,7 @@ def other(**changes):
     [
         (lambda: recorded(N, 1).select(slice(0, 40)), "40 of 40 runs they have"),
         (lambda: other(time=pj.learning.time_grid(0.5, 2.0, 0.1)), r"agree; time is .*, beside "),
-        (lambda: other(points=("a", "b")), "agree; sizes is .*; points is "),
+        (lambda: other(points=("nose",)), "agree; points is .*, beside nose"),
         (lambda: recorded(N, 14).select(np.arange(N) // 2), "30 of 60 runs occur twice"),
         (lambda: other(seed=(0, 1), stage=1), "collected with a key"),
     ],

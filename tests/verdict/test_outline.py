@@ -42,8 +42,8 @@ def test_the_same_robot_is_taken_on_another_plant_and_over_a_wider_k():
     ("other", "differs"),
     [
         (dict(name="cart"), "system is plant, beside cart"),
-        (dict(n_q=2), "sizes is 2 axes, 1 goal state, .*, beside 2 axes, 2 goal states, .*"),
-        (dict(n_p=3), "sizes is 2 axes, .*, beside 3 axes, .*"),
+        (dict(n_q=2), "sizes is axes: 2, goal states: 1, .*, beside axes: 2, goal states: 2, .*"),
+        (dict(n_p=3), "sizes is axes: 2, .*, beside axes: 3, .*"),
         (dict(points=("nose", "tail")), "points is .*, beside nose, tail"),
         (dict(time=time_grid(0.5, 1.0)), "time is .*, beside .*"),
         (dict(domain=box([0, 0], [1, 0.5])), "K is .*, beside .*"),

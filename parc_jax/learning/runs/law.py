@@ -12,7 +12,7 @@ from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
-from parc_jax.common.spelling import counted, hex_floats, hex_text, nearest_floats
+from parc_jax.common.spelling import hex_floats, hex_text, nearest_floats
 from parc_jax.learning.labels import PARTS, Labels, labels_of, name_of, plain_parts
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
@@ -206,7 +206,7 @@ class Subject:
             "system": self.system,
             "K": hex_text([self.domain.lo, self.domain.hi]),
             "time": hex_text([self.time.dt, self.time.t_f, self.time.dt_record]),
-            "sizes": [counted(len(getattr(self.labels, x)), SAID[x][:-1]) for x in PARTS],
+            "sizes": [f"{SAID[x]}: {len(getattr(self.labels, x))}" for x in PARTS],
             "points": list(self.points),
             "rotation": "none" if self.rotation is None else ["heading", *self.rotation],
             "given": [str(axis) for axis in self.given],
