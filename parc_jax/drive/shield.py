@@ -69,7 +69,9 @@ class Shield(gymnasium.Wrapper):
 
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
     is another than the proposed one; `certified_until` [s] since reset, when its stop ends;
-    `clearance` [m], the least on all of it; `reason`, why nothing new was committed to, else empty.
+    `clearance` [m], the least on all of it; `reason`, why nothing new was committed to, else empty;
+    `left`, True where the pose is outside of the tube of the manoeuvre under way, False where it
+    was not until another took over, once for each, else None: what `Monitor.bet` asks for.
     `commitments`: of this episode. Raises InputError for arguments that do not belong together, and
     in `reset` where no stop is certified. An action that is not finite, has another shape, or
     cannot be asked for, and sensing that fails or leads elsewhere than the tube allows, end in the
@@ -135,14 +137,23 @@ class Shield(gymnasium.Wrapper):
         self._observation: Any = None
         self._last = self._rows[0, self._given]  # the last given parameters that were finite
         self._steps: int | None = None  # None until a reset has certified a stop
+        self._left = False  # the tube of the manoeuvre under way, and that was told
 
     def reset(self, **options: Any) -> tuple[Any, dict]:
-        """Reset the environment and certify a stop, of which `info["shield"]` speaks. Raises
-        InputError where there is none: the policy must not begin there.
-        """
-        self._steps, self.commitments = None, []
-        self.loop.restart()
+        """Reset the environment, then as `restart`."""
+        self._steps = None
         observation, info = self.env.reset(**options)
+        return observation, info | self.restart(observation)
+
+    def restart(self, observation: Any) -> dict:
+        """Begin an episode in the environment as it is, without a reset of it: after a tube was
+        left, or behind another model. Returns `info`, whose `shield` speaks of the certified stop.
+        Raises InputError where there is none: the policy must not begin there.
+
+        observation: the last one of the environment.
+        """
+        self._steps, self._left, self.commitments = None, False, []
+        self.loop.restart()
         try:
             seen = self._sensed(observation)
         except Exception as error:
@@ -156,8 +167,8 @@ class Shield(gymnasium.Wrapper):
         self.commitments.append(step.committed)
         self._steps, self._observation = 0, observation
         self._remember(seen)
-        nothing = {"proposed": None, "driven": None, "changed": False, "reason": ""}
-        return observation, info | {"shield": nothing | self._about(step.committed)}
+        nothing = {"proposed": None, "driven": None, "changed": False, "reason": "", "left": None}
+        return {"shield": nothing | self._about(step.committed)}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict]:
         """Drive the nearest certified manoeuvre for one step of the environment."""
@@ -165,6 +176,9 @@ class Shield(gymnasium.Wrapper):
             raise InputError("Shield: expected a reset that certified a stop before a step.")
         now = self._steps * self.every
         decision, changed = self._step_of(action, now)
+        over = bool(decision.new and now)  # the manoeuvre before; each is told of once
+        left = None if self._left or not (over or decision.left) else decision.left
+        self._left = decision.left or (self._left and not over)
         one = decision.committed
         assert one is not None  # the stop of the reset at least
         driven = np.asarray(self._act(one.k, now - float(one.begin), self._last))
@@ -176,7 +190,7 @@ class Shield(gymnasium.Wrapper):
         self._steps = None if terminated or truncated else self._steps + 1
         self._observation = observation
         about = {"proposed": action, "driven": driven, "changed": changed}
-        about["reason"] = decision.reason
+        about |= {"reason": decision.reason, "left": left}
         info = info | {"shield": about | self._about(one)}
         return observation, reward, terminated, truncated, info
 

@@ -4,6 +4,7 @@ import gymnasium
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.common.keys import generator
 
 LAG, HELD, T_F = 0.1, 0.4, 1.2  # [s]
 TIME = pj.learning.time_grid(dt=0.1, t_f=T_F, dt_record=0.1)
@@ -49,21 +50,34 @@ class Platform(gymnasium.Env):
 
 
 class PlatformSystem:
-    """The black box of the same robot."""
+    """The black box of the same robot. off: share by which what it does differs between runs."""
 
     name, n_p, n_q, given = "platform", 2, 0, (0, 1)
     domain, time = pj.box([-1.0] * 4, [1.0] * 4), TIME
 
+    def __init__(self, heavier=1.0, off=0.0):
+        self.heavier, self.off = heavier, off
+
     def rollout_batch(self, keys, ks):
         of_start, of_command = ways(TIME.dt_record * np.arange(TIME.n_record + 1))
-        p = ks[:, None, :2] * of_start[:, None] + ks[:, None, 2:] * of_command[:, None]
+        ks = np.asarray(ks)
+        command = ks[:, None, 2:] * self.heavier
+        if self.off:
+            share = [1 + self.off * generator(key).uniform(-1, 1) for key in keys]
+            command = command * np.reshape(share, (-1, 1, 1))
+        p = ks[:, None, :2] * of_start[:, None] + command * of_command[:, None]
         return pj.Trajectory(p, np.zeros((len(ks), 0)))
+
+
+def platform_net() -> pj.types.ReLUNetwork:
+    """Exact."""
+    knots = np.stack(ways(TIME.dt * np.arange(1, TIME.n_steps + 1)), axis=1)
+    return pj.learning.relu_network([np.kron(knots, np.eye(2))], [np.zeros(2 * TIME.n_steps)])
 
 
 def platform_model() -> pj.types.TrajectoryModel:
     """Exact, with a tube that is declared."""
-    knots = np.stack(ways(TIME.dt * np.arange(1, TIME.n_steps + 1)), axis=1)
-    net = pj.learning.relu_network([np.kron(knots, np.eye(2))], [np.zeros(2 * TIME.n_steps)])
+    net = platform_net()
     tube = pj.learning.tube(
         [[-1.0, 1.0]] * 4, np.full((1, TIME.n_steps, 2), WIDTH), np.full((1, 2), WIDTH)
     )

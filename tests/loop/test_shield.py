@@ -200,3 +200,14 @@ def test_an_environment_that_resets_itself_is_refused(model):
         with pytest.raises(pj.InputError, match=r"waits for reset.*Leave that wrapper out"):
             shielded(env, model)
     shielded(gymnasium.wrappers.TimeLimit(Platform(), 9), model)
+
+
+def test_where_no_stop_is_certified_no_episode_begins_anew(model):
+    env = shielded(model=model)
+    seen, _ = env.reset()
+    env.step(AHEAD / 4)
+    env.unwrapped.posts = np.array([[0.1, -0.1]])
+    with pytest.raises(pj.InputError, match="certified stop where"):
+        env.restart(seen)
+    with pytest.raises(pj.InputError, match="expected a reset"):
+        env.step(AHEAD)

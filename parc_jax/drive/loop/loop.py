@@ -74,6 +74,10 @@ class Effort:
             )
 
 
+class LeftTube(InputError):
+    """A pose to which the manoeuvre under way cannot have led."""
+
+
 class Loop:
     """A robot that drives by one model. Made once, which compiles; `step` is called repeatedly.
 
@@ -201,7 +205,8 @@ class Loop:
             self._require_inside(here, at, k[0], drift)
             scene = self._scenes.scene(here, obstacles, spans, goal)
         except InputError as error:
-            return self.go_on(str(error).rstrip("."), gone)
+            step = self.go_on(str(error).rstrip("."), gone)
+            return replace(step, left=isinstance(error, LeftTube))
         cost = np.asarray(prefer(outlook(self.model, here, k, self.leave)), float)
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
@@ -320,7 +325,7 @@ class Loop:
         # inside of the tube before: the robot does not follow the last command yet
         if outside_tube(*earlier, k) <= drift:
             late = ", and where it would be without the last command, which came late: see thinking"
-        raise InputError(
+        raise LeftTube(
             f"at: expected a pose to which the manoeuvre under way may have led by {float(at):g} "
             f"s; this one is {outside:.3g} m beyond what tube, uncertainty and drift allow{late}. "
             "At rest, begin again with `restart`."
