@@ -12,6 +12,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 import parc_jax as pj
+from sims.ros.foxglove import write_mcap
 
 ros, rng = get_typestore(Stores.ROS2_HUMBLE), np.random.default_rng(0)
 T = {name.rsplit("/", 1)[1]: kind for name, kind in ros.types.items()}
@@ -65,4 +66,4 @@ answer = pj.Planner(model).solve(
 print(runs.n, "runs;", held.n, "of them held out")
 print(answer.summary())
 assert answer.status is pj.types.Status.PROVED
-pj.exchange.write_mcap("answer.mcap", answer)
+write_mcap("answer.mcap", answer)

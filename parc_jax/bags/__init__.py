@@ -1,3 +1,3 @@
-"""Bags of ROS 1 and 2, and MCAP: recorded runs out of them, answers and episodes into them. The
-packages of the extra `bags` are loaded on first use.
+"""Bags of ROS 1 and 2, and MCAP: recorded runs out of them. The packages of the extra `bags` are
+loaded on first use.
 """

@@ -9,17 +9,16 @@ import sys
 import numpy as np
 
 from parc_jax.answer.path import nominal_path
-from parc_jax.app.plot.shapes import headings, in_world
 from parc_jax.bags.recording import stamp_of
 from parc_jax.common.errors import InputError, ParcError
 from parc_jax.common.status import Status
 from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.drive.loop.episode_file import save_episode
 from parc_jax.learning.model import TrajectoryModel, load
-from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.world.outlines import read_footprint
 from sims.driving import Driving
 from sims.pilot import Pilot
+from sims.ros.way import way_of
 
 try:
     from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
@@ -109,7 +108,7 @@ class PilotNode(Node):
         if step.new:
             one = step.committed
             self.manoeuvre.publish(_parameters(self.pilot.model, one))
-            way = _way(one.asked.model, one.asked.pose, one.asked.at, one.k)
+            way = way_of(nominal_path(one.asked.model, one.asked.at, one.k), one.asked.pose)
             self.path.publish(_path(way, self.pilot.driving.frame, stamp_of(message)))
         self.statement.publish(String(data=self.pilot.statement(step)))
         if not self.episode:
@@ -127,7 +126,8 @@ class PilotNode(Node):
         self.statement.publish(String(data=said))
         if answer.status is Status.PROVED and len(answer.samples):
             plan, n_p = answer.samples[0], answer.model.n_p
-            way = _way(answer.model, answer.scene.nominal.pose, plan[:n_p], plan[n_p:])
+            path = nominal_path(answer.model, plan[:n_p], plan[n_p:])
+            way = way_of(path, answer.scene.nominal.pose)
             response.plan = _path(way, self.pilot.driving.frame, stamp_of(request.start))
         return response
 
@@ -151,12 +151,6 @@ class PilotNode(Node):
             elif list(value) != empty:
                 given[field.name] = tuple(value)
         return Driving(**given)
-
-
-def _way(model: TrajectoryModel, pose: Pose | None, p0: np.ndarray, k: np.ndarray):
-    """Times [s], places (n, 3) [m] and headings (n,) [rad] in the world, of a plan."""
-    path = nominal_path(model, p0, k)
-    return path.times, in_world(path.places[:, 0], pose), headings(path.places, pose)
 
 
 def _path(way, frame: str, begin: int) -> Path:

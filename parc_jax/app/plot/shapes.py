@@ -17,7 +17,6 @@ from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import moved_to, trajectories
 from parc_jax.problem.body import Disc, Part, Polygon, numbered
-from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.pose import Pose
 
 GROWN = {"facecolor": "#EBEBEB", "edgecolor": style.GREY, "linestyle": "--"}  # of an obstacle
@@ -228,20 +227,6 @@ def in_world(points: np.ndarray, pose: Pose | None) -> np.ndarray:
     return np.concatenate([points, np.zeros((*points.shape[:-1], 3 - points.shape[-1]))], axis=-1)
 
 
-def headings(places: np.ndarray, pose: Pose | None) -> np.ndarray:
-    """(T + 1,) [rad] by which the points (T + 1, m, n_p) of a body have turned, from the pose's;
-    one point alone has no heading, and is drawn with that of the start.
-    """
-    begin = 0.0 if pose is None or pose.heading is None else pose.heading
-    if places.shape[1] < 2 or places.shape[2] != 2:
-        return np.full(len(places), begin)
-    turned = places - places.mean(axis=1, keepdims=True)
-    x, y = turned[0, :, 0], turned[0, :, 1]
-    across = (x * turned[..., 1] - y * turned[..., 0]).sum(axis=1)
-    along = (x * turned[..., 0] + y * turned[..., 1]).sum(axis=1)
-    return begin + np.arctan2(across, along)
-
-
 def obstacle_triangles(obstacles: Sequence[HPolytope], about: np.ndarray) -> np.ndarray:
     """(t, 3, n_p) of the obstacles, near places (..., n_p)."""
     flat = about.reshape(-1, about.shape[-1])
@@ -252,20 +237,6 @@ def obstacle_triangles(obstacles: Sequence[HPolytope], about: np.ndarray) -> np.
     pairs = zip(cut, corners_of_many(cut), strict=True)
     drawn = [triangles(vertices(poly) if v is None else v) for poly, v in pairs]
     return np.concatenate([np.zeros((0, 3, len(lo))), *drawn])
-
-
-def goal_triangles(problem: Problem, n_p: int) -> np.ndarray:
-    """(t, 3, n_p) where the first reference point is to end; none where that is not bounded."""
-    try:
-        part, at = linked(problem.goal, range(n_p))
-        return triangles(vertices(part)[:, at])
-    except InputError:
-        return np.zeros((0, 3, n_p))
-
-
-def body_triangles(parts: Sequence[Part], places: np.ndarray) -> np.ndarray:
-    """(t, 3, n_p) of the parts of a body while its reference points are at places (m, n_p)."""
-    return _reached(parts, places[:, None])
 
 
 def tube_triangles(parts: Sequence[Part], places: np.ndarray, tube: np.ndarray) -> np.ndarray:
@@ -279,11 +250,11 @@ def tube_triangles(parts: Sequence[Part], places: np.ndarray, tube: np.ndarray) 
             corners = (
                 places[t : t + 2] + _signs(n_p)[:, None, None] * half
             )  # (corner, knot, m, n_p)
-            drawn.append(_reached(parts, np.moveaxis(corners, 2, 0).reshape(m, -1, n_p)))
+            drawn.append(reached(parts, np.moveaxis(corners, 2, 0).reshape(m, -1, n_p)))
     return np.concatenate(drawn)
 
 
-def _reached(parts: Sequence[Part], places: np.ndarray) -> np.ndarray:
+def reached(parts: Sequence[Part], places: np.ndarray) -> np.ndarray:
     """(t, 3, n_p) of a body each of whose points is anywhere in the hull of places (m, v, n_p)."""
     grown = [_grown(part, np.concatenate(places[list(part.points)])) for part in parts]
     return np.concatenate([triangles(points) for points in grown])

@@ -5,15 +5,16 @@ import json
 import numpy as np
 import pytest
 import toy_query
+import tyro
 from covered import covered
 from episodes import driven
 from needs import need
 
 import parc_jax as pj
 from parc_jax.answer.path import nominal_path
-from parc_jax.app import cli
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.vertices import vertices
+from sims.ros.foxglove import main, write_mcap
 
 need("rosbags", "mcap_ros2")
 from mcap.reader import make_reader  # noqa: E402
@@ -59,9 +60,7 @@ def area(shapes):
 
 def test_an_answer_is_read_back_by_another_library(tmp_path):
     answer, rng = toy_query.answer(), np.random.default_rng(0)
-    said = read(
-        pj.exchange.write_mcap(tmp_path / "a.mcap", answer, plan=1, begin=5.0, frame="hall")
-    )
+    said = read(write_mcap(tmp_path / "a.mcap", answer, plan=1, begin=5.0, frame="hall"))
     at, path = said["/plan"][0]
     plan = answer.samples[1]
     told = nominal_path(answer.model, plan[:2], plan[2:])
@@ -97,7 +96,7 @@ def test_an_answer_is_read_back_by_another_library(tmp_path):
 def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
     done = driven(turning)
     file = pj.drive.save_episode(tmp_path / "drive.json", done)
-    said = read(pj.exchange.write_mcap(tmp_path / "e.mcap", file))
+    said = read(write_mcap(tmp_path / "e.mcap", file))
     paths = said["/plan"]
     assert [at for at, _ in paths] == [round(one.begin * 10**9) for one in done]
     for (_, path), one in zip(paths, done, strict=True):
@@ -112,7 +111,7 @@ def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
     assert np.allclose(ends, [one.asked.pose.place for one in done[1:]], atol=1e-9)
     times = [at for at, _ in said["/tf"]]
     assert times == sorted(set(times)) and times[-1] == round(done[-1].end * 10**9)
-    again = read(pj.exchange.write_mcap(tmp_path / "again.mcap", done))
+    again = read(write_mcap(tmp_path / "again.mcap", done))
     assert again["/statement"][0][1].data == said["/statement"][0][1].data
     assert (tmp_path / "e.mcap").read_bytes() == (tmp_path / "again.mcap").read_bytes()
 
@@ -120,7 +119,7 @@ def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
 def test_a_map_is_written_with_its_origin(tmp_path):
     free = np.array([[True, False, True], [False, False, True]])
     grid = pj.problem.GridMap(free, 0.05, (-1.0, 2.0, 0.5))
-    said = read(pj.exchange.write_mcap(tmp_path / "a.mcap", toy_query.answer(), grid=grid))
+    said = read(write_mcap(tmp_path / "a.mcap", toy_query.answer(), grid=grid))
     told = said["/map"][0][1]
     assert (told.info.width, told.info.height) == (3, 2) and told.info.resolution == np.float32(
         0.05
@@ -135,22 +134,22 @@ def test_a_map_is_written_with_its_origin(tmp_path):
 def test_rosbags_reads_it_too_and_it_may_be_recorded_runs(tmp_path):
     from parc_jax.bags.recording import heard
 
-    path = pj.exchange.write_mcap(tmp_path / "a.mcap", toy_query.answer())
+    path = write_mcap(tmp_path / "a.mcap", toy_query.answer())
     assert len(heard(path, ["/tf"])["/tf"]) == 5
 
 
 def test_what_is_not_safe_is_not_written(tmp_path):
     answer, where = toy_query.answer(), tmp_path / "a.mcap"
     with pytest.raises(InputError, match="expected a safe plan"):
-        pj.exchange.write_mcap(where, answer, plan=answer.samples[0] + [9.0, 0.0, 0.0, 0.0])
+        write_mcap(where, answer, plan=answer.samples[0] + [9.0, 0.0, 0.0, 0.0])
     with pytest.raises(InputError, match="number of a sample, 0 to 4; got 5"):
-        pj.exchange.write_mcap(where, answer, plan=5)
+        write_mcap(where, answer, plan=5)
     with pytest.raises(InputError, match=r"ends in \.mcap"):
-        pj.exchange.write_mcap(tmp_path / "a.bag", answer)
+        write_mcap(tmp_path / "a.bag", answer)
     with pytest.raises(InputError, match="begin >= 0"):
-        pj.exchange.write_mcap(where, answer, begin=-1.0)
+        write_mcap(where, answer, begin=-1.0)
     assert list(tmp_path.iterdir()) == []
-    assert "/plan" not in read_topics(pj.exchange.write_mcap(where, answer, plan=None))
+    assert "/plan" not in read_topics(write_mcap(where, answer, plan=None))
 
 
 def read_topics(path):
@@ -158,31 +157,30 @@ def read_topics(path):
         return {channel.topic for _, channel, _ in make_reader(file).iter_messages()}
 
 
-def test_the_shell_writes_both_and_refuses_in_one_sentence(tmp_path, monkeypatch, capsys):
+def test_the_command_writes_both_and_refuses_in_one_sentence(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     file = pj.drive.save_episode("drive.json", driven(False))
     toy_query.answer().save("answer.json")
 
     def run(*options):
-        with pytest.raises(SystemExit) as stop:
-            cli.main(["export", *options])
-        return stop.value.code, *capsys.readouterr()
+        return tyro.cli(main, args=options), *capsys.readouterr()
 
-    assert run("drive.json", "--mcap", "e.mcap")[0] == 0 and "/plan" in read_topics("e.mcap")
-    assert run("answer.json", "--mcap", "a.mcap", "--sample", "2")[0] == 0
+    assert run("drive.json", "e.mcap")[0] == 0 and "/plan" in read_topics("e.mcap")
+    assert run("answer.json", "a.mcap", "--sample", "2")[0] == 0
     assert "/plans" in read_topics("a.mcap")
     before = sorted(tmp_path.iterdir())
     harmed = json.loads(file.read_text())
     harmed["manoeuvres"][2]["begin"] = "0"
     file.write_text(json.dumps(harmed))
     for options, why in (
-        (("drive.json", "--mcap", "b.mcap"), "expected an episode"),
-        (("answer.json", "--mcap", "b.mcap", "--sample", "9"), "expected the number of a sample"),
-        (("answer.json",), "expected --c or --mcap"),
-        (("answer.json", "--mcap", "b.txt"), "ends in .mcap"),
-        (("none.json", "--mcap", "b.mcap"), "no such file"),
+        (("drive.json", "b.mcap"), "expected an episode"),
+        (("answer.json", "b.mcap", "--sample", "9"), "expected the number of a sample"),
+        (("answer.json", "b.txt"), "ends in .mcap"),
+        (("answer.json", "a.mcap/b.mcap"), "is a file and no folder"),
+        (("answer.json", "b.mcap", "--map", "none.yaml"), "none.yaml"),
+        (("none.json", "b.mcap"), "no such file"),
     ):
         code, said, complained = run(*options)
         assert code == 2 and said == "" and why in complained, complained
-        assert complained.startswith("parc-jax: ") and complained.count("\n") == 1
+        assert complained.startswith("sims.ros.foxglove: ") and complained.count("\n") == 1
     assert sorted(tmp_path.iterdir()) == before

@@ -1,27 +1,31 @@
-"""An answer or an episode as an MCAP file of ROS 2 messages, written without ROS."""
+"""An answer or an episode for Foxglove: an MCAP file of ROS 2 messages, written without ROS.
 
-import io
+python -m sims.ros.foxglove answer.json answer.mcap --sample 3 --map hall.yaml
+"""
+
 import json
+import sys
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import tyro
 
 from parc_jax.answer.answer import Answer
-from parc_jax.answer.path import NominalPath, nominal_path
+from parc_jax.answer.path import nominal_path
+from parc_jax.app.cli.places import require_place
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot.shapes import (
-    body_triangles,
-    goal_triangles,
-    headings,
     in_world,
+    linked,
     obstacle_triangles,
+    reached,
+    triangles,
     tube_triangles,
 )
-from parc_jax.bags.recording import package
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.vertices import vertices
 from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.drive.loop.episode_file import (
     Episode,
@@ -35,136 +39,15 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import Problem
-from parc_jax.problem.world.grid_map import GridMap
+from parc_jax.problem.world.grid_map import GridMap, load_map
 from parc_jax.safe_set.verdict.pointwise import verdicts
+from sims.ros.messages import PATH, Line, Messages, mcap
+from sims.ros.way import way_of
 
-MARKER, MARKERS = "visualization_msgs/msg/Marker", "visualization_msgs/msg/MarkerArray"
-PATH, GRID = "nav_msgs/msg/Path", "nav_msgs/msg/OccupancyGrid"
-TRANSFORMS, TEXT = "tf2_msgs/msg/TFMessage", "std_msgs/msg/String"
 LINES, TRIANGLES = 5, 11  # kinds of markers: LINE_LIST, TRIANGLE_LIST
-DELETE_ALL = 3  # action of a marker
-FREE, NOT_FREE = 0, 100
-NAME, BASE = 2, 1  # kinds of fields, as rosbags numbers them
-ROBOT = "base_link"
 THIN = 0.01  # [m] width of lines
 DARK, GREEN = (0.25, 0.25, 0.25, 1.0), (0.0, 0.62, 0.45, 0.35)
 BLUE, LIGHT = (0.0, 0.45, 0.7, 1.0), (0.34, 0.71, 0.91, 0.35)
-Line = tuple[int, str, str, Any]  # time [ns], topic, kind, message
-
-
-class Messages:
-    """Makes messages of ROS 2 Humble, in one frame, and lines (time [ns], topic, kind, message)."""
-
-    def __init__(self, frame: str):
-        system = package("rosbags.typesys", "write_mcap")
-        self.store = system.get_typestore(system.Stores.ROS2_HUMBLE)
-        self.frame = frame
-
-    def make(self, kind: str, **fields) -> Any:
-        """A message; other fields are zero or empty."""
-        blank = {
-            name: _blank(self, field)
-            for name, field in self.store.fielddefs[kind][1]
-            if name not in fields
-        }
-        return self.store.types[kind](**blank, **fields)
-
-    def headed(self, at: int):
-        """at: [ns]."""
-        sec, nanosec = divmod(at, 10**9)
-        stamp = self.make("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
-        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=self.frame)
-
-    def pose(self, place: np.ndarray, heading: float):
-        """place (3,) [m]."""
-        position, turn = self.vector("Point", place), self.turn(heading)
-        return self.make("geometry_msgs/msg/Pose", position=position, orientation=turn)
-
-    def vector(self, kind: str, values):
-        x, y, z = map(float, values)
-        return self.make(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
-
-    def turn(self, heading: float):
-        z, w = float(np.sin(heading / 2)), float(np.cos(heading / 2))
-        return self.make("geometry_msgs/msg/Quaternion", z=z, w=w)
-
-    def path(self, times: np.ndarray, places: np.ndarray, headings: np.ndarray):
-        """times (n,) [ns], places (n, 3) [m]."""
-        kind = "geometry_msgs/msg/PoseStamped"
-        poses = [
-            self.make(kind, header=self.headed(int(at)), pose=self.pose(place, heading))
-            for at, place, heading in zip(times, places, headings, strict=True)
-        ]
-        return self.make(PATH, header=self.headed(int(times[0])), poses=poses)
-
-    def transform(self, at: int, place: np.ndarray, heading: float) -> Line:
-        """The robot at a place (3,) [m]."""
-        kind, header = "geometry_msgs/msg/Transform", self.headed(at)
-        to = {"translation": self.vector("Vector3", place), "rotation": self.turn(heading)}
-        about = {"child_frame_id": ROBOT, "transform": self.make(kind, **to)}
-        one = self.make(f"{kind}Stamped", header=header, **about)
-        return at, "/tf", TRANSFORMS, self.make(TRANSFORMS, transforms=[one])
-
-    def markers(self, at: int, name: str, kind: int, points, colour, width=1.0) -> Line:
-        """One marker of points (..., 3) that replaces those of its topic /name. colour: red, green,
-        blue, alpha. width: [m] of lines.
-        """
-        points, header = np.reshape(points, (-1, 3)), self.headed(at)
-        looks = {
-            "scale": self.vector("Vector3", [width] * 3),
-            "color": self.make("std_msgs/msg/ColorRGBA", **dict(zip("rgba", colour, strict=True))),
-            "points": [self.vector("Point", point) for point in points],
-        }
-        pose = self.pose(np.zeros(3), 0.0)
-        marker = self.make(MARKER, header=header, ns=name, type=kind, pose=pose, **looks)
-        away = self.make(MARKER, header=header, ns=name, id=1, action=DELETE_ALL)
-        shown = self.make(MARKERS, markers=[away, marker] if len(points) else [away])
-        return at, f"/{name}", MARKERS, shown
-
-    def grid(self, at: int, grid: GridMap) -> Line:
-        """The cells of a map, free or not."""
-        x, y, yaw = grid.origin
-        height, width = grid.free.shape
-        about = {"width": width, "height": height, "origin": self.pose(np.array([x, y, 0.0]), yaw)}
-        info = self.make("nav_msgs/msg/MapMetaData", resolution=grid.resolution, **about)
-        data = np.where(grid.free, FREE, NOT_FREE).astype(np.int8).ravel()
-        return at, "/map", GRID, self.make(GRID, header=self.headed(at), info=info, data=data)
-
-    def statement(self, at: int, words: str) -> Line:
-        return at, "/statement", TEXT, self.make(TEXT, data=words)
-
-
-def _blank(says: Messages, field) -> Any:
-    """The zero of a field."""
-    kind, about = field
-    if kind == NAME:
-        return says.make(about)
-    if kind != BASE:
-        of_base, inner = about[0]
-        plain = of_base == BASE and inner[0] != "string"
-        return np.zeros(0, inner[0] if inner[0] != "octet" else "uint8") if plain else []
-    word = about[0]
-    return "" if word == "string" else False if word == "bool" else 0.0 if "float" in word else 0
-
-
-def mcap(says: Messages, lines: list[Line]) -> bytes:
-    """An MCAP file of messages, in the order of their times."""
-    writer_of = package("mcap.writer", "write_mcap")
-    stream = io.BytesIO()
-    writer = writer_of.Writer(stream)
-    writer.start(profile="ros2", library="parc_jax")
-    schemas: dict[str, int] = {}
-    channels: dict[str, int] = {}
-    for number, (at, topic, kind, message) in enumerate(sorted(lines, key=lambda line: line[0])):
-        if kind not in schemas:
-            text = says.store.generate_msgdef(kind, ros_version=2)[0].encode()
-            schemas[kind] = writer.register_schema(kind, "ros2msg", text)
-        if topic not in channels:
-            channels[topic] = writer.register_channel(topic, "cdr", schemas[kind])
-        data = bytes(says.store.serialize_cdr(message, kind))
-        writer.add_message(channels[topic], at, data, at, number)
-    writer.finish()
-    return stream.getvalue()
 
 
 def write_mcap(
@@ -273,10 +156,10 @@ def _manoeuvre(
     whole: bool = True,
 ) -> list[Line]:
     """One plan from its start, until it was left [ns]. whole: it has a goal."""
-    path: NominalPath = nominal_path(model, one.p0, one.k)
+    path = nominal_path(model, one.p0, one.k)
     parts = numbered(one.problem.body, model.points)
-    times = start + np.round(path.times * 1e9).astype(np.int64)
-    places, turned = in_world(path.places[:, 0], one.pose), headings(path.places, one.pose)
+    seconds, places, turned = way_of(path, one.pose)
+    times = start + np.round(seconds * 1e9).astype(np.int64)
     swept = in_world(tube_triangles(parts, path.places, path.tube), one.pose)
     lines = _scene(says, one.problem, model, one.pose, path.places, start, until, whole)
     lines += [
@@ -285,7 +168,7 @@ def _manoeuvre(
     ]
     for t, at in enumerate(times.tolist()):
         if until is None or at < until:
-            body = in_world(body_triangles(parts, path.places[t]), one.pose)
+            body = in_world(reached(parts, path.places[t][:, None]), one.pose)
             lines.append(says.markers(at, "body", TRIANGLES, body, BLUE))
             lines.append(says.transform(at, places[t], turned[t]))
     return lines
@@ -304,7 +187,7 @@ def _scene(
     """Goal, and obstacles while they are there."""
     lines: list[Line] = []
     if whole:
-        goal = in_world(goal_triangles(problem, model.n_p), pose)
+        goal = in_world(_goal_triangles(problem, model.n_p), pose)
         lines.append(says.markers(start, "goal", TRIANGLES, goal, GREEN))
     before = None
     for t in range(model.time.n_steps):
@@ -316,3 +199,44 @@ def _scene(
             lines.append(says.markers(at, "obstacles", TRIANGLES, points, DARK))
         before = there
     return lines
+
+
+def _goal_triangles(problem: Problem, n_p: int) -> np.ndarray:
+    """(t, 3, n_p) where the first reference point is to end; none where that is not bounded."""
+    try:
+        part, at = linked(problem.goal, range(n_p))
+        return triangles(vertices(part)[:, at])
+    except InputError:
+        return np.zeros((0, 3, n_p))
+
+
+def main(
+    source: tyro.conf.Positional[Path],
+    out: tyro.conf.Positional[Path],
+    sample: int = 0,
+    map: Path | None = None,
+    frame_id: str = "map",
+) -> int:
+    """Write an answer or an episode for Foxglove; exit code 2 for invalid input.
+
+    Args:
+        source: An answer file of `parc-jax solve` or `run`, or an episode of
+            `pj.drive.save_episode`; it is checked anew.
+        out: The MCAP file to write: path, tf, body, tube, obstacles, goal, statement.
+        sample: Number of the sample that is driven there, from 0.
+        map: A map_server YAML file, which is written there too.
+        frame_id: Name of the world frame there.
+    """
+    try:
+        require_place(out)
+        grid = None if map is None else load_map(map)
+        written = write_mcap(out, source, plan=sample, grid=grid, frame=frame_id)
+    except InputError as error:
+        print(f"sims.ros.foxglove: {error}", file=sys.stderr)
+        return 2
+    print(f"{written}: {len(written.read_bytes()):,} bytes")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(tyro.cli(main))
