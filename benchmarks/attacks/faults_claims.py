@@ -345,5 +345,108 @@ CARRIED = (
         "if False:",
         "tests/claim/test_carried.py::test_an_update_is_of_the_same_kind_and_of_new_runs",
     ),
+    Fault(
+        "kept_recordings_forget_their_losses",
+        "identity_of",
+        "(ids, runs.rows, lost, runs.groups)",
+        "(ids, runs.rows, runs.groups)",
+        "tests/local/test_recordings.py"
+        "::test_kept_recordings_are_all_of_those_of_the_claim_as_they_were",
+    ),
+    Fault(
+        "kept_recordings_forget_their_rows",
+        "identity_of",
+        "(ids, runs.rows, lost, runs.groups)",
+        "(ids, lost, runs.groups)",
+        "tests/local/test_recordings.py"
+        "::test_kept_recordings_are_all_of_those_of_the_claim_as_they_were",
+    ),
+    Fault(
+        "kept_recordings_forget_which_is_whose",
+        "identity_of",
+        "(ids, runs.rows, lost, runs.groups)",
+        "(ids, runs.rows, lost)",
+        "tests/local/test_recordings.py"
+        "::test_kept_recordings_are_all_of_those_of_the_claim_as_they_were",
+    ),
+    Fault(
+        "kept_recordings_forget_gaps_of_their_log",
+        "identity_of",
+        "[runs.law.hash, *map(str, joined_source([runs]))]",
+        "[runs.law.hash]",
+        "tests/local/test_recordings.py"
+        "::test_kept_recordings_are_all_of_those_of_the_claim_as_they_were",
+    ),
+    Fault(
+        "losses_that_an_executor_did_not_count",
+        "Fleet.run",
+        "losses[place] if type(sent.executor) in COUNTED else UNCOUNTED",
+        "losses[place]",
+        "tests/rollout/test_fleet.py::test_a_claim_says_how_many_runs_were_made_again",
+    ),
+    Fault(
+        "numbers_of_an_assumption_of_another_count",
+        "has_its_numbers",
+        "known = [count] if type(count) is int else []",
+        "known = told",
+        "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
+    ),
+    Fault(
+        "rows_left_out_are_any_number",
+        "parc_jax.checker.claim",
+        'COUNTED = {"WORKERS_LOST": "lost", "LEFT_OUT": "left_out"}',
+        'COUNTED = {"WORKERS_LOST": "lost"}',
+        "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
+    ),
+    Fault(
+        "training_in_other_coordinates",
+        "_check_unseen",
+        '    scores.subject.agree(where, train.subject, ("K", *STATED))\n',
+        "",
+        "tests/claim/test_meetings.py::test_runs_that_meet_others_agree_or_say_it",
+    ),
+    Fault(
+        "only_one_entry_is_compared",
+        "premises.agree",
+        "for name in dict.fromkeys([*one, *other]):",
+        "for name in [*one][:1]:",
+        "tests/claim/test_premises.py::test_two_records_that_meet_agree_in_every_entry",
+    ),
+    Fault(
+        "a_monitor_bets_on_rows_that_never_came",
+        "Monitor.closed",
+        "state = state.bet(True)",
+        "state = state.bet(False)",
+        "tests/claim/test_monitor.py::test_rows_that_never_come_have_failed_where_somebody_says_so",
+    ),
+    Fault(
+        "a_monitor_is_silent_of_missing_rows",
+        "Monitor.details",
+        'if "MISSING" in p:',
+        "if False:",
+        "tests/claim/test_monitor.py::test_each_premise_of_a_monitor_is_in_its_sentence",
+    ),
+    Fault(
+        "sizes_of_a_page_share_no_delta",
+        "at_other_eps",
+        "looks, off, claims = claim.looks * len(sizes), off_from_start(claim), []",
+        "looks, off, claims = claim.looks, off_from_start(claim), []",
+        "tests/claim/test_calibrate.py"
+        "::test_claims_at_other_eps_are_those_of_the_same_runs_with_so_many_discards",
+    ),
+    Fault(
+        "a_loop_goes_on_with_what_another_proved",
+        "Loop.restart",
+        'agree("restart: a manoeuvre of this loop", first.shared, one.shared)',
+        "pass",
+        "tests/loop/test_log.py::test_a_manoeuvre_and_the_next_agree_on_all_that_they_share",
+    ),
+    Fault(
+        "manoeuvres_of_two_loops_in_one_file",
+        "episode_part",
+        'agree("episode: commitments of one loop", one.shared, other.shared)',
+        "pass",
+        "tests/loop/test_log.py::test_a_manoeuvre_and_the_next_agree_on_all_that_they_share",
+    ),
 )
 FAULTS: tuple[Fault, ...] = (*MEASURED, *COUNTS, *RUNS, *CLAIMED, *CARRIED)

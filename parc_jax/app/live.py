@@ -90,13 +90,16 @@ class Live:
 
     k: (2, n_k) of plans and of the set. off: [m] half widths of what is not known of the pose and
     of obstacles, beside what the problem says. planner: one of `planners`, which share a network,
-    by rising eps from the claim's own; the first has that.
+    by rising eps, each with its part of delta; at first that with the tube of the model.
     """
 
     def __init__(self, model: TrajectoryModel, problem: Problem, at=None, wanted=32, seed=0):
-        own = [model, *(model.replace(claim=claim) for claim in at_other_eps(model.claim))]
-        self.planners = [Planner(one) for one in own]
-        self.planner, self.wanted = self.planners[0], wanted
+        # who may choose among several sizes has delta split over them, its own size too
+        claims = at_other_eps(model.claim) or (model.claim,)
+        self.planners = [Planner(model.replace(claim=claim)) for claim in claims]
+        sizes = [claim.discard for claim in claims]
+        own = sizes.index(model.claim.discard) if model.claim.discard in sizes else 0
+        self.planner, self.wanted = self.planners[own], wanted
         self._told, self._key = problem, jax.random.PRNGKey(seed)
         self.k = np.stack([model.domain.lo, model.domain.hi])
         self.off = {"pose": 0.0, "obstacles": 0.0}
@@ -136,7 +139,7 @@ class Live:
 
     def allow(self, eps: float) -> None:
         """Draw with the tube of the claim of the largest eps up to this one, or with the first."""
-        fits = [p for p in self.planners[1:] if float(p.model.claim.eps) <= eps * (1 + 1e-9)]
+        fits = [p for p in self.planners if float(p.model.claim.eps) <= eps * (1 + 1e-9)]
         self.planner = max(fits, key=lambda p: p.model.claim.eps, default=self.planners[0])
 
     def move(self, name: str, place, turn: float | np.ndarray | None = None) -> None:

@@ -112,7 +112,8 @@ class Page:
             lo, hi = float(eps[0]), float(max(eps))
             ends = (lo, rounded_up(eps[0], 2)), (hi, rounded_up(max(eps), 2))
             step = (hi - lo) / 100
-            slider = gui.add_slider("eps of the tube", lo, hi, step, lo, marks=ends)
+            at = float(live.model.claim.eps)
+            slider = gui.add_slider("eps of the tube", lo, hi, step, at, marks=ends)
             self._slides(slider, live.allow)
         else:
             gui.add_markdown("No slider for eps: this claim keeps one size of its tube.")

@@ -15,6 +15,8 @@ from parc_jax.app.live_page import about_set
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.spelling import rounded_down
+from parc_jax.learning.bound.calibrate import SIZES
+from parc_jax.learning.bound.counts import wrong_claim_probability
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem_file import problem_of_text
@@ -145,10 +147,21 @@ def test_a_slider_of_eps_draws_with_the_tube_of_another_claim():
     model = sims.model("drift_parking")
     alone = Live(model, sims.drift_parking.problem("rectangle"))
     eps = [float(planner.model.claim.eps) for planner in alone.planners]
-    assert eps == sorted(eps) and len(eps) == 7 and alone.model.claim is model.claim
+    assert eps == sorted(eps) and len(eps) == len({*SIZES, model.claim.discard})
+    # one of them is the model's own size, and whoever may choose another has paid for it
+    assert alone.model.claim.discard == model.claim.discard
+    assert np.allclose(alone.model.tube.interval, model.tube.interval, rtol=1e-6)
+    assert alone.model.claim.eps > model.claim.eps
+    spent = [planner.model.claim for planner in alone.planners]
+    shares = sum(wrong_claim_probability(one.n, float(one.eps), one.discard) for one in spent)
+    assert shares <= float(model.claim.delta) / model.claim.looks
+    for claim in spent:
+        assert claim.looks == len(spent) * model.claim.looks
+        assert f"delta is shared by {claim.looks} looks" in claim.details()
+        assert "each further claim from them adds its own delta" in claim.details()
     narrow = alone.planners[-1].model
     assert (narrow.tube.interval < model.tube.interval).all() and narrow.net is model.net
-    for value, of in ((eps[0], eps[0]), (0.05, eps[2]), (eps[-1], eps[-1]), (0.0, eps[0])):
+    for value, of in ((eps[0], eps[0]), (eps[2], eps[2]), (eps[-1], eps[-1]), (0.0, eps[0])):
         alone.allow(value)
         assert float(alone.model.claim.eps) == of and (value < eps[0] or of <= value)
     assert len(Live(line_model(), pj.reach_avoid(GOAL, [], 0.05)).planners) == 1

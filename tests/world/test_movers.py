@@ -66,6 +66,9 @@ def test_of_each_track_one_window_bounds_and_all_of_them_teach():
     eps = model.claim.eps
     assert f"at most {rounded_up(eps)} from a moment of a track" in told
     assert f"any of them with at most {rounded_up(2 * eps)}, if they ignore" in told
+    # all that the claim of the tracks says of itself: how surely, of how many, of which law
+    assert "against 2 movers within 0.3 m: with confidence 0.95 over 60 runs each leaves" in told
+    assert f"of its law, {model.claim.quantifier}, any" in told and "Assumes: IID, " in told
 
 
 @pytest.mark.soundness
@@ -91,7 +94,8 @@ def test_obstacles_hold_all_of_a_tube_grown_by_the_mover(heading, age, every):
 def test_until_a_moment_nobody_is_an_obstacle_later():
     told = pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, ROBOT, 0.0, until=0.35)
     assert told.until == pytest.approx(0.4) and told.spans[-1][1] == 3
-    assert told.said.startswith("Until 0.4 s after the pose, against 1 mover: ")
+    assert told.said.startswith("Until 0.4 s after the pose, against 1 mover within 0.4 m: each ")
+    assert "which is DECLARED, not shown, if they ignore the robot" in told.said
 
 
 def test_tracks_with_gaps_and_jumps_are_refused():

@@ -130,18 +130,23 @@ def _pac_claim(
 
 
 def at_other_eps(claim: ErrorClaim) -> tuple[ErrorClaim, ...]:
-    """Claims of the same runs at rising eps, their tubes of the same profile at the largest scores
-    that were kept as evidence. All of them hold together: delta is split over them as over looks.
-    None of a claim about bins or recordings, or that is not shown. [T1, T2, T8]
+    """Claims of the same runs at rising eps, one with the size of the claim itself, their tubes of
+    the same profile at the largest scores that were kept as evidence. All of them hold together:
+    delta is split over them as over looks, so whoever may choose takes none beside these. None of a
+    claim about bins or recordings, or that is not shown. [T1, T2, T8]
     """
     if claim.kind != "pac" or claim.bin_eps is not None or claim.unit is not RUNS:
         return ()
     score = [float.fromhex(run["score"]) for run in claim.evidence["worst"]]
-    sizes = [r for r in SIZES if r < len(score) and 0 < score[r] < np.inf]
+    sizes = sorted({claim.discard, *SIZES})
+    sizes = [r for r in sizes if r < len(score) and 0 < score[r] < np.inf]
     looks, off, claims = claim.looks * len(sizes), off_from_start(claim), []
     # neither the time between records nor the start is part of a score: they stay as they are
     fixed = claim.tube.halves_around(np.array(claim.intersample) + off, off)
-    unseen = f"UNSEEN({counted(looks, 'look')}; network and profile were settled before these runs)"
+    unseen = (
+        f"UNSEEN({counted(looks, 'look')}; network, profile and discards were settled before these "
+        "runs; each further claim from them adds its own delta)"
+    )
     told = [unseen if a.startswith("UNSEEN(") else a for a in claim.assumptions]
     for r in sizes:
         part = score[r] / float.fromhex(claim.evidence["scale"])

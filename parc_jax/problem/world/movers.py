@@ -18,6 +18,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.common.spelling import counted, rounded_up
 from parc_jax.learning.bound.error_set import at as errors_at
+from parc_jax.learning.bound.statement import assumes, confidence_of, count_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -192,16 +193,20 @@ def mover_obstacles(
             )
         ends = max(age, 0.0) + time.dt * (np.array(spans) + np.array([0, 1]))
         obstacles += _polytopes(model, mover, radius, ends)
-    n, eps = len(movers), model.claim.eps
-    held = "each stays in its tube, as its claim declares"
-    if eps is not None:
+    n, eps, p = len(movers), model.claim.eps, model.claim.premises
+    if eps is None:
+        held = f"each stays in its tube, which is {str(p['tube']).partition(',')[0]}, not shown"
+    else:
         held = (
-            f"each leaves its tube with probability at most {rounded_up(eps)} from a moment of a "
-            f"track of its law, any of them with at most {rounded_up(min(Fraction(1), n * eps))}"
+            f"with confidence {confidence_of(p)} over {count_of(p)[0]:,} {count_of(p)[1]} each "
+            f"leaves its tube with probability at most {rounded_up(eps)} from a moment of a track "
+            f"of its law, {p['law']}, any of them with at most "
+            f"{rounded_up(min(Fraction(1), n * eps))}"
         )
     said = (
-        f"Until {steps * time.dt:.3g} s after the pose, against {counted(n, 'mover')}: {held}, if "
-        "they ignore the robot. Of whoever is not among them nothing is said."
+        f"Until {steps * time.dt:.3g} s after the pose, against {counted(n, 'mover')} within "
+        f"{radius:g} m: {held}, if they ignore the robot. Of whoever is not among them nothing is "
+        f"said. {assumes(p)}"
     )
     return Moving(obstacles, spans * n, steps * time.dt, said)
 
