@@ -347,7 +347,7 @@ CARRIED = (
     ),
     Fault(
         "kept_recordings_forget_their_losses",
-        "identity_of",
+        "fresh.identity_of",
         "(ids, runs.rows, lost, runs.groups)",
         "(ids, runs.rows, runs.groups)",
         "tests/local/test_recordings.py"
@@ -355,7 +355,7 @@ CARRIED = (
     ),
     Fault(
         "kept_recordings_forget_their_rows",
-        "identity_of",
+        "fresh.identity_of",
         "(ids, runs.rows, lost, runs.groups)",
         "(ids, lost, runs.groups)",
         "tests/local/test_recordings.py"
@@ -363,7 +363,7 @@ CARRIED = (
     ),
     Fault(
         "kept_recordings_forget_which_is_whose",
-        "identity_of",
+        "fresh.identity_of",
         "(ids, runs.rows, lost, runs.groups)",
         "(ids, runs.rows, lost)",
         "tests/local/test_recordings.py"
@@ -371,7 +371,7 @@ CARRIED = (
     ),
     Fault(
         "kept_recordings_forget_gaps_of_their_log",
-        "identity_of",
+        "fresh.identity_of",
         "[runs.law.hash, *map(str, joined_source([runs]))]",
         "[runs.law.hash]",
         "tests/local/test_recordings.py"
