@@ -11,6 +11,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors import sampling as drawing
 from parc_jax.safe_set.corridors.sampling import draw, near
+from parc_jax.safe_set.verdict import screen as screening
 from parc_jax.safe_set.verdict.pointwise import anchor, verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 from parc_jax.safe_set.verdict.screen import CHUNK, screen
@@ -36,6 +37,25 @@ def test_same_verdicts_as_the_exact_test(seed, rng):
     quick, exact = both(model, scene, *proposals(model, scene, rng, 3 * CHUNK + 17))
     assert len(exact) > 100
     np.testing.assert_array_equal(quick, exact)
+
+
+def test_what_is_in_memory_at_once_is_no_more_than_asked_and_changes_nothing(rng, monkeypatch):
+    model, problem = toy_case(4)
+    scene = scene_of(problem, model)
+    z, k = proposals(model, scene, rng, 3 * CHUNK + 17)
+    whole, sizes, one = screen(scene, z, k), [], screening.map_rows
+
+    def counted(size, kernel, row, *rest, **options):
+        if len(rest) == 2:  # ends and parameters: of whole plans
+            sizes.append(len(row))
+        return one(size, kernel, row, *rest, **options)
+
+    monkeypatch.setattr(screening, "AT_ONCE", 100)
+    monkeypatch.setattr(screening, "map_rows", counted)
+    parts = screen(scene, z, k)
+    assert max(sizes) == 100 and sum(sizes) == whole.reaching == parts.reaching > 1000
+    for a, b in zip(whole[1:], parts[1:], strict=True):
+        np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.night

@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from parc_jax.common.arrays import map_rows, once, x64
+from parc_jax.common.arrays import map_rows, once, slices, x64
 from parc_jax.common.shapes import Index, Knot, ManyParams, Params, Path, Positions, Vector
 from parc_jax.learning.bound.reach import Reach, numbered, reach
 from parc_jax.learning.bound.tube import Tube
@@ -107,6 +107,7 @@ def facets_of(scene: Scene) -> Facets:
 CHUNK = 512  # plans per compiled call: intermediates stay in cache
 COMPARED = 32  # intervals, about, among which the one that looks worst is sought
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
+AT_ONCE = 8192  # plans that are in memory with all that is open about them
 # both; where every pair is a search for a direction, what only fills up a call costs much
 SIZES = {True: (CHUNK, ITEMS), False: (256, 256)}
 
@@ -196,10 +197,16 @@ class Screened(NamedTuple):
 
 def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
     """Which of the plans with predicted ends z and parameters k are safe."""
-    net, tube, arrays, facets = once(scene, _resident)
-    sizes = SIZES[scene.obstacles.closed]
     _, reaches = anchor(scene, z, k)
     row = np.flatnonzero(reaches)
+    parts = [_screen(scene, z, k, row[some]) for some in slices(max(len(row), 1), AT_ONCE)]
+    return Screened(len(row), *(np.concatenate(field) for field in zip(*parts, strict=True)))
+
+
+def _screen(scene: Scene, z: Positions, k: ManyParams, row: np.ndarray) -> tuple:
+    """Which of the plans of these rows, all of which reach, are safe: the fields of `Screened`."""
+    net, tube, arrays, facets = once(scene, _resident)
+    sizes = SIZES[scene.obstacles.closed]
     row, seen = map_rows(
         sizes[0],
         lambda row, z, k: (row, _facet_tests(net, tube, arrays, z, k, facets)),
@@ -222,5 +229,4 @@ def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
     safe[unsure] = separated(unsure, *seen.worst[unsure].T)
     plan, o, t = np.nonzero(seen.open[:, : int(scene.count)] & safe[:, None, None])
     safe[plan[~separated(plan, o, t)]] = False
-    p0, path, pattern, bin = (field[safe] for field in seen[:4])
-    return Screened(int(reaches.sum()), row[safe], p0, path, pattern, bin)
+    return row[safe], *(field[safe] for field in seen[:4])
