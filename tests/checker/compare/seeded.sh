@@ -116,4 +116,8 @@ try fails "claims: a bin with the bound of no block" Claim.v 'existsb (fun b => 
 try fails "a theorem that says less: of networks without a layer" NoPlanFacts.v 'failing_is_not_safe P N E u k' 'failing_is_not_safe P (N := []) E u k'
 try fails "a set is tested by the runs of other plans" ClaimSpec.v "(length (filter fails (filter has l)))" "(length (filter fails (filter (fun a => negb (has a)) l)))"
 try fails "a set is accepted after one that was not" ClaimSpec.v "(riskier L fails has e || accepts_a_bad_one L fails e show others l)" "riskier L fails has e || accepts_a_bad_one L fails e show others l"
+try fails "the inner point: without the signs of neurons" Checker.v "forallb (fun q => qlt 0 (snd (snd q))) r &&" "true &&"
+try fails "the inner point: on rows" Checker.v "forallb (fun q => qlt 0 (snd (snd q))) (conditions_on" "forallb (fun q => qle 0 (snd (snd q))) (conditions_on"
+try fails "along the intervals: the first knot alone" Checker.v "[apart w g (nth i K []); apart w g (nth i K' [])] end. Fixpoint" "[apart w g (nth i K []); apart w g (nth i K [])] end. Fixpoint"
+try fails "along the intervals: errors of the first" Checker.v "clear_on P (tl Is) K' points" "clear_on P Is K' points"
 exit $wrong

@@ -9,6 +9,9 @@ let read path =
   close_in file;
   s
 
+(* Most of what is made is soon forgotten. *)
+let () = Gc.set { (Gc.get ()) with minor_heap_size = 1 lsl 20; space_overhead = 400 }
+
 let () =
   match List.tl (Array.to_list Sys.argv) with
   | "--each" :: (_ :: _ as paths) -> List.iter (fun path -> print_endline (Verdict.to_json (Verdict.check_file (read path)))) paths

@@ -103,7 +103,12 @@ let common numbers =
   let over x = Big.abs (Big.mul x.qnum (exactly d x.qden)) in
   if List.exists (fun x -> Big.leq largest (over x)) numbers then bad "a number is too large for its denominator";
   d
-let short numbers = ignore (common numbers); numbers
+(* The same numbers over one denominator: the checker adds such numbers fastest. *)
+let over d x = { qnum = Big.mul x.qnum (exactly d x.qden); qden = d }
+let short numbers = let d = common numbers in List.map (over d) numbers
+let level (rows : (q list * q) list) =
+  let d = common (List.concat_map (fun (w, b) -> b :: w) rows) in
+  List.map (fun (w, b) -> (List.map (over d) w, over d b)) rows
 
 let less x y = Big.sign (Big.sub (Big.mul y.qnum x.qden) (Big.mul x.qnum y.qden)) > 0
 let zero = { qnum = Big.zero; qden = Big.one }
@@ -112,8 +117,7 @@ let zero = { qnum = Big.zero; qden = Big.one }
 let rows_of get n =
   let a = list (vecn n) (get "A") in
   let b = vecn (List.length a) (get "b") in
-  ignore (common (List.concat (b :: a)));
-  List.combine a b
+  level (List.combine a b)
 let poly n o = rows_of (fields [ "A"; "b" ] o) n
 
 let problem o =
@@ -150,12 +154,6 @@ let problem o =
 
 let max_layers = 64
 
-(* The same numbers over one denominator: the checker adds such numbers fastest. *)
-let level (rows : (q list * q) list) =
-  let d = common (List.concat_map (fun (w, b) -> b :: w) rows) in
-  let over x = { qnum = Big.mul x.qnum (exactly d x.qden); qden = d } in
-  List.map (fun (w, b) -> (List.map over w, over b)) rows
-
 let network o =
   let get = fields [ "weights"; "biases" ] o in
   let w = list (list vec) (get "weights") and b = list vec (get "biases") in
@@ -166,8 +164,7 @@ let network o =
 (* An error is a list of widths or a polytope; for the end with multipliers for each row of the goal. *)
 let multipliers_of n v =
   let found = list (function Arr [ row; m ] -> (whole 0 (n - 1) row, number m) | _ -> bad "a multiplier is [row, m]") v in
-  ignore (common (List.map snd found));
-  found
+  List.combine (List.map fst found) (short (List.map snd found))
 
 let tube p o =
   let get = fields [ "edges"; "interval"; "final" ] o in

@@ -18,6 +18,7 @@ Definition red (q : Q) : Q :=
 Definition short := (2 ^ 3000)%Z.
 Definition qadd (a b : Q) : Q :=
   if Z.eqb (Zpos (Qden a)) (Zpos (Qden b)) then Qmake (Qnum a + Qnum b) (Qden a) else
+  if Z.eqb (Qnum b) 0 then a else
   let m := (Zpos (Qden b) / Zpos (Qden a))%Z in
   if Z.eqb (Zpos (Qden a) * m) (Zpos (Qden b)) then Qmake (Qnum a * m + Qnum b) (Qden b) else
   let m := (Zpos (Qden a) / Zpos (Qden b))%Z in

@@ -16,6 +16,8 @@ Proof.
     simpl Qnum; simpl Qden.
   destruct (Z.eqb_spec (Zpos da) (Zpos db)) as [H|H].
   { injection H as ->. unfold Qeq, Qplus; simpl. rewrite Pos2Z.inj_mul. ring. }
+  destruct (Z.eqb_spec nb 0) as [->|_].
+  { unfold Qeq, Qplus; simpl. rewrite Pos2Z.inj_mul. ring. }
   cbv zeta. set (m := (Zpos db / Zpos da)%Z). set (m' := (Zpos da / Zpos db)%Z). clearbody m m'.
   destruct (Z.eqb_spec (Zpos da * m) (Zpos db)) as [G|G].
   { unfold Qeq, Qplus; simpl Qnum; simpl Qden. rewrite Pos2Z.inj_mul, <- G. ring. }

@@ -164,6 +164,34 @@ Definition conditions (P : problem) (ds : list (list dir)) (B : bin) (H : goal_h
   below (goal P) (fun i a => reach (final B) (nth i H []) a) (endA P K Y) ++
   flat_map (fun bd => clear P B K (fst bd) (snd bd)) (combine (tasks P) ds).
 
+(* The same, going along the intervals with the lists instead of into them. *)
+Definition clear_here (Es : list error) (K K' : list (list aff)) (wh : vec * Q) (i : nat)
+  : list row :=
+  let (w, h) := wh in
+  match reach (nth i Es (Rows [])) [] (vscale (-1) w) with
+  | None => [never]
+  | Some r => let g := qadd h r in [apart w g (nth i K []); apart w g (nth i K' [])]
+  end.
+Fixpoint clear_on (P : problem) (Is : list (list error)) (K : list (list aff)) (points : list nat)
+  (ds : list dir) (t n : nat) : list row :=
+  match n with
+  | O => []
+  | S n' =>
+      let K' := skipn (n_points P) K in
+      match dir_at ds t with
+      | None => [never]
+      | Some wh => flat_map (clear_here (hd [] Is) K K' wh) points
+      end ++ clear_on P (tl Is) K' points ds (S t) n'
+  end.
+Definition conditions_on (P : problem) (ds : list (list dir)) (B : bin) (H : goal_hints) (X Y :
+  list aff) : list row :=
+  let K := places P X Y in
+  below (start P) (fun _ _ => Some 0) X ++
+  below (goal P) (fun i a => reach (final B) (nth i H []) a) (endA P K Y) ++
+  flat_map (fun bd => let t := first (fst (fst bd)) in
+    clear_on P (skipn t (interval B)) (skipn (t * n_points P) K) (corners (snd (fst bd)))
+      (snd bd) t (S (last (fst (fst bd))) - t)) (combine (tasks P) ds).
+
 (* ---- Shapes and sizes ---- *)
 Definition poly_ok n (A : poly) := forallb (fun ab => Nat.eqb (length (fst ab)) n) A.
 Definition shape_ok n (b : shape) :=
@@ -221,7 +249,7 @@ Definition check_sample (P : problem) (N : list layer) (E : tube) (H : list goal
   let X := map aconst (sample_p0 s) in
   let Y := map aconst (netQ N (sample_k s)) in
   let ds := dirs_of P (sample_sep s) in
-  forallb (fun BH => forallb (holdsQ []) (conditions P ds (fst BH) (snd BH) X Y))
+  forallb (fun BH => forallb (holdsQ []) (conditions_on P ds (fst BH) (snd BH) X Y))
           (filter (fun BH => inBoxQ (box (fst BH)) (sample_k s)) (hinted E H)).
 
 (* ---- Polytopes: (p0, k) are the variables; the pattern makes the network affine; k is in one bin
@@ -254,11 +282,21 @@ Definition set_rows (P : problem) (N : list layer) (E : tube) (B : bin) (H : goa
 Definition insideQ (x : vec) (r : row) : bool :=
   if fst r || nonzero (fst (snd r)) then qlt 0 (qadd (dotQ (fst (snd r)) x) (snd (snd r)))
     else holdsQ x r.
+(* The same at the inner point alone, where the forms are numbers: all rows with them are above zero
+   there, constant ones too. *)
+Definition clearly_inside (P : problem) (N : list layer) (E : tube) (B : bin) (H : goal_hints) (s :
+  piece) : bool :=
+  let X := map aconst (firstn (n_p P) (inner s)) in
+  let (r, Y) := netA N (pattern s) (map aconst (skipn (n_p P) (inner s))) in
+  forallb (insideQ (inner s)) (box_rows (n_p P) (domain P)) &&
+  forallb (insideQ (inner s)) (bin_rows (n_p P) (edges E) (box B)) &&
+  forallb (fun q => qlt 0 (snd (snd q))) r &&
+  forallb (fun q => qlt 0 (snd (snd q))) (conditions_on P (dirs_of P (piece_sep s)) B H X Y).
 Definition check_set (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (s :
   piece) : bool :=
   match nth_error (hinted E H) (which s) with
   | None => false
   | Some (B, h) => Nat.eqb (length (inner s)) (n_p P + n_k P) && bits_ok N (pattern s) &&
     sep_ok P (piece_sep s) &&
-                   forallb (insideQ (inner s)) (set_rows P N E B h s)
+    (clearly_inside P N E B h s || forallb (insideQ (inner s)) (set_rows P N E B h s))
   end.

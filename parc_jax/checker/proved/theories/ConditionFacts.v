@@ -148,6 +148,31 @@ Qed.
 Lemma chunk_len n : forall T Y, length (chunk n T Y) = T.
 Proof. induction T; intros; simpl; auto. Qed.
 
+Lemma clear_on_is P B K points ds n : forall t,
+  clear_on P (skipn t (interval B)) (skipn (t * n_points P) K) points ds t n =
+  flat_map (fun t => match dir_at ds t with
+                     | None => [never] | Some wh => flat_map (clear_at P B K wh t) points
+                     end) (seq t n).
+Proof.
+  induction n as [|n IH]; intro t; [reflexivity|]. cbn [clear_on seq flat_map].
+  rewrite skipn_two. replace (t * n_points P + n_points P)%nat with (S t * n_points P)%nat
+    by (simpl; lia).
+  assert (T : tl (skipn t (interval B)) = skipn (S t) (interval B)).
+  { clear. revert t. induction (interval B) as [|E Es IH]; intros [|t]; try reflexivity.
+    apply IH. }
+  rewrite T, IH. f_equal. destruct (dir_at ds t) as [[w h]|]; [|reflexivity].
+  apply flat_map_ext. intro i. unfold clear_here, clear_at.
+  assert (D : hd [] (skipn t (interval B)) = nth t (interval B) []).
+  { clear. revert t. induction (interval B) as [|E Es IH]; intros [|t]; try reflexivity.
+    apply IH. }
+  rewrite D, !nth_skipn'. reflexivity.
+Qed.
+Lemma conditions_on_is P ds B H X Y : conditions_on P ds B H X Y = conditions P ds B H X Y.
+Proof.
+  unfold conditions_on, conditions. do 2 f_equal. apply flat_map_ext. intros [[o b] d].
+  apply clear_on_is.
+Qed.
+
 Section Forms.
 Variables (P : problem) (N : list layer) (X Y : list aff) (x u y : rv).
 Hypothesis HP : sizes P N.

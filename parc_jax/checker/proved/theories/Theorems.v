@@ -1,7 +1,7 @@
 (* The theorems: what `true` from the checker means.  Read with Spec.v. *)
 From Coq Require Import Reals QArith Qreals List Bool Arith Lra Lia ZArith.
 From ParcJax Require Import Spec Arithmetic Checker ArithmeticFacts NetworkFacts SeparationFacts
-  BinFacts ConditionFacts ListFacts.
+  BinFacts ConditionFacts ListFacts AlikeFacts.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -45,7 +45,7 @@ Proof.
   - intros i _. rewrite at_const. apply netQ_R.
   - rewrite map_length. exact Lp.
   - rewrite map_length. eapply net_out, net_sizes, SP.
-  - intros r Hr. apply holds_R. eapply forallb_forall in HK; eauto.
+  - intros r Hr. apply holds_R. rewrite conditions_on_is in HK. eapply forallb_forall in HK; eauto.
   - intros b d w g t Hb Hd. eapply dirs_valid; eauto.
 Qed.
 
@@ -119,7 +119,10 @@ Proof.
   destruct (nth_error (hinted E H) (which s)) as [[B h]|] eqn:EB; [|discriminate].
   apply combine_nth_error in EB.
   exists B, h. split; [exact EB|]. rewrite !andb_true_iff in HK.
-  destruct HK as (((Li & Hb) & Hs) & Hin).
+  destruct HK as (((Li & Hb) & Hs) & Hin). apply Nat.eqb_eq in Li.
+  assert (Hin' : forallb (insideQ (inner s)) (set_rows P N E B h s) = true).
+  { apply orb_prop in Hin as [Hin|Hin]; [|exact Hin]. apply clearly_inside_is; assumption. }
+  clear Hin. rename Hin' into Hin.
   pose proof (problem_inv _ _ HP) as SP. split; [|exact (insideQ_ball _ _ Hin)].
   intros x Hx k. unfold set_rows in Hx.
   destruct (netA N (pattern s) (map unit_form (seq (n_p P) (n_k P)))) as [r Y] eqn:En.
