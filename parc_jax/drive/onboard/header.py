@@ -141,6 +141,8 @@ def _arrays(answer: Answer, table: Tables) -> Iterator[tuple[str, str, np.ndarra
     yield "double", "goal_A", table.goal_A
     yield "double", "goal_b", table.goal_b
     yield "double", "plans", table.plans
+    yield "double", "ends", table.ends
+    yield "double", "near", table.near
 
 
 def _table(kind: str, name: str, array) -> Iterator[str]:

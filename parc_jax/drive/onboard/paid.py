@@ -70,7 +70,9 @@ def _unfitting(table: Tables, model: TrajectoryModel) -> str | None:
         and _within(runs.first, T)
         and _within(runs.end, T + 1),
         "probes": _within(table.probes[..., 0], n_runs) and _within(table.probes[..., 1], T),
-        "plans": table.plans.shape[1:] == (n_k,),
+        "plans": table.plans.shape[1:] == (n_k,)
+        and table.ends.shape == (len(table.plans), n_p)
+        and table.near.shape == (2, n_p),
     }
     return next((what for what, fits in fit.items() if not fits), None)
 

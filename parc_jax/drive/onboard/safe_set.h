@@ -181,6 +181,17 @@ static inline int NAME_is_safe(const double p0[NAME_N_P], const double k[NAME_N_
     return 0;
 }
 
+/* Does a plan of the table lead from p0 to where the goal is? It only spares work. */
+static inline int NAME_leads(const double p0[NAME_N_P], int plan)
+{
+    for (int c = 0; c < NAME_N_P; ++c) {
+        const double end = p0[c] + NAME_ends[plan][c];
+        if (!(NAME_near[0][c] <= end && end <= NAME_near[1][c]))
+            return 0;
+    }
+    return 1;
+}
+
 /* Writes to k a plan near the wanted one that NAME_is_safe lets pass from p0, where the robot is,
  * and returns 1; returns 0, and leaves k alone, where it knows none. Distances are shares of K. */
 static inline int NAME_nearest_plan(const double p0[NAME_N_P], const double wanted[NAME_N_K],
@@ -197,6 +208,8 @@ static inline int NAME_nearest_plan(const double p0[NAME_N_P], const double want
     }
     for (int plan = 0; plan < NAME_N_PLANS; ++plan) {
         double far = 0.0;
+        if (!NAME_leads(p0, plan))
+            continue;
         for (int j = 0; j < NAME_N_K; ++j) {
             const double *edge = NAME_edges + NAME_first_edge[j];
             const double range = NAME_edges[NAME_first_edge[j + 1] - 1] - edge[0];

@@ -42,7 +42,9 @@ class Tables(NamedTuple):
     refused, so that the size of every number is bounded. start_A (s, n_p), start_b (s,): rows of P0
     less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows of the goal less the support of
     the errors of a bin, and the slack.
-    plans (n_plans, n_k): safe ones. order (n_corridors,): of the answer's corridors.
+    plans (n_plans, n_k): safe ones. ends (n_plans, n_p) [m]: of their first point, from its start.
+    near (2, n_p) [m]: the box where it has to end; a plan that leads elsewhere is not tried. order
+    (n_corridors,): of the answer's corridors.
     """
 
     edges: tuple[np.ndarray, ...]
@@ -56,6 +58,8 @@ class Tables(NamedTuple):
     goal_A: np.ndarray
     goal_b: np.ndarray
     plans: np.ndarray
+    ends: np.ndarray
+    near: np.ndarray
     order: np.ndarray
 
 
@@ -90,6 +94,8 @@ def tables(answer: Answer) -> Tables:
     at_end = model.tube.final_errors
     lost_at_end = np.stack([at_end.support(row) for row in goal_A], axis=1)
     start_A, start_b = _real_rows(scene.start_A, scene.start_b, scene)
+    some = np.unique(np.concatenate([k, *([c.k] for c in corridors)]), axis=0)
+    ends = paths_of(model, np.zeros((len(some), model.n_p)), some)[:, -1, : model.n_p]
     return Tables(
         edges=model.tube.edges,
         errors=in_numbers(model.tube.errors),
@@ -102,7 +108,9 @@ def tables(answer: Answer) -> Tables:
         goal_A=goal_A,
         # a bin without claim leaves no goal: its rows hold for no number
         goal_b=np.where(np.isfinite(lost_at_end), goal_b - lost_at_end, -NO_CLAIM),
-        plans=np.unique(np.concatenate([k, *([c.k] for c in corridors)]), axis=0),
+        plans=some,
+        ends=ends,
+        near=np.stack([scene.z_lo, scene.z_hi]),
         order=order,
     )
 
