@@ -11,6 +11,7 @@ from parc_jax.drive.loop.episodes import Episodes as Episodes
 from parc_jax.drive.loop.episodes import drive_episodes as drive_episodes
 from parc_jax.drive.loop.loop import Effort as Effort
 from parc_jax.drive.loop.loop import Loop as Loop
+from parc_jax.drive.loop.reserved import reserved as reserved
 from parc_jax.drive.loop.workers import Outcome as Outcome
 from parc_jax.drive.shield import Sensed as Sensed
 from parc_jax.drive.shield import Shield as Shield

@@ -5,6 +5,7 @@ all of its time, rest included, or continues the one under way, which was. [T37,
 import math
 import time
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -252,6 +253,12 @@ class Loop:
             more = f" with {least:.2g} m of clearance{more}"
         why = self._scenes.why_none(scene, k, k[order[:judged]]) if explain else ""
         return self.go_on(f"none of {judged:,} candidates is safe{more}{why}", gone)
+
+    def another(self) -> "Loop":
+        """A loop for another robot of the same kind, at rest; what was compiled serves both."""
+        made = copy(self)
+        made.restart()
+        return made
 
     def restart(self, first: Commitment | None = None) -> None:
         """Another episode: the robot rests, at a place where it touches nothing; or begins with

@@ -1,0 +1,60 @@
+"""Where a robot may be that is under way is an obstacle of all others. [T45]"""
+
+import math
+
+import numpy as np
+import pytest
+from episodes import driven
+
+import parc_jax as pj
+from parc_jax.learning.network.predict import trajectories
+
+pytestmark = pytest.mark.soundness
+RADIUS, OFF = 0.05, 0.01  # [m] of the body, and of the uncertainty of its place
+SIDES = 2 * np.pi / 16 * np.arange(16)
+RIM = RADIUS * np.stack([np.cos(SIDES), np.sin(SIDES)], axis=1)
+
+
+def places(one, seconds: float, rng, n: int = 50) -> np.ndarray:
+    """Points (n, 2) of the body at a time after the beginning, for runs at the edge of the tube."""
+    model, pose = one.asked.query.model, one.asked.pose
+    knots = trajectories(model.net, model.layout, one.k[None])[0][0][:, :2]
+    at = min(seconds / model.time.dt, model.time.n_steps)
+    i = min(int(at), model.time.n_steps - 1)
+    way = knots[i] + (at - i) * (knots[i + 1] - knots[i])
+    off = model.tube.interval[model.tube.bins_of(one.k[None])[0], i].min(axis=0)[:2]
+    run = way + off * rng.choice([-1.0, 1.0], (n, 2))
+    cos, sin = math.cos(pose.heading or 0.0), math.sin(pose.heading or 0.0)
+    away = run @ np.array([[cos, sin], [-sin, cos]])
+    return pose.place + away + OFF * rng.choice([-1.0, 1.0], (n, 2)) + rng.choice(RIM, n)
+
+
+@pytest.mark.parametrize("turning", [False, True], ids=["straight", "turning"])
+@pytest.mark.parametrize("every", [1, 3])
+def test_a_robot_under_way_and_at_rest_is_inside_of_what_is_reserved(turning, every):
+    rng = np.random.default_rng(every)
+    for one in driven(turning, 3):
+        time = one.asked.query.model.time
+        for later in (0.0, 0.13, 0.5, 0.77, 1.0, 9.0):
+            at = float(one.begin) + later * time.t_f
+            obstacles, spans = pj.drive.reserved(one, at, time, every=every)
+            told = [t for first, last in spans for t in range(first, last + 1)]
+            assert told == list(range(time.n_steps))
+            for body, (first, last) in zip(obstacles, spans, strict=True):
+                for share in (0.01, 0.4, 0.99):  # at a knot it is inside of the tubes on both sides
+                    seconds = at - float(one.begin) + time.dt * (first + share * (last + 1 - first))
+                    assert (places(one, seconds, rng) @ body.A.T <= body.b).all()
+        # at rest it is one obstacle, hardly wider than the robot, its tube and its uncertainty
+        assert len(obstacles) == 1
+        ahead, back = obstacles[0].b[:4], obstacles[0].b[4:]
+        wide = 2 * one.asked.query.model.tube.interval[:, -1].max() * math.sqrt(2)
+        assert (ahead + back <= 2 * RADIUS + 2 * math.sqrt(2) * OFF + wide + 1e-4).all()
+
+
+def test_who_decides_before_the_other_was_measured_is_refused():
+    first, second, *_ = driven(False, 2)
+    time = first.asked.query.model.time
+    with pytest.raises(pj.InputError, match="decides later"):
+        pj.drive.reserved(second, float(first.begin), time)
+    with pytest.raises(pj.InputError, match="every >= 1"):
+        pj.drive.reserved(first, float(second.begin), time, every=0)
