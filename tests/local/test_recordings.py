@@ -242,6 +242,8 @@ def test_kept_recordings_are_all_of_those_of_the_claim_as_they_were(slipped, tmp
         dataclasses.replace(held, groups=rows),  # each window a recording of its own
         dataclasses.replace(held, groups=np.roll(held.groups, 1)),
         dataclasses.replace(held, rows=rows, source=None),  # of a log without gaps
+        dataclasses.replace(held, rows=held.rows + 1),
+        dataclasses.replace(held, source=None),
         dataclasses.replace(held, lost=-np.ones(held.n, int)),
     ]
     for one in others:

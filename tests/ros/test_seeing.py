@@ -221,6 +221,43 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
     assert [[name, "assumed", value] for name, value in one.premises.items()] == told[-3:]
 
 
+def seen_after(second):
+    """The free space after a scan and this one, between poses of a robot that drives."""
+    one = pilot()
+    one.hear_goal(sliding.posed(2.5, 0.0))
+    one.hear_scan(scan([], lambda _: np.zeros(2), 10**9))
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+    one.hear_scan(second)
+    for i in range(1, 9):
+        one.hear_pose(sliding.odometry([0.02 * i, 0], [0.2, 0], (10 + i) * 10**8))
+    return one.seen.region
+
+
+NEXT = {
+    "header": lambda _: sliding.header(11 * 10**8, "other"),
+    "angle_min": lambda x: x + 0.1,
+    "angle_increment": lambda x: 0.9 * x,
+    "time_increment": lambda _: 1e-3,
+    "range_min": lambda _: 0.2,
+    "range_max": lambda _: 7.0,
+    "ranges": lambda x: np.minimum(x, 1.5),
+}
+
+
+@pytest.mark.parametrize("field", vars(scan([], lambda _: np.zeros(2), 0)))
+def test_a_scan_and_the_next_agree_in_every_field_or_free_something_else(field):
+    """One without a rule fails."""
+    second = scan([], lambda _: np.zeros(2), 11 * 10**8)
+    before = seen_after(second)
+    setattr(second, field, NEXT[field](getattr(second, field)))
+    try:
+        after = seen_after(second)
+    except InputError as error:
+        assert "of the sensor whose place was told: expected premises that agree" in str(error)
+    else:
+        assert field in ("ranges", "time_increment") and not after.equals(before)
+
+
 def test_those_who_move_are_told_with_their_speed():
     slow, fast = (pilot(mover_radius=0.3, mover_speed=speed) for speed in (0.5, 0.6))
     assert slow.premises["who moves"] != fast.premises["who moves"]
