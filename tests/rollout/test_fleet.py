@@ -269,6 +269,35 @@ if __name__ == "__main__":
 """
 
 
+def test_workers_that_do_not_start_end_before_the_first_run_in_one_sentence():
+    """Else each row would begin anew in workers that break, and the work would never end."""
+    never = Inline(dict.fromkeys(range(-1, 99), BrokenProcessPool("it broke")))
+    never.shutdown = lambda wait: None
+    with pytest.raises(InputError, match=r"workers that start; an empty call, before the first r"):
+        runs(lambda: never)
+    assert never.calls <= 2
+
+
+UNGUARDED = """
+import numpy as np, jax, parc_jax as pj
+
+def walk(rng, k):
+    return np.outer(np.linspace(0, 1, 3), [k[0], 0.0]), []
+
+box, time = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)
+system = pj.python_system(walk, box, time, name="walk", n_p=2)
+pj.learning.collect(system, jax.random.PRNGKey(0), n=30, quiet=True)
+"""
+
+
+@pytest.mark.slow
+def test_a_script_that_does_not_guard_its_start_is_told_so(tmp_path):
+    (tmp_path / "walk.py").write_text(UNGUARDED)
+    command = [sys.executable, tmp_path / "walk.py"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode and "A script guards its own start with `if __name__" in done.stderr
+
+
 @pytest.mark.slow
 def test_a_script_is_the_same_program_in_its_workers_until_it_changes_itself(tmp_path):
     path = tmp_path / "walk.py"
