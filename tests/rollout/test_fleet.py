@@ -275,7 +275,7 @@ def test_workers_that_do_not_start_end_before_the_first_run_in_one_sentence():
     never.shutdown = lambda wait: None
     with pytest.raises(InputError, match=r"workers that start; an empty call, before the first r"):
         runs(lambda: never)
-    assert never.calls <= 2
+    assert never.calls < 6
 
 
 UNGUARDED = """
