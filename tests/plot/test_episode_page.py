@@ -41,6 +41,8 @@ def test_the_page_is_whole_and_the_body_is_inside_of_what_it_may_reach(file, tmp
     for words in ("http:", "https:", " src=", "@import", "url(", "fetch(", "import("):
         assert words not in page
     assert not re.search(r"/\*[A-Z]+\*/", page)
+    # beside what is proved: that it rests is nobody's proof
+    assert re.search(r"Proved against .* that it rests at its end, at .* s, is assumed\.", page)
     assert page.count("<script") == page.count("</script>") == 2
     data = embedded(page)
     assert data["reasons"] == [[file[1], WHY]]
