@@ -102,6 +102,9 @@ def test_runs_and_networks_of_others_are_not_watched(claim):
 
 def test_a_monitor_needs_a_rate(claim):
     assert monitor(claim, NET, share=0.25).rate == pytest.approx(0.08)
+    for alpha in (0, 2.0, float("nan")):  # an alarm before the first run, or none ever
+        with pytest.raises(InputError, match="alpha: expected"):
+            monitor(claim, NET, alpha=alpha)
     with pytest.raises(InputError, match="one k"):
         monitor(claim, NET, density=None)
     with pytest.raises(InputError, match="below 1/2"):

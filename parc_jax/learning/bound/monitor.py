@@ -12,7 +12,7 @@ from parc_jax.common.premises import ASSUMED, MEASURED, Premises, premises, text
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
-from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement
+from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
 from parc_jax.learning.bound.fresh import calibration_runs, left_out_beside
 from parc_jax.learning.bound.measure import allowance, chunk_size, sizes
 from parc_jax.learning.bound.pipeline import bound_error
@@ -177,6 +177,7 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
     supermartingale whenever every run, given the past, leaves the tube with probability <= rate.
     Raises InputError when the claim has no rate.
     """
+    alpha = float(as_probability("alpha", alpha))
     risk = claim.risk(**law or {"share": 1.0})
     if isinstance(risk, NoStatement):
         raise InputError(f"monitor: expected a claim with a probability; {risk.reason}.")
@@ -189,7 +190,7 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
     bets = np.geomspace(1.5 * rate, 0.75, _BETS)
     start, told = np.zeros(_BETS), ", ".join(f"{name} = {value}" for name, value in law.items())
     declared = f"k as declared: {told}" if law else ""
-    return Monitor(claim, net, rate, float(alpha), bets, start, declared=declared)
+    return Monitor(claim, net, rate, alpha, bets, start, declared=declared)
 
 
 def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:
