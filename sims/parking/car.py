@@ -29,16 +29,16 @@ CORNERS = np.array([[x, y] for x, y in ((1, 1), (0, 1), (0, -1), (1, -1))]) * [
     WIDTH / 2,
 ] - [BEHIND, 0.0]
 
-WAY, TURN = 5.0, 0.74  # most that is asked for: [m] of way, [rad] of steering
-BEND = 0.9  # [rad] most that the car turns in a manoeuvre: steering is asked for as a share of that
+WAY, TURN = 8.0, 0.74  # most that is asked for: [m] of way, [rad] of steering
+BEND = 1.2  # [rad] most that the car turns in a manoeuvre: steering is asked for as a share of that
 SHARES = 16  # intervals of the way
 EVERY = 4  # records of an interval
 SUBSTEPS = 12  # of the integration between records
 MARGIN = 0.9  # share of the limits of speed and rate that the driver plans with
 PLANNED, BRAKING = 0.75, 0.7  # [m/s^2] of the plan, and with which it is sure to stop
 SERVO, MOTOR, BRAKE = 0.08, 0.1, 0.05  # [s] lags
-SETTLE = 0.25  # [s] after the wheels should stand, and [s] of the brake, five times its lag
-CREEP = 0.5  # [s] after the way should have been driven, until the brake
+SETTLE = 0.15  # [s] after the wheels should stand, and [s] of the brake, three times its lag
+CREEP = 0.1  # [s] after the way should have been driven, until the brake
 WAY_GAIN, SPEED_GAIN, LAST_GAIN = 3.0, 6.0, 4.0  # [1/s] of the driver; the last is near the end
 
 
@@ -65,10 +65,28 @@ def corners(x, y, heading):
     )
 
 
+def way_of(root):
+    """[m] of the way, negative backwards, of what k has in its place: its root, as a share, so that
+    short ways are told apart more finely and the network is flat where they begin.
+    """
+    return WAY * root * abs(root)
+
+
+def root_of(way):
+    """What k has in place of a way [m]."""
+    return np.sign(way) * np.sqrt(np.abs(way) / WAY)
+
+
+def most_steering(way):
+    """[rad] with which the car turns by BEND along a way [m]; not more than TURN."""
+    xp = jnp if isinstance(way, jax.Array) else np
+    tight = WHEELBASE * BEND / math.tan(TURN)  # [m] of the longest way that may turn all along it
+    return xp.arctan(WHEELBASE * BEND / xp.maximum(abs(way), tight))
+
+
 def steerings(k):
     """Steering [rad] where the way of k (4,) begins, and where it ends."""
-    xp = jnp if isinstance(k, jax.Array) else np
-    most = xp.arctan(WHEELBASE * BEND / xp.maximum(xp.abs(k[1]), WHEELBASE * BEND / math.tan(TURN)))
+    most = most_steering(way_of(k[1]))
     return most * k[2], most * k[3]
 
 
@@ -84,7 +102,7 @@ def profile(way, swing):
 def moments(k):
     """(n_record + 1,) [s] of the records of a manoeuvre k (4,), from its beginning."""
     xp = jnp if isinstance(k, jax.Array) else np
-    before, way, (first, last) = k[0], k[1], steerings(k)
+    before, way, (first, last) = k[0], way_of(k[1]), steerings(k)
     way = xp.maximum(xp.abs(way), 1e-3)
     stand = xp.abs(first - before) / (MARGIN * RATE) + SETTLE
     cruise, lasts = profile(way, last - first)
@@ -103,9 +121,10 @@ def moments(k):
 
 @dataclass(frozen=True, eq=False)
 class Car:
-    """k = (steering before [rad]; way [m], negative backwards; steering where the way begins and
-    where it ends, linear in between, as shares of the most that `steerings` allows) -> p (n_record
-    + 1, 5, 2) of POINTS in the frame of the rear axle at the start, q = (heading,) at the end.
+    """k = (steering before [rad]; root of the way, as `way_of` has it; steering where the way
+    begins and where it ends, linear in between, as shares of the most that `steerings` allows) -> p
+    (n_record + 1, 5, 2) of POINTS in the frame of the rear axle at the start, q = (heading,) at the
+    end.
     Build with `system`.
     """
 
@@ -122,7 +141,7 @@ class Car:
     q_labels: ClassVar[tuple[str, ...]] = ("heading [rad]",)
     k_labels: ClassVar[tuple[str, ...]] = (
         "steering before [rad]",
-        "way [m]",
+        "root of the way",
         "steering first",
         "steering last",
     )
@@ -161,7 +180,7 @@ class Car:
             law.slope * n[2],
             1.0 + law.motor * n[3],
         )
-        before, way, (first, last) = k[0], k[1], steerings(k)
+        before, way, (first, last) = k[0], way_of(k[1]), steerings(k)
         size, sign = jnp.maximum(jnp.abs(way), 1e-3), jnp.sign(way)
         cruise, lasts = profile(size, last - first)
         times = moments(k)
@@ -226,6 +245,6 @@ class Car:
 
 def system(law: Law | None = None) -> Car:
     """The car, with what differs between its runs."""
-    most = np.array([TURN, WAY, 1.0, 1.0])
+    most = np.array([TURN, 1.0, 1.0, 1.0])
     grid = time_grid(1.0, SHARES + 2.0, 1.0 / EVERY)
     return Car(box(-most, most), grid, Law() if law is None else law)

@@ -5,13 +5,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 import parc_jax as pj
 from sims.parking.car import corners
 
 FILE = Path(__file__).with_name("cases.json")
 FAR = 200.0  # [m] from the start: goals that are farther are refused
-NEAR = 14.0  # [m] from the rear axle: obstacles that are farther are reached by no manoeuvre
+NEAR = 17.0  # [m] from the rear axle: obstacles that are farther are reached by no manoeuvre
 
 
 class Case(NamedTuple):
@@ -32,8 +33,6 @@ class Case(NamedTuple):
     @property
     def shapes(self) -> list:
         """The outlines as Shapely has them."""
-        import shapely
-
         return [shapely.Polygon(one) for one in self.outlines]
 
 
@@ -59,8 +58,6 @@ def case_of(name: str, start, goal, obstacles) -> Case:
     """A case of poses (3,) and corners of polygons, all in one frame. Raises InputError where one
     is broken, or is touched at the start or at the goal.
     """
-    import shapely
-
     start, goal = (_numbers(pose) for pose in (start, goal))
     if start.shape != (3,) or goal.shape != (3,) or not np.isfinite([start, goal]).all():
         raise pj.InputError(f"{name}: expected a start and a goal of x, y [m] and heading [rad].")

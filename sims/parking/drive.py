@@ -9,6 +9,7 @@ from pathlib import Path
 
 import jax
 import numpy as np
+import shapely
 
 import parc_jax as pj
 from parc_jax.common.keys import as_key, generator
@@ -16,7 +17,8 @@ from parc_jax.drive.loop.candidates import listed_candidates, outlook
 from parc_jax.problem.robust.pose import pose_of
 from sims.parking import car as c
 from sims.parking.cases import NEAR, Case
-from sims.parking.guide import BUDGET, MOST, Guide, compose, offset_from, reach_exactly
+from sims.parking.guide import BUDGET, Guide
+from sims.parking.kinematics import MOST, compose, offset_from, reach_exactly
 from sims.rectangle import rectangle
 
 MODEL = Path(__file__).with_name("model.npz")
@@ -26,7 +28,8 @@ PER_RADIAN = 2.5  # [m] that a wrong heading counts as
 ROOMY = 0.9  # share of the goal that the tube of the last manoeuvre may take
 STEERED = 0.75  # share of the steering that it may ask for: what is left corrects where it begins
 LINKS = 40  # manoeuvres of a case
-CLEAR = (0.12, 0.08, 0.05, 0.03)  # [m] of clearance of a first way, and of others when one fails
+# of the width of its tube a manoeuvre of a first way is clear, and of others when one fails
+CLEAR = (1.0, 0.7, 0.4, 0.2)
 BETWEEN = 4  # poses of the judge from record to record
 
 
@@ -97,20 +100,24 @@ def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
     run = jax.jit(system.states)
     draws, loop_key = generator(jax.random.fold_in(as_key(key), 0)), as_key(key)
     loop.restart()
-    around = [(piece, one) for one in case.outlines for piece in pj.problem.convex_pieces(one)]
+    around = pieces_of(case)
     pose, wheels, at = case.start, 0.0, 0.0
     new, path, times = [], [pose[None]], [np.zeros(1)]
     driven, tries, why, way, i = 0.0, 0, "", None, 0
     proved = False
-    margins = iter(CLEAR)
-    guide = Guide(case, sure=lambda k: ends_surely(loop.model, k))
+    shares = iter(CLEAR)
+    guide = Guide(
+        case,
+        width=lambda k: tube_of(loop.model, k)[0],
+        sure=lambda k: ends_surely(loop.model, k),
+    )
     guide.require_reach()
     while len(new) < LINKS:
         if way is None or i == len(way.k):
-            margin = next(margins, None)
-            if margin is None:
+            share = next(shares, None)
+            if share is None:
                 break
-            guide.margin = margin
+            guide.share = share
             way, i = guide.search(pose), 0
             tries += 1
             if way is None:
@@ -129,7 +136,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
         times.append(driven + c.moments(k)[1:])
         pose, driven, at = path[-1][-1], float(times[-1][-1]), at + loop.model.time.t_f
         wheels = float(np.clip(along[-1, 4], -c.TURN, c.TURN))
-        i, why = i + 1, ""
+        i, why, shares = i + 1, "", iter(CLEAR)
         if last:
             proved = True
             break
@@ -153,6 +160,15 @@ def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
     )
 
 
+def pieces_of(case: Case) -> list:
+    """Convex pieces that cover the outlines of a case, each with the outline that it is of."""
+    return [
+        (piece, shape)
+        for one, shape in zip(case.outlines, case.shapes, strict=True)
+        for piece in pj.problem.convex_pieces(one)
+    ]
+
+
 def link(loop, case, around, pose, wheels, k, target, last, at):
     """One step of the loop: a manoeuvre from a pose to a target (3,), near k (3,)."""
     aim = offset_from(pose, target)
@@ -161,8 +177,9 @@ def link(loop, case, around, pose, wheels, k, target, last, at):
     draw *= np.random.default_rng(1).uniform(0, 1, (AROUND - 1, 1)) ** 2
     near = np.concatenate([exact, exact + draw])
     near = np.clip(near, -MOST, MOST)
-    loop.candidates = listed_candidates(loop.model, loop.given, near)
-    obstacles = [piece for piece, one in around if np.linalg.norm(_nearest(one, pose[:2])) < NEAR]
+    loop.candidates = listed_candidates(loop.model, loop.given, asked(near))
+    here = shapely.Point(pose[:2])
+    obstacles = [piece for piece, shape in around if shape.distance(here) < NEAR]
 
     def prefer(seen) -> np.ndarray:
         off = np.linalg.norm(seen.path[:, -1] - target[:2], axis=1)
@@ -173,13 +190,27 @@ def link(loop, case, around, pose, wheels, k, target, last, at):
     return loop.step(pose, [wheels], obstacles, prefer, at=at, goal=goal)
 
 
+def tube_of(model, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of manoeuvres k (b, 3) the tube's width (b,) [m], at its widest, and (b, 11) at rest."""
+    bins = model.tube.bins_of(np.column_stack([np.zeros(len(k)), asked(k)]))
+    during, final = model.tube.interval[bins], model.tube.final[bins]
+    # on an edge between bins any of them may hold
+    return during.max(axis=tuple(range(1, during.ndim))), final.max(
+        axis=tuple(range(1, final.ndim - 1))
+    )
+
+
 def ends_surely(model, k: np.ndarray) -> np.ndarray:
     """(b,) whether manoeuvres k (b, 3) leave room in the goal: for their tube, and to correct."""
-    final = model.tube.final[model.tube.bins_of(np.column_stack([np.zeros(len(k)), k]))]
-    final = final.max(axis=1) if final.ndim == 3 else final
+    final = tube_of(model, k)[1]
     place, turned = np.hypot(final[:, 0], final[:, 1]), final[:, -1]
     steered = np.abs(k[:, 1:]).max(axis=1)
     return (place < ROOMY * GOAL[0]) & (turned < ROOMY * GOAL[1]) & (steered < STEERED)
+
+
+def asked(k: np.ndarray) -> np.ndarray:
+    """Manoeuvres (b, 3) as the model has them: their way in metres becomes its root."""
+    return np.column_stack([c.root_of(k[:, 0]), k[:, 1:]])
 
 
 def predicted(model, wheels: float):
@@ -187,7 +218,7 @@ def predicted(model, wheels: float):
     here = pose_of(np.zeros(3), model)
 
     def predict(k: np.ndarray) -> np.ndarray:
-        seen = outlook(model, here, np.column_stack([np.full(len(k), wheels), k]), 1)
+        seen = outlook(model, here, np.column_stack([np.full(len(k), wheels), asked(k)]), 1)
         return np.column_stack([seen.path[:, -1], seen.heading])[:, None]
 
     return predict
@@ -201,17 +232,9 @@ def measured(pose: np.ndarray, uncertainty, draws) -> np.ndarray:
 
 def judged(case: Case, path: np.ndarray) -> float:
     """[m] least distance of the car along poses (n, 3) to the outlines; 0 where it touches one."""
-    import shapely
-
     share = np.arange(BETWEEN) / BETWEEN
     between = path[:-1, None] + share[:, None] * np.diff(path, axis=0)[:, None]
     poses = np.concatenate([between.reshape(-1, 3), path[-1:]])
     bodies = shapely.polygons(c.corners(*poses.T)[:, 1:])
     found = [float(shapely.distance(bodies, shape).min()) for shape in case.shapes]
     return min(found, default=float("inf"))
-
-
-def _nearest(outline: np.ndarray, place: np.ndarray) -> np.ndarray:
-    import shapely
-
-    return np.array([shapely.Polygon(outline).distance(shapely.Point(place))])

@@ -16,8 +16,8 @@ class Options:
     out: Path = Path("model.npz")
     rollouts: int = 60_000
     """Runs to train on; as many fresh ones as eps and delta ask for follow."""
-    hidden: tuple[int, ...] = (32, 32, 32, 32)
-    steps: int = 40_000
+    hidden: tuple[int, ...] = (48, 48, 48, 48)
+    steps: int = 24_000
     eps: float = 2e-3
     seed: int = 0
     quiet: bool = False
@@ -32,7 +32,7 @@ def learn(options: Options) -> pj.types.TrajectoryModel:
         hidden=options.hidden,
         steps=options.steps,
         seeds=1,
-        bins=(1, 10, 3, 3),
+        bins=(1, 16, 3, 3),
         eps=options.eps,
         even=True,
         tail=6.0,
@@ -48,4 +48,5 @@ if __name__ == "__main__":
     model.save(options.out)
     final = model.tube.final[:, : model.n_c].max(axis=1)
     print(model.claim)
-    print(f"at rest at most {final.max():.3f} m, in the middle bin {sorted(final)[45]:.3f} m")
+    middle = sorted(final)[len(final) // 2]
+    print(f"at rest at most {final.max():.3f} m, in the middle bin {middle:.3f} m")

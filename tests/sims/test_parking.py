@@ -8,13 +8,14 @@ import re
 import jax
 import numpy as np
 import pytest
+import shapely
 
 import parc_jax as pj
 from parc_jax.app import cli
 from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.outline import require_same
-from sims.parking import car, cases, drive, guide
+from sims.parking import car, cases, drive, guide, kinematics, space
 from sims.parking.job import Options, park
 
 FAR = [[[20.0, 0.0], [21.0, 0.0], [21.0, 1.0]]]
@@ -40,7 +41,7 @@ def test_the_car_keeps_the_limits_and_comes_to_rest():
     assert np.abs(speed[:, -1]).max() < 0.01  # [m/s] at rest
     # the way that was asked for, give or take what differs between runs
     driven = np.linalg.norm(np.diff(states[..., :2], axis=1), axis=2).sum(axis=1)
-    assert np.abs(driven - np.abs(k[:, 1])).max() < 0.1
+    assert np.abs(driven - np.abs(car.way_of(k[:, 1]))).max() < 0.1
 
 
 def test_its_model_is_of_the_car_as_it_is():
@@ -114,9 +115,29 @@ def test_a_way_of_the_guide_leads_from_the_start_to_the_goal():
     way = guide.Guide(case).search()
     pose = case.start
     for k, end in zip(way.k, way.poses[1:], strict=True):
-        pose = guide.compose(pose, guide.ends(k[None])[0, 0])
-        assert np.abs(guide.offset_from(pose, end)).max() < 0.02
-    assert np.abs(guide.offset_from(pose, case.goal)).max() < 0.1
+        pose = kinematics.compose(pose, kinematics.ends(k[None])[0, 0])
+        assert np.abs(kinematics.offset_from(pose, end)).max() < 0.02
+    assert np.abs(kinematics.offset_from(pose, case.goal)).max() < 0.1
+
+
+def test_what_the_grid_says_is_clear_is_no_less_than_it_is():
+    case = cases.case(5)
+    room = space.Space(case)
+    poses = np.random.default_rng(0).uniform([-8, -8, -4], [12, 12, 4], (400, 3))
+    bodies = shapely.polygons(car.corners(*poses.T)[:, 1:])
+    true = np.min([shapely.distance(bodies, shape) for shape in case.shapes], axis=0)
+    told = room.around(poses)
+    assert (told <= true + 1e-9).all() and (told > 0.2).sum() > 50
+    near = (true > 0.02) & (true < space.LIKED)
+    exact = room.around(poses, exact=True)[near]
+    assert near.sum() > 20 and np.abs(exact - true[near]).max() < 0.12
+
+
+def test_a_turned_car_is_farther_away_than_one_that_goes_straight_on():
+    room = space.Space(cases.case_of("here", REST, [15.0, 0.0, 0.0], FAR))
+    ways = room.ways_from(np.zeros(3))
+    straight, turned = room.left(ways, np.array([[15.0, 0.0, 0.0], [15.0, 0.0, np.pi]]))
+    assert 13.0 < straight < 17.0 and turned > straight + 5.0
 
 
 def test_a_search_ends_within_its_budget():
@@ -127,7 +148,7 @@ def test_a_search_ends_within_its_budget():
 
 def test_another_search_looks_for_the_place_where_the_car_is():
     # close to the goal, far from the start of the case
-    searcher = guide.Guide(cases.case(10), margin=0.08)
+    searcher = guide.Guide(cases.case(10))
     assert searcher.search([9.48, -22.78, -5.58]) is not None
     assert guide.BUDGET - searcher.left < 300  # poses
 

@@ -1,0 +1,78 @@
+"""A parking proved before the first wheel turns, as far as that goes: each manoeuvre for all poses
+in which the one before may leave the car. `python -m sims.parking.ahead --case 8`
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import parc_jax as pj
+from sims.parking import car as c
+from sims.parking.cases import case, numbers
+from sims.parking.drive import MODEL, ends_surely, link, loop_of, pieces_of, predicted, tube_of
+from sims.parking.guide import Guide
+from sims.parking.kinematics import compose, steering
+
+
+@dataclass(frozen=True)
+class Chain:
+    """proved: manoeuvres that are, one after another, of `links` that lead into the goal. place,
+    heading (proved,): [m], [rad] by which the car may be off, along each axis, after each of them.
+    """
+
+    proved: int
+    links: int
+    place: list[float]
+    heading: list[float]
+
+
+def ahead(number: int) -> Chain:
+    """Prove a case's manoeuvres ahead, until one is not proved. The steering at rest is known: the
+    car turns its own wheels. Raises InputError.
+    """
+    known = case(number)
+    model = pj.load(MODEL, system="parking")
+    guide = Guide(known, width=lambda k: tube_of(model, k)[0], sure=lambda k: ends_surely(model, k))
+    guide.require_reach()
+    way = guide.search()
+    if way is None:
+        return Chain(0, 0, [], [])
+    pose, wheels, off, turned = known.start, 0.0, 0.0, 0.0
+    places, headings = [], []
+    for i, (k, target) in enumerate(zip(way.k, way.poses[1:], strict=True)):
+        loop = loop_of(MODEL, off, turned)
+        loop.restart()
+        last = i == len(way.k) - 1
+        step = link(loop, known, pieces_of(known), pose, wheels, k, target, last, 0.0)
+        if not step.new:
+            break
+        driven = step.committed.k
+        asked = np.array([[c.way_of(driven[1]), *driven[2:]]])
+        move = predicted(model, wheels)(asked)[0, -1]
+        final = tube_of(model, asked)[1][0]
+        # the heading before turns the whole move, its error included
+        least = float(np.hypot(final[0], final[1]))
+        off += least + 2 * np.sin(turned / 2) * (float(np.hypot(*move[:2])) + least)
+        turned += float(final[-1])
+        pose, wheels = compose(pose, move), float(steering(asked)[1][0])
+        places.append(off)
+        headings.append(turned)
+    return Chain(len(places), len(way.k), places, headings)
+
+
+if __name__ == "__main__":
+    import tyro
+
+    @dataclass(frozen=True)
+    class Options:
+        case: tuple[int, ...] = numbers()
+
+    for one in tyro.cli(Options, description=__doc__).case:
+        chain = ahead(one)
+        told = ", ".join(
+            f"{100 * p:.0f} cm {np.degrees(h):.1f}°"
+            for p, h in zip(chain.place, chain.heading, strict=True)
+        )
+        print(
+            f"case {one}: {chain.proved} of {chain.links} proved ahead; off by {told}", flush=True
+        )

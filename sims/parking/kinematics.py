@@ -1,0 +1,75 @@
+"""Manoeuvres k = (way [m], steering first and last as shares) of a car without lags and errors."""
+
+import numpy as np
+
+from sims.parking import car as c
+
+# no farther to the edges of K than this: few runs come from there, so the network is worst there
+MOST = np.array([0.97 * c.WAY, 0.92, 0.92])
+PARTS = 24  # arcs of which a way is made, at least
+
+
+def ends(k: np.ndarray, n: int = 1) -> np.ndarray:
+    """(b, n, 3) where the rear axle is after 1 / n, ..., n / n of the way of manoeuvres k (b, 3)
+    from the origin.
+    """
+    parts = n * int(np.ceil(PARTS / n))
+    first, last = steering(k)
+    share = (np.arange(parts) + 0.5) / parts
+    step = k[:, :1] / parts
+    turn = step * np.tan(first[:, None] + (last - first)[:, None] * share) / c.WHEELBASE
+    heading = np.cumsum(turn, axis=1)
+    middle = heading - 0.5 * turn
+    # the chord of an arc is shorter than the arc
+    chord = step * np.sinc(turn / (2 * np.pi))
+    x, y = np.cumsum(chord * np.cos(middle), axis=1), np.cumsum(chord * np.sin(middle), axis=1)
+    return np.stack([x, y, heading], axis=-1)[:, parts // n - 1 :: parts // n]
+
+
+def steering(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(b,) [rad] first and last of manoeuvres k (b, 3)."""
+    most = c.most_steering(k[:, 0])
+    return most * k[:, 1], most * k[:, 2]
+
+
+def compose(pose: np.ndarray, move: np.ndarray) -> np.ndarray:
+    """Poses (..., 3) after moves (..., 3) that are told from a pose (..., 3)."""
+    cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+    x, y, turned = np.moveaxis(move, -1, 0)
+    return np.stack(
+        [pose[..., 0] + cos * x - sin * y, pose[..., 1] + sin * x + cos * y, pose[..., 2] + turned],
+        axis=-1,
+    )
+
+
+def offset_from(pose: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(..., 3) another pose as told from a pose, its heading within half a turn."""
+    cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+    x, y = other[..., 0] - pose[..., 0], other[..., 1] - pose[..., 1]
+    turned = (other[..., 2] - pose[..., 2] + np.pi) % (2 * np.pi) - np.pi
+    return np.stack([cos * x + sin * y, cos * y - sin * x, turned], axis=-1)
+
+
+def seconds(k: np.ndarray) -> np.ndarray:
+    """(b,) [s] that manoeuvres k (b, 3) drive, brake included."""
+    first, last = steering(k)
+    lasts = c.profile(np.maximum(np.abs(k[:, 0]), 1e-3), last - first)[1]
+    return lasts + c.CREEP + 2 * c.SETTLE
+
+
+def reach_exactly(
+    targets: np.ndarray, k: np.ndarray, predict=ends
+) -> tuple[np.ndarray, np.ndarray]:
+    """Manoeuvres (b, 3) from the origin that end at targets (b, 3), near k (b, 3), by Newton's
+    method; and (b,) whether they do. predict: as `ends`.
+    """
+    step = np.diag([1e-3, 1e-3, 1e-3])
+    for _ in range(8):
+        around = k[:, None] + np.concatenate([np.zeros((1, 3)), step])
+        end = predict(around.reshape(-1, 3))[:, -1].reshape(-1, 4, 3)
+        off = end[:, 0] - targets
+        slope = np.moveaxis((end[:, 1:] - end[:, :1]) / 1e-3, 1, 2) + 1e-6 * np.eye(3)
+        change = np.linalg.solve(slope, off[..., None])[..., 0]
+        k = np.clip(k - np.clip(change, -0.8, 0.8), -MOST, MOST)
+    off = predict(k)[:, -1] - targets
+    return k, np.abs(off).max(axis=1) < 0.003
