@@ -12,7 +12,7 @@ from sims.parking.car import corners
 
 FILE = Path(__file__).with_name("cases.json")
 FAR = 200.0  # [m] from the start: goals that are farther are refused
-NEAR = 17.0  # [m] from the rear axle: obstacles that are farther are reached by no manoeuvre
+NEAR = 14.0  # [m] from the rear axle: obstacles that are farther are reached by no manoeuvre
 
 
 class Case(NamedTuple):

@@ -29,7 +29,7 @@ ROOMY = 0.9  # share of the goal that the tube of the last manoeuvre may take
 STEERED = 0.75  # share of the steering that it may ask for: what is left corrects where it begins
 LINKS = 40  # manoeuvres of a case
 # of the width of its tube a manoeuvre of a first way is clear, and of others when one fails
-CLEAR = (1.0, 0.7, 0.4, 0.2)
+CLEAR = (1.0, 0.6, 0.3)
 BETWEEN = 4  # poses of the judge from record to record
 
 

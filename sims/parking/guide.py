@@ -34,7 +34,7 @@ SHOT = 9.0  # [m] from the start: it is tried to be reached at once
 SINGLE = 0.6  # [s] that each further manoeuvre costs beside its time
 # weights of what is thought to be left, most poses followed with each, and whether they are told
 # apart finely where it is tight: the next where none was found with the one before
-GREEDY = ((1.6, 400, False), (2.5, 1500, False), (1.6, 1500, True))
+GREEDY = ((1.6, 400, False), (2.5, 2500, False), (1.6, 1500, True))
 BUDGET = 12_000  # poses followed in all searches of a case
 STOPS = 0.8  # [m] of way between poses from which a shorter way may go on
 

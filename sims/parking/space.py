@@ -50,7 +50,9 @@ class Space:
         self._graphs = []
 
     def distance(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """[m] from places to obstacles, up to 6 cm too little; none beyond the grid."""
+        """[m] from places to obstacles, up to 6 cm too little, or CELL too much beside a corner that is
+        narrower; none beyond the grid.
+        """
         n, m = self._far.shape
         i = np.clip(((x - self._lo[0]) * (1 / CELL) + 0.5).astype(np.int32), 0, n - 1)
         j = np.clip(((y - self._lo[1]) * (1 / CELL) + 0.5).astype(np.int32), 0, m - 1)
