@@ -9,6 +9,8 @@ from sims.parking.cases import Case
 
 STEP = 0.2  # [s] of the drive between frames
 EVERY = 12  # records between outlines of the picture
+COLUMNS = 4  # of pictures in a sheet of several cases
+AROUND = 3.0  # [m] around the way that is shown
 
 
 def draw(place: Path, case: Case, one, film: bool = False) -> None:
@@ -17,21 +19,12 @@ def draw(place: Path, case: Case, one, film: bool = False) -> None:
     from matplotlib.figure import Figure
 
     points = c.corners(*one.path.T)
-    seen = points.reshape(-1, 2)
-    lo, hi = seen.min(axis=0) - 3.0, seen.max(axis=0) + 3.0
-    width, height = hi - lo
+    width, height = np.ptp(points.reshape(-1, 2), axis=0) + 2 * AROUND
     figure = Figure(figsize=(6, 6 * float(np.clip(height / width, 0.4, 1.6))), dpi=80)
     axes = figure.add_axes((0, 0, 1, 1))
-    axes.set(xlim=(lo[0], hi[0]), ylim=(lo[1], hi[1]), aspect="equal")
-    axes.axis("off")
-    for outline in case.outlines:
-        axes.fill(*outline.T, color="0.6", lw=0)
-    goal = c.corners(*case.goal)[1:]
-    axes.fill(*goal.T, color="tab:green", alpha=0.3, lw=0)
-    axes.plot(*points[:, 0].T, color="tab:blue", lw=1)
+    _scene(axes, case, points)
     if not film:
-        for corners in [*points[::EVERY, 1:], points[-1, 1:]]:
-            axes.fill(*corners.T, facecolor="none", edgecolor="tab:blue", lw=0.5, alpha=0.6)
+        _cars(axes, points)
         figure.savefig(place)
         return
     (body,) = axes.fill(*points[0, 1:].T, color="tab:blue", alpha=0.8)
@@ -48,3 +41,34 @@ def draw(place: Path, case: Case, one, film: bool = False) -> None:
     FuncAnimation(figure, show, rows, cache_frame_data=False).save(
         place, writer=PillowWriter(fps=round(2 / STEP))
     )
+
+
+def sheet(place: Path, cases: list[Case], driven: list) -> None:
+    """Write `place` as one picture of several `Parked`, each of its case."""
+    from matplotlib.figure import Figure
+
+    rows = -(-len(cases) // COLUMNS)
+    figure = Figure(figsize=(2.2 * COLUMNS, 2.2 * rows), dpi=90, layout="constrained")
+    for i, (case, one) in enumerate(zip(cases, driven, strict=True)):
+        axes, points = figure.add_subplot(rows, COLUMNS, i + 1), c.corners(*one.path.T)
+        _scene(axes, case, points)
+        _cars(axes, points)
+        axes.set_title(case.name if one.reached else f"{case.name}, not parked", fontsize=8)
+    figure.savefig(place)
+
+
+def _scene(axes, case: Case, points: np.ndarray) -> None:
+    goal = c.corners(*case.goal)[1:]
+    seen = points.reshape(-1, 2)
+    lo, hi = seen.min(axis=0) - AROUND, seen.max(axis=0) + AROUND
+    axes.set(xlim=(lo[0], hi[0]), ylim=(lo[1], hi[1]), aspect="equal")
+    axes.axis("off")
+    for outline in case.outlines:
+        axes.fill(*outline.T, color="0.6", lw=0)
+    axes.fill(*goal.T, color="tab:green", alpha=0.3, lw=0)
+    axes.plot(*points[:, 0].T, color="tab:blue", lw=1)
+
+
+def _cars(axes, points: np.ndarray) -> None:
+    for corners in [*points[::EVERY, 1:], points[-1, 1:]]:
+        axes.fill(*corners.T, facecolor="none", edgecolor="tab:blue", lw=0.5, alpha=0.6)

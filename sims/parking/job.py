@@ -12,7 +12,7 @@ import parc_jax as pj
 from parc_jax.drive.loop.episode_file import load_episode
 from sims.parking.cases import FILE, case, numbers
 from sims.parking.drive import MODEL, Parked, drive, loop_of
-from sims.parking.film import draw
+from sims.parking.film import draw, sheet
 
 SHIPPED = {1: 10.8, 2: 14.4, 4: 38.3, 5: 8.9}  # [s] of a public planner; 4 and 5 touch
 HEAD = (
@@ -123,6 +123,7 @@ def park_all(options: Options, say=print) -> list[Parked]:
         {"reached": one.reached, "seconds": one.seconds, "off": one.off.tolist()} for one in done
     ]
     options.out.mkdir(parents=True, exist_ok=True)
+    sheet(options.out / "cases.png", [case(number, options.file) for number in listed], done)
     (options.out / "cases.json").write_text(
         as_json.dumps(dict(zip(map(str, listed), rows, strict=True)))
     )

@@ -50,8 +50,8 @@ class Space:
         self._graphs = []
 
     def distance(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """[m] from places to obstacles, up to 6 cm too little, or CELL too much beside a corner that is
-        narrower; none beyond the grid.
+        """[m] from places to obstacles: up to 6 cm too little, or CELL too much beside a narrow
+        corner; none beyond the grid.
         """
         n, m = self._far.shape
         i = np.clip(((x - self._lo[0]) * (1 / CELL) + 0.5).astype(np.int32), 0, n - 1)
