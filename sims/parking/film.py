@@ -19,10 +19,10 @@ def draw(place: Path, case: Case, one, film: bool = False) -> None:
     from matplotlib.figure import Figure
 
     points = c.corners(*one.path.T)
-    width, height = np.ptp(points.reshape(-1, 2), axis=0) + 2 * AROUND
-    figure = Figure(figsize=(6, 6 * float(np.clip(height / width, 0.4, 1.6))), dpi=80)
+    figure = Figure(figsize=(6, 6), dpi=80)
     axes = figure.add_axes((0, 0, 1, 1))
-    _scene(axes, case, points)
+    width, height = _scene(axes, case, points)
+    figure.set_figheight(6 * float(np.clip(height / width, 0.4, 1.6)))
     if not film:
         _cars(axes, points)
         figure.savefig(place)
@@ -57,9 +57,10 @@ def sheet(place: Path, cases: list[Case], driven: list) -> None:
     figure.savefig(place)
 
 
-def _scene(axes, case: Case, points: np.ndarray) -> None:
+def _scene(axes, case: Case, points: np.ndarray) -> np.ndarray:
+    """Draw what stands there, the goal and the way; returns width and height [m]."""
     goal = c.corners(*case.goal)[1:]
-    seen = points.reshape(-1, 2)
+    seen = np.concatenate([points.reshape(-1, 2), goal])
     lo, hi = seen.min(axis=0) - AROUND, seen.max(axis=0) + AROUND
     axes.set(xlim=(lo[0], hi[0]), ylim=(lo[1], hi[1]), aspect="equal")
     axes.axis("off")
@@ -67,6 +68,7 @@ def _scene(axes, case: Case, points: np.ndarray) -> None:
         axes.fill(*outline.T, color="0.6", lw=0)
     axes.fill(*goal.T, color="tab:green", alpha=0.3, lw=0)
     axes.plot(*points[:, 0].T, color="tab:blue", lw=1)
+    return hi - lo
 
 
 def _cars(axes, points: np.ndarray) -> None:

@@ -186,7 +186,7 @@ def test_a_case_is_parked_and_its_file_is_accepted(tmp_path):
 
 
 @pytest.mark.night
-def test_all_cases_but_two_are_parked_and_nothing_is_touched(tmp_path):
+def test_all_cases_but_one_are_parked_and_nothing_is_touched(tmp_path):
     done = {number: park(number, Options(out=tmp_path))[0] for number in cases.numbers()}
     assert not any(one.touched for one in done.values())
-    assert {number for number, one in done.items() if not one.reached} <= {7, 19}
+    assert {number for number, one in done.items() if not one.reached} <= {7}
