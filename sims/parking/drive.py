@@ -106,10 +106,12 @@ def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
     driven, tries, why, way, i = 0.0, 0, "", None, 0
     proved = False
     shares = iter(CLEAR)
+    shift = float(np.linalg.norm(loop.uncertainty.shifts(2)))
+    heading = float(loop.uncertainty.heading or 0.0)
     guide = Guide(
         case,
         width=lambda k: tube_of(loop.model, k)[0],
-        sure=lambda k: ends_surely(loop.model, k),
+        sure=lambda k: ends_surely(loop.model, k, shift, heading),
     )
     guide.require_reach()
     while len(new) < LINKS:
@@ -200,11 +202,14 @@ def tube_of(model, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def ends_surely(model, k: np.ndarray) -> np.ndarray:
-    """(b,) whether manoeuvres k (b, 3) leave room in the goal: for their tube, and to correct."""
+def ends_surely(model, k: np.ndarray, shift: float = 0.0, heading: float = 0.0) -> np.ndarray:
+    """(b,) whether manoeuvres k (b, 3) leave room in the goal: for their tube, for poses that are
+    wrong by shift [m], heading [rad], and to correct.
+    """
     final = tube_of(model, k)[1]
-    place, turned = np.hypot(final[:, 0], final[:, 1]), final[:, -1]
+    place = np.hypot(final[:, 0], final[:, 1]) + shift + heading * np.abs(k[:, 0])
     steered = np.abs(k[:, 1:]).max(axis=1)
+    turned = final[:, -1] + heading
     return (place < ROOMY * GOAL[0]) & (turned < ROOMY * GOAL[1]) & (steered < STEERED)
 
 
