@@ -21,8 +21,6 @@ from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
 from parc_jax.safe_set.batch.proposals import (
-    FIRST_POOL,
-    FIRST_PROPOSED,
     PROPOSED,
     About,
     along_fan,
@@ -134,7 +132,7 @@ def search_batch(
             known = scenes, numbers[rows], warm[rows]
             put(rows, spread(rewarm, known, start, (about, warm_key), mesh))
         # solved scenes leave, the others go on with fresh pools
-        rounds = 1 - (-max(draws - FIRST_PROPOSED, 0) // PROPOSED)
+        rounds = -(-draws // PROPOSED)
         for number, span in enumerate(passes(rounds)):
             left = np.flatnonzero(~(best.clearance[rows] > 0).all(axis=1))
             if not len(left):
@@ -142,9 +140,8 @@ def search_batch(
             with x64():
                 pass_key = jax.random.fold_in(pool_key, number)
                 k_box = (model.domain.lo, model.domain.hi)
-                n = pool if number else min(pool, FIRST_POOL)
-                items = jax.device_get(make_pool(model.net, model.tube, pass_key, *k_box, n))
-            order = np.arange(PROPOSED if number else FIRST_PROPOSED, dtype=np.int32)
+                items = jax.device_get(make_pool(model.net, model.tube, pass_key, *k_box, pool))
+            order = np.arange(PROPOSED, dtype=np.int32)
             shared = (about, items, key_data(scene_key), order, *map(np.int32, span))
             of = rows[left]
             part = jax.tree.map(lambda x, left=left: x[left], scenes), numbers[of]
