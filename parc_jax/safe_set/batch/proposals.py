@@ -134,8 +134,8 @@ def _fan(n_p: int) -> np.ndarray:
 
 
 PROPOSED = 24  # plans proposed per scene and round; nearly all scenes end with the first round
-VARIED = 64  # plans around earlier ones, which a warm start begins with
 LOOKED = 3 / 16  # of which, for bodies of hulls, this share remains after a rough look
+VARIED = 64  # plans around earlier ones, which a warm start begins with
 CHECKED = 4  # of all, at most so many, of the largest estimated clearance, are checked in float64
 # shares of K by which a warm start varies k, from the first to the last proposal
 NARROW = 0.003
