@@ -5,11 +5,14 @@ so the radius is the robot's, and the hazard its middle. A vase is its box, cut 
 same radius holds the robot's own outline.
 """
 
+from functools import lru_cache
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.common.sets.hpolytope import from_box
 from sims.point import manoeuvre
 from sims.point.world import HAZARD, STEP, VASE
 
@@ -61,8 +64,13 @@ def corners(world) -> np.ndarray:
 def sense(env, observation) -> pj.drive.Sensed:
     """Pose, speeds, and what stands in the way, from the true state."""
     world = env.unwrapped.world
-    dots = [pj.box(place - DOT, place + DOT) for place in world.hazards]
-    return pj.drive.Sensed(world.pose, world.speeds, dots + vases(world.vase_boxes()))
+    return pj.drive.Sensed(world.pose, world.speeds, _dots(world) + vases(world.vase_boxes()))
+
+
+@lru_cache(maxsize=64)
+def _dots(world) -> list:
+    """Its hazards, which do not move."""
+    return [from_box(pj.box(place - DOT, place + DOT)) for place in world.hazards]
 
 
 def vases(boxes: np.ndarray) -> list:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from parc_jax.answer.why import why_of
-from parc_jax.common.arrays import slices
+from parc_jax.common.arrays import once, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
@@ -72,8 +72,8 @@ class Scenes:
         if self.end is not None:  # of all vertex realisations
             copies = model.n_points // self.model.n_points
             end = copied_problem(reach_avoid(self.end, (), self.body), self.model, 1, copies).goal
-        ends = moved_goal(everywhere(model) if end is None else end, model, nominal.at)
-        nominal = replace(nominal, problem=nominal.problem.replace(goal=ends))
+        ends = moved_goal(once(model, everywhere) if end is None else end, model, nominal.at)
+        nominal = replace(nominal, problem=replace(nominal.problem, goal=ends))
         return padded(lowered(nominal), ROOM, CORNERS)
 
     def why_none(self, scene: Scene, k: np.ndarray, judged: np.ndarray) -> str:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, once
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.model import TrajectoryModel
@@ -85,11 +85,8 @@ def from_here(problem: Problem, model: TrajectoryModel, pose: Pose) -> Problem:
         )
     cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
     turn = np.array([[cosine, -sine], [sine, cosine]])
-    # [m] bound of the coordinates of all points of the robot, from its start
-    tube, n_c = model.tube, model.n_c
-    widest = max(w[tube.claimed].max(initial=0.0) for w in (tube.interval, tube.final))
-    body = max(float(part.shape.radius) for part in problem.parts)
-    far = float(rounding_bound(model.net, model.domain).magnitude.max()) + widest + body
+    n_c, body = model.n_c, max(float(part.shape.radius) for part in problem.parts)
+    far = once(model, _farthest) + body
     rows = problem.goal.A[:, :n_c].reshape(-1, model.n_points, 2)
     further = problem.goal.A[:, n_c:]
     turned = (rows @ turn).reshape(-1, n_c)
@@ -100,6 +97,13 @@ def from_here(problem: Problem, model: TrajectoryModel, pose: Pose) -> Problem:
     bounds = problem.goal.b - shift - angle - ROUNDING * terms
     goal = HPolytope(np.concatenate([turned, further], axis=1), bounds)
     return replace(problem, goal=goal, obstacles=_turned(problem.obstacles, turn, pose.place, far))
+
+
+def _farthest(model: TrajectoryModel) -> float:
+    """[m] bound of the coordinates of all points of the robot, from its start."""
+    tube = model.tube
+    widest = max(w[tube.claimed].max(initial=0.0) for w in (tube.interval, tube.final))
+    return float(rounding_bound(model.net, model.domain).magnitude.max()) + widest
 
 
 def _turned(

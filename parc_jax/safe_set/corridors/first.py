@@ -3,7 +3,7 @@ over all plans that may reach the goal, or of a list, sorted by any preference. 
 
 Each is judged as every single plan is, in float64 with the slack of the scene. Safe plans are taken
 in the order of the proposals, so that those of draws are uniform over the safe set. Nothing moves
-between host and device but the key or the list.
+between host and device but the key, or a list and the scene it is asked of.
 """
 
 from collections.abc import Callable
@@ -71,11 +71,17 @@ def placed(scene: Scene) -> Placed:
 
 
 def _placed(scene: Scene, device: jax.Device | None) -> Placed:
+    half = once(scene, _half_placed, device)
+    with x64(), jax.transfer_guard_host_to_device("allow"):
+        arrays, ends, at = _moved((half.scene, half.ends, half.at))
+    return half.replace(scene=arrays, ends=ends, at=at)
+
+
+def _half_placed(scene: Scene, device: jax.Device | None) -> Placed:
+    """The model on the device, the scene on the host: of one question it moves with the call."""
     about = once(scene.model, _of_model, device)
     corners_of_a_box = 2**scene.model.n_p
-    own = (padded(scene, ROOM, corners_of_a_box).arrays, ends_of(scene), scene.at)
-    with x64(), jax.transfer_guard_host_to_device("allow"):
-        return Placed(*about, *_moved(own))
+    return Placed(*about, padded(scene, ROOM, corners_of_a_box).arrays, ends_of(scene), scene.at)
 
 
 @jax.jit
@@ -150,7 +156,8 @@ def preferred(
     padded[:, : bins.shape[1]] = bins
     with x64(), jax.transfer_guard_host_to_device("allow"):
         limits = Limits(n, float(room), min(looks, NO_LIMIT))
-        return _preferred(placed(scene), p0, k, padded, bins.shape[1], limits).fetched()
+        asked = once(scene, _half_placed, jax.config.jax_default_device)
+        return _preferred(asked, p0, k, padded, bins.shape[1], limits).fetched()
 
 
 @lru_cache

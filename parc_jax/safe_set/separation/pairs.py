@@ -239,22 +239,23 @@ def obstacles_of(
         points=np.zeros((n_o, n_i), np.int32),
         active=np.zeros((n_o, layout.n_steps), bool),
     )
+    own = [np.resize(part.points, n_i) for part in parts]
     for o, ((j, part), (vertices, signs)) in enumerate(zip(chosen, spelled, strict=True)):
-        shape, own = parts[part].shape, parts[part].points
+        shape = parts[part].shape
         # padding repeats a vertex and a point, which changes no extreme
         every = np.minimum(np.arange(n_v), len(vertices) - 1)
         pairs.vertices[o] = vertices[every]
         if closed:
             pairs.signs[o] = signs[every]
         pairs.radius[o] = shape.radius if isinstance(shape, Disc) else 0.0
-        pairs.points[o] = np.resize(own, n_i)
+        pairs.points[o] = own[part]
         pairs.active[o] = exists(problem, j, layout.n_steps)
     return pairs
 
 
 def exists(problem: Problem, j: int, n_steps: int) -> np.ndarray:
     """(T,) bool: the intervals in which obstacle j exists. Raises InputError."""
-    first, last = problem.all_spans[j] or (0, n_steps - 1)
+    first, last = (problem.spans and problem.spans[j]) or (0, n_steps - 1)
     if last >= n_steps:
         raise InputError(f"span of obstacle {j}: expected last < {n_steps} intervals; got {last}.")
     at = np.arange(n_steps)
