@@ -155,6 +155,24 @@ def test_sensing_that_disagrees_with_itself_ends_in_the_stop(model):
         assert said in info["shield"]["reason"] and (info["shield"]["driven"] == 0).all()
 
 
+def test_speeds_that_disagree_with_the_poses_end_in_the_stop(model):
+    """They stick at rest while it goes on: one step later the pose tells."""
+    stuck = []
+
+    def seen(env, observation):
+        one = sense(env, observation)
+        return one._replace(given=one.given * (0.0 if stuck else 1.0))
+
+    env = shielded(Platform(posts=[[9.0, 9.0]]), model, sense=seen)
+    env.reset()
+    env.step(AHEAD * 0.7)
+    assert env.step(AHEAD * 0.7)[4]["shield"]["reason"] == ""
+    stuck.append(True)
+    told = [env.step(AHEAD * 0.7)[4]["shield"] for _ in range(2)]
+    assert [one["left"] for one in told] == [False, True]
+    assert "beyond what tube" in told[1]["reason"] and (told[1]["driven"] == 0).all()
+
+
 def test_the_brake_goes_on_with_what_was_measured_last(model):
     """It needs speeds, and they become NaN."""
     broken = []
