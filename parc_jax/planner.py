@@ -32,7 +32,7 @@ from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene, volume_of_all
 
 if TYPE_CHECKING:
-    from parc_jax.drive.local.validate import Validate
+    from parc_jax.drive.local.validation import Validate
 
 WHOLE = Settings.whole()
 COLD_WORK = 0.03  # two looks, with corridors between: `warm_up` wants the compiled programs alone

@@ -39,7 +39,7 @@ from parc_jax.statement import details, headline, summary
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.choice import Choice
-    from parc_jax.drive.local.validate import Validation
+    from parc_jax.drive.local.validation import Validation
 
 CUT_AROUND = 20_000  # safe plans around which `polytopes` cuts
 

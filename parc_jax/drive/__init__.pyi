@@ -2,7 +2,7 @@
 
 from parc_jax.app.study.replay import replay_recorded as replay_recorded
 from parc_jax.drive.local.localise import Local as Local
-from parc_jax.drive.local.validate import Validate as Validate
+from parc_jax.drive.local.validation import Validate as Validate
 from parc_jax.drive.loop.candidates import Outlook as Outlook
 from parc_jax.drive.loop.candidates import Thinking as Thinking
 from parc_jax.drive.loop.commitment import left_tube as left_tube

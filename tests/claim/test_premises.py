@@ -171,7 +171,7 @@ BESIDE = {
     ("app/live.py", "eps"),
     ("app/live_page.py", "eps"),
     ("drive/local/localise.py", "assumptions"),
-    ("drive/local/trials.py", "evidence"),
+    ("drive/local/nested.py", "evidence"),
     ("drive/local/validate.py", "evidence"),
     ("learning/model.py", "evidence"),
     ("problem/robust/vertex_model.py", "bin_eps"),

@@ -16,8 +16,9 @@ from parc_jax.app.files.answer_file import load_answer
 from parc_jax.checker import check_answer, load, summary
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.drive.local import trials
-from parc_jax.drive.local.validate import Validate, _sets, fixed_sequence
+from parc_jax.drive.local import nested, trials
+from parc_jax.drive.local.nested import fixed_sequence, nested_sets
+from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import derived, scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS
@@ -75,7 +76,7 @@ def sets(model):
     """Nested sets, and the risk of each for 6,000 recordings drawn anew."""
     asked = Validate(recorded(N, 2), RISK, DELTA, scales=(1.0, 0.6, 0.45, 0.3, 0.1))
     rng = np.random.default_rng(7)
-    found = _sets(query(SCENE, model), KEY, rng, toy.SETTINGS, asked)
+    found = nested_sets(query(SCENE, model), KEY, rng, toy.SETTINGS, asked)
     return SimpleNamespace(asked=asked, all=found, risk=[risk_of(one, rng) for one in found])
 
 
@@ -137,12 +138,12 @@ def test_windows_of_one_recording_counted_several_times_are_noticed(sets, fewer_
 
 
 def test_starts_of_another_law_are_noticed(sets, fewer_ends, monkeypatch):
-    def central(scene, rng, k, real=trials.starts_of_ends):
+    def central(scene, rng, k, real=nested.starts_of_ends):
         p0 = real(scene, rng, k)  # with most room first
         off = np.abs(p0 + k[:, None] - [0.5, 0.45]).max(axis=2)
         return np.take_along_axis(p0, off.argsort(axis=1)[..., None], axis=1)
 
-    monkeypatch.setattr(trials, "starts_of_ends", central)
+    monkeypatch.setattr(nested, "starts_of_ends", central)
 
     def tested(i, rng):
         return trials.by_recordings(recorded(N, (5, i)), sets.all, rng, 1)

@@ -19,8 +19,8 @@ from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import rounded_down
 from parc_jax.drive.local import trials
 from parc_jax.drive.local import validate as module
-from parc_jax.drive.local.trials import first_set
-from parc_jax.drive.local.validate import Validate, fixed_sequence
+from parc_jax.drive.local.nested import first_set, fixed_sequence, level, nested_sets
+from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import NoStatement, required_runs
 from parc_jax.learning.runs.collect import collect, stream_rollouts
@@ -90,6 +90,41 @@ def test_a_wrong_set_is_as_rare_as_the_theorem_says():
 
 def test_a_test_out_of_order_would_be_noticed():
     assert of_disjoint_trials(best_of_all) > binom.ppf(0.999, REPEATS, WRONG)
+
+
+def in_cells(tests_with):
+    """How often plans are accepted in the cells that no run of a design failed in, where all plans
+    alike fail more often than the risk asked for. tests_with: runs of design and test -> those that
+    are tested with.
+    """
+    asked = Validate(SYSTEM, risk=0.05, delta=WRONG, tests=300, scales=(1.0,))
+    accepted = 0
+    for i in range(REPEATS):
+        rng = np.random.default_rng((7, i))
+        cell, failed = rng.integers(20, size=(2, 300)), rng.uniform(size=(2, 300)) < 0.06
+        clean = ~np.isin(np.arange(20), cell[0][failed[0]])
+        cell, failed = tests_with(cell, failed)
+        inside = clean[cell][None]
+        accepted += fixed_sequence(asked, inside, inside & failed, 0)[1]
+    return accepted
+
+
+def test_runs_of_the_design_that_test_again_are_noticed():
+    most = binom.ppf(0.999, REPEATS, WRONG)
+    assert in_cells(lambda cell, failed: (cell[1], failed[1])) <= most
+    assert in_cells(lambda cell, failed: (cell[0], failed[0])) > most
+
+
+def test_counting_only_runs_that_return_would_be_noticed():
+    """Half of the failed runs do not return."""
+
+    def of_those_that_return(asked, inside, failed, first):
+        returned = np.random.default_rng(failed.sum()).uniform(size=failed.shape[1]) < 0.5
+        return in_sequence(asked, inside & (returned | ~failed), failed & returned, first)
+
+    widths = np.linspace(0.3, 1.0, 8)
+    found = repetitions(of_those_that_return, widths, lambda x: 0.14 * x, seed=2)
+    assert found > binom.ppf(0.999, REPEATS, WRONG)
 
 
 def test_the_sequence_ends_with_the_first_test_that_does_not_pass():
@@ -238,15 +273,15 @@ def test_a_scene_is_tried_as_often_as_was_declared(answer):
 
 
 def test_sets_are_nested_and_found_by_halving(answer):
-    sets = module._sets(
+    sets = nested_sets(
         query(toy.problem(0.62), toy.model()), KEY, np.random.default_rng(1), toy.SETTINGS, ASKED
     )
     p0, k = np.split(sets[-1].sample(np.random.default_rng(2), 800), [2], axis=1)
     inside = np.array([one.contains(p0, k) for one in sets])
     assert (np.diff(inside.astype(int), axis=0) >= 0).all() and 0 < inside[0].mean() < 1
-    levels = trials.level(sets, p0, k)
+    levels = level(sets, p0, k)
     assert np.array_equal(levels <= np.arange(len(sets))[:, None], inside)
-    assert (trials.level(sets, p0 + 9, k) == len(sets)).all()
+    assert (level(sets, p0 + 9, k) == len(sets)).all()
 
 
 def test_runs_that_do_not_return_have_failed():

@@ -13,7 +13,7 @@ def test_the_readme_counts_every_run_of_the_main_job():
 
     from parc_jax.app.study.job import LOOKS
     from parc_jax.drive.local.localise import Local
-    from parc_jax.drive.local.validate import Validate
+    from parc_jax.drive.local.validation import Validate
     from sims.drift_parking.study import STUDY as MAIN
 
     told = (Path(pj.__file__).parents[1] / "README.md").read_text()

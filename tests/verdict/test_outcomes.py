@@ -70,6 +70,9 @@ def test_touched_is_what_a_distance_says():
     np.testing.assert_array_equal(again, reached)
     np.testing.assert_array_equal(touched, ~(distance > 0))
     assert 50 < touched.sum() < 250
+    nearer = reached_and_touched(scene, runs, p0, off=0.1)[1]  # of the diagonal of both coordinates
+    np.testing.assert_array_equal(nearer, ~(distance > 0.1 * np.sqrt(2)))
+    assert touched.sum() < nearer.sum() < 300
 
 
 def test_without_obstacles_nothing_is_near():

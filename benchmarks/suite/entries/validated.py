@@ -12,8 +12,7 @@ import parc_jax as pj
 from benchmarks.suite.answer import ROWS, Sets
 from benchmarks.suite.entries import engine, kit
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.drive.local.trials import first_set
-from parc_jax.drive.local.validate import fixed_sequence
+from parc_jax.drive.local.nested import first_set, fixed_sequence
 from parc_jax.learning.bound.calibrate import scaled
 from parc_jax.learning.bound.counts import most_discards, required_runs
 from parc_jax.learning.bound.declared import stand_in

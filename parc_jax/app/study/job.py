@@ -21,7 +21,8 @@ from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.drive.local.localise import Local
-from parc_jax.drive.local.validate import Validate, validated
+from parc_jax.drive.local.validate import validated
+from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic

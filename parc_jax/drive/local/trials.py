@@ -11,28 +11,26 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
+from parc_jax.drive.local.nested import level, levels_of, shape_of
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.fresh import calibration_runs, check_fresh, seen_in_training
 from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.start_gap import off_from_start
-from parc_jax.learning.bound.tube import Tube, tube_from_json
 from parc_jax.learning.labels import plain_parts
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import TO_TRAINING, law_spec
 from parc_jax.learning.system import System
-from parc_jax.safe_set.corridors.safe_plans import SafePlans, starts_of_ends
+from parc_jax.safe_set.corridors.safe_plans import SafePlans
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
 from parc_jax.safe_set.verdict.scene import Scene
 
 CHUNK = 256  # runs per compiled call, as of all large collections
-AHEAD = 2.0  # times the least number of tests that the first set is expected to hold
 UNSEEN = (
     "UNSEEN(1 look; network, K, error shape and scales were settled before these recordings; each "
     "further claim from them adds its own delta)"
 )
-TRIED = 200  # k drawn from K, which tell how many recordings a set may have starts for
 
 
 class Trial(NamedTuple):
@@ -43,28 +41,6 @@ class Trial(NamedTuple):
     inside: np.ndarray
     failed: np.ndarray
     lost: np.ndarray
-
-
-def level(sets: Sequence[SafePlans], p0: np.ndarray, k: np.ndarray) -> np.ndarray:
-    """(b,) number of the first of nested sets that holds each plan p0 (b, n_p), k (b, n_k), by
-    halving; len(sets) where none does.
-    """
-    before, first = np.full(len(k), -1), np.full(len(k), len(sets))
-    while (first - before > 1).any():
-        middle = (before + first) // 2
-        for i in np.unique(middle[first - before > 1]):
-            rows = np.flatnonzero((middle == i) & (first - before > 1))
-            held = sets[i].contains(p0[rows], k[rows])
-            first[rows[held]], before[rows[~held]] = i, i
-    return first
-
-
-def first_set(levels: np.ndarray, sets: int, tests: int, least: int) -> int:
-    """The set that the sequence begins with: the first that is expected to hold AHEAD times the
-    least number of tests, by levels of other draws; or the last one.
-    """
-    expected = tests * (levels <= np.arange(sets)[:, None]).mean(axis=1)
-    return int(np.append(expected[:-1] >= AHEAD * least, True).argmax())
 
 
 def run_once(
@@ -118,20 +94,6 @@ def by_recordings(
     return Trial(inside, failed, np.zeros(runs.n) if runs.lost is None else runs.lost)
 
 
-def levels_of(
-    sets: Sequence[SafePlans], rng: np.random.Generator, k: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Drawn starts (b, ends, n_p) of k (b, n_k), and their `level` (b, ends)."""
-    scene = sets[-1].scene
-    p0 = starts_of_ends(scene, rng, k)
-    n, ends, n_p = p0.shape
-    levels = np.full((n, ends), len(sets))
-    known = scene.model.domain.contains(k)
-    some = p0[known].reshape(-1, n_p), np.repeat(k[known], ends, axis=0)
-    levels[known] = level(sets, *some).reshape(-1, ends)
-    return p0, levels
-
-
 def one_of_each(
     model: TrajectoryModel, runs: RolloutBatch, rng: np.random.Generator
 ) -> RolloutBatch:
@@ -170,14 +132,6 @@ def order_of_k(model: TrajectoryModel, runs: RolloutBatch) -> tuple[str, ...]:
     """The assumption on parameters of recordings, or of the model, that have no names."""
     named = not any("k" in plain_parts(one.subject.labels) for one in (runs, model.claim))
     return () if named or runs.n_k == 1 else ("ORDER_OF_K(that of the model; not all have names)",)
-
-
-def shape_of(claim: ErrorClaim) -> Tube:
-    """The tube that recordings scale: the error shape, which the runs that sized a claim have not
-    seen; the tube of a claim that no recordings sized.
-    """
-    shape = claim.evidence.get("shape")
-    return claim.tube if shape is None else tube_from_json(shape)
 
 
 def _require_unseen(claim: ErrorClaim, runs: RolloutBatch) -> None:

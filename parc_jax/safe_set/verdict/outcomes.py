@@ -30,6 +30,13 @@ def outcomes(
     distance (n,) [m] from an obstacle. A failed run reached nothing. off: of the goal alone, as of
     `reached_and_touched`.
     """
+    return _outcomes(scene, runs, p0, off, np.inf)
+
+
+def _outcomes(
+    scene: Scene, runs: RolloutBatch, p0: np.ndarray, off: float, enough: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """As `outcomes`, where a distance beyond `enough` [m] may be any that the run keeps."""
     path = moved_to(p0, np.asarray(runs.p, np.float64))
     state = np.concatenate([path[:, -1], runs.q], axis=1)
     lost = off * np.abs(scene.goal_A).sum(axis=1)
@@ -44,7 +51,7 @@ def outcomes(
         directions=tabled.directions.of_unit_length,
     )
     rounds = slices(len(path), ROUND)
-    return path, reached, np.concatenate([_nearest(fine, path[rows]) for rows in rounds])
+    return path, reached, np.concatenate([_nearest(fine, path[rows], enough) for rows in rounds])
 
 
 def reached_and_touched(
@@ -55,25 +62,28 @@ def reached_and_touched(
     off: [m or rad] by which each coordinate of a run that truly begins there may differ: reached
     and not touched for any such run.
     """
-    _, reached, distance = outcomes(scene, runs, p0, off)
     # a point that is off by so much in each coordinate is as far away as their diagonal
-    return reached, ~(distance > off * np.sqrt(scene.model.n_p))
+    far = off * np.sqrt(scene.model.n_p)
+    _, reached, distance = _outcomes(scene, runs, p0, off, far)
+    return reached, ~(distance > far)
 
 
-def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
+def _nearest(scene: Tabled, path: np.ndarray, enough: float) -> np.ndarray:
     """Distance (n,) from the obstacles grown by the body alone. The hull for which facets promise
-    least is measured first, then those for which they promise less than that.
+    least is measured first, then those for which they promise less than that. Runs that facets
+    promise to be farther away than `enough` are not measured: the promise is their distance.
     """
     if scene.obstacles.closed:
         return map_rows(CHUNK, partial(_clearances, scene), path)
     promised = map_rows(CHUNK, partial(_promised, scene), path)
-    least = promised.reshape(len(path), -1).argmin(axis=1)
-    found = _measured(
-        scene, path, np.arange(len(path)), *np.unravel_index(least, promised[0].shape)
-    )
-    found[np.isinf(promised).all(axis=(1, 2))] = np.inf
-    run, o, t = np.nonzero(promised < found[:, None, None])
-    np.minimum.at(found, run, _measured(scene, path, run, o, t))
+    each = promised.reshape(len(path), -1)
+    least = each.argmin(axis=1)
+    found = np.take_along_axis(each, least[:, None], axis=1)[:, 0]
+    some = np.flatnonzero(~(found > enough) & ~np.isposinf(found))
+    worst = np.unravel_index(least[some], promised.shape[1:])
+    found[some] = _measured(scene, path, some, *worst)
+    run, o, t = np.nonzero(promised[some] < found[some, None, None])
+    np.minimum.at(found, some[run], _measured(scene, path, some[run], o, t))
     return found if scene.beyond is None else np.minimum(found, scene.beyond)
 
 
