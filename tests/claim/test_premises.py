@@ -172,6 +172,7 @@ BESIDE = {
     ("app/live_page.py", "eps"),
     ("drive/local/localise.py", "assumptions"),
     ("drive/local/nested.py", "evidence"),
+    ("drive/local/trials.py", "evidence"),
     ("drive/local/validate.py", "evidence"),
     ("learning/model.py", "evidence"),
     ("problem/robust/vertex_model.py", "bin_eps"),

@@ -33,13 +33,14 @@ def nested_sets(
     query: Query, key: jax.Array, rng: np.random.Generator, settings: Settings, asked: Validate
 ) -> list[SafePlans]:
     """The nested sets in the order of the scales, fixed before any test: the corridors are those of
-    the last one, of which each set has those that hold one of SEEDS plans, its seed there.
+    the last one, of which each set has those that hold one of SEEDS plans, under its tube or a
+    wider one: its seed there.
     """
     scenes = []
     recorded = isinstance(asked.source, RolloutBatch)
     whole = shape_of(query.model.claim) if recorded else query.model.tube
     for scale in asked.scales:
-        tube = scaled(whole, np.full(whole.n_bins, scale), np.zeros(whole.n_c))
+        tube = scaled(whole, np.full(whole.n_bins, scale), np.zeros(whole.n_c), asked.way)
         model = query.model.replace(claim=stand_in(query.model.claim, tube))
         # all obstacles: those that no plan of one tube comes near may be near plans of another
         scenes.append(padded(lowered(query.of(model).nominal())))
@@ -48,25 +49,26 @@ def nested_sets(
     if not len(last.corridors):
         return [last]
     p0, k = np.split(last.sample(rng, SEEDS), [query.model.n_p], axis=1)
-    return [
-        SafePlans(scene, _seeded(scene, last.corridors.all, p0, k), cover.within)
-        for scene in scenes
-    ]
+    waiting, seeded, sets = dict(enumerate(last.corridors.all)), {}, []
+    for scene in scenes:
+        seeded |= _seeded(scene, waiting, p0, k)
+        waiting = {i: one for i, one in waiting.items() if i not in seeded}
+        some = [seeded[i] for i in sorted(seeded)]
+        sets.append(SafePlans(scene, Corridors(scene.model.tube, some), cover.within))
+    return sets
 
 
 def _seeded(
-    scene: Scene, corridors: Sequence[Corridor], p0: np.ndarray, k: np.ndarray
-) -> Corridors:
+    scene: Scene, corridors: dict[int, Corridor], p0: np.ndarray, k: np.ndarray
+) -> dict[int, Corridor]:
     """The corridors in which one of the plans lies under the tube of the scene, with that plan."""
     tube, e = scene.model.tube, predictions(scene, p0, k)
     safe = points(p0, k, e).at(e.reaches)
-    if not len(safe.k):
-        return Corridors(tube, [])
-    kept = Corridors(tube, corridors).kept(safe.path, safe.bin)
-    seeds = zip(corridors, kept.argmax(axis=0), kept.any(axis=0), strict=True)
-    return Corridors(
-        tube, [one._replace(p0=safe.p0[i], k=safe.k[i]) for one, i, held in seeds if held]
-    )
+    if not (corridors and len(safe.k)):
+        return {}
+    kept = Corridors(tube, corridors.values()).kept(safe.path, safe.bin)
+    seeds = zip(corridors.items(), kept.argmax(axis=0), kept.any(axis=0), strict=True)
+    return {i: one._replace(p0=safe.p0[j], k=safe.k[j]) for (i, one), j, held in seeds if held}
 
 
 def level(sets: Sequence[SafePlans], p0: np.ndarray, k: np.ndarray) -> np.ndarray:

@@ -151,6 +151,7 @@ def _accepted_model(
     evidence = {
         "of": model.claim.hash,
         "scale": str(last.scale),
+        "way": str(asked.way),
         "tests": asked.tests,
         "steps": [[str(step.scale), step.n, step.failed] for step in steps],
         "scene": hash_of(problem_part(scene.problem, scene.model)),

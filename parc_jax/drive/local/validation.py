@@ -28,10 +28,11 @@ from parc_jax.proof.certificate.write import problem_part
 from parc_jax.statement import all_plans
 
 # tests by default: so many, or so many times as many as suffice where none fails
-LEAST_TESTS, TIMES = 14_000, 10
-# of the claim's tube, down to a fifth of it; of the error shape, which nothing has sized yet
-SCALES = tuple(round(0.93**i, 3) for i in range(23))
+LEAST_TESTS, TIMES = 18_000, 10
+# of the claim's tube, down to a sixth of it; of the error shape, which nothing has sized yet
+SCALES = (1.0, 0.8, *(round(0.65 * 0.95**i, 3) for i in range(28)))
 SCALES_OF_SHAPE = tuple(round(4 * 0.85**i, 3) for i in range(28))
+WAY = 0.65  # part of the scale on the way
 RISK_AND_DELTA, OF_RECORDINGS = (0.003, 1e-3), (0.15, 0.05)  # by default
 
 
@@ -45,10 +46,12 @@ class Validate:
     risk: most probability with which a plan drawn from the set may fail. delta: that of saying so
         falsely. 0.003 and 1e-3 by default, with recordings 0.15 and 0.05, for which 19 suffice
         where none fails.
-    tests: plans drawn and run once each; None for 14,000, or ten times as many as suffice where
+    tests: plans drawn and run once each; None for 18,000, or ten times as many as suffice where
         none fails if that is more (23,000 for 0.003), or for all recordings.
     scales: of the claim's tube, or with recordings of the error shape, which those that sized the
-        tube have not seen; falling: sets are tested in this order. None for 1 to 0.2, 4 to 0.05.
+        tube have not seen; falling: sets are tested in this order. None for 1 to 0.17, 4 to 0.05.
+    way: part of each scale that errors on the way have, those at the end all of it. None for 0.65:
+        on the way most are in no direction that matters; with recordings 1.
     looks: how often one scene may be tried, each time at its share of delta; once more is refused.
     Raises InputError.
     """
@@ -58,6 +61,7 @@ class Validate:
     delta: Fraction | float | str | None = None
     tests: int | None = None
     scales: Sequence[float] | None = None
+    way: float | None = None
     looks: int = 1
     _taken: dict[tuple, Looks] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -94,7 +98,11 @@ class Validate:
                 f"scales: expected falling positive numbers, such as (1.0, 0.8, 0.6); got "
                 f"{self.scales!r:.60}."
             )
+        way = (WAY if runs is None else 1.0) if self.way is None else self.way
+        if not (isinstance(way, float | int) and 0 < way < np.inf):
+            raise InputError(f"way: expected a positive number, such as 0.5; got {way!r:.40}.")
         exact = {"risk": risk, "delta": delta, "tests": tests, "scales": tuple(scales.tolist())}
+        exact |= {"way": float(way)}
         for name, value in exact.items():
             object.__setattr__(self, name, value)
 

@@ -93,7 +93,9 @@ def _unshown(c: "ErrorClaim") -> list[tuple]:
 def _validated(c: "ErrorClaim") -> list[tuple]:
     known = c.evidence
     of = "the error shape" if known.get("shape") else "that"
-    tube = f"{of} of the claim {known['of'][:12]} scaled by {known['scale']}; runs may leave it"
+    tube = f"{of} of the claim {known['of'][:12]} scaled by {known['scale']}"
+    tube += f", on the way by {known['way']} of that" if "way" in known else ""
+    tube += "; runs may leave it"
     tried = ", ".join(f"{scale} ({failed} of {n})" for scale, n, failed in known["steps"])
     numbers = {"risk": str(c.eps), "delta": str(c.delta), "n": f"{c.n} {c.unit.many}"}
     numbers |= {"failed of them": c.discard, "set": set_of(known)}
