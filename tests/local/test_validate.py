@@ -284,6 +284,15 @@ def test_sets_are_nested_and_found_by_halving(answer):
     assert (level(sets, p0 + 9, k) == len(sets)).all()
 
 
+def test_errors_on_the_way_are_scaled_by_a_part(answer):
+    validated, whole = answer.validation.answer, answer.model.tube
+    scale, tube = float(validated.model.claim.evidence["scale"]), validated.model.tube
+    np.testing.assert_allclose(tube.final, scale * whole.final)
+    np.testing.assert_allclose(tube.interval, 0.65 * scale * whole.interval)
+    said = f"scaled by {scale}, on the way by 0.65 of that; runs may leave it"
+    assert said in answer.validation.details()
+
+
 def test_runs_that_do_not_return_have_failed():
     def lost(key, k, s):
         p, q = toy.gusty(key, k, s)
@@ -304,6 +313,8 @@ def test_runs_that_do_not_return_have_failed():
         ({"risk": 0}, "risk: expected a probability"),
         ({"scales": (0.5, 1.0)}, "scales: expected falling positive numbers"),
         ({"scales": ()}, "scales: expected falling"),
+        ({"way": 0}, "way: expected a positive number"),
+        ({"way": float("nan")}, "way: expected a positive number"),
         ({"tests": 0}, "tests: expected"),
         ({"source": 3}, "expected"),
     ],
