@@ -30,7 +30,7 @@ from parc_jax.statement import all_plans
 # tests by default: so many, or so many times as many as suffice where none fails
 LEAST_TESTS, TIMES = 18_000, 10
 # of the claim's tube, down to a sixth of it; of the error shape, which nothing has sized yet
-SCALES = (1.0, 0.8, *(round(0.65 * 0.95**i, 3) for i in range(28)))
+SCALES = tuple(round(0.95**i, 3) for i in range(36))
 SCALES_OF_SHAPE = tuple(round(4 * 0.85**i, 3) for i in range(28))
 WAY = 0.65  # part of the scale on the way
 RISK_AND_DELTA, OF_RECORDINGS = (0.003, 1e-3), (0.15, 0.05)  # by default
