@@ -83,16 +83,14 @@ def agree(
     a: Premises,
     b: Premises,
     *,
-    disjoint: Container[str] = (),
     free: Container[str] = (),
     hint: str = "",
 ) -> None:
     """Refuse two records that meet and differ: every entry has one value in both.
 
-    where: who asks, for the message. disjoint: entries, lists, that must share nothing instead, as
-    the recordings of training and of calibration. free: entries that may differ; whoever calls says
-    beside it why. hint: what to try. Raises InputError, which names every entry that does not fit,
-    with both values.
+    where: who asks, for the message. free: entries that may differ; whoever calls says beside it
+    why. hint: what to try. Raises InputError, which names every entry that does not fit, with both
+    values.
     """
     one, other = a._by_name(), b._by_name()
     faults = []
@@ -100,11 +98,7 @@ def agree(
         if name in free:
             continue
         values = [held[name].value if name in held else None for held in (one, other)]
-        if name in disjoint:
-            shared = [value for value in values[0] or [] if value in set(values[1] or [])]
-            if shared:
-                faults.append(f"{name} are shared, {text_of(shared)}")
-        elif values[0] != values[1]:
+        if values[0] != values[1]:
             faults.append(f"{name} is {_quoted(values[0])}, beside {_quoted(values[1])}")
     if faults:
         told = f"{where}: expected premises that agree; {'; '.join(faults)}."

@@ -2,7 +2,7 @@
 n_p columns. A size has one value in a call, `_` any.
 """
 
-from jaxtyping import ArrayLike, Bool, Float, Int
+from jaxtyping import ArrayLike, Float, Int
 
 Scalar = Float[ArrayLike, ""]
 Index = Int[ArrayLike, ""]  # the number of an obstacle, a pair, a bin, an interval
@@ -21,4 +21,3 @@ ManyParams = Float[ArrayLike, "b n_k"]
 States = Float[ArrayLike, "b n_q"]
 Paths = Float[ArrayLike, "b knots n_c"]
 Numbers = Int[ArrayLike, " b"]
-Which = Bool[ArrayLike, " b"]

@@ -6,7 +6,8 @@ import jax
 import numpy as np
 
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.learning.bound.profile import profile_of, training_errors
+from parc_jax.learning.bound.edges import choose_edges, edges_of
+from parc_jax.learning.bound.profile import bin_maxima, smooth_profile, training_errors
 
 
 def on_finer(tube, edges):
@@ -20,6 +21,8 @@ def on_finer(tube, edges):
 
 
 def training_profile(net, train, bins=None, floor=TOLERANCES.profile_floor):
-    """As learnt from the finite ones of these runs."""
+    """As learnt from the finite ones of these runs. bins: None = edges where the error changes."""
     k, errors = training_errors(net, train)
-    return profile_of(k, errors, train.domain, bins, len(train.points), floor)
+    box = train.domain
+    edges = choose_edges(k, errors, box, floor) if bins is None else edges_of(box, bins)
+    return smooth_profile(bin_maxima(k, errors, edges), len(train.points), floor)

@@ -11,10 +11,9 @@ import numpy as np
 
 from parc_jax.common.arrays import in_chunks, x64
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import Box
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.bins import Bins, Edges
-from parc_jax.learning.bound.edges import choose_edges, edges_of, smoothed
+from parc_jax.learning.bound.edges import edges_of, smoothed
 from parc_jax.learning.bound.error_set import CENTRE_BITS, DIRECTION_BITS, Faces, faces, short
 from parc_jax.learning.bound.measure import (
     Errors,
@@ -38,26 +37,6 @@ def training_errors(net: ReLUNetwork, train: RolloutBatch) -> tuple[np.ndarray, 
     if usable.n == 0:
         raise InputError("profile: expected at least one finite training run; got none.")
     return usable.k, measure(net, usable)
-
-
-def profile_of(
-    k: np.ndarray,
-    errors: Errors,
-    domain: Box,
-    bins: Bins | None = None,
-    n_points: int = 1,
-    floor: float = TOLERANCES.profile_floor,
-) -> Tube:
-    """Per-bin maxima of measured, finite errors of k (n, n_k), smoothed over neighbours, plus a
-    floor [m, rad]; n_points: reference points whose coordinates are the columns of the errors.
-
-    A bin borrows from its neighbours, the more the fewer runs it holds; an empty bin far from
-    others takes the maximum over all. bins: numbers per axis, edges per axis, or None = edges where
-    the error changes.
-    """
-    # any profile is valid that is fixed before the calibration set is drawn; this one is tight
-    edges = choose_edges(k, errors, domain, floor) if bins is None else edges_of(domain, bins)
-    return smooth_profile(bin_maxima(k, errors, edges), n_points, floor)
 
 
 def box_profiles(nets: list[ReLUNetwork], runs: Iterable[RolloutBatch], bins: Bins) -> list[Tube]:
@@ -90,7 +69,13 @@ def joined(one: Maxima | None, other: Maxima) -> Maxima:
 
 
 def smooth_profile(maxima: Maxima, n_points: int, floor: float = TOLERANCES.profile_floor) -> Tube:
-    """The profile of the maxima of all runs, as `profile_of`."""
+    """Per-bin maxima, smoothed over neighbours, plus a floor [m, rad]; n_points: reference points
+    whose coordinates are the columns of the errors.
+
+    A bin borrows from its neighbours, the more the fewer runs it holds; an empty bin far from
+    others takes the maximum over all.
+    """
+    # any profile is valid that is fixed before the calibration set is drawn; this one is tight
     empty, largest, counts = maxima
     widths = [
         smoothed(part.reshape(*empty.grid, -1), counts.reshape(empty.grid)).reshape(part.shape)

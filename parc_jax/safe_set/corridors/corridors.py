@@ -194,22 +194,18 @@ class Corridors:
         path: Paths,
         bins: Numbers,
         order: np.ndarray | None = None,
-        allowed: np.ndarray | None = None,
     ) -> np.ndarray:
         """(b,) number of a corridor that each plan satisfies, -1 for none.
 
         order: (c,) in which they are tried; those that hold most plans first is fastest, any order
-            holds the same plans. allowed: (b, c) bool, the corridors that count for each plan.
+            holds the same plans.
         """
         order = np.arange(len(self)) if order is None else order
         result = np.full(len(path), -1)
         # most plans satisfy one of the popular corridors and never meet the others
         for some in (order[:FEW], order[FEW:]):
             rows = np.flatnonzero(result < 0)
-            maybe = self.coarse(path, bins, rows, some)
-            if allowed is not None:
-                maybe &= allowed[rows[:, None], some]
-            plan, corridor = np.nonzero(maybe)
+            plan, corridor = np.nonzero(self.coarse(path, bins, rows, some))
             self._settle(path, bins, rows[plan], some[corridor], result)
         return result
 
