@@ -20,6 +20,7 @@ ROOMS = "safe_set/separation safe_set/verdict safe_set/corridors proof/absence p
 # are given what is no shape at all, or say hardly any and are called most often
 DOORS = "assemble domain prune stopping subdivide table"
 KERNELS = [
+    "parc_jax.safe_set.batch.estimate",
     "parc_jax.safe_set.batch.proposals",
     "parc_jax.safe_set.batch.search",
     "parc_jax.learning.network.maps",

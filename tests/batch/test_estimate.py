@@ -10,7 +10,7 @@ from toy_bodies import points_model, points_problem
 
 from parc_jax.common.arrays import x64
 from parc_jax.learning.network.predict import moved_to, trajectories
-from parc_jax.safe_set.batch.proposals import along_fan, estimate_clearance, estimate_roughly
+from parc_jax.safe_set.batch.estimate import along_fan, estimate_clearance, estimate_roughly
 from parc_jax.safe_set.verdict.pointwise import clearance
 from parc_jax.safe_set.verdict.scene import scene_of
 

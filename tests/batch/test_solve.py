@@ -21,7 +21,8 @@ from parc_jax.problem.robust.nominal import nominal_problems
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.batch import search as batch_run
 from parc_jax.safe_set.batch.box_scenes import box_scenes, lay_out_boxes
-from parc_jax.safe_set.batch.proposals import About, along_fan, search
+from parc_jax.safe_set.batch.estimate import along_fan
+from parc_jax.safe_set.batch.proposals import About, search
 from parc_jax.safe_set.batch.search import passes, stack_problems
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings

@@ -12,8 +12,8 @@ import numpy as np
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import BudgetError
 from parc_jax.common.sets.box import Box
-from parc_jax.proof.absence.bounds import Boxes, Examined, examine, examine_by_bounds
 from parc_jax.proof.absence.errors import BinErrors, OverBins, as_template
+from parc_jax.proof.absence.examine import Boxes, Examined, examine, examine_by_bounds
 from parc_jax.proof.absence.tree import Node
 from parc_jax.proof.regions.domain import MAX_DIMENSION
 from parc_jax.proof.regions.subdivide import enumerate_regions

@@ -20,10 +20,10 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
+from parc_jax.safe_set.batch.estimate import along_fan
 from parc_jax.safe_set.batch.proposals import (
     PROPOSED,
     About,
-    along_fan,
     pool_at_random,
     rewarm,
     search,

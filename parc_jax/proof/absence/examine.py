@@ -1,0 +1,300 @@
+"""Examine a batch of boxes over (z, k): why every plan in one is unsafe, or how far that is from
+being proved.
+
+A box of k is given by all vertices of the network's cells in it. Between those, with each corner of
+the box of z, everything is affine, so a condition that holds at them with a margin holds on the
+whole box. [T30] Where the cells are too many, bounds of the network stand in for them. [T36]
+All numbers are float64 and decide only which leaf to write down; the checker derives vertices and
+bounds again, exactly.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import ArrayLike, Float
+
+from parc_jax.common.arrays import HIGHEST, dot, product
+from parc_jax.common.shapes import ManyParams, Numbers, Params, Paths, Positions
+from parc_jax.learning.bound.error_set import ErrorSet
+from parc_jax.learning.network.predict import Layout, by_point, predict
+from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.proof.absence.bounds import ranges_of_rows
+from parc_jax.proof.absence.contact_margins import (
+    Tried,
+    contact_depth,
+    contacts_to_try,
+    corners_of,
+    moments,
+)
+from parc_jax.safe_set.verdict.scene import Tabled
+
+
+class Boxes(NamedTuple):
+    """A batch of n boxes.
+
+    lo, hi: (n, n_p + n_k).
+    common: errors that all bins allow which the box overlaps; leading axes (n, T, n_points).
+    blur, goal_least, goal_most, straddles: of every box, as in `OverBins`.
+    """
+
+    lo: np.ndarray
+    hi: np.ndarray
+    common: ErrorSet
+    blur: np.ndarray
+    goal_least: np.ndarray
+    goal_most: np.ndarray
+    straddles: np.ndarray
+
+
+class Examined(NamedTuple):
+    """Results for n boxes. A margin is how far a reason clears its condition: positive proves
+    it (up to rounding). The reasons are g goal rows, s rows of the start set, c contacts.
+
+    goal (n, g), start (n, s) [row units], hit (n, c) [m]: margins of the reasons for being unsafe.
+    which: (n, c, 3) obstacle, interval, index into SHARES of each contact.
+    weights: (n, c, 2^n_p, n_points) of its mixtures of points, one at each corner of the box of z.
+    at: (m, c, n_points, n_p) p - z of every vertex of k at that moment.
+    effects: (n, g + s + c, n_p + n_k) how much a reason's margin moves along each side of the box.
+    slopes: (n, g + s + c, n_p) change of the margin per z, about.
+    """
+
+    goal: jax.Array
+    start: jax.Array
+    hit: jax.Array
+    which: jax.Array
+    weights: jax.Array
+    at: jax.Array
+    effects: jax.Array
+    slopes: jax.Array
+
+
+class Known(NamedTuple):
+    """Bounds of the outputs in n boxes of k.
+
+    places: (m, T + 1, n_c) of all points less z, at m vertices of cells, or at corners of boxes
+        around them. owner: (m,) number of the box; n for padding.
+    goal: pair of (n, g) least and most of the goal's rows but for z. start: pair of (n, s) of the
+        start's.
+    blame: (n, n_k) the share of each side in how loose this is; 0 at vertices, which are exact.
+    """
+
+    places: jax.Array
+    owner: jax.Array
+    goal: tuple[jax.Array, jax.Array]
+    start: tuple[jax.Array, jax.Array]
+    blame: jax.Array
+
+
+def offsets_from_end(net: ReLUNetwork, layout: Layout, k: Params):
+    """p_s - z of all points at all knots (T + 1, n_c) and q (n_q,) of one k; z is the end of the
+    first point.
+    """
+    offsets, q, _ = predict(net, layout, k)
+    z = jnp.concatenate([offsets[-1:, : layout.n_p]] * layout.n_points, axis=1)
+    return offsets - z, q
+
+
+@jax.jit
+def examine(
+    net: ReLUNetwork, scene: Tabled, k: ManyParams, owner: Numbers, boxes: Boxes
+) -> Examined:
+    """Vertices k of the cells, owner: number of their box, n for padding. Kernel over the
+    batch.
+    """
+    n, T, n_c = boxes.blur.shape
+    n_p = scene.z_lo.shape[0]
+    layout = Layout(T, n_p, n_c // n_p)
+    places, q = jax.vmap(lambda x: offsets_from_end(net, layout, x))(k)
+    rest = jnp.concatenate([places[:, -1, n_p:], q], axis=1)
+    known = Known(
+        places=places,
+        owner=owner,
+        goal=_extremes(product(rest, scene.goal_A[:, n_p:].T), owner, n),
+        start=_extremes(product(places[:, 0, :n_p], scene.start_A.T), owner, n),
+        blame=jnp.zeros((n, k.shape[1])),
+    )
+    return _examined(net, scene, layout, known, boxes)
+
+
+@jax.jit
+def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined:
+    """The same with bounds of the network over each box of k. [T36] Kernel over the batch.
+
+    `at` has 2^n_p rows for each box, one box after another: corners that hold all its places.
+    """
+    n, T, n_c = boxes.blur.shape
+    n_p = scene.z_lo.shape[0]
+    layout = Layout(T, n_p, n_c // n_p)
+    W, b = _outputs_less_end(net, layout)
+    n_places = (T + 1) * n_c
+    rest = slice(n_places - n_c + n_p, None)  # the ends of the other points, and q
+    goal_rest = scene.goal_A[:, n_p:]
+    rows = jnp.concatenate(
+        [W[:n_places], product(goal_rest, W[rest]), product(scene.start_A, W[:n_p])]
+    )
+    constants = jnp.concatenate(
+        [b[:n_places], product(goal_rest, b[rest]), product(scene.start_A, b[:n_p])]
+    )
+    layers = list(zip(net.weights[:-1], net.biases[:-1], strict=True))
+    of_box = jax.vmap(lambda lo, hi: ranges_of_rows(layers, rows, constants, lo, hi))
+    least, most = of_box(boxes.lo[:, n_p:], boxes.hi[:, n_p:])
+    ends = np.cumsum([n_places, len(goal_rest)])
+    low_places, low_goal, low_start = jnp.split(least, ends, axis=1)
+    high_places, high_goal, high_start = jnp.split(most, ends, axis=1)
+    # all points and moments at the same corner of their boxes: a mixture of them is in the hull too
+    places = corners_of(
+        low_places.reshape(n, T + 1, -1, n_p), high_places.reshape(n, T + 1, -1, n_p)
+    )
+    places = jnp.moveaxis(places, 3, 1).reshape(-1, T + 1, n_c)
+    # lines part from the network as the square of how far the inputs of neurons go
+    far = (boxes.hi - boxes.lo)[:, n_p:] * jnp.sqrt(dot(net.weights[0].T, net.weights[0].T))[None]
+    known = Known(
+        places=places,
+        owner=jnp.repeat(jnp.arange(n), 2**n_p),
+        goal=(low_goal, high_goal),
+        start=(low_start, high_start),
+        blame=far**2 / jnp.maximum(dot(far, far), jnp.finfo(far.dtype).tiny)[:, None],
+    )
+    return _examined(net, scene, layout, known, boxes)
+
+
+def _outputs_less_end(net: ReLUNetwork, layout: Layout):
+    """Rows (r, n) of the last layer and constants (r,) for all places less z, knot by knot, and q,
+    as in `offsets_from_end`.
+    """
+    n_p = layout.n_p
+    W = jnp.concatenate([jnp.zeros((n_p, net.weights[-1].shape[1])), net.weights[-1]])
+    b = jnp.concatenate([jnp.zeros(n_p), net.biases[-1]])
+    first_end = layout.n_steps * layout.n_c
+    end = slice(first_end, first_end + n_p)
+    points = (layout.n_steps + 1) * layout.n_points
+    n_places = points * n_p
+    W = W.at[:n_places].add(-jnp.concatenate([W[end]] * points))
+    b = b.at[:n_places].add(-jnp.concatenate([b[end]] * points))
+    return W, b
+
+
+def _examined(
+    net: ReLUNetwork, scene: Tabled, layout: Layout, known: Known, boxes: Boxes
+) -> Examined:
+    n = len(boxes.lo)
+    n_p = layout.n_p
+    z_lo = boxes.lo[:, :n_p]
+    z_hi = boxes.hi[:, :n_p]
+    # all points move with z
+    n_c = layout.n_c
+    goal_z = by_point(scene.goal_A[:, :n_c], layout.n_points).sum(axis=1)
+    goal_rest = scene.goal_A[:, n_p:]
+
+    low = _least_of_rows(goal_z, z_lo, z_hi)
+    least_rest, most_rest = known.goal
+    goal = low + least_rest - (scene.goal_b[None] - boxes.goal_least)
+
+    low = _least_of_rows(scene.start_A, z_lo, z_hi)
+    least_p0, most_p0 = known.start
+    start = low + least_p0 - scene.start_b[None]
+
+    path, moved, moved_end = _middle(net, layout, boxes)
+    least_places, most_places = _extremes(known.places, known.owner, n)
+    half_z = jnp.concatenate([(z_hi - z_lo) / 2] * layout.n_points, axis=1)
+    half_size = (most_places - least_places) / 2 + half_z[:, None]
+    tried = contacts_to_try(scene, path, half_size, boxes.common, z_hi - z_lo)
+    at, depth = contact_depth(scene, tried, known.places, known.owner, z_lo, z_hi)
+    _, worst = _extremes(depth, known.owner, n)
+
+    rows = jnp.concatenate([goal_z, scene.start_A])
+    slopes = jnp.concatenate([jnp.broadcast_to(rows[None], (n, *rows.shape)), -tried.way], axis=1)
+    effects = _effects_of_sides(
+        [goal_z, scene.start_A],
+        [moved_end, moved[:, :, 0, :n_p]],
+        [goal_rest, scene.start_A],
+        z_hi - z_lo,
+        tried,
+        moved,
+    )
+    spans = [most_rest - least_rest, most_p0 - least_p0, _spans(tried, most_places - least_places)]
+    loose = jnp.concatenate(spans, axis=1) - effects[:, :, n_p:].sum(axis=2)
+    of_bins = _effects_of_bins(start, tried, boxes)
+    of_bounds = jnp.maximum(loose, 0)[:, :, None] * known.blame[:, None]
+    effects = effects.at[:, :, n_p:].add(of_bins + of_bounds)
+    which = jnp.stack([tried.obstacle, tried.interval, tried.share], axis=2)
+    return Examined(goal, start, -worst, which, tried.weights, at, effects, slopes)
+
+
+def _extremes(x: Float[ArrayLike, " b *_"], owner: Numbers, n: int):
+    """Least and most (n, ...) over the vertices of each box."""
+    least = jax.ops.segment_min(x, owner, n + 1)[:n]
+    most = jax.ops.segment_max(x, owner, n + 1)[:n]
+    return least, most
+
+
+def _least_of_rows(A: Float[ArrayLike, "rows n_p"], z_lo: Positions, z_hi: Positions):
+    """Least of A z over the boxes of z: (n, rows)."""
+    return jnp.minimum(A[None] * z_lo[:, None], A[None] * z_hi[:, None]).sum(axis=2)
+
+
+def _middle(net: ReLUNetwork, layout: Layout, boxes: Boxes):
+    """Of the plan in the middle of each box the path (n, T + 1, n_c), and as k moves from side to
+    side, the changes (n, n_k, T + 1, n_c) of p - z and (n, n_k, n_c - n_p + n_q) of the end of the
+    other points less z, and of q.
+    """
+    n_p = layout.n_p
+    half_k = (boxes.hi[:, n_p:] - boxes.lo[:, n_p:]) / 2
+    n_k = half_k.shape[1]
+    center = (boxes.hi + boxes.lo) / 2
+    steps = jnp.concatenate([jnp.zeros((1, n_k)), jnp.eye(n_k), -jnp.eye(n_k)])
+    probes = center[:, None, n_p:] + steps[None] * half_k[:, None]
+    back, q = jax.vmap(jax.vmap(lambda x: offsets_from_end(net, layout, x)))(probes)
+    end = jnp.concatenate([back[:, :, -1, n_p:], q], axis=2)
+    z = jnp.concatenate([center[:, None, :n_p]] * layout.n_points, axis=2)
+    moved, moved_end = (x[:, 1 : n_k + 1] - x[:, n_k + 1 :] for x in (back, end))
+    return z + back[:, 0], moved, moved_end
+
+
+def _mixed(x: Float[ArrayLike, "n c *_ n_c"], tried: Tried):
+    """(n, c, ..., n_p) mixed as the points of each contact are, by the mean of its weights."""
+    weights = tried.weights.mean(axis=2)
+    weights = weights.reshape(*weights.shape[:2], *[1] * (x.ndim - 2), weights.shape[2])
+    return dot(jnp.swapaxes(by_point(x, weights.shape[-1]), -1, -2), weights)
+
+
+def _effects_of_sides(
+    z_rows: list[jax.Array],
+    k_moves: list[jax.Array],
+    k_rows: list[jax.Array],
+    z_size: Positions,
+    tried: Tried,
+    moved: Float[ArrayLike, "n n_k knots n_c"],
+):
+    """|change| of goal rows, start rows and contacts along the sides: (n, g + s + c, n_p + n_k)."""
+    n = len(z_size)
+    along_z = [jnp.abs(A)[None] * z_size[:, None] for A in z_rows]
+    along_z.append(jnp.abs(tried.way) * z_size[:, None])
+    along_k = [
+        jnp.abs(jnp.einsum("nij,rj->nri", move, A, precision=HIGHEST))
+        for move, A in zip(k_moves, k_rows, strict=True)
+    ]
+    moved_at = moments(moved)[jnp.arange(n)[:, None], :, tried.interval, tried.share]
+    moved_at = _mixed(moved_at, tried)
+    along_k.append(jnp.abs(jnp.einsum("ncij,ncj->nci", moved_at, tried.way, precision=HIGHEST)))
+    parts = [jnp.concatenate([z, k], axis=2) for z, k in zip(along_z, along_k, strict=True)]
+    return jnp.concatenate(parts, axis=1)
+
+
+def _effects_of_bins(start: Float[ArrayLike, "n s"], tried: Tried, boxes: Boxes):
+    """|change| of the reasons when the box is split at the edges of bins: (n, g + s + c, n_k)."""
+    n = len(boxes.lo)
+    more_goal = boxes.goal_most - boxes.goal_least
+    blur = boxes.blur[jnp.arange(n)[:, None], tried.interval]
+    more_hit = dot(jnp.abs(tried.way), _mixed(blur, tried))
+    more = jnp.concatenate([more_goal, jnp.zeros_like(start), more_hit], axis=1)
+    count = jnp.maximum(boxes.straddles.sum(axis=1), 1.0)
+    return more[:, :, None] * (boxes.straddles / count[:, None])[:, None]
+
+
+def _spans(tried: Tried, size: Paths):
+    """(n, c) how far the boxes around the places, of these sizes, go along the contacts' ways."""
+    at = moments(size)[jnp.arange(len(size))[:, None], tried.interval, tried.share]
+    return dot(jnp.abs(tried.way), _mixed(at, tried))
