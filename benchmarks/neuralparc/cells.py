@@ -15,12 +15,13 @@ from parc_jax.common import struct
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.proof.regions.table import RegionTable
 
 # [share of the region's volume] smaller cells are left out: no samples from them, no claim
 _SLIVER = 1e-9
+# [1] bound on the relative rounding of a float polytope vertex; obstacles grow by it
+VERTEX_RELATIVE = 1e-12
 _TOGETHER = 128  # most cells of a stack
 
 
@@ -127,7 +128,7 @@ def cut_by_bins(
     region: h rows over k. corners: (v, n_k) its vertices, each within slip (n_k,) of the exact one.
     C, d: its map. With one bin only, a region keeps its rows.
     """
-    slip = slip + TOLERANCES.vertex_relative * np.abs(corners).max(axis=0)
+    slip = slip + VERTEX_RELATIVE * np.abs(corners).max(axis=0)
     smallest = _SLIVER * volume(corners)
     cells = []
     for bin_number in _bins_met(tube, corners):

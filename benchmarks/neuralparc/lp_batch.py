@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.neuralparc.lp_program import LPStatus
-from benchmarks.neuralparc.lp_solve import solve
+from benchmarks.neuralparc.lp_solve import GAP, solve
 from parc_jax.common.arrays import as_float64, slices, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import (
@@ -143,7 +143,7 @@ def _decide(c, A, b, lo, hi, x, y) -> LPBatch:
     lower = dual_bound(c, A, b, y, low, high)
     empty = ~point & proves_empty(A, b, y, low, high, TOLERANCES.lp_margin)
     flat = ~c.any(axis=1)
-    near = value - lower <= TOLERANCES.lp_gap * (1 + np.abs(np.where(point, value, 0.0)))
+    near = value - lower <= GAP * (1 + np.abs(np.where(point, value, 0.0)))
     status = np.full(len(c), int(LPStatus.UNKNOWN))
     status[point & flat] = int(LPStatus.FEASIBLE)
     status[point & ~flat & near] = int(LPStatus.OPTIMAL)

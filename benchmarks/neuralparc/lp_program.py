@@ -26,7 +26,7 @@ class LPStatus(enum.IntEnum):
         """One sentence for the user: the proof, and what to try next."""
         return (
             "A point satisfies the rows; a dual witness shows that no point is better by more than "
-            "lp_gap.",
+            "1e-7 of its value.",
             "A point satisfies the rows to lp_feasible; nothing is claimed about how good it is. "
             "For a proved optimum give bounds (lo, hi) or rescale the rows to unit length.",
             "A dual witness proves that no point satisfies the rows.",

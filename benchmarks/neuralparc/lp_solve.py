@@ -12,6 +12,9 @@ from parc_jax.common.lp.exact import dual_bound, exact_dual_bound, round_down, r
 from parc_jax.common.lp.solve import ask_clarabel
 from parc_jax.common.tolerances import TOLERANCES
 
+# [1 + |optimum|] an optimum is called OPTIMAL if its proved bounds are this close; verdicts use the
+# bounds
+GAP = 1e-7
 _KINDS = {"Solved": "solved", "PrimalInfeasible": "empty", "DualInfeasible": "unbounded"}
 
 
@@ -92,7 +95,7 @@ def _with_point(lp: LinearProgram, x, hint: Hint, lower: float) -> LPResult:
     if not violation(x, A, b, lp.lo, lp.hi) <= TOLERANCES.lp_feasible:  # False for NaN
         return _result(lp, LPStatus.UNKNOWN, None, hint, lower)
     value = float(lp.c @ x)
-    met = bool(lp.c.any()) and value - lower <= TOLERANCES.lp_gap * (1 + abs(value))
+    met = bool(lp.c.any()) and value - lower <= GAP * (1 + abs(value))
     return _result(lp, LPStatus.OPTIMAL if met else LPStatus.FEASIBLE, x, hint, lower)
 
 

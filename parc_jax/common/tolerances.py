@@ -10,10 +10,6 @@ class Tolerances:
     lp_feasible: [row units] a point may miss a row by this and still be called feasible-to-look-at
         (never: safe).
     lp_margin: [row units] a dual proof of emptiness must clear zero by this.
-    lp_gap: [1 + |optimum|] an optimum is called OPTIMAL if its proved bounds are this close;
-        verdicts use the bounds.
-    vertex_relative: [1] bound on the relative rounding of a float polytope vertex; obstacles grow
-        by it.
     leaf_margin: [m or row units] a box of plans must clear its condition by this before it is
         written down as unsafe; otherwise it stays undecided.
     contact_depth: [m] how deep a contact must lie in the obstacle; less than leaf_margin.
@@ -28,8 +24,6 @@ class Tolerances:
 
     lp_feasible: float = 1e-9
     lp_margin: float = 1e-12
-    lp_gap: float = 1e-7
-    vertex_relative: float = 1e-12
     leaf_margin: float = 1e-6
     contact_depth: float = 2e-7
     profile_floor: float = 1e-3

@@ -36,25 +36,24 @@ class Ball(NamedTuple):
     radius: float
 
 
-def chebyshev_center(p: HPolytope, largest: float | None = None) -> Ball:
-    """Centre of the largest ball in p of radius up to `largest`; by default the size of the
-    offsets, so that unbounded sets have an answer too.
+def chebyshev_center(p: HPolytope) -> Ball:
+    """Centre of the largest ball in p, of a radius up to the size of the offsets, so that unbounded
+    sets have an answer too.
     """
     length = np.linalg.norm(p.A, axis=1)
     size = 1.0 + float(np.max(np.abs(p.b) / np.where(length > 0, length, 1.0), initial=0.0))
-    largest = size if largest is None else largest
     rows = np.concatenate([p.A, length[:, None]], axis=1)
     cost = np.r_[np.zeros(p.n), -1.0]
     unknown = np.full(p.n, np.inf)
     # a negative radius, by which rows are missed, always exists
-    x, bound = minimise(cost, rows, p.b, np.r_[-unknown, -size], np.r_[unknown, largest])
+    x, bound = minimise(cost, rows, p.b, np.r_[-unknown, -size], np.r_[unknown, size])
     if bound > 0:
         return Ball(np.full(p.n, np.nan), -np.inf)
     if x is None or x[-1] < -TOLERANCES.lp_feasible:
         return Ball(np.full(p.n, np.nan), np.nan)
     center = x[:-1]
     depth = (p.b - p.A @ center) / np.where(length > 0, length, 1.0)
-    return Ball(center, float(np.clip(depth.min(initial=largest), 0.0, largest)))
+    return Ball(center, float(np.clip(depth.min(initial=size), 0.0, size)))
 
 
 def vertices(p: HPolytope) -> Float[np.ndarray, "v n"]:
@@ -156,8 +155,8 @@ def _unbounded() -> InputError:
 
 
 def bounding_box(s: Box | HPolytope) -> Box:
-    """A box proved to contain s, tight to lp_gap: two LPs per coordinate, or a closed form where
-    each row is about one coordinate or about one of some disjoint pairs.
+    """A box proved to contain s: two LPs per coordinate, or a closed form where each row is about
+    one coordinate or about one of some disjoint pairs.
 
     Infinite where s is unbounded or no bound was proved. Raises InputError if s is proved empty.
     """
