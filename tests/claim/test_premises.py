@@ -168,6 +168,7 @@ BESIDE = {
     ("answer/risk.py", "delta"),
     ("answer/risk.py", "eps"),
     ("app/files/answer_file.py", "evidence"),
+    ("app/live.py", "discard"),
     ("app/live.py", "eps"),
     ("app/live_page.py", "eps"),
     ("drive/local/localise.py", "assumptions"),
