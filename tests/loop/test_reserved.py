@@ -58,3 +58,18 @@ def test_who_decides_before_the_other_was_measured_is_refused():
         pj.drive.reserved(second, float(first.begin), time)
     with pytest.raises(pj.InputError, match="every >= 1"):
         pj.drive.reserved(first, float(second.begin), time, every=0)
+
+
+@pytest.mark.parametrize(("dt", "share"), [(1.0, 0.4), (0.7, 0.21)])
+def test_who_rests_before_the_other_does_avoids_all_of_its_way(dt, share):
+    rng = np.random.default_rng(0)
+    one = driven(True, 1)[0]
+    grid = one.asked.query.model.time
+    step = dt * grid.dt
+    time = pj.learning.time_grid(step, max(1, round(share * grid.t_f / step)) * step, step)
+    assert time.t_f < 0.6 * grid.t_f
+    obstacles, spans = pj.drive.reserved(one, float(one.begin), time)
+    first, last = spans[-1]
+    assert last == time.n_steps - 1
+    for seconds in np.linspace(step * first + 1e-6, 1.5 * grid.t_f, 60):
+        assert (places(one, seconds, rng) @ obstacles[-1].A.T <= obstacles[-1].b).all()

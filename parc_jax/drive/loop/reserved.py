@@ -25,7 +25,8 @@ def reserved(
     commitment: Commitment, at: ArrayLike, time: TimeGrid, *, every: int = 1
 ) -> tuple[list[HPolytope], list[Span]]:
     """The places of a robot from a moment on, by its manoeuvre under way: its stop and where it
-    rests for ever are among them. Obstacles and spans for `Loop.step` of another robot.
+    rests for ever are among them. Obstacles and spans for `Loop.step` of another robot; the last
+    one has all places from its span on, however long: the other then rests.
 
     commitment: of the robot that is in the way. at: [s] of the clock that both share, when the pose
     of the other is measured; not before the manoeuvre began. time: grid of the other's model.
@@ -47,10 +48,10 @@ def reserved(
     spans += [(rests, time.n_steps - 1)] * (rests < time.n_steps)
     obstacles = []
     for first, last in spans:
-        begin = math.floor((age + first * step + SAME) / dt)
+        begin = min(math.floor((age + first * step + SAME) / dt), len(reach) - 1)
         end = math.ceil((age + (last + 1) * step - SAME) / dt)
-        begin = min(begin, len(reach) - 1)
-        obstacles.append(hpolytope(A, reach[begin : max(end, begin + 1)].max(axis=0)))
+        end = len(reach) if last == time.n_steps - 1 else max(end, begin + 1)
+        obstacles.append(hpolytope(A, reach[begin:end].max(axis=0)))
     return obstacles, spans
 
 
