@@ -9,8 +9,16 @@ import numpy as np
 import parc_jax as pj
 from sims.parking import car as c
 from sims.parking.cases import case, numbers
-from sims.parking.drive import MODEL, ends_surely, link, loop_of, pieces_of, predicted, tube_of
-from sims.parking.guide import Guide
+from sims.parking.drive import (
+    MODEL,
+    goal_of,
+    guide_of,
+    link,
+    loop_of,
+    pieces_of,
+    predicted,
+    tube_of,
+)
 from sims.parking.kinematics import compose, steering
 
 
@@ -32,9 +40,7 @@ def ahead(number: int) -> Chain:
     """
     known = case(number)
     model = pj.load(MODEL, system="parking")
-    guide = Guide(known, width=lambda k: tube_of(model, k)[0], sure=lambda k: ends_surely(model, k))
-    guide.require_reach()
-    way = guide.search()
+    way = guide_of(known, model).search()
     if way is None:
         return Chain(0, 0, [], [])
     pose, wheels, off, turned = known.start, 0.0, 0.0, 0.0
@@ -42,8 +48,8 @@ def ahead(number: int) -> Chain:
     for i, (k, target) in enumerate(zip(way.k, way.poses[1:], strict=True)):
         loop = loop_of(MODEL, off, turned)
         loop.restart()
-        last = i == len(way.k) - 1
-        step = link(loop, known, pieces_of(known), pose, wheels, k, target, last, 0.0)
+        goal = goal_of(known, pose) if i == len(way.k) - 1 else None
+        step = link(loop, pieces_of(known), pose, wheels, k, target, goal, 0.0)
         if not step.new:
             break
         driven = step.committed.k

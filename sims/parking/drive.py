@@ -5,6 +5,7 @@ before led to, the last one into the goal, and driven by the black box.
 import time
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import jax
@@ -81,20 +82,41 @@ def loop_of(path: Path = MODEL, start: float = 0.0, heading: float = 0.0) -> pj.
     )
 
 
-def goal_of(case: Case, pose: np.ndarray) -> pj.types.HPolytope:
+def goal_of(case: Case, pose: np.ndarray, within=GOAL) -> pj.types.HPolytope:
     """The goal of a case in the world, over all points and the heading, seen from a pose (3,)."""
     cos, sin = np.cos(case.goal[2]), np.sin(case.goal[2])
     rows = np.array([[cos, sin], [-sin, cos]])
     rows = np.concatenate([rows, -rows])
-    place = pj.hpolytope(rows, rows @ case.goal[:2] + GOAL[0])
+    place = pj.hpolytope(rows, rows @ case.goal[:2] + within[0])
     here = np.arctan2(np.sin(pose[2]), np.cos(pose[2]))
     turned = here + offset_from(pose, case.goal)[2]
-    heading = pj.box([turned - GOAL[1]], [turned + GOAL[1]])
+    heading = pj.box([turned - within[1]], [turned + within[1]])
     return pj.problem.goal_of_points(c.POINTS, {c.POINTS[0]: place}, heading)
 
 
-def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
-    """Park. key: of the black box and of the measured poses."""
+def guide_of(case: Case, model, within=GOAL, shift: float = 0.0, heading: float = 0.0) -> Guide:
+    """The guide of a model in a case. within, shift, heading: as of `ends_surely`. Raises
+    InputError where the goal is out of reach.
+    """
+    # a goal that is wider than GOAL leaves a choice of where in it to end
+    spare = np.maximum(np.subtract(within, GOAL), 0.0)[[0, 0, 1]]
+    offsets = np.unique(spare * list(product((0, -1, 1), repeat=3)), axis=0)
+    guide = Guide(
+        case,
+        width=lambda k: tube_of(model, k)[0],
+        sure=lambda k, aim: ends_surely(
+            model, k, within, offset_from(case.goal, aim), shift, heading
+        ),
+        aims=compose(case.goal, offsets),
+    )
+    guide.require_reach()
+    return guide
+
+
+def drive(case: Case, loop: pj.drive.Loop, key, system=None, within=GOAL) -> Parked:
+    """Park. key: of the black box and of the measured poses. within: [m] along and across, [rad],
+    how far from the goal the car may rest.
+    """
     begin = time.process_time()
     system = c.system() if system is None else system
     run = jax.jit(system.states)
@@ -108,12 +130,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
     shares = iter(CLEAR)
     shift = float(np.linalg.norm(loop.uncertainty.shifts(2)))
     heading = float(loop.uncertainty.heading or 0.0)
-    guide = Guide(
-        case,
-        width=lambda k: tube_of(loop.model, k)[0],
-        sure=lambda k: ends_surely(loop.model, k, shift, heading),
-    )
-    guide.require_reach()
+    guide = guide_of(case, loop.model, within, shift, heading)
     while len(new) < LINKS:
         if way is None or i == len(way.k):
             share = next(shares, None)
@@ -127,7 +144,8 @@ def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
                 continue
         known = measured(pose, loop.uncertainty, draws)
         last = i == len(way.k) - 1
-        step = link(loop, case, around, known, wheels, way.k[i], way.poses[i + 1], last, at)
+        goal = goal_of(case, known, within) if last else None
+        step = link(loop, around, known, wheels, way.k[i], way.poses[i + 1], goal, at)
         if not step.new:
             why, way = step.reason, None
             continue
@@ -147,7 +165,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, system=None) -> Parked:
     ways = np.array([one.k[1] for one in new])
     points = c.corners(*path.T)
     return Parked(
-        reached=bool((np.abs(off) <= [GOAL[0], GOAL[0], GOAL[1]]).all()),
+        reached=bool((np.abs(off) <= [within[0], *within]).all()),
         proved=proved,
         why=why,
         clearance=judged(case, path),
@@ -171,8 +189,10 @@ def pieces_of(case: Case) -> list:
     ]
 
 
-def link(loop, case, around, pose, wheels, k, target, last, at):
-    """One step of the loop: a manoeuvre from a pose to a target (3,), near k (3,)."""
+def link(loop, around, pose, wheels, k, target, goal, at):
+    """One step of the loop: a manoeuvre from a pose to a target (3,), near k (3,), and into a goal
+    if that is not None.
+    """
     aim = offset_from(pose, target)
     exact, _ = reach_exactly(aim[None], np.asarray(k, float)[None], predicted(loop.model, wheels))
     draw = np.random.default_rng(0).normal(size=(AROUND - 1, 3)) * SPREAD
@@ -188,7 +208,6 @@ def link(loop, case, around, pose, wheels, k, target, last, at):
         turned = (seen.heading - target[2] + np.pi) % (2 * np.pi) - np.pi
         return np.maximum(off - 0.01, 0.0) + PER_RADIAN * np.abs(turned)
 
-    goal = goal_of(case, pose) if last else None
     return loop.step(pose, [wheels], obstacles, prefer, at=at, goal=goal)
 
 
@@ -202,15 +221,19 @@ def tube_of(model, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def ends_surely(model, k: np.ndarray, shift: float = 0.0, heading: float = 0.0) -> np.ndarray:
-    """(b,) whether manoeuvres k (b, 3) leave room in the goal: for their tube, for poses that are
-    wrong by shift [m], heading [rad], and to correct.
+def ends_surely(
+    model, k: np.ndarray, within=GOAL, off=(0.0, 0.0, 0.0), shift: float = 0.0, heading: float = 0.0
+) -> np.ndarray:
+    """(b,) whether manoeuvres k (b, 3) that are aimed off (3,) from the goal leave room in it: for
+    their tube, for poses that are wrong by shift [m], heading [rad], and to correct. within: [m],
+    [rad] from its middle to its sides.
     """
     final = tube_of(model, k)[1]
     place = np.hypot(final[:, 0], final[:, 1]) + shift + heading * np.abs(k[:, 0])
     steered = np.abs(k[:, 1:]).max(axis=1)
     turned = final[:, -1] + heading
-    return (place < ROOMY * GOAL[0]) & (turned < ROOMY * GOAL[1]) & (steered < STEERED)
+    room, turn = within[0] - np.abs(off[:2]).max(), within[1] - abs(off[2])
+    return (place < ROOMY * room) & (turned < ROOMY * turn) & (steered < STEERED)
 
 
 def asked(k: np.ndarray) -> np.ndarray:

@@ -51,15 +51,17 @@ class Way(NamedTuple):
 
 class Guide:
     """Ways of a case. share: of its tube's width by which a manoeuvre has to be clear. width: [m]
-    (b,) of the tubes of manoeuvres k (b, 3). sure: which of them may be the last, which ends in the
-    goal. left: poses that its searches may still follow.
+    (b,) of the tubes of manoeuvres k (b, 3). aims (n, 3): poses at which a way may end, by default
+    the goal. sure: which of k (b, 3) may be the last, aimed at a pose (3,). left: poses that its
+    searches may still follow.
     """
 
-    def __init__(self, case: Case, share: float = 1.0, width=None, sure=None):
+    def __init__(self, case: Case, share: float = 1.0, width=None, sure=None, aims=None):
         self.case, self.share, self.left = case, share, BUDGET
+        self._aims = case.goal[None] if aims is None else aims
         self._width = (lambda k: np.full(len(k), WIDTH)) if width is None else width
         self.space = Space(case)
-        self._sure = (lambda k: np.ones(len(k), bool)) if sure is None else sure
+        self._sure = (lambda k, aim: np.ones(len(k), bool)) if sure is None else sure
         listed = WAYS + SHORT
         k = [(s * w, a, b) for w in listed for s in (1, -1) for a in TURNS for b in TURNS]
         self.k = np.array(k)
@@ -84,7 +86,7 @@ class Guide:
             )
 
     def search(self, start=None) -> Way | None:
-        """A way from a pose (3,), by default the start, to the goal; None where none was found."""
+        """A way from a pose (3,), by default the start, to an aim; None where none was found."""
         start = self.case.start if start is None else np.asarray(start, float)
         ways = self.space.ways_from(start)
         for weight, most, fine in GREEDY:
@@ -94,14 +96,13 @@ class Guide:
         return None
 
     def _search(self, start, ways, weight: float, most: int, fine: bool) -> Way | None:
-        goal = self.case.goal
-        number, heap, seen = count(), [], {}
-        # of each node: pose, steering at its beginning, manoeuvre to its parent, parent, cost
-        nodes = [(goal, None, None, -1, 0.0)]
-        cells = [self._cell(goal, fine)]
-        heapq.heappush(heap, (0.0, next(number), 0))
-        best = None
+        number, seen, best = count(), {}, None
         room = self._room(start, fine)
+        aims = self._aims[self.space.around(self._aims, fine) >= room]
+        # of each node: pose, steering at its beginning, manoeuvre to its parent, parent, cost
+        nodes = [(aim, None, None, -1, 0.0) for aim in aims]
+        cells = [(*self._cell(aim, fine), i) for i, aim in enumerate(aims)]
+        heap = [(0.0, next(number), i) for i in range(len(aims))]
         margins = np.minimum(self.share * self._widths + LEAST, room)
         most = min(most, self.left)
         while heap and most > 0:
@@ -114,7 +115,8 @@ class Guide:
             seen[cells[i]] = cost
             most, self.left = most - 1, self.left - 1
             found = self._shot(pose, start, wheels, room)
-            if i == 0 and found is not None and not self._sure(found[0][None])[0]:
+            final = i < len(aims)
+            if final and found is not None and not self._sure(found[0][None], pose)[0]:
                 found = None
             if found is not None and (best is None or cost + found[1] < best[0]):
                 best = (cost + found[1], i, found[0])
@@ -122,8 +124,8 @@ class Guide:
                     break
             # the search goes back in time: a manoeuvre that is driven the other way leads here
             some = np.arange(len(self.k)) if fine else np.flatnonzero(~self._short)
-            if i == 0:
-                some = some[self._sure(self.k[some][:, [0, 2, 1]] * [-1, 1, 1])]
+            if final:
+                some = some[self._sure(self.k[some][:, [0, 2, 1]] * [-1, 1, 1], pose)]
             poses = compose(pose, self._ends[some])
             here = self.space.around(poses, fine)
             fits = np.flatnonzero(here >= margins[some])
@@ -165,7 +167,7 @@ class Guide:
         begin, end = np.tile(begin, len(k) // len(begin)), np.tile(end, len(k) // len(end))
         final = end == len(stops) - 1
         there &= np.abs(k[:, 0]) > 0.05
-        there[final] &= self._sure(k[final])
+        there[final] &= self._sure(k[final], stops[-1])
         k, begin, end = k[there], begin[there], end[there]
         clear = np.full(len(k), -1.0)
         margins = np.minimum(self.share * self._width(k) + LEAST, self._room(start, True))

@@ -11,10 +11,11 @@ import numpy as np
 import parc_jax as pj
 from parc_jax.drive.loop.episode_file import load_episode
 from sims.parking.cases import FILE, case, numbers
-from sims.parking.drive import MODEL, Parked, drive, loop_of
+from sims.parking.drive import GOAL, MODEL, Parked, drive, loop_of
 from sims.parking.film import draw, sheet
 
 SHIPPED = {1: 10.8, 2: 14.4, 4: 38.3, 5: 8.9}  # [s] of a public planner; 4 and 5 touch
+MOST_TURNED = 90  # [degrees] that a goal may leave to the heading
 HEAD = (
     "| case | parked | nearest | gears | driven | shipped | planned | links | file | check |\n"
     "|---|---|---|---|---|---|---|---|---|---|"
@@ -41,6 +42,8 @@ class Options:
     """Metres by which poses are measured wrongly, and known to be, along each axis."""
     heading: float = 0.0
     """Radians, likewise."""
+    within: tuple[float, float] = (GOAL[0], float(np.degrees(GOAL[1])))
+    """Metres along and across, and degrees: how far from the goal the car may rest."""
     seed: int = 0
 
 
@@ -68,7 +71,8 @@ def park(number: int, options: Options) -> tuple[Parked, str]:
     """Drive a case, save and check its episode; returns a row of the table too."""
     known = case(number, options.file)
     loop = loop_of(options.model, options.start, options.heading)
-    one = drive(known, loop, jax.random.PRNGKey(options.seed + number))
+    within = options.within[0], float(np.radians(options.within[1]))
+    one = drive(known, loop, jax.random.PRNGKey(options.seed + number), within=within)
     size, checked = "", ""
     if one.commitments:
         place = options.out / f"case_{number}.json"
@@ -106,6 +110,11 @@ def park_all(options: Options, say=print) -> list[Parked]:
     listed = numbers(options.file) if options.all else options.case
     if not listed:
         raise pj.InputError("parking: expected --all, or --case with numbers of cases.")
+    if not (0 < options.within[0] < np.inf and 0 < options.within[1] < MOST_TURNED):
+        raise pj.InputError(
+            f"within: expected metres and degrees above 0, fewer than {MOST_TURNED}; got "
+            f"{options.within}."
+        )
     for number in listed:  # before the long part
         case(number, options.file)
     say(HEAD)

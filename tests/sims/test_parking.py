@@ -16,7 +16,7 @@ from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.outline import require_same
 from sims.parking import car, cases, drive, guide, kinematics, space
-from sims.parking.job import Options, park
+from sims.parking.job import Options, park, park_all
 
 FAR = [[[20.0, 0.0], [21.0, 0.0], [21.0, 1.0]]]
 REST = [0.0, 0.0, 0.0]
@@ -118,6 +118,23 @@ def test_a_way_of_the_guide_leads_from_the_start_to_the_goal():
         pose = kinematics.compose(pose, kinematics.ends(k[None])[0, 0])
         assert np.abs(kinematics.offset_from(pose, end)).max() < 0.02
     assert np.abs(kinematics.offset_from(pose, case.goal)).max() < 0.1
+
+
+def test_in_a_wider_goal_a_way_ends_where_it_suits():
+    case, within = cases.case(1), (0.25, np.radians(5.0))
+    way = drive.guide_of(case, drive.model(), within).search()
+    off = np.abs(kinematics.offset_from(case.goal, way.poses[-1]))
+    assert (off <= np.array([0.15, 0.15, np.radians(3.0)]) + 1e-9).all()
+    assert off.max() > 0.01
+    # what is left of the goal there holds the tube of the last manoeuvre
+    assert drive.ends_surely(drive.model(), way.k[-1:], within, off).all()
+    assert not drive.ends_surely(drive.model(), way.k[-1:], within, [0.24, 0.0, 0.0]).any()
+
+
+@pytest.mark.parametrize("within", [(0.0, 2.0), (0.1, np.nan), (0.1, 90.0)])
+def test_a_goal_of_no_size_is_named(within, tmp_path):
+    with pytest.raises(pj.InputError, match="within: expected"):
+        park_all(Options(case=(5,), within=within, out=tmp_path))
 
 
 def test_what_the_grid_says_is_clear_is_about_what_it_is():
