@@ -11,19 +11,7 @@ import math
 
 from .bounds import OverBox
 from .cells import CellVertices, Outputs
-from .exact import (
-    FRACTION,
-    array,
-    box,
-    combine,
-    dot,
-    fields,
-    integers,
-    need,
-    number,
-    vector,
-    whole,
-)
+from .exact import FRACTION, array, box, combine, dot, fields, integers, need, number, vector, whole
 from .hits import hit
 from .plans import condition, holds
 

@@ -167,3 +167,21 @@ def test_states_at_the_end_alone_are_refused():
     odd = type("Odd", (Carts,), {"rollout_from_state": at_the_end})()
     with pytest.raises(InputError, match="states at 21 records"):
         collect(pj.learning.chained(odd), KEY, 4, quiet=True)
+
+
+@pytest.mark.slow  # asks a planner of three claims
+def test_runs_of_one_plan_are_refused_where_the_claim_or_the_system_is_about_chains():
+    """They begin settled, as if nothing came before: their count says nothing of the next run."""
+    chain, net, local = pj.learning.chained(CARTS), settled_network(), pj.drive.Local(rollouts=50)
+    asked = dict(eps=0.1, delta=0.01, bins=(2, 2), quiet=True)
+    free = pj.Uncertainty(given={"v0": "free"})
+    scene = pj.reach_avoid(pj.box([-9.0] * 2, [9.0] * 2), [], 0.1, uncertainty=free)
+    for claimed, driven in ((CARTS, chain), (chain, chain), (chain, CARTS)):
+        claim = pj.learning.bound_error(net, claimed, KEY, **asked)
+        planner = pj.Planner(pj.learning.trajectory_model(net, claim))
+        plan = planner.solve(scene, KEY, pj.Settings(samples=1, target=0.1)).choose(looks=2)
+        with pytest.raises(InputError, match=r"test: expected .* without chains"):
+            plan.test(driven, KEY, n=20)
+        with pytest.raises(InputError, match=r"localise: expected .* chains"):
+            plan.localise(driven, KEY, local)
+        assert plan.looks.taken == 0

@@ -24,13 +24,7 @@ from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.safe_set.verdict.scene import (
-    Scene,
-    lowered,
-    padded,
-    pruned_scene,
-    volume_of_all,
-)
+from parc_jax.safe_set.verdict.scene import Scene, lowered, padded, pruned_scene, volume_of_all
 from parc_jax.statement import about_file
 
 

@@ -11,7 +11,15 @@ from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import counted, rounded_down, rounded_up
-from parc_jax.drive.local.localise import Driven, Local, Near, checked_local, localise, start_trial
+from parc_jax.drive.local.localise import (
+    Driven,
+    Local,
+    Near,
+    checked_local,
+    localise,
+    require_begins,
+    start_trial,
+)
 from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box
 from parc_jax.drive.local.trials import run_once
 from parc_jax.learning.bound.calibrate import ledger_of_tests
@@ -25,9 +33,8 @@ from parc_jax.learning.bound.counts import (
 from parc_jax.learning.bound.statement import assumes, confidence_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.law import law_of
-from parc_jax.learning.system import System, check_system
+from parc_jax.learning.system import System
 from parc_jax.safe_set.settings import Settings
-from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 from parc_jax.statement import about_pose, about_spans
 
@@ -137,8 +144,7 @@ class Choice:
         share of delta (6,905 for 1e-3 at 1e-3).
         Returns the choice with `tested`. Raises InputError, also when all looks are spent.
         """
-        check_system(system)
-        require_same(system, self.model)
+        require_begins("test", system, self.model)
         eps = as_probability("eps", eps)
         if n is not None and n < 1:
             raise InputError(f"test: expected at least one run; got {n}.")

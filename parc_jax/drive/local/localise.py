@@ -41,6 +41,7 @@ from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec
 from parc_jax.learning.system import System, check_system
+from parc_jax.learning.systems.chained import Chained, hand_over_of
 from parc_jax.planner import Planner
 from parc_jax.problem.robust.nominal import Query
 from parc_jax.safe_set.settings import Settings
@@ -221,10 +222,22 @@ def answered_near(
     return replace(near, answer=replace(answer, looks=looks))
 
 
-def checked_local(call: str, system: System, model: TrajectoryModel, local: Local | None) -> Local:
-    """The sizes, or the default ones. Raises InputError for others, and for another system."""
+def require_begins(call: str, system: System, model: TrajectoryModel) -> None:
+    """Refuse another system, and chains: runs of a k that is handed over begin settled, as no run
+    of a chain does. [T37] Raises InputError.
+    """
     check_system(system)
     require_same(system, model)
+    if isinstance(system, Chained) or hand_over_of(model.claim.law.k_law):
+        raise InputError(
+            f"{call}: expected a system and a claim without chains; runs of a chosen k begin "
+            "settled, those of chains in motion. Learn the system itself, or watch drives: monitor."
+        )
+
+
+def checked_local(call: str, system: System, model: TrajectoryModel, local: Local | None) -> Local:
+    """The sizes, or the default ones. Raises InputError for others, and as `require_begins`."""
+    require_begins(call, system, model)
     local = Local() if local is None else local
     if not isinstance(local, Local):
         raise InputError(expected(call, "a Local", local, "pj.drive.Local(eps=1e-3)"))

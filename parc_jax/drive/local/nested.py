@@ -9,9 +9,7 @@ import numpy as np
 from parc_jax.drive.local.validation import Step, Validate
 from parc_jax.learning.bound.calibrate import scaled
 from parc_jax.learning.bound.claim import ErrorClaim
-from parc_jax.learning.bound.counts import (
-    wrong_claim_probability,
-)
+from parc_jax.learning.bound.counts import wrong_claim_probability
 from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.tube import Tube, tube_from_json
 from parc_jax.learning.runs.batch import RolloutBatch

@@ -32,11 +32,7 @@ from parc_jax.drive.local.trials import (
 from parc_jax.drive.local.validation import OF_RECORDINGS, Step, Validate, Validation
 from parc_jax.learning.bound.calibrate import ledger_of_tests, lost_among
 from parc_jax.learning.bound.claim import scene_claim
-from parc_jax.learning.bound.counts import (
-    RECORDED_IDS,
-    NoStatement,
-    required_runs,
-)
+from parc_jax.learning.bound.counts import RECORDED_IDS, NoStatement, required_runs
 from parc_jax.learning.bound.fresh import freshness_of, left_out_beside, names_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch

@@ -23,12 +23,7 @@ from parc_jax.learning.bound.counts import (
     density_of_share,
     risk_of,
 )
-from parc_jax.learning.bound.statement import (
-    DIGITS,
-    VALIDATED,
-    premises_of,
-    statement,
-)
+from parc_jax.learning.bound.statement import DIGITS, VALIDATED, premises_of, statement
 from parc_jax.learning.bound.tube import Tube, tube_to_json
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic

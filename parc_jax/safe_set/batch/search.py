@@ -21,13 +21,7 @@ from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.batch.box_scenes import BoxScenes, lay_out_boxes
 from parc_jax.safe_set.batch.estimate import along_fan
-from parc_jax.safe_set.batch.proposals import (
-    PROPOSED,
-    About,
-    pool_at_random,
-    rewarm,
-    search,
-)
+from parc_jax.safe_set.batch.proposals import PROPOSED, About, pool_at_random, rewarm, search
 from parc_jax.safe_set.separation.pruning import prune
 from parc_jax.safe_set.verdict.rounds import Best
 from parc_jax.safe_set.verdict.scene import SceneArrays, lowered, padded_to_class, size_class

@@ -20,12 +20,7 @@ from parc_jax.safe_set.corridors.build import greedy
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.polytope import SafePolytope, cell_of
 from parc_jax.safe_set.corridors.safe_plans import as_plans, members
-from parc_jax.safe_set.corridors.sampling import (
-    Place,
-    Points,
-    ends_from,
-    safe_ones,
-)
+from parc_jax.safe_set.corridors.sampling import Place, Points, ends_from, safe_ones
 from parc_jax.safe_set.corridors.search import draw_safe_plans
 from parc_jax.safe_set.corridors.stopping import Coverage, Limit, nothing_covered, stopping_rule
 from parc_jax.safe_set.verdict.scene import Scene

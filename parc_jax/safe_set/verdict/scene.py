@@ -19,13 +19,7 @@ from parc_jax.problem.body import Body
 from parc_jax.problem.problem import Problem, goal_box, require_dimensions
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.safe_set.separation.directions import DirectionTable, direction_table
-from parc_jax.safe_set.separation.pairs import (
-    Alike,
-    Obstacles,
-    alike,
-    bucket,
-    obstacles_of,
-)
+from parc_jax.safe_set.separation.pairs import Alike, Obstacles, alike, bucket, obstacles_of
 from parc_jax.safe_set.separation.pruning import Apart, Extent, apart, prune
 
 # [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`
