@@ -47,11 +47,26 @@ def test_windows_are_told_in_the_frame_of_the_mover():
     times = np.arange(0.0, 6.0, 0.1)
     line = np.array([3.0, 1.0]) + times[:, None] * np.array([0.0, -0.8])
     runs = pj.problem.mover_runs([(times, line)], GRID, step=STEP, most=1.5, every=0.5)
-    assert runs.n == 12 and set(runs.groups) == {0}
-    np.testing.assert_allclose(runs.k, np.tile([0.8, 0.0], (12, 1)), atol=1e-9)
+    assert runs.n == 10 and set(runs.groups) == {0}
+    np.testing.assert_allclose(runs.k, np.tile([0.8, 0.0], (10, 1)), atol=1e-9)
     t = GRID.dt_record * np.arange(GRID.n_record + 1)
-    # straight on beyond the end of the track, where nobody is
-    np.testing.assert_allclose(runs.p, np.stack([[0.8 * t, 0 * t]] * 12).swapaxes(1, 2), atol=1e-9)
+    np.testing.assert_allclose(runs.p, np.stack([[0.8 * t, 0 * t]] * 10).swapaxes(1, 2), atol=1e-9)
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("how", [{"every": 0.1}, {"rng": np.random.default_rng(0)}])
+def test_only_what_was_observed_is_a_run(how):
+    """Who walks in a circle is as far from where a window began at the end of each."""
+    times = np.arange(0.0, 2.001, 0.02)
+    circle = np.stack([np.cos(times), np.sin(times)], axis=1)
+    about = {"step": STEP, "most": 1.5, **how}
+    runs = pj.problem.mover_runs([(times, circle)] * 20, GRID, **about)
+    far = np.linalg.norm(runs.p[:, -1], axis=1)
+    np.testing.assert_allclose(far, 2 * np.sin(GRID.t_f / 2), atol=1e-3)
+    assert "one of 1.2 s within each track" in runs.law.describe()
+    short = [(times, circle), (times[:65], circle[:65])]
+    with pytest.raises(pj.InputError, match=r"track 1: expected at least 1.4 s .* it has 1.28 s"):
+        pj.problem.mover_runs(short, GRID, **about)
 
 
 def test_of_each_track_one_window_bounds_and_all_of_them_teach():
@@ -108,6 +123,11 @@ def test_tracks_with_gaps_and_jumps_are_refused():
     jumps = line + np.where(times > 3.0, 4.0, 0.0)[:, None]
     with pytest.raises(pj.InputError, match=r"it jumps with 56\.9"):
         pj.problem.mover_runs([(times, jumps)], GRID, **about)
+    lost = np.delete(np.arange(len(times)), [20, 21])
+    with pytest.raises(pj.InputError, match=r"track 0: expected .* 0.1 s apart.* gap of 0.3 s"):
+        pj.problem.mover_runs([(times[lost], line[lost])], GRID, **about)
+    bridged = pj.problem.mover_runs([(times[lost], line[lost])], GRID, bridge=0.3, **about)
+    assert "straight between places, 0.3 s apart at most" in bridged.law.describe()
     with pytest.raises(pj.InputError, match=r"these are 0.3 and 0.1 s apart"):
         pj.problem.see_mover([0.0, 0.3, 0.4], line[:3], STEP)
 

@@ -92,58 +92,66 @@ def mover_runs(
     name: str = "tracks",
     every: float | None = None,
     rng: np.random.Generator | None = None,
+    bridge: float | None = None,
 ) -> RolloutBatch:
     """Windows of logged tracks as runs for `pj.learn`: k as of `Mover`, p in the frame of the mover
     at the beginning of the window, ahead along x. Raises InputError.
 
-    tracks: times (n,) [s] and places (n, 2) [m] of each; between them it goes straight. time: the
-    grid of a window. step: [s] between the places from which a mover is seen. most: [m/s] greatest
-    speed. name: of the law. every: [s] between windows of a track, all of which are one group; for
-    training. rng: instead one window of each track, at a time drawn evenly, so that the unit of a
-    bound is the track; as `holdout`. A track that ends within a window goes on straight ahead,
-    where nobody is.
+    tracks: times (n,) [s] and places (n, 2) [m] of each. time: the grid of a window. step: [s]
+    between the places from which a mover is seen. most: [m/s] greatest speed. name: of the law.
+    every: [s] between windows of a track, all of which are one group; for training. rng: instead
+    one window of each track, at a time drawn evenly from those whose window is all within it, so
+    that the unit of a bound is the track; as `holdout`. bridge: [s] between places up to which the
+    mover is taken to have gone straight, by default a step, and two record steps at most.
     """
     if (every is None) == (rng is None):
         raise InputError("mover_runs: expected one of every and rng; got both or none.")
+    bridge = min(step, 2 * time.dt_record) if bridge is None else bridge
     rows, groups = [], []
     offsets = np.concatenate([[-2 * step, -step], time.dt_record * np.arange(time.n_record + 1)])
     for number, (times, places) in enumerate(tracks):
         times = as_float64("track times", times, (None,))
         places = as_float64("track places", places, (len(times), 2))
-        if len(times) < 2 or not (np.diff(times) > 0).all():
+        gaps = np.diff(times)
+        if len(times) < 2 or not (gaps > 0).all():
             raise InputError(
                 f"track {number}: expected at least two increasing times; leave out what was "
                 "logged twice, and cut a track where its mover was lost."
             )
-        fastest = (np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(times)).max()
+        if gaps.max() > bridge + SAME:
+            raise InputError(
+                f"track {number}: expected places at most {bridge:g} s apart, as of bridge; it has "
+                f"a gap of {gaps.max():.3g} s. Cut it there: what happened in it nobody saw."
+            )
+        fastest = (np.linalg.norm(np.diff(places, axis=0), axis=1) / gaps).max()
         if not fastest <= most:
             raise InputError(
                 f"track {number}: expected at most {most:g} m/s; it jumps with {fastest:.3g} m/s. "
                 "Cut it there: it is two movers, or one that was lost."
             )
-        first, last = times[0] + 2 * step, times[-1]
+        first, last = times[0] + 2 * step, times[-1] - time.t_f + SAME
         if not first < last:
-            raise InputError(f"track {number}: expected more than {2 * step:g} s of it.")
+            raise InputError(
+                f"track {number}: expected at least {2 * step + time.t_f:g} s of it, two steps and "
+                f"a window; it has {times[-1] - times[0]:.3g} s. Try a shorter time grid."
+            )
         starts = np.arange(first, last, every) if rng is None else rng.uniform(first, last, 1)
-        rows.append(_along(times, places, starts[:, None] + offsets))
+        at = starts[:, None] + offsets
+        rows.append(np.stack([np.interp(at, times, column) for column in places.T], axis=-1))
         groups.append(np.full(len(starts), number))
     seen = np.concatenate(rows)
     heading, k = _seen(seen[:, :3], step)
     p = _turned(seen[:, 2:] - seen[:, 2:3], -heading[:, None])
     domain = box([0.0, -TURN], [most, TURN])
     groups = np.concatenate(groups) if rng is None else None
-    cut = {"window": f"one of {time.t_f:g} s of each track, seen by steps of {step:g} s"}
+    cut = {
+        "window": f"one of {time.t_f:g} s within each track, seen by steps of {step:g} s",
+        "records": f"straight between places, {bridge:g} s apart at most",
+    }
     q = np.zeros((len(k), 0))
     points = ONE_POINT
     about = {"time": time, "groups": groups, "labels": LABELS}
     return recorded(name, k, p, q, points, domain, "logged", cut, **about)
-
-
-def _along(times: np.ndarray, places: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Places (..., 2) of a track at times (...), straight on beyond its end."""
-    x = np.stack([np.interp(at, times, column) for column in places.T], axis=-1)
-    velocity = (places[-1] - places[-2]) / (times[-1] - times[-2])
-    return x + np.maximum(at - times[-1], 0.0)[..., None] * velocity
 
 
 def _turned(away: np.ndarray, angle: np.ndarray) -> np.ndarray:
