@@ -1,8 +1,14 @@
 """What is claimed of a loop: fresh episodes, counted once each, whatever stops them."""
 
+import copy
+import enum
 import json
 import os
+from dataclasses import dataclass
+from datetime import timedelta
+from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
 
 import jax
 import numpy as np
@@ -130,6 +136,33 @@ def test_a_folder_of_other_episodes_is_refused(tmp_path):
             asked(drive, 6, folder=tmp_path, **options)
     with pytest.raises(InputError, match="the same seed"):
         pj.drive.drive_episodes(Toy(), law, jax.random.PRNGKey(5), 6, folder=tmp_path, workers=0)
+
+
+class Gait(enum.Enum):
+    SLOW, FAST = 1, 2
+
+
+@dataclass(frozen=True)
+class Driven(Toy):
+    speed: object = None
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (Fraction(1, 2), Fraction(2)),
+        (Decimal("0.5"), Decimal(2)),
+        (Path("slow.txt"), Path("fast.txt")),
+        (Gait.SLOW, Gait.FAST),
+        (timedelta(1), timedelta(2)),
+        (np.sin, np.cos),
+    ],
+)
+def test_a_drive_of_another_value_of_any_library_is_another(tmp_path, one, other):
+    asked(Driven(speed=one), 6, folder=tmp_path)
+    assert asked(Driven(speed=copy.deepcopy(one)), 6, folder=tmp_path).n == 6
+    with pytest.raises(InputError, match="the same drive"):
+        asked(Driven(speed=other), 6, folder=tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -147,7 +147,7 @@ class Reader:
             yield self.digest(x.func)
         elif isinstance(x, type):
             yield from self._class(x)
-        elif isinstance(x, types.BuiltinFunctionType | types.ModuleType):
+        elif isinstance(x, types.BuiltinFunctionType | types.ModuleType | np.ufunc):
             yield getattr(x, "__name__", "")
         else:
             yield from self._object(x)
@@ -158,7 +158,9 @@ class Reader:
             yield self.digest(inner)
             return
         named = list(self.attributes(x))
-        if not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
+        if self.lasting and _is_value(x):
+            yield repr(x)
+        elif not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
             yield self._opaque(x)
             return
         yield self.digest(type(x))
@@ -206,6 +208,13 @@ class Reader:
                 yield self._once((id(value), names), value, inner)
             else:
                 yield self.digest(value)
+
+
+def _is_value(x) -> bool:
+    """Whether a library compares its class by value, as Fraction, Path and members of Enum are."""
+    by = next(cls for cls in type(x).__mro__ if "__hash__" in vars(cls))
+    told = not is_dataclass(x) and type(x).__repr__ is not object.__repr__
+    return told and by is not object and not is_own(_file_of(by))
 
 
 def _names(code: types.CodeType) -> Iterator[str]:
