@@ -128,12 +128,21 @@ def test_what_does_not_belong_together_is_refused(model):
         shielded(model=model, system=Other())
 
 
-def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model):
-    """It goes a third farther than the model says: the tube is left, and nothing new begins."""
+def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_path):
+    """It goes a third farther than the model says: the tube is left, and nothing new begins. The
+    file of the drive says so, since what it proves is not of this drive.
+    """
     env = shielded(Platform(posts=[[3.0, -0.1]], heavier=1.3), model)
     env.reset()
     told = [env.step(AHEAD * 0.7)[4]["shield"] for _ in range(6)]
     assert "beyond what tube" in told[-1]["reason"] and (told[-1]["driven"] == 0).all()
+    report = checker.check_episode(
+        checker.load(env.certificate(tmp_path / "left.json")), allowance_of
+    )
+    last, at = len(env.commitments) - 1, 0.4 * [one["left"] for one in told].index(True)
+    said = f"manoeuvres[{last}], by {at:.3f} s: it is none inside the tube"
+    assert report.premises[-1] == ["TUBE_LEFT", "measured", [said]]
+    assert f"  measured TUBE_LEFT: {said}" in checker.episode.summary_of_episode(report)
 
 
 def test_sensing_that_disagrees_with_itself_ends_in_the_stop(model):

@@ -3,7 +3,7 @@
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -43,7 +43,8 @@ class Commitment:
     number: from 0. begin, end: [s] of the loop's clock, from its pose to its end. k (n_k,): values
     measured at the start, and the command. clearance: [m] from everything, of every run inside the
     tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose. drift:
-    [m] that was allowed for since the one before, as of `Loop.step`.
+    [m] that was allowed for since the one before, as of `Loop.step`. seen_outside: [s] of the
+    clock when a pose was outside of its tube; the loop adds them, and files tell of the first.
     """
 
     number: int
@@ -54,6 +55,7 @@ class Commitment:
     judged: int
     asked: NominalProblem
     drift: float = 0.0
+    seen_outside: list[Fraction] = field(default_factory=list)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{x:.3g}" for x in self.k)

@@ -12,9 +12,9 @@ import numpy as np
 from parc_jax.checker import Rejected, check_episode, load, number
 from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.episode import EPISODE, KIND, PARTS, summary_of_episode
-from parc_jax.checker.rests_on import known_premises
+from parc_jax.checker.rests_on import known_premises, seconds
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import ASSUMED, agree, premises
+from parc_jax.common.premises import ASSUMED, MEASURED, agree, premises
 from parc_jax.common.spelling import hex_text, nearest_floats, plain
 from parc_jax.drive.loop.commitment import Commitment, copies_of
 from parc_jax.learning.model import TrajectoryModel
@@ -57,6 +57,9 @@ def episode_part(
     if eps := getattr(commitments[0].asked.query.problem.uncertainty, "sensing_eps", 0):
         said = f"each pose is within these bounds but for a probability of {eps}"
         others.append(("sensing", ASSUMED, said))
+    outside = [(i, one.seen_outside[0]) for i, one in enumerate(commitments) if one.seen_outside]
+    said = [f"manoeuvres[{i}], by {seconds(at)}: it is none inside the tube" for i, at in outside]
+    others += [("TUBE_LEFT", MEASURED, said)][: len(said)]
     part["premises"] = premises([*known_premises(part), *others]).to_json()
     hashes = {name: part_hash(part[name]) for name in ("network", "tube")}
     hashes["episode"] = part_hash({name: part[name] for name in PARTS})

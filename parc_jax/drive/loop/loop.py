@@ -327,6 +327,7 @@ class Loop:
             raise InputError(f"drift: expected 0 m or more; got {drift:g}.")
         if last is None or (outside := outside_tube(last, pose, at, k)) <= drift:
             return
+        last.seen_outside.append(at)
         late, before = "", self._before
         earlier = (last, pose, last.begin) if before is None else (before, pose, at)
         # inside of the tube before: the robot does not follow the last command yet
