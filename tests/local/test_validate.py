@@ -14,6 +14,7 @@ from synthetic_plants import plant
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.study.report import VALIDATED_SET, explained
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import rounded_down
@@ -252,6 +253,15 @@ def test_a_file_with_other_corridors_or_draws_is_not_the_set(answer, tmp_path):
         other.write_text(json.dumps(json.loads(whole.read_text()) | change))
         with pytest.raises(InputError, match=r"set .*was tested"):
             load_answer(other)
+
+
+def test_a_set_of_another_scene_is_not_explained_beside_an_answer(answer, tmp_path):
+    answer.validation.answer.save(tmp_path / VALIDATED_SET)
+    answer.save(tmp_path / "answer.json")
+    assert "The validated set:" in explained(tmp_path)
+    toy.planner().solve(toy.problem(0.7), KEY, toy.SETTINGS).save(tmp_path / "answer.json")
+    with pytest.raises(InputError, match=r"validated.json: expected a set of the network and"):
+        explained(tmp_path)
 
 
 def test_every_number_of_the_claim_is_in_its_hash(answer):

@@ -19,6 +19,7 @@ from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.learn import Learned
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
+from parc_jax.proof.certificate.write import problem_part
 from parc_jax.proof.regions import RegionTable
 
 METRICS = "metrics.json"
@@ -76,9 +77,19 @@ def explained(place: Path) -> str:
     stages. Raises InputError.
     """
     folder = place.is_dir()
-    lines = [load_answer(place / "answer.json" if folder else place).details()]
+    answer = load_answer(place / "answer.json" if folder else place)
+    lines = [answer.details()]
     if folder and (place / VALIDATED_SET).is_file():
-        lines += ["", "The validated set:", load_answer(place / VALIDATED_SET).details()]
+        tested = load_answer(place / VALIDATED_SET)
+        about = [
+            [one.model.net.hash, problem_part(one.problem, one.model)] for one in (answer, tested)
+        ]
+        if about[0] != about[1]:
+            raise InputError(
+                f"{place / VALIDATED_SET}: expected a set of the network and problem of "
+                "answer.json; got one of others. Explain each file by itself."
+            )
+        lines += ["", "The validated set:", tested.details()]
     if not (folder and (place / METRICS).is_file()):
         return "\n".join(lines)
     try:
