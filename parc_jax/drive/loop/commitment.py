@@ -139,10 +139,10 @@ def left_tube(
     # places that are not finite are outside of every tube
     path, points, n_p = np.asarray(path, np.float64), model.n_points, model.n_p
     shapes = [(points, n_p)] + [(n_p,)] * (points == 1)
-    if path.ndim < 2 or path.shape[1:] not in shapes:
+    if path.ndim < 2 or path.shape[1:] not in shapes or len(path) < 2:
         raise InputError(
-            f"left_tube: expected places of {points} points in {n_p} axes at each record, "
-            f"(n, {points}, {n_p}); got shape {path.shape}."
+            f"left_tube: expected places of {points} points in {n_p} axes at each of 2 records or "
+            f"more, (n, {points}, {n_p}); got shape {path.shape}."
         )
     path = path.reshape(len(path), points, n_p)
     heading = np.zeros(len(path)) if heading is None else heading
