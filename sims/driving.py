@@ -32,6 +32,8 @@ class Driving(Options):
     """Distance [m] around the robot that a person declares free at its start, for scans: without it
     no free space is declared where it stands, and it stays. The uncertainty of a pose is taken from
     it."""
+    age: float = 0.0
+    """Seconds after which a place that no scan has seen again is not free any more; 0: never."""
     mover_radius: float = 0.0
     """Radius [m] of a disc around each moving obstacle, with the error of its place and its motion
     between the measurement of a pose and the beginning of the manoeuvre. Above 0 m nothing begins

@@ -86,6 +86,7 @@ class Pilot:
         self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
         # [ns] of the last pose, of the first one, and of where the manoeuvre under way began
         self._stamp = self._first = self._begun = None
+        self._forgot = 0  # times since the first pose
 
     def hear_map(self, message: Any) -> None:
         """A nav_msgs/OccupancyGrid: the static map, not a costmap."""
@@ -194,8 +195,9 @@ class Pilot:
             x, y, turned = d.sensor
             standing = (
                 f"a lidar at ({x!r}, {y!r}) m, {turned!r} rad on the robot: ranges within "
-                f"±{d.noise!r} m, nothing narrower than {d.width!r} m; what it sees no more stays, "
-                f"and before the start {d.margin!r} m around the robot were looked at"
+                f"±{d.noise!r} m, nothing narrower than {d.width!r} m; what it sees no more stays"
+                f"{f' for {d.age!r} s' if d.age else ''}, and before the start {d.margin!r} m "
+                "around the robot were looked at"
             )
         size, speed = d.mover_radius, d.mover_speed
         moving = f"all are told, within {size!r} m, no faster than {speed!r} m/s"
@@ -231,15 +233,31 @@ class Pilot:
 
     def _look(self) -> None:
         """Add the free space of the last scan, once there are poses before its first beam and after
-        its last. The sensor is placed where it was in the middle of the sweep; its motion from
-        there is uncertainty.
+        its last, and that under the body. The sensor is placed where it was in the middle of the
+        sweep; its motion from there is uncertainty.
         """
-        d, scan, self.said = self.driving, self._scan, ""
+        d, self.said = self.driving, ""
         if d.sensor is None:
             return
+        # the robot may be anywhere within the uncertainty of its pose
+        corners, off = self._corners(self.pose), self._off()
         if self.seen is None:
-            # looked at around the robot, which may be anywhere within the uncertainty of its pose
-            self.seen = free_place(self._corners(self.pose), d.margin - self._off())
+            self.seen = free_place(corners, d.margin - off)
+        self._add_scan()
+        self._forget(self._stamp)
+        self.seen = self.seen.add(free_place(corners, -off))
+
+    def _forget(self, now: int) -> None:
+        """What is older than its age leaves, by a time [ns]: half an age is one part of memory."""
+        if not self.driving.age:
+            return
+        halves = int((now - self._first) / 1e9 / self.driving.age * 2)
+        for _ in range(min(halves - self._forgot, 2)):
+            self.seen = self.seen.forget()
+        self._forgot = max(halves, self._forgot)
+
+    def _add_scan(self) -> None:
+        d, scan = self.driving, self._scan
         at = None if scan is None else stamp_of(scan)
         if at is None or at + swept_in(scan) > self._stamp:
             return
@@ -272,6 +290,7 @@ class Pilot:
         off = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm + moved
         uncertainty = (off, d.uncertainty_heading + turned)
         limits = {"noise": d.noise, "width": d.width, "between": tuple(between)}
+        self._forget(begin)
         self.seen = self.seen.add(measured.seen_in(scan, eye, uncertainty=uncertainty, **limits))
         self.said = self.seen.said
         self.seen = self.seen.within(self.pose, 2 * d.reach)

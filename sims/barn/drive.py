@@ -104,7 +104,7 @@ def drive(
             asked = look.here, robot.measured, look.obstacles, guide.prefer, robot.time
             step = loop.step(*asked, drift=off, gone=look.free.gone)
         if step.new:
-            robot.begin(*step.committed.k[2:])
+            robot.begin(*step.committed.k[-2:])
             begun, drifted = len(poses) - 1, max(drifted, off)
         at_rest = 0 if step.new else at_rest + 1
         to_go = float(guide.cost(look.here[:2]))

@@ -83,6 +83,7 @@ class Seen:
             here = robot.odometry
             scan = scan.taken_from(self._scanner.pose(here))
             self._drift(here, speeds)
+        self._free = self._free.add(pj.problem.free_place(self._corners(here)))
         still, per_speed, most = REACH
         reach = min(still + per_speed * abs(speeds[0]), most)
         try:
@@ -106,8 +107,7 @@ class Seen:
             there, slower = self._before
             adds = drift.allowed(slower, speeds, stood=np.array_equal(here, there))
             last = np.append(here[:2], there[2])  # it slips along the heading that it had
-            free = self._free.within(here, NEARBY).drifted(last, adds[:2], adds.turned)
-            self._free = free.add(pj.problem.free_place(self._corners(here)))
+            self._free = self._free.within(here, NEARBY).drifted(last, adds[:2], adds.turned)
             self.allowed.append(adds)
         self._before = here, speeds
 

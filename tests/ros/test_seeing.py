@@ -195,6 +195,7 @@ CHANGED = {
     "noise": 0.011,
     "width": 0.16,
     "margin": 0.31,
+    "age": 5.0,
     "sensor": (0.0, 0.0, 0.01),
     "uncertainty_start": 0.001,
     "uncertainty_heading": 0.002,
@@ -219,6 +220,23 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
     )
     told = episode_part(one.driven, assumed=one.premises)["premises"]
     assert [[name, "assumed", value] for name, value in one.premises.items()] == told[-3:]
+
+
+def test_what_was_not_seen_for_its_age_is_not_free_any_more_but_where_the_body_stands():
+    """A first scan sees all; later ones see only half; no place stays for longer than 2 s."""
+    one, half, still = pilot(age=2.0), shapely.box(-0.5, 0.5, 0.5, 0.6), lambda _: np.zeros(2)
+    aside = shapely.Point(0.0, 1.5)
+    for tenth in range(10, 32):
+        one.hear_scan(scan([half] if tenth > 10 else [], still, tenth * 10**8))
+        one.hear_pose(sliding.odometry([0, 0], [0, 0], tenth * 10**8))
+        if tenth == 10:
+            assert one.seen.region.contains(aside)
+    assert not one.seen.region.intersects(aside)
+    for tenth in (41, 52):  # no scan any more
+        assert one.seen.region.area > 10.0
+        one.hear_pose(sliding.odometry([0, 0], [0, 0], tenth * 10**8))
+    body = shapely.Polygon(one.outline)
+    assert body.buffer(1e-6).contains(one.seen.region) and one.seen.region.area > 0.9 * body.area
 
 
 def seen_after(second):

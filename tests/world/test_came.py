@@ -82,12 +82,15 @@ def yard(ranges=None, angles=None):
     return seen_from((0, 0, 0), angles, ranges, max_range=4.0, noise=0.01, width=WIDTH)
 
 
-def test_a_single_false_return_costs_a_shadow_until_the_next_scan():
+def test_two_false_returns_side_by_side_cost_a_shadow_until_the_next_scan_and_one_nothing():
     free, false = yard(), np.full(301, 4.0)
     false[150] = 2.0
+    one = free.add(yard(false))
+    assert one.refuting == 0 and free.region.difference(one.region).area < 1e-3 * free.region.area
+    false[151] = 2.0
     less = free.add(yard(false))
     lost = free.region.difference(less.region)
-    assert less.refuting == 1 and 0 < lost.area < 0.03 * free.region.area
+    assert less.refuting == 2 and 0 < lost.area < 0.03 * free.region.area
     assert less.region.contains(shapely.Point(1.9, 0.0)) and lost.contains(shapely.Point(3.0, 0.0))
     again = less.add(yard())
     assert again.refuting == 0 and free.region.difference(again.region).area < 1e-3
@@ -127,3 +130,40 @@ def test_who_came_is_remembered_where_nothing_is_known_to_be_free_any_more():
     twice = once.drifted((0, 0), 0.5, 0.0)
     assert once.region.is_empty and twice.region.is_empty
     assert twice.gone.contains(shapely.box(0.05, 0.05, 2.95, 0.95))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_what_is_not_seen_again_is_forgotten_and_what_is_stays(order):
+    """The left half is seen again; who forgets twice has nothing of before the first time."""
+    angles = np.linspace(0.02, 1.5, 149)
+    left, free = yard(angles=angles), yard()
+
+    def add(memory, scan):
+        one, other = (memory, scan)[::order]
+        return one.add(other)
+
+    once = free.forget()
+    assert once.region.equals(free.region)
+    seen_again = add(once, left).within((0, 0), 9.0).drifted((0, 0), 0.01, 0.0)
+    twice = seen_again.forget()
+    aside, ahead = shapely.Point(1.0, -1.0), shapely.Point(1.0, 1.0)
+    assert seen_again.region.contains(aside) and seen_again.region.contains(ahead)
+    assert twice.region.contains(ahead) and not twice.region.intersects(aside)
+    assert twice.gone.contains(aside) and not twice.gone.intersects(ahead)  # for the sentence
+    assert left.region.contains(twice.region) and twice.forget().region.is_empty
+    assert add(twice, yard()).region.contains(aside)
+
+
+def test_who_came_stays_out_of_what_is_remembered_after_forgetting():
+    came = np.full(301, 4.0)
+    came[140:161] = 2.0
+    person = shapely.box(2.05, -0.15, 3.5, 0.15)
+    memory = yard().forget().add(yard(came))
+    assert not memory.region.intersects(person)
+    assert not memory.forget().region.intersects(person)
+    # its front is at the edge of the newer part, which alone could not say that all behind it left
+    slit = yard().region.difference(shapely.box(1.9, -0.3, 2.05, 0.3))
+    known = FreeSpace(yard().region, WIDTH, newer=FreeSpace(slit, WIDTH))
+    assert not known.add(yard(came)).forget().region.intersects(person)
+    older = yard().forget().add(yard()).add(yard(came)).forget()
+    assert not older.region.intersects(person)

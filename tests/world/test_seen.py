@@ -48,6 +48,30 @@ def test_nothing_stands_where_all_was_seen_free(name):
     assert overlaps(LIDARS[name], 40) == 0
 
 
+@pytest.mark.parametrize("name", LIDARS)
+def test_beams_that_end_short_of_all_that_stands_prove_nothing_free_that_is_not(name, monkeypatch):
+    draw, scan = np.random.default_rng(1), Lidar.scan
+
+    def short(lidar, *asked):
+        pose, ranges = scan(lidar, *asked)
+        bad = draw.uniform(size=len(ranges)) < 0.05
+        return pose, np.where(bad, draw.uniform(0.0, 1.0, len(ranges)) * ranges, ranges)
+
+    monkeypatch.setattr(Lidar, "scan", short)
+    assert overlaps(LIDARS[name], 30) == 0
+
+
+def test_a_beam_that_ends_alone_costs_nothing_and_two_side_by_side_do():
+    said = {"max_range": 2.5, "noise": 0.01, "width": WIDTH}
+    free = np.full(120, 2.5)
+    whole = seen_from((0.0, 0.0, 0.0), FAN, free, **said).region.area
+    for beams, least, most in ((slice(60, 61), 0.995, 1.0), (slice(60, 62), 0.9, 0.985)):
+        ranges = free.copy()
+        ranges[beams] = 1.0
+        area = seen_from((0.0, 0.0, 0.0), FAN, ranges, **said).region.area
+        assert least * whole < area <= most * whole
+
+
 EXACT = {"noise": 0.0, "angle_error": 0.0, "uncertainty": (0.0, 0.0)}
 
 
@@ -111,7 +135,7 @@ def test_a_seam_is_as_unsure_as_any_other_direction():
 
 def test_a_beam_that_says_nothing_shows_nothing():
     ranges = np.full(120, 3.0)
-    ranges[60] = 0.0
+    ranges[60:62] = 0.0  # one alone lies between two that prove its place free
     said = {"max_range": 5.0, "noise": 0.01, "width": 0.3}
     region = seen_from((0.0, 0.0, 0.0), FAN, ranges, **said).region
     ahead = shapely.LineString([[0.1, 0], [3, 0]])

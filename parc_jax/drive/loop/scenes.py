@@ -64,7 +64,9 @@ class Scenes:
         # a goal of one row, a placeholder until the problem is in the robot's frame
         row = np.eye(1, self.model.n_c + self.model.n_q)
         anything = hpolytope(row, [1e6]) if goal is None else goal
-        problem = reach_avoid(anything, obstacles, self.body, spans=spans, uncertainty=uncertainty)
+        # the model tells the workspace, which a goal of all points does not
+        problem = reach_avoid(anything, obstacles, self.body, spans=spans)
+        problem = replace(problem, uncertainty=uncertainty)
         nominal = Query(problem, self.model, pose).nominal(self._models)
         if goal is not None:  # one that `Query` has turned and shrunk
             return padded(lowered(nominal), ROOM, CORNERS)

@@ -117,6 +117,7 @@ class FreeSpace:
     gone: area that was refuted, and not measured free since.
     refuting: number of beams that refuted some of it, of the last scan that was added.
     beams: of the current scan, `STANDS` under the body; None of a memory.
+    newer: what was seen since the last `forget`; None without one.
     """
 
     region: Any
@@ -124,6 +125,7 @@ class FreeSpace:
     gone: Any = None
     refuting: int = 0
     beams: Beams | None = field(default=None, repr=False)
+    newer: "FreeSpace | None" = field(default=None, repr=False)
 
     def __post_init__(self):
         if self.gone is None:
@@ -149,7 +151,22 @@ class FreeSpace:
         for away in (ends, others, gone):
             if not away.is_empty:
                 region = _areas(region.difference(away))
-        return FreeSpace(region, width, gone, some + more)
+        newer = None
+        if self.newer or other.newer:
+            newer = (self.newer or self).add(other.newer or other)
+        return FreeSpace(region, width, gone, some + more, newer=newer)
+
+    def forget(self) -> "FreeSpace":
+        """What was seen since the last call alone is free, all of it at the first call: called
+        every t seconds, no place stays free that was not seen for 2t. [T44]
+        """
+        nothing = package("shapely", CALL).Polygon()
+        if self.newer is None:
+            return replace(self, beams=None, newer=FreeSpace(nothing, self.width))
+        # a later scan may have refuted there what it could not refute within the newer part alone
+        left = _areas(self.newer.region.intersection(self.region))
+        gone = self.gone.union(self.region).difference(left)
+        return FreeSpace(left, self.width, gone, newer=FreeSpace(nothing, self.width))
 
     @property
     def said(self) -> str:
@@ -177,7 +194,8 @@ class FreeSpace:
         (x, y), reach = _place(place), _length("reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
         parts = [_areas(one.intersection(square)) for one in (self.region, self.gone)]
-        return replace(self, region=parts[0], gone=parts[1])
+        newer = self.newer and self.newer.within(place, reach)
+        return replace(self, region=parts[0], gone=parts[1], newer=newer)
 
     def drifted(
         self, place: npt.ArrayLike, moved: float | tuple[float, float], turned: float
@@ -195,6 +213,7 @@ class FreeSpace:
         turned = _length("turned", turned)
         if self.region.is_empty and self.gone.is_empty:
             return self
+        newer = self.newer and self.newer.drifted(place, moved, turned)
         if along == across:
             place = [middle.x, middle.y, 0.0]
         place = as_float64("place (x, y, heading)", place, (3,))
@@ -206,7 +225,7 @@ class FreeSpace:
         most = max(along, across) + turned * far
         gone = self.gone.buffer(ROUND * most, quad_segs=4)
         beams = None if self.beams is None or self.beams is STANDS else self.beams.drifted(most)
-        return replace(self, region=region, gone=gone, beams=beams)
+        return replace(self, region=region, gone=gone, beams=beams, newer=newer)
 
     def near(
         self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64

@@ -42,8 +42,8 @@ def seen_from(
     plane; and no object is narrower than `width` [m]: each is a union of discs of this diameter and
     squares of this side, however turned, so corners are not sharper than a square's. Between two
     beams with the gap g the nearer range R then holds, less how far a corner can reach out between
-    them: R (cos g/2 - sin g/2), as far as they are closer to each other than width / √2. [T41b] A
-    closed circle of beams is closed.
+    them: R (cos g/2 - sin g/2), as far as they are closer to each other than width / √2. [T41b] So
+    a beam that ends alone, before both beside it, is false. A closed circle of beams is closed.
 
     Algorithm: a polygon with a corner a beam; the uncertainty of heading and beams by the least of
     all gaps that a direction may lie in, the uncertainty of place by `shrunk`. [T41c]
@@ -79,6 +79,7 @@ def seen_from(
     # the bound of the error of a direction, in beams
     more = int(min(np.ceil((angle_error + turned) / np.diff(angles).min() - 1e-9), len(angles) - 1))
     reach = _between(angles, sure, angle_error, more, width, closed)
+    ends = np.where(ends + noise < reach, np.inf, ends)  # false: nothing stands there
     star = _star(pose, angles, reach, closed)
     off = noise + moved + (angle_error + turned) * np.where(np.isfinite(ends), ends, 0.0)
     place, directions = pose[:2], pose[2] + angles
@@ -108,10 +109,18 @@ def _between(
 ):
     """(n,) [m] range up to which both gaps beside a beam are free. [T41b]"""
     gaps = np.diff(angles)
-    half = gaps / 2 + angle_error
-    near = np.minimum(sure[:-1], sure[1:])
-    near = np.minimum(near, width / (np.sqrt(8) * np.sin(np.minimum(half, np.pi / 2))))
-    near = near * np.maximum(np.cos(half) - np.sin(half), 0.0)
+
+    def free(gaps: np.ndarray, apart: int) -> np.ndarray:
+        half = gaps / 2 + angle_error
+        near = np.minimum(sure[:-apart], sure[apart:])
+        near = np.minimum(near, width / (np.sqrt(8) * np.sin(np.minimum(half, np.pi / 2))))
+        return near * np.maximum(np.cos(half) - np.sin(half), 0.0)
+
+    near = free(gaps, 1)
+    if len(gaps) > 1 and 2 * angle_error < gaps.min():  # beams are in order
+        # nothing of this width ends one beam and neither of those beside it
+        over = free(gaps[:-1] + gaps[1:], 2)
+        near = np.maximum(near, np.maximum(np.append(over, 0.0), np.insert(over, 0, 0.0)))
     # a direction may truly lie in so many gaps more; beyond the ends of a scan nothing is known
     wide = np.pad(near, more + 1, mode="wrap" if closed else "constant")
     if not closed:
