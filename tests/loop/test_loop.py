@@ -72,6 +72,17 @@ def test_what_moves_is_kept_away_from_until_the_rest(line):
     assert not afresh(loop, [0.0, 0.0], [0.25], toward, forward, spans=[(0, 0)]).new
 
 
+def test_the_uncertainty_of_the_start_is_one_number_or_one_per_axis(line):
+    """The wall is across x: only the half width along x keeps the robot farther from it."""
+    far = {}
+    for start in (0.05, (0.05, 0.05), (0.05, 0.0), (0.0, 0.05)):
+        loop = loop_of(line, uncertainty=pj.Uncertainty(start=start))
+        far[start] = loop.step([0.0, 0.0], [0.25], [WALL], forward).committed.k[0]
+    assert far[0.05] == far[0.05, 0.05] == far[0.05, 0.0] < far[0.0, 0.05] - 0.03
+    with pytest.raises(InputError, match="one half width, or 2, one per axis"):
+        loop_of(line, uncertainty=pj.Uncertainty(start=(0.1, 0.1, 0.1)))
+
+
 @pytest.mark.parametrize("uncertainty", [None, pj.Uncertainty(start=0.02)])
 def test_what_a_system_declares_to_be_measured_is_given_at_every_step(line, uncertainty):
     declared = pj.drive.Loop(
