@@ -161,8 +161,8 @@ CLAIMED = (
     Fault(
         "tube_rounded_inward",
         "scaled",
-        "+ more) * _OUTWARD, np.inf)",
-        "+ more) / _OUTWARD, -np.inf)",
+        "* half + more) * _OUTWARD, np.inf",
+        "* half + more) / _OUTWARD, -np.inf",
         (
             "tests/properties/test_claims_properties.py"
             "::test_a_run_fits_the_tube_exactly_when_its_score_does"

@@ -294,7 +294,7 @@ pj.learning.collect(system, jax.random.PRNGKey(0), n=30, quiet=True)
 def test_a_script_that_does_not_guard_its_start_is_told_so(tmp_path):
     (tmp_path / "walk.py").write_text(UNGUARDED)
     command = [sys.executable, tmp_path / "walk.py"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode and "A script guards its own start with `if __name__" in done.stderr
 
 
