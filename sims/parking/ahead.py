@@ -26,12 +26,16 @@ from sims.parking.kinematics import compose, steering
 class Chain:
     """proved: manoeuvres that are, one after another, of `links` that lead into the goal. place,
     heading (proved,): [m], [rad] by which the car may be off, along each axis, after each of them.
+    k (proved, 4): of each. poses (proved + 1, 3): from which they begin, when nothing is off, and
+    where the last ends.
     """
 
     proved: int
     links: int
     place: list[float]
     heading: list[float]
+    k: list[np.ndarray]
+    poses: list[np.ndarray]
 
 
 def ahead(number: int) -> Chain:
@@ -42,9 +46,9 @@ def ahead(number: int) -> Chain:
     model = pj.load(MODEL, system="parking")
     way = guide_of(known, model).search()
     if way is None:
-        return Chain(0, 0, [], [])
+        return Chain(0, 0, [], [], [], [known.start])
     pose, wheels, off, turned = known.start, 0.0, 0.0, 0.0
-    places, headings = [], []
+    places, headings, driven, poses = [], [], [], [pose]
     for i, (k, target) in enumerate(zip(way.k, way.poses[1:], strict=True)):
         loop = loop_of(MODEL, off, turned)
         loop.restart()
@@ -52,8 +56,8 @@ def ahead(number: int) -> Chain:
         step = link(loop, pieces_of(known), pose, wheels, k, target, goal, 0.0)
         if not step.new:
             break
-        driven = step.committed.k
-        asked = np.array([[c.way_of(driven[1]), *driven[2:]]])
+        driven.append(step.committed.k)
+        asked = np.array([[c.way_of(driven[-1][1]), *driven[-1][2:]]])
         move = predicted(model, wheels)(asked)[0, -1]
         final = tube_of(model, asked)[1][0]
         # the heading before turns the whole move, its error included
@@ -63,7 +67,8 @@ def ahead(number: int) -> Chain:
         pose, wheels = compose(pose, move), float(steering(asked)[1][0])
         places.append(off)
         headings.append(turned)
-    return Chain(len(places), len(way.k), places, headings)
+        poses.append(pose)
+    return Chain(len(places), len(way.k), places, headings, driven, poses)
 
 
 if __name__ == "__main__":

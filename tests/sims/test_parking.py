@@ -4,6 +4,7 @@ and its file accepted; at night all of them.
 
 import json
 import re
+from itertools import product
 
 import jax
 import numpy as np
@@ -15,7 +16,7 @@ from parc_jax.app import cli
 from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.outline import require_same
-from sims.parking import car, cases, drive, guide, kinematics, space
+from sims.parking import ahead, car, cases, drive, guide, kinematics, space
 from sims.parking.job import Options, park, park_all
 
 FAR = [[[20.0, 0.0], [21.0, 0.0], [21.0, 1.0]]]
@@ -154,6 +155,22 @@ def test_a_turned_car_is_farther_away_than_one_that_goes_straight_on():
     ways = room.ways_from(np.zeros(3))
     straight, turned = room.left(ways, np.array([[15.0, 0.0, 0.0], [15.0, 0.0, np.pi]]))
     assert 13.0 < straight < 17.0 and turned > straight + 5.0
+
+
+def test_a_chain_is_proved_for_all_places_that_the_one_before_may_leave():
+    case, chain = cases.case(8), ahead.ahead(8)
+    # the goal is too small for what the last but one may leave, which is said
+    assert 1 < chain.proved < chain.links == 4
+    assert len(chain.place) == len(chain.heading) == len(chain.k) == chain.proved
+    run = jax.jit(car.system().states)
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    for i in range(1, chain.proved):
+        most, ended = ([chain.place[j], chain.place[j], chain.heading[j]] for j in (i - 1, i))
+        for n, start in enumerate(chain.poses[i] + most * corners):
+            states = np.asarray(run(jax.random.PRNGKey(n), chain.k[i]), np.float64)
+            path = kinematics.compose(start, states[:, :3])
+            assert drive.judged(case, path) > 0
+            assert (np.abs(path[-1] - chain.poses[i + 1]) <= ended).all()
 
 
 def test_a_search_ends_within_its_budget():
