@@ -82,6 +82,12 @@ def loop_of(path: Path = MODEL, start: float = 0.0, heading: float = 0.0) -> pj.
     )
 
 
+@cache
+def black_box():
+    """The states of a run of the car, compiled once for all cases."""
+    return jax.jit(c.system().states)
+
+
 def goal_of(case: Case, pose: np.ndarray, within=GOAL) -> pj.types.HPolytope:
     """The goal of a case in the world, over all points and the heading, seen from a pose (3,)."""
     cos, sin = np.cos(case.goal[2]), np.sin(case.goal[2])
@@ -113,13 +119,12 @@ def guide_of(case: Case, model, within=GOAL, shift: float = 0.0, heading: float 
     return guide
 
 
-def drive(case: Case, loop: pj.drive.Loop, key, system=None, within=GOAL) -> Parked:
+def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
     """Park. key: of the black box and of the measured poses. within: [m] along and across, [rad],
     how far from the goal the car may rest.
     """
     begin = time.process_time()
-    system = c.system() if system is None else system
-    run = jax.jit(system.states)
+    run = black_box()
     draws, loop_key = generator(jax.random.fold_in(as_key(key), 0)), as_key(key)
     loop.restart()
     around = pieces_of(case)

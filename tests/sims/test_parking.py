@@ -18,6 +18,7 @@ from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.outline import require_same
 from sims.parking import ahead, car, cases, drive, guide, kinematics, space
 from sims.parking.job import Options, park, park_all
+from tests.helpers.compilations import compiled_by
 
 FAR = [[[20.0, 0.0], [21.0, 0.0], [21.0, 1.0]]]
 REST = [0.0, 0.0, 0.0]
@@ -208,6 +209,12 @@ def test_a_case_that_is_not_there_is_named_in_the_shell(arguments, words, capsys
     with pytest.raises(SystemExit):
         cli.main(["run", *arguments])
     assert re.search(words, capsys.readouterr().err)
+
+
+def test_nothing_compiles_between_cases():
+    loop, key = drive.loop_of(), jax.random.PRNGKey(8)
+    drive.drive(cases.case(5), loop, key)
+    assert compiled_by(lambda: drive.drive(cases.case(8), loop, key)) == 0
 
 
 def test_a_case_is_parked_and_its_file_is_accepted(tmp_path):
