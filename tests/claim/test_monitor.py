@@ -2,6 +2,7 @@
 data.
 """
 
+import json
 from dataclasses import replace
 from functools import partial
 
@@ -158,6 +159,25 @@ def test_rows_that_never_come_have_failed_where_somebody_says_so(claim):
     groups = replace(claim, evidence=claim.evidence | {"rows": claim.n})
     with pytest.raises(InputError, match="expected runs, of which each row is one; 3 rows of rec"):
         replace(watch, claim=groups, missing={("log", "0a"): 3}).closed()
+
+
+def test_what_was_trained_on_is_no_new_evidence():
+    """Of a seed by its rows, of a log by content: the network was fitted to these."""
+    made, system = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "quiet": True}, plant(disturbed)
+    train = collect(system, KEY, 60, quiet=True)
+    seeded = bound_error(NET, system, KEY, train=train, **made)
+    law = law_spec("file:log", train.domain, "uniform")
+    both = collect(system, jax.random.PRNGKey(4), 160, quiet=True)
+    runs = both.k, both.p, both.q
+    log = rollout_batch(*runs, time=both.time, domain=both.domain, law=law)
+    logged = bound_error(NET, log.select(slice(60, 160)), None, train=log.select(slice(60)), **made)
+    for claim, seen in ((seeded, train), (logged, log)):
+        again = replace(claim, evidence=json.loads(json.dumps(claim.evidence)))  # of a file
+        for one in (claim, again):
+            with pytest.raises(InputError, match=r"its training runs, the first is row 3\."):
+                monitor(one, NET, share=1.0).observe(seen.select(slice(3, 9)))
+    later = collect(system, KEY, 5, first_row=60, quiet=True)
+    assert monitor(seeded, NET).observe(later).seen == 5
 
 
 def test_each_premise_of_a_monitor_is_in_its_sentence(claim):

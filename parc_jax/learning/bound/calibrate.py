@@ -20,7 +20,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     supported_eps,
 )
-from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, named_runs, names_of
+from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, named_runs, trained_on
 from parc_jax.learning.bound.measure import Scores, score_batch
 from parc_jax.learning.bound.profile import runs_per_bin
 from parc_jax.learning.bound.settings import DISCRETE_TIME, BoundSettings
@@ -101,9 +101,7 @@ def _pac_claim(
     **fields,
 ) -> ErrorClaim:
     """The claim about the profile times scale (n_bins,). evidence: beside that of the runs."""
-    more = {} if train is None else {"train": content_hash(train.k, train.q)}
-    if train is not None and None in (train.seed, scores.seed):
-        more |= {"training": names_of(train)}
+    more = trained_on(train, scores)
     if scores.seed is None:  # tests by recordings scale this shape, and are none of these runs
         more |= {"shape": tube_to_json(profile)}
     about, step = scores.subject, scores.subject.time.dt_record

@@ -3,6 +3,7 @@
 import numpy as np
 
 from parc_jax.checker.entries import hash_of
+from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import hex_floats, hex_text
@@ -114,16 +115,35 @@ def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
     evidence = claim.evidence
     if batch.seed is None or evidence.get("seed") is None:
         return np.isin(short_ids(batch.hashes()), evidence.get("runs", []))
-    source = [claim.law.generator, tuple(evidence["seed"]), evidence["stage"]]
-    first, last = evidence["holdout_rows"]
-    inside = (first <= batch.rows) & (batch.rows <= last)
-    return inside & (source == [batch.law.generator, batch.seed, batch.stage])
+    source = [claim.law.generator, evidence["seed"], evidence["stage"]]
+    return _among(batch, [*source, *evidence["holdout_rows"]])
+
+
+def trained_on(train: RolloutBatch | None, scores: Scores) -> dict:
+    """Evidence of training runs beside calibration runs: of a log its runs; of a seed source, first
+    and last row, where none between was left out or set aside.
+    """
+    told = {} if train is None else {"train": content_hash(train.k, train.q)}
+    if train is not None and None in (train.seed, scores.seed):
+        told |= {"training": names_of(train)}
+    if train is not None and train.seed is not None and np.ptp(train.rows) < train.n:
+        ends = int(train.rows.min()), int(train.rows.max())
+        told |= {"train_rows": [train.law.generator, list(train.seed), train.stage, *ends]}
+    return told
+
+
+def _among(runs: RolloutBatch, rows: list) -> np.ndarray:
+    """(n,) bool: runs of the source [generator, seed, stage, first row, last row]."""
+    if runs.seed is None or rows[:3] != [runs.law.generator, list(runs.seed), runs.stage]:
+        return np.zeros(runs.n, bool)
+    return (rows[3] <= runs.rows) & (runs.rows <= rows[4])
 
 
 def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
-    """(n,) bool: runs of a log that a claim, or the training it records, was made from."""
-    trained = claim.evidence.get("training", {}).get("runs", [])
-    return calibration_runs(claim, runs) | np.isin(short_ids(runs.hashes()), trained)
+    """(n,) bool: runs that a claim, or the training it records, was made from."""
+    trained, rows = claim.evidence.get("training", {}), claim.evidence.get("train_rows", [""] * 5)
+    seen = np.isin(short_ids(runs.hashes()), trained.get("runs", [])) | _among(runs, rows)
+    return calibration_runs(claim, runs) | seen
 
 
 def named_runs(scores: Scores) -> dict[str, list]:

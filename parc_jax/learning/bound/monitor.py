@@ -13,7 +13,7 @@ from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
-from parc_jax.learning.bound.fresh import calibration_runs, left_out_beside
+from parc_jax.learning.bound.fresh import calibration_runs, left_out_beside, used_by
 from parc_jax.learning.bound.measure import allowance, chunk_size, sizes
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
@@ -135,7 +135,7 @@ class Monitor:
     def observe(self, batch: RolloutBatch) -> "Monitor":
         """The monitor after the runs of the batch, one by one in order. A failed run has left the
         tube; of a claim about recordings a group counts as one, with its worst run. Raises
-        InputError for runs without new evidence (calibration runs of the claim, runs or recordings
+        InputError for runs without new evidence (those the claim was made from, runs or recordings
         observed before), and for another unit or another law of k than those of the claim. Not
         seen: k without names in another order than the claim's.
         """
@@ -218,11 +218,12 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
 
 def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
     """The monitor with the identity of new runs. Raises InputError for runs counted before."""
-    old = calibration_runs(watch.claim, batch)
+    old = used_by(watch.claim, batch)
     if old.any():
+        made = "calibration" if calibration_runs(watch.claim, batch).any() else "training"
         raise InputError(
             f"{batch.name}: expected runs made after the claim; {int(old.sum())} of {batch.n} are "
-            f"its calibration runs, the first is row {batch.rows[np.argmax(old)]}. Leave them out."
+            f"its {made} runs, the first is row {batch.rows[np.argmax(old)]}. Leave them out."
         )
     ids = batch.hashes().tolist()
     again = len(ids) - len(set(ids) - watch.ids)
