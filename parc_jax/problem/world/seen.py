@@ -119,7 +119,7 @@ def _between(
     near = free(gaps, 1)
     if len(gaps) > 1 and 2 * angle_error < gaps.min():  # beams are in order
         # nothing of this width ends one beam and neither of those beside it
-        over = free(gaps[:-1] + gaps[1:], 2)
+        over = free(gaps[:-1] + gaps[1:], 2) * (sure[1:-1] > 0)  # one that failed frees nothing
         near = np.maximum(near, np.maximum(np.append(over, 0.0), np.insert(over, 0, 0.0)))
     # a direction may truly lie in so many gaps more; beyond the ends of a scan nothing is known
     wide = np.pad(near, more + 1, mode="wrap" if closed else "constant")
