@@ -71,6 +71,17 @@ def test_a_scene_file_can_name_them(tmp_path, suffix):
     assert labelled(line_model(), path).labels == line_model().labels
 
 
+@pytest.mark.parametrize("k", [NAMED.k[::-1], ("speed [km/h]", NAMED.k[1])], ids=["swap", "unit"])
+def test_a_scene_file_cannot_rename_what_has_a_name(tmp_path, k):
+    """Else `--given speed=0.6` would hold another parameter, or so many of another unit."""
+    path = save_problem(tmp_path / "scene.toml", scene(), NAMED._replace(k=k))
+    only_k = line_model().with_labels({"k": NAMED.k})
+    with pytest.raises(InputError, match=r"\[labels\] of .*parameters") as told:
+        labelled(only_k, path)
+    assert all(label in str(told.value) for label in (*NAMED.k, *k))
+    assert labelled(only_k, save_problem(path, scene(), NAMED)).labels == NAMED
+
+
 def test_learned_models_carry_the_labels_of_their_system():
     from sims import load
 

@@ -61,10 +61,13 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
 
 
 def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
-    """The model with the labels of a scene file, where it has any, in place of its own. Raises
-    InputError.
+    """The model with the labels of a scene file for what it has no names for. Raises InputError for
+    others than those that it has.
     """
-    return model.with_labels(_data(path).get("labels", {}))
+    named = model.with_labels(_data(path).get("labels", {}))
+    hint = "Leave [labels] out, or take the model's."
+    model.claim.subject.agree(f"[labels] of {path}", named.claim.subject, hint=hint)
+    return named
 
 
 def problem_of_text(
