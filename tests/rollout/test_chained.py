@@ -10,6 +10,7 @@ import pytest
 from toy_running import DRIVE, LAG, ROUGH, Cart, Carts, H, settled_network
 
 import parc_jax as pj
+from parc_jax.app.study.replay import replay
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.measure import score_batch
@@ -184,4 +185,6 @@ def test_runs_of_one_plan_are_refused_where_the_claim_or_the_system_is_about_cha
             plan.test(driven, KEY, n=20)
         with pytest.raises(InputError, match=r"localise: expected .* chains"):
             plan.localise(driven, KEY, local)
+        with pytest.raises(InputError, match=r"replay: expected .* chains"):
+            replay(driven, plan.scene, plan.plan[None], KEY)
         assert plan.looks.taken == 0

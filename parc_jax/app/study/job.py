@@ -100,11 +100,11 @@ def run_study(
     _replace_older(out, model, answer)
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
-    driven = study.driven and answer.status.found and uncertainty is None
-    driven = driven and hand_over_of(model.claim.law.k_law) is None  # else tests are refused
+    settled = hand_over_of(model.claim.law.k_law) is None  # else runs of a chosen k are refused
+    driven = study.driven and answer.status.found and uncertainty is None and settled
     runs = None
     # under an uncertain execution a plan has several realisations, and no one run to replay
-    if len(answer.samples) and not (uncertainty and uncertainty.copies):
+    if settled and len(answer.samples) and not (uncertainty and uncertainty.copies):
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)

@@ -13,6 +13,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.common.keys import Stage
+from parc_jax.drive.local.localise import require_begins
 from parc_jax.learning.bound.counts import clopper_pearson
 from parc_jax.learning.bound.fresh import left_out_beside, used_by
 from parc_jax.learning.bound.monitor import inside_tube
@@ -21,7 +22,6 @@ from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.realisations import executions_of
 from parc_jax.safe_set.verdict.outcomes import outcomes
-from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
@@ -109,7 +109,7 @@ def _executed(
     """
     model, k = _robot_of(scene, plans[:, scene.model.n_p :])
     if not isinstance(system, RolloutBatch):
-        require_same(system, model)
+        require_begins("replay", system, model)
         runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
     else:
         runs = system
