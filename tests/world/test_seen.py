@@ -103,7 +103,7 @@ def test_corners_reach_out_between_beams(monkeypatch):
     """The nearer of two ranges alone is not enough."""
     few = LIDARS["few beams"]
 
-    def nearer_range_alone(angles, sure, *rest):
+    def nearer_range_alone(angles, sure, told, *rest):
         near = np.minimum(sure[:-1], sure[1:])
         return np.minimum(np.append(near, near[-1]), np.append(near[0], near))
 

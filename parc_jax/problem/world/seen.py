@@ -2,7 +2,7 @@
 
 import numpy as np
 import numpy.typing as npt
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
@@ -78,7 +78,8 @@ def seen_from(
     angles, (sure, ends), closed = _closed(angles, np.stack([sure, ends]))
     # the bound of the error of a direction, in beams
     more = int(min(np.ceil((angle_error + turned) / np.diff(angles).min() - 1e-9), len(angles) - 1))
-    reach = _between(angles, sure, angle_error, more, width, closed)
+    told = (sure > 0) | np.isfinite(ends)
+    reach = _between(angles, sure, told, angle_error, more, width, closed)
     ends = np.where(ends + noise < reach, np.inf, ends)  # false: nothing stands there
     star = _star(pose, angles, reach, closed)
     off = noise + moved + (angle_error + turned) * np.where(np.isfinite(ends), ends, 0.0)
@@ -102,6 +103,7 @@ def _closed(angles: Float[np.ndarray, " n"], ranges: Float[np.ndarray, "2 n"]):
 def _between(
     angles: Float[np.ndarray, " n"],
     sure: Float[np.ndarray, " n"],
+    told: Bool[np.ndarray, " n"],
     angle_error: float,
     more: int,
     width: float,
@@ -119,7 +121,7 @@ def _between(
     near = free(gaps, 1)
     if len(gaps) > 1 and 2 * angle_error < gaps.min():  # beams are in order
         # nothing of this width ends one beam and neither of those beside it
-        over = free(gaps[:-1] + gaps[1:], 2) * (sure[1:-1] > 0)  # one that failed frees nothing
+        over = free(gaps[:-1] + gaps[1:], 2) * told[1:-1]  # one that failed frees nothing
         near = np.maximum(near, np.maximum(np.append(over, 0.0), np.insert(over, 0, 0.0)))
     # a direction may truly lie in so many gaps more; beyond the ends of a scan nothing is known
     wide = np.pad(near, more + 1, mode="wrap" if closed else "constant")
