@@ -194,12 +194,7 @@ class Planner:
         return Prepared(pruned_scene(nominal))
 
     def warm_up(
-        self,
-        problem: Problem,
-        settings: Settings | None = None,
-        *,
-        at=None,
-        proof: bool = False,
+        self, problem: Problem, settings: Settings | None = None, *, at=None, proof: bool = False
     ) -> Answer:
         """Compile the programs of a query of this size, so that the times of the next `solve` are
         those of a search.

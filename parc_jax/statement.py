@@ -34,10 +34,7 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
     how = "proved in exact arithmetic" if proved else "shown in float64 with a rounding margin"
     sets = {
         "the sample": ("each of the {} samples", samples),
-        "every (p0, k) in the safe polytope": (
-            "every (p0, k) in the {} safe polytopes",
-            polytopes,
-        ),
+        "every (p0, k) in the safe polytope": ("every (p0, k) in the {} safe polytopes", polytopes),
         "every (p0, k) that meets all conditions of the corridor": (
             "every (p0, k) that meets all conditions of one of the {} corridors",
             corridors,
@@ -120,11 +117,7 @@ def about_sensing(risk: Risk | NoStatement, sensing_eps: Fraction) -> str:
 
 
 def about_risk(
-    risk: Risk | NoStatement,
-    drawn: str,
-    density: float | None,
-    measured: float,
-    p: Premises,
+    risk: Risk | NoStatement, drawn: str, density: float | None, measured: float, p: Premises
 ) -> str:
     """The risk of a plan drawn by `Answer.sample`.
 

@@ -79,12 +79,7 @@ def premises(entries: Iterable[tuple[str, str, Any]]) -> Premises:
 
 
 def agree(
-    where: str,
-    a: Premises,
-    b: Premises,
-    *,
-    free: Container[str] = (),
-    hint: str = "",
+    where: str, a: Premises, b: Premises, *, free: Container[str] = (), hint: str = ""
 ) -> None:
     """Refuse two records that meet and differ: every entry has one value in both.
 

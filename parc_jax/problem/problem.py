@@ -136,10 +136,7 @@ def reach_avoid(
 
 
 def _require_in_workspace(
-    obstacles: Sequence[HPolytope | None],
-    start: HPolytope | None,
-    n_p: int,
-    kind: str = "obstacle",
+    obstacles: Sequence[HPolytope | None], start: HPolytope | None, n_p: int, kind: str = "obstacle"
 ) -> None:
     """Raises InputError for sets of another dimension; None for no set."""
     for name, part in [*((f"{kind} {j}", o) for j, o in enumerate(obstacles)), ("start", start)]:

@@ -121,10 +121,7 @@ def _unique(pairs: list) -> dict:
 
 
 def save_problem(
-    path,
-    problem: Problem,
-    named: Labels | None = None,
-    points: Sequence[str] | None = None,
+    path, problem: Problem, named: Labels | None = None, points: Sequence[str] | None = None
 ) -> Path:
     """Write a .toml or .json file that `load_problem` reads back with equal numbers; complete or
     not at all.

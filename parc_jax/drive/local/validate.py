@@ -178,11 +178,7 @@ def _accepted_model(
 
 
 def _as_answer(
-    query: Query,
-    chosen: SafePlans,
-    settings: Settings,
-    key: jax.Array,
-    rng: np.random.Generator,
+    query: Query, chosen: SafePlans, settings: Settings, key: jax.Array, rng: np.random.Generator
 ) -> Answer:
     """The answer whose corridors are those of the set, proved as any other."""
     begin = time.perf_counter()

@@ -137,12 +137,7 @@ def copied_problem(problem: Problem, model: TrajectoryModel, n_v: int, n_r: int)
 
 
 def _tube(
-    model: TrajectoryModel,
-    executions: Executions,
-    turn: Turn,
-    axes: list[Axis],
-    edges,
-    one: Copied,
+    model: TrajectoryModel, executions: Executions, turn: Turn, axes: list[Axis], edges, one: Copied
 ) -> Tube:
     """The tube of all vertex realisations: the errors of all bins that an execution may be in, the
     gap of the mixture and rounding, turned.

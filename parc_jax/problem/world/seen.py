@@ -131,10 +131,7 @@ def _between(
 
 
 def _star(
-    pose: np.ndarray,
-    angles: Float[np.ndarray, " n"],
-    reach: Float[np.ndarray, " n"],
-    closed: bool,
+    pose: np.ndarray, angles: Float[np.ndarray, " n"], reach: Float[np.ndarray, " n"], closed: bool
 ):
     """The polygons between beams that reach anywhere."""
     shapely, directions = package("shapely", CALL), pose[2] + angles

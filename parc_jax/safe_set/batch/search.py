@@ -249,11 +249,7 @@ def check_stack(scenes: SceneArrays, model: TrajectoryModel) -> int:
             f"got {sorted(map(str, counts))}. Build them with box_scenes or stack_problems."
         )
     want = (model.time.n_steps, model.n_p, model.n_k)
-    have = (
-        scenes.obstacles.active.shape[-1],
-        scenes.z_lo.shape[-1],
-        scenes.k_lo.shape[-1],
-    )
+    have = (scenes.obstacles.active.shape[-1], scenes.z_lo.shape[-1], scenes.k_lo.shape[-1])
     if want != have:
         raise InputError(
             f"solve_batch: expected scenes of this model, (T, n_p, n_k) = {want}; got {have}."

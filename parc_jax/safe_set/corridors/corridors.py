@@ -189,12 +189,7 @@ class Corridors:
         kept[plan, corridor] = self.kept_pairs(path, bins, plan, corridor)
         return kept
 
-    def first(
-        self,
-        path: Paths,
-        bins: Numbers,
-        order: np.ndarray | None = None,
-    ) -> np.ndarray:
+    def first(self, path: Paths, bins: Numbers, order: np.ndarray | None = None) -> np.ndarray:
         """(b,) number of a corridor that each plan satisfies, -1 for none.
 
         order: (c,) in which they are tried; those that hold most plans first is fastest, any order

@@ -95,12 +95,7 @@ def _copied(rng: np.random.Generator, plans: Ranked, level: float, n: int) -> Ra
 
 
 def _moved(
-    scene: Scene,
-    rng: np.random.Generator,
-    plans: Ranked,
-    level: float,
-    moves: int,
-    limit: Limit,
+    scene: Scene, rng: np.random.Generator, plans: Ranked, level: float, moves: int, limit: Limit
 ) -> Ranked:
     """The plans after some moves that never leave the level: steps along differences of others,
     which fit a level however thin and slanted it is. limit: may end them between two moves.

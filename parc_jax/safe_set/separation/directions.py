@@ -134,13 +134,7 @@ def direction_table(
     facets = [len({m.rows for m in chosen if len(m.rows) == 1}) for chosen in multipliers]
     n_facets = min(n_d, bucket(max(facets, default=1)))
     return DirectionTable(
-        w,
-        support,
-        n_facets,
-        tuple(multipliers),
-        tuple(cones),
-        tuple(obstacles),
-        tuple(shapes),
+        w, support, n_facets, tuple(multipliers), tuple(cones), tuple(obstacles), tuple(shapes)
     )
 
 
