@@ -218,6 +218,12 @@ def test_what_was_driven_in_between_is_not_left_out():
     assert check(episode_part(done[1:])).manoeuvres == 3
 
 
+def test_a_drive_is_of_one_robot():
+    """Of another of the same kind, in the same place, numbers and places would fit."""
+    with pytest.raises(pj.InputError, match="of one robot's loop; got some of another"):
+        episode_part([*driven(False, 2), *driven(False, 4)[2:]])
+
+
 def test_a_file_allows_for_as_much_drift_as_the_loop_was_told():
     done = [replace(one, drift=0.25 * (one.number == 2)) for one in driven(False)]
     assert episode_part(done)["doubt"][-1] == (0.25).hex()

@@ -45,6 +45,7 @@ class Commitment:
     tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose. drift:
     [m] that was allowed for since the one before, as of `Loop.step`. seen_outside: [s] of the
     clock when a pose was outside of its tube; the loop adds them, and files tell of the first.
+    episode: one object for all commitments of an episode of one loop.
     """
 
     number: int
@@ -56,6 +57,7 @@ class Commitment:
     asked: NominalProblem
     drift: float = 0.0
     seen_outside: list[Fraction] = field(default_factory=list)
+    episode: object = None
 
     def __repr__(self) -> str:
         values = ", ".join(f"{x:.3g}" for x in self.k)

@@ -51,6 +51,8 @@ def episode_part(
             "episode: expected all that a loop committed to in between, which was driven; got "
             f"commitments {', '.join(map(str, numbers)):.80}."
         )
+    if any(one.episode is not commitments[0].episode for one in commitments):
+        raise InputError("episode: expected commitments of one robot's loop; got some of another.")
     drift = max(drift, *(one.drift for one in commitments))
     part = head_part(commitments[0].asked, drift) | {"manoeuvres": manoeuvres}
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]

@@ -152,7 +152,7 @@ class Loop:
         require_rest(model, self.candidates, self.given)
         self.under_way: Commitment | None = None
         self._before: Commitment | None = None
-        self._n = 0
+        self._n, self._episode = 0, object()
         # compile everything that a step may need
         pose = np.zeros(model.n_p + (model.rotation is not None))
         scene = self._scenes.scene(pose_of(pose, model), ())
@@ -236,7 +236,7 @@ class Loop:
                 chosen.setflags(write=False)  # a certificate is written from it
                 until = at + self.lasts
                 about = clear, judged, scene.nominal, float(drift)
-                one = Commitment(self._n, at, until, chosen, *about)
+                one = Commitment(self._n, at, until, chosen, *about, episode=self._episode)
                 self._before, self.under_way = self.under_way, one
                 self._n += 1
                 return Step(one, True)
@@ -269,6 +269,7 @@ class Loop:
             agree("restart: a manoeuvre of this loop", first.shared, one.shared)
         self.under_way, self._before = first, None
         self._n = 0 if first is None else first.number + 1
+        self._episode = object() if first is None else first.episode
 
     def go_on(self, reason: str, gone: "shapely.Geometry | None" = None) -> Step:
         """Continue the manoeuvre under way to its stop, for a reason of the caller: an invalid
