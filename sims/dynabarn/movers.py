@@ -52,8 +52,10 @@ def model(half: int) -> pj.types.TrajectoryModel:
     rest = [number for number in ours if number not in learned]
     about = {"step": STEP, "most": FASTEST, "name": f"tracks of half {half} of DynaBARN"}
     rng = np.random.default_rng(half)
-    train = pj.problem.mover_runs(tracks_of(learned, rng), grid, every=EVERY, **about)
-    held = pj.problem.mover_runs(tracks_of(rest, rng), grid, rng=rng, **about)
+    tracks, others = tracks_of(learned, rng), tracks_of(rest, rng)
+    of = [f"track {i}" for i in range(len(tracks) + len(others))]
+    train = pj.problem.mover_runs(tracks, grid, of=of[: len(tracks)], every=EVERY, **about)
+    held = pj.problem.mover_runs(others, grid, of=of[len(tracks) :], rng=rng, **about)
     asked = {"hidden": (8, 8), "seeds": 2, "steps": 1000, "bins": EDGES, "shape": "fitted"}
     bound = {"eps": EPS, "delta": DELTA, "discard": OUTSIDE}
     return pj.learn(train, jax.random.PRNGKey(half), holdout=held, quiet=True, **asked, **bound)

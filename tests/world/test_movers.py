@@ -21,7 +21,11 @@ def straight(wide: float = 0.05) -> pj.types.TrajectoryModel:
     net = pj.learning.relu_network([np.hstack([ahead, 0 * ahead])], [np.zeros(24)])
     K = [[0.0, 2.0], [-3.15, 3.15]]
     held = tube(K, np.full((1, 12, 2), wide), np.full((1, 2), wide))
-    claim = pj.learning.declared_claim(held, "this test declares it", net, GRID)
+    named = {
+        "k": ("speed over 0.1 s [m/s]", "turned in 0.1 s [rad]"),
+        "p": ("ahead [m]", "left [m]"),
+    }
+    claim = pj.learning.declared_claim(held, "this test declares it", net, GRID, labels=named)
     return pj.learning.trajectory_model(net, claim)
 
 
@@ -37,6 +41,10 @@ def walks(n: int, seed: int = 0, seconds: float = 8.0) -> list:
     return found
 
 
+def names(n: int, first: int = 0) -> list[str]:
+    return [f"mover {first + i}" for i in range(n)]
+
+
 def mover(heading: float, speed: float = 1.0, at: float = 0.0) -> pj.problem.Mover:
     ways = speed * STEP * np.array([np.cos(heading), np.sin(heading)])
     places = np.array([2.0, -1.0]) + np.arange(-2, 1)[:, None] * ways
@@ -46,8 +54,8 @@ def mover(heading: float, speed: float = 1.0, at: float = 0.0) -> pj.problem.Mov
 def test_windows_are_told_in_the_frame_of_the_mover():
     times = np.arange(0.0, 6.0, 0.1)
     line = np.array([3.0, 1.0]) + times[:, None] * np.array([0.0, -0.8])
-    runs = pj.problem.mover_runs([(times, line)], GRID, step=STEP, most=1.5, every=0.5)
-    assert runs.n == 10 and set(runs.groups) == {0}
+    runs = pj.problem.mover_runs([(times, line)], GRID, of=["a"], step=STEP, most=1.5, every=0.5)
+    assert runs.n == 10 and len(set(runs.groups)) == 1
     np.testing.assert_allclose(runs.k, np.tile([0.8, 0.0], (10, 1)), atol=1e-9)
     t = GRID.dt_record * np.arange(GRID.n_record + 1)
     np.testing.assert_allclose(runs.p, np.stack([[0.8 * t, 0 * t]] * 10).swapaxes(1, 2), atol=1e-9)
@@ -60,20 +68,22 @@ def test_only_what_was_observed_is_a_run(how):
     times = np.arange(0.0, 2.001, 0.02)
     circle = np.stack([np.cos(times), np.sin(times)], axis=1)
     about = {"step": STEP, "most": 1.5, **how}
-    runs = pj.problem.mover_runs([(times, circle)] * 20, GRID, **about)
+    runs = pj.problem.mover_runs([(times, circle)] * 20, GRID, of=names(20), **about)
     far = np.linalg.norm(runs.p[:, -1], axis=1)
     np.testing.assert_allclose(far, 2 * np.sin(GRID.t_f / 2), atol=1e-3)
     assert "one of 1.2 s within each track" in runs.law.describe()
     short = [(times, circle), (times[:65], circle[:65])]
     with pytest.raises(pj.InputError, match=r"track 1: expected at least 1.4 s .* it has 1.28 s"):
-        pj.problem.mover_runs(short, GRID, **about)
+        pj.problem.mover_runs(short, GRID, of=names(2), **about)
 
 
 def test_of_each_track_one_window_bounds_and_all_of_them_teach():
     about = {"step": STEP, "most": 1.5}
-    train = pj.problem.mover_runs(walks(12), GRID, every=0.5, **about)
-    held = pj.problem.mover_runs(walks(60, 1), GRID, rng=np.random.default_rng(0), **about)
-    assert held.n == 60 and held.groups is None and train.n > 100
+    train = pj.problem.mover_runs(walks(12), GRID, of=names(12), every=0.5, **about)
+    held = pj.problem.mover_runs(
+        walks(60, 1), GRID, of=names(60, 12), rng=np.random.default_rng(0), **about
+    )
+    assert held.n == len(set(held.groups)) == 60 and train.n > 100
     asked = {"hidden": (4,), "seeds": 1, "steps": 50, "eps": 0.2, "delta": 0.05, "discard": 1}
     model = pj.learn(train, jax.random.PRNGKey(0), holdout=held, quiet=True, **asked)
     assert model.claim.n == 60 and float(model.claim.eps) <= 0.2
@@ -82,7 +92,9 @@ def test_of_each_track_one_window_bounds_and_all_of_them_teach():
     assert f"at most {rounded_up(eps)} from a moment of a track" in told
     assert f"any of them with at most {rounded_up(2 * eps)}, if they ignore" in told
     # all that the claim of the tracks says of itself: how surely, of how many, of which law
-    assert "against 2 movers within 0.3 m: with confidence 0.95 over 60 runs each leaves" in told
+    assert (
+        "against 2 movers within 0.3 m: with confidence 0.95 over 60 recordings each leaves" in told
+    )
     assert f"of its law, {model.claim.quantifier}, any" in told and "Assumes: IID, " in told
 
 
@@ -116,7 +128,7 @@ def test_until_a_moment_nobody_is_an_obstacle_later():
 def test_tracks_with_gaps_and_jumps_are_refused():
     times = np.arange(0.0, 6.0, 0.1)
     line = np.outer(times, [0.5, 0.0])
-    about = {"step": STEP, "most": 1.5, "every": 0.5}
+    about = {"of": ["a"], "step": STEP, "most": 1.5, "every": 0.5}
     twice = np.where(times == times[7], times[6], times)
     with pytest.raises(pj.InputError, match="track 0: expected at least two increasing times"):
         pj.problem.mover_runs([(twice, line)], GRID, **about)
@@ -124,7 +136,9 @@ def test_tracks_with_gaps_and_jumps_are_refused():
     with pytest.raises(pj.InputError, match=r"it jumps with 56\.9"):
         pj.problem.mover_runs([(times, jumps)], GRID, **about)
     lost = np.delete(np.arange(len(times)), [20, 21])
-    with pytest.raises(pj.InputError, match=r"track 0: expected .* 0.1 s apart.* gap of 0.3 s"):
+    with pytest.raises(
+        pj.InputError, match=r"track 0: expected .* 0.1 s apart at most.* gap of 0.3 s"
+    ):
         pj.problem.mover_runs([(times[lost], line[lost])], GRID, **about)
     bridged = pj.problem.mover_runs([(times[lost], line[lost])], GRID, bridge=0.3, **about)
     assert "straight between places, 0.3 s apart at most" in bridged.law.describe()
@@ -141,3 +155,21 @@ def test_a_pose_from_the_future_or_by_another_clock_is_refused(at):
 def test_who_is_not_of_the_law_is_refused():
     with pytest.raises(pj.InputError, match=r"up to 2 m/s; this one goes 3 m/s"):
         pj.problem.mover_obstacles(straight(), [mover(0.0, 3.0)], 0.4, ROBOT, 0.0)
+
+
+def test_pieces_of_a_track_are_no_more_movers_than_it():
+    whole, about = walks(5), {"step": STEP, "most": 1.5, "rng": np.random.default_rng(0)}
+    cut = [(t[i : i + 40], x[i : i + 40]) for t, x in whole for i in range(0, 160, 40)]
+    with pytest.raises(pj.InputError, match=r"the mover of each of 20 tracks; got .* and 5 in of"):
+        pj.problem.mover_runs(cut, GRID, of=names(5), **about)
+    runs = pj.problem.mover_runs(cut, GRID, of=np.repeat(names(5), 4), **about)
+    assert runs.n == 20 and len(set(runs.groups)) == 5
+
+
+def test_a_model_of_other_steps_or_of_a_robot_is_refused():
+    seen = pj.problem.see_mover(0.6 * np.arange(3), np.outer(np.arange(3), [0.5, 0.0]), 0.6)
+    with pytest.raises(pj.InputError, match=r"for steps of 0.6 s.*k = speed over 0.1 s"):
+        pj.problem.mover_obstacles(straight(), [seen], 0.4, ROBOT, 1.2)
+    robot = straight().with_labels({"k": ("speed [m/s]", "turning [rad/s]")})
+    with pytest.raises(pj.InputError, match=r"expected a model of `mover_runs`.*turning"):
+        pj.problem.mover_obstacles(robot, [mover(0.0)], 0.4, ROBOT, 0.0)

@@ -30,19 +30,19 @@ SIDES = 8  # of the polytope that holds a mover
 SLACK = 1e-6  # [m] outwards, more than floats round a place within 1e5 m by
 TURN = 3.15  # [rad] a bit more than half a turn
 SAME = 1e-6  # [s] moments of a clock that are one
-LABELS = {"k": ("speed [m/s]", "turned [rad]"), "p": ("ahead [m]", "left [m]")}
 
 
 class Mover(NamedTuple):
     """A mover as seen: at [s] of the clock it was at place (2,) [m], on its way along heading
-    [rad]; k (2,): its speed [m/s] over the last step, and by how much that turned [rad] against the
-    one before.
+    [rad]; k (2,): its speed [m/s] over the last step [s], and by how much that turned [rad] against
+    the one before.
     """
 
     at: float
     place: np.ndarray
     heading: float
     k: np.ndarray
+    step: float
 
 
 class Moving(NamedTuple):
@@ -69,7 +69,13 @@ def see_mover(times: ArrayLike, places: ArrayLike, step: float) -> Mover:
             f"learned from; these are {gaps[0]:g} and {gaps[1]:g} s apart."
         )
     heading, k = _seen(places, step)
-    return Mover(float(times[-1]), places[-1], float(heading), k)
+    return Mover(float(times[-1]), places[-1], float(heading), k, step)
+
+
+def _labels(step: float) -> dict[str, tuple[str, ...]]:
+    """By which a model is one of movers seen by such steps."""
+    k = (f"speed over {step:g} s [m/s]", f"turned in {step:g} s [rad]")
+    return {"k": k, "p": ("ahead [m]", "left [m]")}
 
 
 def _seen(places: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -87,6 +93,7 @@ def mover_runs(
     tracks: Sequence[tuple[ArrayLike, ArrayLike]],
     time: TimeGrid,
     *,
+    of: Sequence[str],
     step: float,
     most: float,
     name: str = "tracks",
@@ -97,15 +104,19 @@ def mover_runs(
     """Windows of logged tracks as runs for `pj.learn`: k as of `Mover`, p in the frame of the mover
     at the beginning of the window, ahead along x. Raises InputError.
 
-    tracks: times (n,) [s] and places (n, 2) [m] of each. time: the grid of a window. step: [s]
+    tracks: times (n,) [s] and places (n, 2) [m] of each. time: the grid of a window. of: name of
+    the mover of each track; pieces of one are one group, and so one unit of a bound. step: [s]
     between the places from which a mover is seen. most: [m/s] greatest speed. name: of the law.
-    every: [s] between windows of a track, all of which are one group; for training. rng: instead
-    one window of each track, at a time drawn evenly from those whose window is all within it, so
-    that the unit of a bound is the track; as `holdout`. bridge: [s] between places up to which the
-    mover is taken to have gone straight, by default a step, and two record steps at most.
+    every: [s] between windows of a track; for training. rng: instead one window of each track, at a
+    time drawn evenly from those whose window is all within it; as `holdout`. bridge: [s] between
+    places up to which the mover is taken to have gone straight, by default a step, and two record
+    steps at most.
     """
-    if (every is None) == (rng is None):
-        raise InputError("mover_runs: expected one of every and rng; got both or none.")
+    if (every is None) == (rng is None) or len(of) != len(tracks):
+        raise InputError(
+            f"mover_runs: expected one of every and rng, and the mover of each of {len(tracks)} "
+            f"tracks; got every = {every}, rng = {rng} and {len(of)} in of."
+        )
     bridge = min(step, 2 * time.dt_record) if bridge is None else bridge
     rows, groups = [], []
     offsets = np.concatenate([[-2 * step, -step], time.dt_record * np.arange(time.n_record + 1)])
@@ -113,15 +124,11 @@ def mover_runs(
         times = as_float64("track times", times, (None,))
         places = as_float64("track places", places, (len(times), 2))
         gaps = np.diff(times)
-        if len(times) < 2 or not (gaps > 0).all():
+        if len(times) < 2 or not (0 < gaps.min() <= gaps.max() <= bridge + SAME):
             raise InputError(
-                f"track {number}: expected at least two increasing times; leave out what was "
+                f"track {number}: expected at least two increasing times, {bridge:g} s apart at "
+                f"most (bridge); it has a gap of {gaps.max(initial=0.0):.3g} s. Leave out what was "
                 "logged twice, and cut a track where its mover was lost."
-            )
-        if gaps.max() > bridge + SAME:
-            raise InputError(
-                f"track {number}: expected places at most {bridge:g} s apart, as of bridge; it has "
-                f"a gap of {gaps.max():.3g} s. Cut it there: what happened in it nobody saw."
             )
         fastest = (np.linalg.norm(np.diff(places, axis=0), axis=1) / gaps).max()
         if not fastest <= most:
@@ -138,20 +145,17 @@ def mover_runs(
         starts = np.arange(first, last, every) if rng is None else rng.uniform(first, last, 1)
         at = starts[:, None] + offsets
         rows.append(np.stack([np.interp(at, times, column) for column in places.T], axis=-1))
-        groups.append(np.full(len(starts), number))
+        groups.append(np.full(len(starts), of[number]))
     seen = np.concatenate(rows)
     heading, k = _seen(seen[:, :3], step)
     p = _turned(seen[:, 2:] - seen[:, 2:3], -heading[:, None])
     domain = box([0.0, -TURN], [most, TURN])
-    groups = np.concatenate(groups) if rng is None else None
     cut = {
         "window": f"one of {time.t_f:g} s within each track, seen by steps of {step:g} s",
         "records": f"straight between places, {bridge:g} s apart at most",
     }
-    q = np.zeros((len(k), 0))
-    points = ONE_POINT
-    about = {"time": time, "groups": groups, "labels": LABELS}
-    return recorded(name, k, p, q, points, domain, "logged", cut, **about)
+    about = {"time": time, "groups": np.concatenate(groups), "labels": _labels(step)}
+    return recorded(name, k, p, np.zeros((len(k), 0)), ONE_POINT, domain, "logged", cut, **about)
 
 
 def _turned(away: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -193,6 +197,11 @@ def mover_obstacles(
                 f"mover_obstacles: expected a mover that was seen at the pose or up to "
                 f"{model.time.t_f - steps * time.dt:.2g} s before it, by one clock; this one was "
                 f"seen {age:.3g} s before it."
+            )
+        if not _labels(mover.step).items() <= model.labels._asdict().items():
+            raise InputError(
+                f"mover_obstacles: expected a model of `mover_runs` for steps of {mover.step:g} s, "
+                f"as this mover was seen; got one with k = {', '.join(model.labels.k)}."
             )
         if not model.domain.contains(mover.k[None])[0]:
             raise InputError(
