@@ -216,7 +216,7 @@ def test_settings_that_make_no_sense(change, match, narrow):
 
 
 def test_questions_that_make_no_sense(narrow):
-    with pytest.raises(InputError, match="expected the system of this model"):
+    with pytest.raises(InputError, match="system is plant, beside other"):
         refine(toy.planner().model, narrow, plant(toy.gusty, toy.T, name="other"), KEY)
     with pytest.raises(InputError, match="refine: expected a Local"):
         refine(toy.model(), narrow, plant(toy.gusty, toy.T), KEY, 3)
