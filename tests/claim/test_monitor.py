@@ -18,6 +18,7 @@ from synthetic_plants import (
 )
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.monitor import inside_tube, monitor, update
@@ -96,6 +97,11 @@ def test_runs_and_networks_of_others_are_not_watched(claim):
         with pytest.raises(InputError, match=words):
             monitor(claim, NET).observe(others)
     assert monitor(claim, NET).observe(named).seen == 5  # only one of them has named its k
+    corner = replace(plant(exact), domain=box([0.0, 0.0], [0.1, 0.1]))
+    here = collect(corner, KEY, 5, quiet=True)
+    with pytest.raises(InputError, match="got k uniform on K, on another K"):
+        monitor(claim, NET).observe(here)
+    assert monitor(claim, NET, share=0.1).observe(here).seen == 5
     other = NET.replace(biases=(NET.biases[0] + 1,))
     with pytest.raises(InputError, match="network its claim was measured on"):
         monitor(claim, other).observe(runs)
@@ -171,12 +177,14 @@ def test_what_was_trained_on_is_no_new_evidence():
     runs = both.k, both.p, both.q
     log = rollout_batch(*runs, time=both.time, domain=both.domain, law=law)
     logged = bound_error(NET, log.select(slice(60, 160)), None, train=log.select(slice(60)), **made)
+    later = collect(system, KEY, 5, first_row=60, quiet=True)
     for claim, seen in ((seeded, train), (logged, log)):
         again = replace(claim, evidence=json.loads(json.dumps(claim.evidence)))  # of a file
         for one in (claim, again):
             with pytest.raises(InputError, match=r"its training runs, the first is row 3\."):
                 monitor(one, NET, share=1.0).observe(seen.select(slice(3, 9)))
-    later = collect(system, KEY, 5, first_row=60, quiet=True)
+            with pytest.raises(InputError, match="of the old claim or its training, the first is"):
+                update(one, NET, later, seen.select(slice(3, 9)))
     assert monitor(seeded, NET).observe(later).seen == 5
 
 

@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 from scipy.stats import ks_2samp
 from toy_bodies import points_model, points_problem
-from toy_models import random_polygon, toy_case
+from toy_models import line_model, random_polygon, toy_case
 
+from parc_jax.common.sets.box import box
 from parc_jax.planner import Planner
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors.first import MOST, first_draw
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
@@ -103,3 +105,12 @@ def test_plans_from_one_place_start_there():
     assert len(plans) and (plans[:, :2] == anywhere[:2]).all()
     e = verdicts(here.scene, plans[:, :2], plans[:, 2:])
     assert e.safe.all()
+
+
+def test_among_no_obstacles_as_many_plans_come_as_are_asked_for():
+    """Every clearance is infinite there, and ends no search."""
+    question = Planner(line_model(e=0.01)).prepare(
+        reach_avoid(box([0, -1, -9], [1, 1, 9]), [], 0.05)
+    )
+    plans = question.first(KEYS[0], MOST)
+    assert len(plans.plans) == MOST and np.isinf(plans.clearance).all()

@@ -147,11 +147,14 @@ class Monitor:
                 f"{batch.name}: expected {claim.unit.many}, as the claim counts; got {unit.many}. "
                 f"{how}"
             )
-        if not self.declared and batch.law.k_law != claim.law.k_law:
+        law, own = batch.law, claim.law
+        elsewhere = own.is_even and (law.lo, law.hi) != (own.lo, own.hi)
+        if not self.declared and (law.k_law != own.k_law or elsewhere):
+            got = f"{law.how_drawn}{', on another K' if elsewhere else ''}"
             raise InputError(
-                f"{batch.name}: expected k drawn as those of the claim, k {claim.law.how_drawn}; "
-                f"got k {batch.law.how_drawn}. Declare it: monitor(claim, net, share=s), of a set "
-                "that the claim's law enters with probability s, 1.0 where both laws are one."
+                f"{batch.name}: expected k drawn as those of the claim, k {own.how_drawn}; got k "
+                f"{got}. Declare it: monitor(claim, net, share=s), of a set that the claim's law "
+                "enters with probability s, 1.0 where both laws are one."
             )
         state = _with_new(self, batch)
         for outside in worst_by_group(left, batch.groups):
@@ -310,13 +313,12 @@ def update(
         )
     if claim.eps is None and "eps" not in options:
         raise InputError("update: expected eps and delta, since the old claim has none.")
-    again = calibration_runs(claim, fresh)
+    again = used_by(claim, fresh)
     if again.any():
         raise InputError(
             f"update: expected fresh runs; {int(again.sum())} of {fresh.n} are calibration runs of "
-            f"the old claim, the first is row {fresh.rows[np.argmax(again)]}. Runs that one claim "
-            "was made from decided that there would be another: draw new ones, from another key or "
-            "recorded since."
+            f"the old claim or its training, the first is row {fresh.rows[np.argmax(again)]}. Draw "
+            "new ones, from another key or recorded since: those decided that there would be more."
         )
     net = net if tune is None else tune(net, seen)
     old = {

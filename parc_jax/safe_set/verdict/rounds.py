@@ -169,7 +169,9 @@ class Judge(NamedTuple):
 
         def unfinished(state: tuple):
             left, safe, _ = state
-            roomy = (safe.count > 0) & (safe.clearance[safe.count - 1] >= limits.room)
+            # among no obstacles every clearance is infinite: as room that asks for nothing
+            wide = (limits.room < jnp.inf) & (safe.clearance[safe.count - 1] >= limits.room)
+            roomy = (safe.count > 0) & wide
             return left.any() & (safe.count < limits.n) & ~roomy & (safe.looks < limits.tests)
 
         begin = worth, safe, jnp.zeros((), jnp.int32)
