@@ -73,7 +73,7 @@ LEFT = {
     "calibration": dict.fromkeys(("k", "p", "q", "seed", "stage"), DATA),
     "monitored runs": dict.fromkeys(("q", "seed", "stage"), WATCHED)
     | {"domain": "another box: each k is looked at"}
-    | dict.fromkeys(("law.parameters", "law.lo", "law.hi"), DEPLOYED),
+    | {"law.parameters": DEPLOYED},
 }
 ONE_BIN = {"eps": 0.2, "delta": 0.1, "bins": (1, 1), "quiet": True}
 
