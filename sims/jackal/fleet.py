@@ -118,6 +118,9 @@ def drive(seed: int, robots: int = ROBOTS) -> Yard:
                 arrived[i] = min(arrived[i], now)
             if np.isfinite(arrived[i]):
                 continue  # the manoeuvre under way goes on to its stop
+            if any(one.under_way and one.under_way.seen_outside for one in loops):
+                steps[i].append(loops[i].go_on("somebody was seen outside of its tube"))
+                continue
             begin = process_time()
             obstacles, spans = list(border), [(0, grid.n_steps - 1)] * len(border)
             for j, other in enumerate(loops):

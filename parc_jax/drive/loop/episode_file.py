@@ -57,7 +57,7 @@ def episode_part(
     part = head_part(commitments[0].asked, drift) | {"manoeuvres": manoeuvres}
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]
     if eps := getattr(commitments[0].asked.query.problem.uncertainty, "sensing_eps", 0):
-        said = f"each pose is within these bounds but for a probability of {eps}"
+        said = f"all that is measured is within its bounds but for a probability of {eps}"
         others.append(("sensing", ASSUMED, said))
     outside = [(i, one.seen_outside[0]) for i, one in enumerate(commitments) if one.seen_outside]
     said = [f"manoeuvres[{i}], by {seconds(at)}: it is none inside the tube" for i, at in outside]

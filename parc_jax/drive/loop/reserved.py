@@ -40,6 +40,12 @@ def reserved(
             f"when the manoeuvre began; got {every!r} and {float(age + commitment.begin):g} s. Of "
             "two robots the one that is measured later decides later."
         )
+    if commitment.seen_outside:
+        since = float(commitment.seen_outside[0])
+        raise InputError(
+            f"reserved: expected a robot inside of its tube; at {since:g} s it was seen outside, so "
+            "nobody knows where it goes. Stop until it has begun again."
+        )
     A, reach = _reach(commitment)
     dt, step = Fraction(commitment.asked.model.time.dt), Fraction(time.dt)
     # the first interval by whose begin it rests
