@@ -58,7 +58,7 @@ def test_who_decides_before_the_other_was_measured_is_refused():
     with pytest.raises(pj.InputError, match="decides later"):
         pj.drive.reserved(second, float(first.begin), time)
     lost = replace(first, seen_outside=[first.begin])
-    with pytest.raises(pj.InputError, match="seen outside, so nobody knows where it goes"):
+    with pytest.raises(pj.InputError, match="seen outside: nobody knows where it goes"):
         pj.drive.reserved(lost, float(second.begin), time)
     with pytest.raises(pj.InputError, match="every >= 1"):
         pj.drive.reserved(first, float(second.begin), time, every=0)

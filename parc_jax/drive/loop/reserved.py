@@ -43,7 +43,7 @@ def reserved(
     if commitment.seen_outside:
         since = float(commitment.seen_outside[0])
         raise InputError(
-            f"reserved: expected a robot inside of its tube; at {since:g} s it was seen outside, so "
+            f"reserved: expected a robot inside of its tube; at {since:g} s it was seen outside: "
             "nobody knows where it goes. Stop until it has begun again."
         )
     A, reach = _reach(commitment)
