@@ -10,10 +10,10 @@ from fractions import Fraction as F
 
 import answer_files as build
 
-AXES = {2: [(1, 0), (-1, 0), (0, 1), (0, -1)]}
+AXES = {1: [(1,), (-1,)], 2: [(1, 0), (-1, 0), (0, 1), (0, -1)]}
 AXES[3] = [(*a, 0) for a in AXES[2]] + [(0, 0, 1), (0, 0, -1)]
 KNOWN_CORNERS = {}
-SLANTED = {2: [(1, 1), (-1, -1), (2, -1)], 3: [(1, 1, 1), (-1, 0, -2)]}
+SLANTED = {1: [(2,), (-3,)], 2: [(1, 1), (-1, -1), (2, -1)], 3: [(1, 1, 1), (-1, 0, -2)]}
 
 
 def solve(A, b):
