@@ -31,7 +31,7 @@ MAX_PROCESSES = 60  # some systems wait for no more
 WORK_AT_LEAST = 4_000_000  # products of short integers, a second or two
 WORK_PER_CHARACTER = 1000
 
-# What was proved: how many different samples, sets, corridors and boxes of doubt; None, or kind and
+# What was proved: how many samples, sets, corridors and boxes of doubt; None, or kind and
 # exact volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory.
 # scene: body, obstacles and starts in words; moving: obstacles that are there for some intervals
 # alone. The claim is quoted; arithmetic is what `checked_claim` knows of it.
@@ -117,13 +117,13 @@ def check_answer(answer, processes=1):
     )
     context.work_left = allowance_of(texts.values())
     question = tuple(answer[part] for part in PARTS)
-    found = check_entries(context, question, {part: answer[part] for part in LISTS}, processes)
+    check_entries(context, question, {part: answer[part] for part in LISTS}, processes)
     volumes = None
     if answer["no_plan"] is not None:
         with rejecting("no_plan: "):
             volumes = check_no_plan(context, answer["no_plan"])
     return Report(
-        **{part: len(found[part]) for part in LISTS},
+        **{part: len(answer[part]) for part in LISTS},
         no_plan=volumes,
         scene=scene_of(answer["problem"]),
         moving=sum(last - first + 1 < context.T for _, first, last in context.obstacles),

@@ -21,7 +21,7 @@ def roomy(condition, room):
 
 @rejecting()
 def check_doubt(context, entry):
-    """Proves that every (p0, k) of a box is safe; returns its middle and half widths as fractions.
+    """Proves that every (p0, k) of a box is safe; raises Rejected.
 
     Its conditions are affine in k on each cell of the network, so those that hold at all vertices
     of the cells in the box of k hold throughout. The errors are those of every bin that it meets.
@@ -52,4 +52,3 @@ def check_doubt(context, entry):
         for asked in conditions:
             held = holds(asked, whole_p0, p_scale, y, y_scale)
             need(held, f"the condition of {asked.name} fails in the box")
-    return [*p0, *k, *room, *side]

@@ -7,7 +7,7 @@ import multiprocessing
 import signal
 
 from .doubt import check_doubt
-from .exact import Rejected, array, number, rejecting
+from .exact import Rejected, array, rejecting
 from .plans import Context
 
 LISTS = ("samples", "sets", "corridors", "doubt")  # in the order in which they are checked
@@ -23,29 +23,18 @@ def hash_of(part):
     return hashlib.sha256(canonical(part).encode()).hexdigest()
 
 
-def valued(part):
-    """The same with numbers for their spellings, and tuples for lists."""
-    if type(part) is list:
-        return tuple(map(valued, part))
-    return number(part) if type(part) is str else part
-
-
 def check_entry(context, part, entry):
-    """Checks an entry of one of the LISTS; returns what tells it from others that prove as much."""
-    if part == "samples":
-        p0, k = context.check_sample(entry)
-        return (*p0, *k)
+    """Checks an entry of one of the LISTS."""
     if part == "sets":
         context.check_set(entry)
-        return entry["bin"], entry["pattern"], valued(entry["sep"])
-    if part == "corridors":
-        context.check_sample(entry)  # its plan is one of those that it stands for
-        return valued(entry["sep"])
-    return tuple(check_doubt(context, entry))
+    elif part == "doubt":
+        check_doubt(context, entry)
+    else:  # a corridor by its plan, which is one of those that it stands for
+        context.check_sample(entry)
 
 
 def check_entries(context, question, lists, processes):
-    """Checks all entries of {part: list}; returns {part: the different ones}.
+    """Checks all entries of {part: list}; raises Rejected.
 
     question: what context was made of, for other processes. Whatever their number, the verdict is
     the same: the first rejected entry is told, and all processes together spend one allowance.
@@ -54,25 +43,28 @@ def check_entries(context, question, lists, processes):
     for part in LISTS:
         entries += [(part, i, entry) for i, entry in enumerate(array(lists[part]))]
     processes = min(processes, len(entries))
-    proved: list = []
     if processes <= 1:
-        check_in_turn(context, entries, proved)
+        first = first_rejected(context, entries)
     else:
-        check_in_shares(context, question, entries, processes, proved)
-    found: dict = {part: set() for part in LISTS}
-    for part, what in proved:
-        found[part].add(what)
-    return found
+        first = first_rejected_in_shares(context, question, entries, processes)
+    if first is not None:
+        raise Rejected(first[1])
 
 
-def check_in_turn(context, entries, proved):
-    """Adds (part, what it proves) of each entry; raises Rejected at the first that is rejected."""
-    for part, i, entry in entries:
-        with rejecting(f"{part}[{i}]: "):
-            proved.append((part, check_entry(context, part, entry)))
+def first_rejected(context, entries):
+    """The number of the first entry (part, its number there, entry) that is rejected, and why, or
+    None.
+    """
+    for number, (part, i, entry) in enumerate(entries):
+        try:
+            with rejecting(f"{part}[{i}]: "):
+                check_entry(context, part, entry)
+        except Rejected as why:
+            return number, str(why)
+    return None
 
 
-def check_in_shares(context, question, entries, processes, proved):
+def first_rejected_in_shares(context, question, entries, processes):
     """The same, every n-th entry in one of n processes of their own."""
     spawn = multiprocessing.get_context("spawn")  # forked ones may inherit locks of the caller
     with concurrent.futures.ProcessPoolExecutor(
@@ -85,27 +77,17 @@ def check_in_shares(context, question, entries, processes, proved):
         shares = [entries[first::processes] for first in range(processes)]
         asked = [pool.submit(check_share, question, some, context.work_left) for some in shares]
         answers = [each.result() for each in asked]
-    rejections = []
-    for first, (done, refused, spent) in enumerate(answers):
-        proved += done
-        if refused is None:
+    rejected = []
+    for first, (found, spent) in enumerate(answers):
+        if found is None:
             context.spend(spent)
         else:
-            rejections.append((first + processes * len(done), refused))
-    if rejections:
-        raise Rejected(min(rejections)[1])
+            rejected.append((first + processes * found[0], found[1]))
+    return min(rejected, default=None)
 
 
 def check_share(question, entries, work):
-    """What entries prove, in a process of its own; why the first that is rejected is, or None; the
-    work that they took.
-    """
+    """What `first_rejected` finds in a process of its own, and the work that it took."""
     context = Context(*question)
     context.work_left = work
-    proved: list = []
-    refused = None
-    try:
-        check_in_turn(context, entries, proved)
-    except Rejected as why:
-        refused = str(why)
-    return proved, refused, work - context.work_left
+    return first_rejected(context, entries), work - context.work_left

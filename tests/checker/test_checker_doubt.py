@@ -21,10 +21,6 @@ def check(**changes):
     return checker.check_doubt(context, answer["doubt"][0])
 
 
-def test_what_is_returned_is_the_middle_and_the_half_widths():
-    assert check() == [0, 0, 0.5, 0.125, 0.125, 0.125]
-
-
 def test_room_for_p0_up_to_contact():
     check(doubt__0__room__p0=["1/8", build.text(KEPT - 2**-40)])
     with pytest.raises(checker.Rejected, match="obstacle 0 at knot 0, point 0 fails in the box"):

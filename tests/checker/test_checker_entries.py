@@ -12,10 +12,10 @@ from parc_jax.checker import answer as whole
 
 
 def several():
-    """The plain scene with seven samples, one of them twice, a polytope and two corridors."""
+    """The plain scene with seven samples, a polytope and two corridors."""
     answer = known.plain()
     (sample,) = answer["samples"]
-    answer["samples"] = [sample | {"p0": [f"{i}/100", "0"]} for i in (0, 1, 2, 3, 2, 4, 5)]
+    answer["samples"] = [sample | {"p0": [f"{i}/100", "0"]} for i in range(7)]
     answer["corridors"] = [sample, sample | {"sep": [[[[1, known.TOP], [2, known.TOP]]]]}]
     return build.rehash(answer)
 
@@ -32,7 +32,7 @@ def verdict(answer, processes):
 @pytest.mark.parametrize("processes", [2, 3, 40])
 def test_several_processes_report_what_one_does(processes):
     report = verdict(several(), 1)
-    assert (report.samples, report.sets, report.corridors) == (6, 1, 2)
+    assert (report.samples, report.sets, report.corridors) == (7, 1, 2)
     assert verdict(several(), processes) == report
 
 
@@ -94,4 +94,4 @@ def test_the_program_takes_a_number_of_processes(tmp_path, capsys):
     for more in ([], ["--processes", "2"]):
         assert checker.main([str(path), *more]) == 0
         said.append(capsys.readouterr().out)
-    assert said[0] == said[1] and "6 samples" in said[0]
+    assert said[0] == said[1] and "7 samples" in said[0]

