@@ -203,8 +203,8 @@ SLIPS = [
     ("plans", 'sign = 1 if bit == "1" else -1', "sign = 1", "a pattern for the other side"),
     (
         "entries",
-        "        context.check_sample(entry)  # its plan",
-        "        entry  # its plan",
+        "    else:  # a corridor by its plan",
+        '    elif part == "samples":  # a corridor by its plan',
         "a corridor whose plan does not keep to it",
     ),
     (
@@ -215,8 +215,8 @@ SLIPS = [
     ),
     (
         "entries",
-        "for part, i, entry in entries:",
-        'for part, i, entry in [e for e in entries if e[:2] != ("corridors", 1)]:',
+        "in enumerate(entries):",
+        'in enumerate(e for e in entries if e[:2] != ("corridors", 1)):',
         "a second corridor whose plan does not keep to it",
     ),
     (

@@ -33,10 +33,8 @@ def answer(request):
 
 def test_valid_certificates_are_accepted(answer):
     report = checker.check_answer(answer)
-    sets = {str([part["bin"], part["pattern"], part["sep"]]) for part in answer["sets"]}
-    corridors = {str(part["sep"]) for part in answer["corridors"]}
-    assert report.samples == len(answer["samples"]) == 2
-    assert (report.sets, report.corridors) == (len(sets), len(corridors))
+    counts = (report.samples, report.sets, report.corridors)
+    assert counts == tuple(len(answer[part]) for part in ("samples", "sets", "corridors"))
     assert report.claim["kind"] == "pac"
     assert report.hash == answer["hash"]
 
