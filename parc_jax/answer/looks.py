@@ -1,7 +1,8 @@
 """Looks at fresh runs: how many are declared, how many are taken, what each of them may err.
 
-A look is a test that may decide which plan is driven. m of them, declared beforehand, get delta / m
-each, so that all of them together err with probability at most delta. [T1, T6]
+A look is a test that may decide which plan is driven, or which set of them is drawn from. m of
+them, declared beforehand, get delta / m each, whatever they are about and however it is spelled, so
+that all of them together err with probability at most delta. [T1, T6, T42]
 """
 
 from dataclasses import dataclass
@@ -37,12 +38,20 @@ class Look(NamedTuple):
         """Its number in a sentence; empty where it was declared alone."""
         return f"{begin} {self.number} of {self.planned}{end}" if self.planned > 1 else ""
 
+    @property
+    def ledger(self) -> tuple[str, ...]:
+        """The assumptions on other tests, of plans or of sets."""
+        unseen = "UNSEEN(1 look; no set or plan of this scene was tested but in looks of its delta)"
+        if self.planned == 1:
+            return (unseen,)
+        return unseen, f"LOOK({self.number} of {self.planned}, which share one delta)"
+
 
 @dataclass(eq=False, repr=False)
 class Looks:
-    """The account of the looks at one answer and at all that is derived from it: choices and local
-    claims hold this very object. It is mutable by design: a look is spent when its runs are made,
-    with every outcome.
+    """The account of the looks at one answer and at all that is derived from it, or of tests of
+    sets in any scenes: choices, local claims and `Validate` hold this very object. It is mutable by
+    design: a look is spent when its runs are made, with every outcome.
 
     delta: error probability of all looks together, None until `declare`. planned: how many may be
     taken. taken: how many were.

@@ -290,14 +290,14 @@ def test_a_plan_has_as_much_room_as_the_claim_says_that_the_start_matters(chosen
         found = Choice(plan, 0.0, scene, looks).test(toy.Hill(), KEY, n=8).tested
         assert found.failures == fails, end
     assert f"Assumes: IID, {claim.assumptions[1]}, DISCRETE_TIME(h" in found.details()
-    assert "UNSEEN(1 look; no other test of a plan of this scene was made)" in found.details()
+    assert "UNSEEN(1 look; no set or plan of this scene was tested but in" in found.details()
     seen = {}
 
     def noted(runs, delta, local, start, between):
         seen.update(declared=start.declared, between=between)
         raise NotImplementedError
 
-    monkeypatch.setattr("parc_jax.drive.local.localise.local_model", noted)
+    monkeypatch.setattr("parc_jax.drive.local.choice.local_model", noted)
     looks, nominal = toy.answer().choose(delta=0.05).looks, scene.nominal
     nominal = replace(nominal, query=nominal.query.of(toy.on_the_hill()))
     with pytest.raises(NotImplementedError):

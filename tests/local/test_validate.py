@@ -31,7 +31,15 @@ pytestmark = pytest.mark.soundness
 
 KEY = jax.random.PRNGKey(5)
 SYSTEM = plant(toy.gusty, toy.T)
-ASKED = Validate(SYSTEM, risk=0.05, delta=0.1, tests=600, scales=(1.0, 0.7, 0.4, 0.1))
+
+
+def asked_of(**changes):
+    """A test of its own account."""
+    about = {"risk": 0.05, "delta": 0.1, "tests": 600, "scales": (1.0, 0.7, 0.4, 0.1)}
+    return Validate(**({"source": SYSTEM} | about | changes))
+
+
+ASKED = asked_of()
 REPEATS, WRONG = 500, 0.1  # delta of the repetitions
 
 
@@ -178,7 +186,7 @@ def test_tests_and_draws_have_one_law(answer, monkeypatch):
 
     monkeypatch.setattr(module, "fixed_sequence", noted)
     monkeypatch.setattr(trials, "stream_rollouts", streamed)
-    asked = replace(ASKED)
+    asked = asked_of()
     again = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=asked)
     last = ASKED.scales.index(float(again.validation.answer.model.claim.evidence["scale"]))
     of_tests = seen["k"][seen["inside"][last]]
@@ -207,7 +215,8 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
 
 
 def test_from_one_start_its_share_is_of_k_and_its_plans_start_there(tmp_path):
-    here = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, at=(0.05, 0.0), validate=ASKED)
+    asked = asked_of()
+    here = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, at=(0.05, 0.0), validate=asked)
     validated = here.validation.answer
     share, held = validated.share, validated.coverage
     least = rounded_down(100 * Fraction(share.at_least) * Fraction(held.at_least), 3)
@@ -271,15 +280,35 @@ def test_every_number_of_the_claim_is_in_its_hash(answer):
             check_claim(replace(claim, **change))
 
 
-def test_a_scene_is_tried_as_often_as_was_declared(answer):
-    del answer
-    planner, asked = toy.planner(), replace(ASKED, looks=2)
-    for scene, at in ((toy.problem(0.62), None), (toy.problem(0.62), (0.05, 0.0))):
-        found = planner.solve(scene, KEY, toy.SETTINGS, at=at, validate=asked).validation
+def test_its_runs_decide_as_often_as_was_declared_however_a_scene_is_spelled():
+    planner, scene, wall = toy.planner(), toy.problem(0.62), toy.problem(0.62).obstacles
+    halves = [pj.box([-1.0, 0.62], [0.4, 1.62]), pj.box([0.3, 0.62], [2.0, 1.62])]
+    beyond = pj.box([-1.0, 0.9], [2.0, 1.62])
+    same = [(*wall, *wall), halves, halves[::-1], (*wall, beyond)]
+    asked = asked_of(looks=2)
+    for other, number in ((scene, 1), (scene.replace(obstacles=same[1]), 2)):
+        found = planner.solve(other, KEY, toy.SETTINGS, validate=asked).validation
         assert found.asked.delta == ASKED.delta / 2
-    planner.solve(toy.problem(0.62), jax.random.PRNGKey(6), toy.SETTINGS, validate=asked)
+        assert f"LOOK({number} of 2, which share one delta)" in found.details()
+    for obstacles in same:
+        with pytest.raises(InputError, match="all 2 that were declared are spent"):
+            planner.solve(scene.replace(obstacles=obstacles), KEY, toy.SETTINGS, validate=asked)
     with pytest.raises(InputError, match="all 2 that were declared are spent"):
-        planner.solve(toy.problem(0.62), jax.random.PRNGKey(7), toy.SETTINGS, validate=asked)
+        planner.solve(scene, KEY, toy.SETTINGS, validate=replace(asked, tests=700))
+
+
+def test_sets_and_plans_may_share_one_account():
+    answer = toy.answer()
+    chosen, asked = answer.choose(delta=0.1, looks=2), asked_of(delta=None, looks=answer.looks)
+    assert asked.delta == ASKED.delta
+    found = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=asked).validation
+    assert found.asked.delta == ASKED.delta / 2
+    tested = chosen.test(SYSTEM, KEY, n=30)
+    assert tested.tested.look == (2, 2, ASKED.delta / 2) and "LOOK(2 of 2" in tested.details()
+    with pytest.raises(InputError, match="all 2 that were declared are spent"):
+        chosen.test(SYSTEM, KEY, n=30)
+    with pytest.raises(InputError, match="expected those declared by the first choice"):
+        asked_of(delta=0.2, looks=answer.looks)
 
 
 def test_sets_are_nested_and_found_by_halving(answer):
@@ -309,7 +338,7 @@ def test_runs_that_do_not_return_have_failed():
         return jnp.where(k[0] > 0.55, jnp.nan, p), q
 
     found = toy.planner().solve(
-        toy.problem(), KEY, toy.SETTINGS, validate=replace(ASKED, source=plant(lost, toy.T))
+        toy.problem(), KEY, toy.SETTINGS, validate=asked_of(source=plant(lost, toy.T))
     )
     assert found.validation.answer is None and found.validation.steps[0].failed > 30
     said = found.validation.details()
@@ -331,7 +360,7 @@ def test_runs_that_do_not_return_have_failed():
 )
 def test_bad_input_is_refused(changes, words):
     with pytest.raises(InputError, match=words):
-        replace(ASKED, **changes)
+        asked_of(**changes)
 
 
 def test_what_has_no_law_is_refused():
@@ -340,13 +369,13 @@ def test_what_has_no_law_is_refused():
         toy.planner().solve(uncertain, KEY, toy.SETTINGS, validate=ASKED)
     other = plant(toy.gusty, toy.T + 1)
     with pytest.raises(InputError):
-        toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=replace(ASKED, source=other))
+        toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=asked_of(source=other))
 
 
 def test_a_set_keeps_its_promise_where_the_start_matters():
     """Runs are made from the origin: each is to succeed wherever the start may have put it."""
     scene = toy.problem()
-    asked = replace(ASKED, source=toy.Hill())
+    asked = asked_of(source=toy.Hill())
     planner = pj.Planner(toy.on_the_hill())
     found = planner.solve(scene, KEY, toy.SETTINGS, validate=asked).validation
     plans = found.answer.sample(jax.random.PRNGKey(4), 2000)
@@ -361,6 +390,6 @@ def test_a_set_keeps_its_promise_where_the_start_matters():
 
 
 def test_tests_that_were_made_again_are_counted():
-    asked = replace(ASKED, source=toy.again(), tests=90, scales=(1.0,))
+    asked = asked_of(source=toy.again(), tests=90, scales=(1.0,))
     found = toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=asked).validation
     assert "WORKERS_LOST(60, independent of the run)" in found.details()

@@ -10,13 +10,15 @@ import numpy as np
 from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.common.spelling import counted, rounded_down, rounded_up
+from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.localise import (
     Driven,
     Local,
+    LocalRuns,
     Near,
+    answered_near,
     checked_local,
-    localise,
+    local_model,
     require_begins,
     start_trial,
 )
@@ -30,6 +32,7 @@ from parc_jax.learning.bound.counts import (
     clopper_pearson,
     required_runs,
 )
+from parc_jax.learning.bound.settings import intersample_of
 from parc_jax.learning.bound.statement import assumes, confidence_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.law import law_of
@@ -156,9 +159,7 @@ class Choice:
         failed, lost = run_once(system, scene, fresh, Stage.VALIDATE, plans, quiet)
         failures = int(failed.sum())
         bound = clopper_pearson(failures, n, float(look.delta))
-        planned = counted(look.planned, "look")
-        unseen = f"UNSEEN({planned}; no other test of a plan of this scene was made)"
-        assumed = (*ledger_of_tests(self.model.claim, lost), unseen)
+        assumed = (*ledger_of_tests(self.model.claim, lost), *look.ledger)
         law = law_of(system, "given by the plan").describe()
         tested = FreshRuns(n, failures, bound, look, assumed, law, self.driven)
         return replace(self, tested=tested)
@@ -190,8 +191,12 @@ class Choice:
         whole = self.model.domain
         box = box_around(self.k, float(local.share) ** (1 / whole.n), whole)
         start = start_trial(system, key, local, self.model.claim)
-        looks = self.looks
-        near = localise(query, system, start, box, key, looks, local, settings, self.plan, quiet)
+        look = self.looks.take()  # spent, also where its runs fail
+        fresh = fresh_key(key, look, self.plan, box.lo, box.hi)
+        runs = LocalRuns(system, fresh, box, local.rollouts, quiet)
+        between = intersample_of(query.model.claim.assumptions)
+        there = local_model(runs, look.delta, local, start, between)
+        near = answered_near(query, there, look, self.looks, fresh, settings)
         near = near.around(self.p0, self.k)
         return replace(self, near=replace(near, of=self.driven))
 

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.answer.looks import Look, Looks, fresh_key
+from parc_jax.answer.looks import Look, Looks
 from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, stream
 from parc_jax.common.options import part_of
@@ -28,7 +28,6 @@ from parc_jax.learning.bound.settings import (
     BoundSettings,
     Intersample,
     Sizing,
-    intersample_of,
 )
 from parc_jax.learning.bound.start_gap import StartTrial, declared_gap, try_starts
 from parc_jax.learning.bound.statement import assumes, count_of, probability
@@ -171,32 +170,6 @@ class Near:
             f"The local tube is narrower than the one over all of K by a factor of {at_end} "
             f"at the end and {on_the_way} on the way."
         )
-
-
-def localise(
-    question: Query,
-    system: System,
-    start: StartTrial,
-    box: Box,
-    key: jax.Array,
-    looks: Looks,
-    local: Local,
-    settings: Settings | None,
-    plan: np.ndarray,
-    quiet: bool = True,
-) -> Near:
-    """Bound the error on a box of K by fresh runs there and answer a query again under it.
-
-    start: result of `start_trial`. key: only its DRIVEN stream is used. looks: the account, of
-    which one look is spent, also where its runs fail. settings: of the query. plan (n_p + n_k,): in
-    the box, chosen before. Raises InputError.
-    """
-    look = looks.take()
-    fresh = fresh_key(key, look, plan, box.lo, box.hi)
-    runs = LocalRuns(system, fresh, box, local.rollouts, quiet)
-    between = intersample_of(question.model.claim.assumptions)
-    model = local_model(runs, look.delta, local, start, between)
-    return answered_near(question, model, look, looks, fresh, settings)
 
 
 def answered_near(

@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.answer.looks import Look
 from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
@@ -90,7 +91,8 @@ def validated(
         source = one_of_each(query.model, source, draws)
     else:
         require_same(source, query.model)
-    asked = asked.look(answer)
+    look = asked.looks.take()
+    asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
     if not len(sets[-1].corridors):
         return replace(answer, validation=Validation(None, (), asked))
@@ -110,7 +112,8 @@ def validated(
     if not passed:
         return replace(answer, validation=Validation(None, steps, asked))
     chosen = sets[first + passed - 1]
-    under = query.of(_accepted_model(query.model, chosen, steps[:passed], asked, source, trial))
+    known = _accepted_model(query.model, chosen, steps[:passed], asked, look, source, trial)
+    under = query.of(known)
     found = replace(_as_answer(under, chosen, settings, own, after), looks=answer.looks)
     refused = len(chosen.corridors) - len(found.corridors)
     validation = Validation(None if refused else found, steps, asked, refused)
@@ -138,6 +141,7 @@ def _accepted_model(
     chosen: SafePlans,
     steps: tuple[Step, ...],
     asked: Validate,
+    look: Look,
     source: System | RolloutBatch,
     trial: Trial,
 ) -> TrajectoryModel:
@@ -161,7 +165,7 @@ def _accepted_model(
     gaps = left_out_beside(model.claim, asked.source) if isinstance(source, RolloutBatch) else 0
     shown["assumptions"] = ledger_of_tests(model.claim, trial.lost, gaps)
     if not isinstance(source, RolloutBatch):
-        shown["assumptions"] += ("UNSEEN(1 look; no other key was tried in this scene)",)
+        shown["assumptions"] += look.ledger
     evidence |= lost_among(trial.lost)
     if "start" in model.claim.evidence:  # of which the assumptions tell
         evidence["start"] = model.claim.evidence["start"]
@@ -171,7 +175,7 @@ def _accepted_model(
         evidence |= {RECORDED_IDS: tested, "recordings": hash_of(tested)}
         evidence["shape"] = "shape" in model.claim.evidence
         fresh = freshness_of(model.claim.evidence.get("training"), source.groups)
-        shown["assumptions"] += (UNSEEN, *fresh, *order_of_k(model, source))
+        shown["assumptions"] += (UNSEEN, *look.ledger[1:], *fresh, *order_of_k(model, source))
         evidence |= {"left_out": gaps} if gaps else {}
     claim = scene_claim(model.claim, scene.model.tube, law, evidence, **shown)
     return model.replace(claim=claim, held=None)

@@ -1,7 +1,7 @@
 """What is asked of a set of plans in one scene, and what its tests show: the sentence (V). [T42]"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import Looks
-from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import check_count
 from parc_jax.common.spelling import rounded_down, rounded_up
@@ -24,7 +23,6 @@ from parc_jax.learning.bound.counts import (
 from parc_jax.learning.bound.statement import confidence_of, probability
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.system import System, check_system
-from parc_jax.proof.certificate.write import problem_part
 from parc_jax.statement import all_plans
 
 # tests by default: so many, or so many times as many as suffice where none fails
@@ -52,7 +50,8 @@ class Validate:
         tube have not seen; falling: sets are tested in this order. None for 1 to 0.17, 4 to 0.05.
     way: part of each scale that errors on the way have, those at the end all of it. None for 0.65:
         on the way most are in no direction that matters; with recordings 1.
-    looks: how often one scene may be tried, each time at its share of delta; once more is refused.
+    looks: how often sets may be tested, in all scenes together, each time at its share of delta;
+        once more is refused. Or the account of an answer, whose plans then share it.
     Raises InputError.
     """
 
@@ -62,19 +61,19 @@ class Validate:
     tests: int | None = None
     scales: Sequence[float] | None = None
     way: float | None = None
-    looks: int = 1
-    _taken: dict[tuple, Looks] = field(default_factory=dict, init=False, repr=False, compare=False)
+    looks: int | Looks = 1
 
     def __post_init__(self) -> None:
         runs = self.source if isinstance(self.source, RolloutBatch) else None
         if runs is None:
             check_system(self.source)
         usual = RISK_AND_DELTA if runs is None else OF_RECORDINGS
-        given = [self.risk, self.delta]
-        some = [own if x is None else x for x, own in zip(given, usual, strict=True)]
-        risk, delta = as_probability("risk", some[0]), as_probability("delta", some[1])
-        check_count("looks", self.looks, 1, "how often a scene may be tried")
-        least = required_runs(risk, delta / self.looks)
+        risk = as_probability("risk", usual[0] if self.risk is None else self.risk)
+        known = isinstance(self.looks, Looks)
+        looks, planned = (self.looks, None) if known else (Looks(), self.looks)
+        own = looks.delta or usual[1] if self.delta is None else self.delta
+        delta = looks.declare(own, planned).delta
+        least = required_runs(risk, delta / looks.planned)
         unit = RUNS if runs is None else RECORDINGS
         tests = max(LEAST_TESTS, TIMES * least) if self.tests is None else self.tests
         if runs is not None:
@@ -102,17 +101,9 @@ class Validate:
         if not (isinstance(way, float | int) and 0 < way < np.inf):
             raise InputError(f"way: expected a positive number, such as 0.5; got {way!r:.40}.")
         exact = {"risk": risk, "delta": delta, "tests": tests, "scales": tuple(scales.tolist())}
-        exact |= {"way": float(way)}
+        exact |= {"way": float(way), "looks": looks}
         for name, value in exact.items():
             object.__setattr__(self, name, value)
-
-    def look(self, answer: Answer) -> "Validate":
-        """The test of one look at the scene of an answer. Raises InputError when all are spent."""
-        at = () if answer.scene.at is None else tuple(answer.scene.at)
-        part = problem_part(answer.problem, answer.model)
-        of_scene = self._taken.setdefault((hash_of(part), at), Looks())
-        share = of_scene.declare(self.delta, self.looks).take().delta
-        return replace(self, delta=share, looks=1)
 
 
 class Step(NamedTuple):
