@@ -171,7 +171,7 @@ BESIDE = {
     ("app/live.py", "discard"),
     ("app/live.py", "eps"),
     ("app/live_page.py", "eps"),
-    ("drive/local/localise.py", "assumptions"),
+    ("drive/local/choice.py", "assumptions"),
     ("drive/local/nested.py", "evidence"),
     ("drive/local/trials.py", "evidence"),
     ("drive/local/validate.py", "evidence"),
