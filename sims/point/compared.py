@@ -1,6 +1,6 @@
 """Our world beside the original package, each in a Python of its own, over a pipe:
 
-    python -m sims.point.compared --python PYTHON [--ours PYTHON]
+    python -m sims.point.compared --python PYTHON [--ours PYTHON] [--robot Car]
 
 PYTHON has safety-gymnasium 1.0.0, which pins MuJoCo 2.3.3. ours: the Python that runs our world, by
 default this one; with the same PYTHON both have the same MuJoCo. Prints the largest difference of
@@ -12,6 +12,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class Options:
     """A Python that has safety-gymnasium 1.0.0."""
     ours: Path = Path(sys.executable)
     """The Python that runs our world."""
+    robot: Literal["Point", "Car"] = "Point"
     level: int = 1
     seeds: int = 5
     steps: int = 1000
@@ -46,9 +48,9 @@ def main() -> None:
     seeds = ",".join(map(str, range(options.seeds)))
     about = (seeds, str(options.steps))
     theirs, original = rows_of(
-        options.python, "original.py", f"SafetyPointGoal{options.level}-v0", *about
+        options.python, "original.py", f"Safety{options.robot}Goal{options.level}-v0", *about
     )
-    version, ours = rows_of(options.ours, "ours.py", str(options.level), *about)
+    version, ours = rows_of(options.ours, "ours.py", options.robot, str(options.level), *about)
     print(f"original on MuJoCo {theirs}, ours on {version}: {len(ours)} episodes")
     for one, other in zip(original, ours, strict=True):
         off = np.abs(one - other)

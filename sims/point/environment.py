@@ -1,29 +1,34 @@
-"""SafetyPointGoal1 and 2 as environments of today's Gymnasium; `info["cost"]` is the original's."""
+"""Safety-Gymnasium's Goal tasks as environments of today's Gymnasium; `info["cost"]` is the
+original's.
+"""
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
 
 from parc_jax.common.errors import InputError
-from sims.point.world import BINS, LEVELS, STEPS, World
+from sims.point.world import BINS, LEVELS, ROBOTS, STEPS, World
 
-SENSORS = ("accelerometer", "velocimeter", "gyro", "magnetometer")
 LIDARS = ("goal_lidar", "hazards_lidar", "vases_lidar")
+SENSED = {"Point": 12, "Car": 24}  # numbers of its own sensors
 
 
-class PointGoal(gymnasium.Env):
-    """The task of a level, 1 or 2. action (2,) in [-1, 1]: thrust, turning. observation (60,): as
-    the original flattens it. `world` is what truly is. Raises InputError.
+class Goal(gymnasium.Env):
+    """The task of a robot, "Point" or "Car", and a level, 1 or 2. action (2,) in [-1, 1]: thrust,
+    turning, or both wheels' torques. observation (60,) or (72,): as the original flattens it.
+    `world` is what truly is. Raises InputError.
     """
 
     metadata = {"render_modes": []}  # noqa: RUF012
 
-    def __init__(self, level: int = 1):
-        if level not in LEVELS:
-            raise InputError(f"PointGoal: expected level 1 or 2; got {level!r:.40}.")
-        self.level = LEVELS[level]
+    def __init__(self, robot: str = "Point", level: int = 1):
+        if robot not in ROBOTS or level not in LEVELS:
+            raise InputError(
+                f"Goal: expected Point or Car, at level 1 or 2; got {robot!r:.20}, {level!r:.40}."
+            )
+        self.robot, self.level = ROBOTS[robot], LEVELS[level]
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float64)
-        n = 3 * len(SENSORS)
+        n = SENSED[robot]
         low = np.concatenate([np.full(n, -np.inf), np.zeros(BINS * len(LIDARS))])
         high = np.concatenate([np.full(n, np.inf), np.ones(BINS * len(LIDARS))])
         self.observation_space = spaces.Box(low, high, dtype=np.float64)
@@ -33,7 +38,7 @@ class PointGoal(gymnasium.Env):
         """A new world; with a seed the original's of that seed."""
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(2**32)) if seed is None else seed
-        self.world, self._steps = World(self.level, drawn), 0
+        self.world, self._steps = World(self.level, drawn, self.robot), 0
         self.world.costs()
         return self._seen(), {}
 
@@ -41,7 +46,7 @@ class PointGoal(gymnasium.Env):
         """Ends after 1,000 steps, or where no place for another goal is found."""
         action = np.asarray(action, np.float64)
         if action.shape != (2,) or not np.isfinite(action).all():
-            raise InputError(f"PointGoal: expected an action of 2 numbers; got {action!r:.60}.")
+            raise InputError(f"Goal: expected an action of 2 numbers; got {action!r:.60}.")
         reward, info = self.world.step(action)
         self._steps += 1
         info |= {"cost": info["cost_sum"], "depth": self.world.depth}
@@ -49,3 +54,13 @@ class PointGoal(gymnasium.Env):
 
     def _seen(self) -> np.ndarray:
         return np.concatenate([*self.world.observation().values()])
+
+
+def PointGoal(level: int = 1) -> Goal:
+    """The Point's task."""
+    return Goal("Point", level)
+
+
+def CarGoal(level: int = 1) -> Goal:
+    """The Car's task."""
+    return Goal("Car", level)

@@ -1,6 +1,6 @@
-"""Episodes of PointGoal with and without the shield, judged from true states:
+"""Episodes of Goal tasks with and without the shield, judged from true states:
 
-    python -m sims.point.episodes --episodes 100 [--bare] [--level 2]
+    python -m sims.point.episodes --episodes 100 [--robot Car] [--bare] [--level 2]
 
 The driver knows the map (`Guide`), and so does the shield. Costs are those of the
 judge here, from true poses every 10 ms, not the environment's own.
@@ -11,15 +11,20 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
 import jax
 import numpy as np
 
 import parc_jax as pj
-from sims.point import door, environment, model
+from sims import car, point
+from sims.car.guide import CarGuide
+from sims.point.environment import Goal
 from sims.point.guide import Guide
-from sims.point.sensing import REST
-from sims.point.world import HAZARD, STEPS
+from sims.point.judge import judge
+from sims.point.world import STEPS
+
+ROBOTS = {"Point": (point, Guide), "Car": (car, CarGuide)}
 
 
 def any_seed(seed) -> int:
@@ -27,45 +32,26 @@ def any_seed(seed) -> int:
     return int(np.random.default_rng(seed).integers(2**32))
 
 
-@dataclass(frozen=True)
-class Judged:
-    """Of true poses (n, 3) every half step. contact: steps at whose end the robot's middle was in a
-    hazard; depth: [m] by which it was then, summed; ever: whether it was at any pose; nearest: [m]
-    from the edge of one.
-    """
-
-    contact: int
-    depth: float
-    ever: bool
-    nearest: float
-
-
-def judge(path: np.ndarray, hazards: np.ndarray) -> Judged:
-    """Costs of a path among hazards (m, 2) of radius HAZARD."""
-    edge = np.linalg.norm(path[:, None, :2] - hazards, axis=-1) - HAZARD
-    inside = np.maximum(-edge[2::2], 0.0).sum(axis=1)
-    ever = not (edge > 0).all()
-    return Judged(int((inside > 0).sum()), float(inside.sum()), ever, float(edge.min()))
-
-
 @cache
-def made(level: int, bare: bool):
+def made(robot: str, level: int, bare: bool):
     """The environment, once in a process."""
-    env = environment.PointGoal(level)
-    return env if bare else pj.drive.Shield(env, model(), **door())
+    env, module = Goal(robot, level), ROBOTS[robot][0]
+    return env if bare else pj.drive.Shield(env, module.model(), **module.door())
 
 
 @dataclass(frozen=True)
 class Drive:
     """Drives one episode; `pj.drive.drive_episodes` takes it. save: folder for certificates."""
 
+    robot: str
     level: int
     bare: bool
     content: str = ""
     save: Path | None = None
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
-        env, guide = made(self.level, self.bare), Guide(seed)
+        env = made(self.robot, self.level, self.bare)
+        guide = ROBOTS[self.robot][1](seed)
         env.reset(seed=world_seed)
         world = env.unwrapped.world
         gained, cost, took, changed, reasons = 0.0, 0.0, [], 0, Counter()
@@ -87,7 +73,7 @@ class Drive:
             n = len(env.commitments)
             left = pj.drive.left_tube(env.commitments, path[:, :2], path[:, 2])
             if self.save is not None:
-                env.certificate(self.save / f"point_{world_seed}.json")
+                env.certificate(self.save / f"{self.robot.lower()}_{world_seed}.json")
         touched = found.ever or cost > 0
         told = {
             "seed": world_seed,
@@ -110,10 +96,11 @@ class Options:
     """How many, and of what."""
 
     episodes: int = 100
+    robot: Literal["Point", "Car"] = "Point"
     level: int = 1
     bare: bool = False
     """Without the shield."""
-    out: Path = Path("runs/point")
+    out: Path = Path("runs/goal")
     """A folder; episodes that are there are not driven again."""
     save: bool = False
     """A certificate of every episode, which `parc-jax check` verifies."""
@@ -128,12 +115,13 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     """Drive, and say what came of it."""
     from sims.barn.driver import content_of
 
-    name = f"level_{options.level}" + ("_bare" if options.bare else "")
+    module = ROBOTS[options.robot][0]
+    name = f"{options.robot.lower()}_{options.level}" + ("_bare" if options.bare else "")
     save = options.out / "certificates" if options.save else None
     if save is not None:
         save.mkdir(parents=True, exist_ok=True)
-    content = "" if options.bare else content_of(Path(__file__).with_name("model.npz"))
-    how = Drive(options.level, options.bare, content, save)
+    content = "" if options.bare else content_of(Path(module.__file__).with_name("model.npz"))
+    how = Drive(options.robot, options.level, options.bare, content, save)
     asked = {"folder": options.out / name, "workers": options.jobs, "quiet": options.quiet}
     asked["looks"] = options.looks
     key = jax.random.PRNGKey(options.seed)
@@ -160,8 +148,8 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
             f"{sum(one['committed'] for one in told):,} commitments",
             f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.1f} ms, "
             f"95 % {np.median(ms[:, 1]):.1f} ms in the middle episode",
-            f"assumed: a robot creeps by at most {100 * REST:g} cm after a manoeuvre, by which "
-            "every obstacle is grown",
+            f"assumed: a robot creeps by at most {100 * module.sensing.REST:g} cm after a "
+            "manoeuvre, by which every obstacle is grown",
         ]
     return done, "\n".join([*said, done.details()])
 

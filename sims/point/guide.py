@@ -8,24 +8,27 @@ from scipy.sparse.csgraph import dijkstra
 
 from sims.point.manoeuvre import MASS_AHEAD, THRUST
 from sims.point.sensing import CUT
-from sims.point.world import GOAL, STEP, VASE, World
+from sims.point.world import GOAL, VASE, World
 
 HALF, CELL = 2.4, 0.05  # [m] half the edge of the map, and of its cells
 KEEP = 0.27  # [m] from the middles of hazards, and from corners of vases
 WIDE, NARROW = 0.05, 1.5  # [m] more than that; how much dearer than free is what is nearer
 BLOCKED = 100.0  # how much dearer is what is too near to anything
-FAST, LAG, TURNS = 1.47, 0.519, 3.0  # [m/s] most; [s] of the drag; [rad/s] of a full action
-KNOTS, KNOT, HELD = 24, 0.04, 0.16  # [s] from knot to knot of a plan; for which an action is held
+LAG, TURNS = 0.519, 3.0  # [s] of the drag; [rad/s] of a full action
 DRAWN, REFINED, TOP = 96, 48, 8  # plans drawn at a step; drawn around so many of the best
 STOP = (0.16, 0.25)  # [s] of its speed that a stop takes; more of one that first turns by 90 deg
 RISK, DEEP = 23.0, 0.05  # [s/m] of plans too near to anything, from [m] of it on; thrice before
 TURN_LATE, NEXT = 0.15, 0.016  # [s] lost by an axis across the way; by leaving the middle, per m/s
 
-HOLDS = round(KNOTS * KNOT / HELD) + 1  # the first is under way
-
 
 class Guide:
-    """A policy for one world at a time: `guide(world)` is the action (2,). seed: of its draws."""
+    """A policy for one world of the Point at a time: `guide(world)` is the action (2,). seed: of
+    its draws.
+    """
+
+    fast = 1.47  # [m/s] most
+    knots, knot, held = 24, 0.04, 0.16  # [s] from knot to knot of a plan; an action is held for
+    cut = CUT  # [m] by which a vase is smaller, as its shield has it
 
     def __init__(self, seed=0):
         n = round(2 * HALF / CELL) + 1
@@ -39,18 +42,15 @@ class Guide:
             pairs.append(np.stack([one, index[i:, max(0, j) : n + min(0, j)]], -1).reshape(-1, 2))
         self._pairs = np.concatenate(pairs)
         self._lengths = np.linalg.norm(np.subtract(*self._cells[self._pairs.T]), axis=1)
-        # velocity at each knot of the one at the start and of all pushes before it
-        at, less = np.arange(KNOTS), np.exp(-KNOT / LAG)
-        self._kept = less ** (at + 1)
-        self._pushed = np.tril(less ** np.maximum(at[:, None] - at, 0.0)) * (1 - less) * FAST
         self._draw = np.random.default_rng(seed)
-        self._best, self._held = np.zeros((HOLDS, 2)), 0.0
+        self._holds = round(self.knots * self.knot / self.held) + 1  # the first is under way
+        self._best, self._held = np.zeros((self._holds, 2)), 0.0
 
     def __call__(self, world: World) -> np.ndarray:
-        """Thrust and turning."""
-        boxes = world.vase_boxes()  # smaller, as the shield has them
+        """The action (2,)."""
+        boxes = world.vase_boxes()
         middles = boxes.mean(axis=1, keepdims=True)
-        corners = middles + (1 - CUT / VASE) * (boxes - middles)
+        corners = middles + (1 - self.cut / VASE) * (boxes - middles)
         discs = np.concatenate([world.hazards, corners.reshape(-1, 2)])
         goal = world.layout["goal"]
         if not np.array_equal(goal, self._goal):
@@ -63,9 +63,9 @@ class Guide:
         plans = np.concatenate([plans, more])
         cost = np.concatenate([cost, self._cost(more, world, near)])
         self._best = plans[int(np.argmin(cost))].copy()
-        action = self._best[0] * [THRUST, 1.0]
-        self._held += STEP
-        if self._held > HELD - STEP / 2:
+        action, step = self._action(self._best[0]), world.robot.step
+        self._held += step
+        if self._held > self.held - step / 2:
             self._held, self._best[:-1] = 0.0, self._best[1:]
         return action
 
@@ -73,10 +73,10 @@ class Guide:
         """(DRAWN, HOLDS, 2) shares of the greatest thrust, and turning: the best of the step before
         and plans around it, the rest anew: full thrust, seldom another way or none, and turns.
         """
-        draw, size = self._draw, (DRAWN // 2, HOLDS)
+        draw, size = self._draw, (DRAWN // 2, self._holds)
         turning = draw.choice([-1.0, 0.0, 1.0], size) * draw.uniform(0.3, 1.0, size)
         on = draw.random(size) < 0.5
-        for i in range(1, HOLDS):
+        for i in range(1, self._holds):
             turning[:, i] = np.where(on[:, i], turning[:, i - 1], turning[:, i])
         way = np.where(draw.random((len(turning), 1)) < 0.5, 1.0, -1.0)
         way = way * (1 - 2 * (np.cumsum(draw.random(size) < 0.12, axis=1) % 2))
@@ -89,44 +89,55 @@ class Guide:
         some = self._draw.random((*plans.shape[:2], 1)) < 0.4
         return np.clip(plans + some * self._draw.normal(0, far, plans.shape), -1, 1)
 
-    def _cost(self, plans: np.ndarray, world: World, discs: np.ndarray) -> np.ndarray:
-        """(n,) [s] until the goal is met, as a point with drag that turns at once would."""
+    def _action(self, plan: np.ndarray) -> np.ndarray:
+        return plan * [THRUST, 1.0]
+
+    def _roll(self, plans: np.ndarray, world: World) -> tuple[np.ndarray, ...]:
+        """Places, velocities and axes (2, n, knots) ahead, of a point with drag that turns at
+        once. plans (n, 2, knots).
+        """
         pose, (ahead, aside, turning) = world.pose, world.speeds
-        hold = np.minimum(((KNOT * np.arange(KNOTS) + self._held) / HELD + 1e-9).astype(int), HOLDS)
-        thrust, turn = plans[:, np.minimum(hold, HOLDS - 1)].transpose(2, 0, 1)
-        heading = pose[2] + np.cumsum(TURNS * KNOT * turn, axis=1)
-        halfway = heading - TURNS * KNOT / 2 * turn
+        thrust, turn = plans[:, 0], plans[:, 1]
+        # velocity at each knot of the one at the start and of all pushes before it
+        at, less = np.arange(self.knots), np.exp(-self.knot / LAG)
+        kept = less ** (at + 1)
+        pushed = np.tril(less ** np.maximum(at[:, None] - at, 0.0)) * (1 - less) * self.fast
+        heading = pose[2] + np.cumsum(TURNS * self.knot * turn, axis=1)
+        halfway = heading - TURNS * self.knot / 2 * turn
         cos, sin = np.cos(pose[2]), np.sin(pose[2])
         aside = aside + MASS_AHEAD * turning
         axis = np.stack([np.cos(heading), np.sin(heading)])
         # of the middle of its mass
         begin = np.array([cos * ahead - sin * aside, sin * ahead + cos * aside])[:, None, None]
         push = thrust * np.stack([np.cos(halfway), np.sin(halfway)])
-        velocity = begin * self._kept + push @ self._pushed.T
+        velocity = begin * kept + push @ pushed.T
         first = np.broadcast_to(begin, (2, len(plans), 1))
         mean = (velocity + np.concatenate([first, velocity[..., :-1]], axis=-1)) / 2
         start = (pose[:2] + MASS_AHEAD * np.array([cos, sin]))[:, None, None]
-        place = start + KNOT * np.cumsum(mean, axis=-1) - MASS_AHEAD * axis
+        return start + self.knot * np.cumsum(mean, axis=-1) - MASS_AHEAD * axis, velocity, axis
+
+    def _cost(self, plans: np.ndarray, world: World, discs: np.ndarray) -> np.ndarray:
+        """(n,) [s] until the goal is met."""
+        hold = ((self.knot * np.arange(self.knots) + self._held) / self.held + 1e-9).astype(int)
+        plans = plans[:, np.minimum(hold, self._holds - 1)].transpose(0, 2, 1)
+        place, velocity, axis = self._roll(plans, world)
         met = np.hypot(*(place - self._goal[:, None, None])) < GOAL - 0.01
         meets = met.any(axis=1)
-        last = np.where(meets, met.argmax(axis=1), KNOTS - 1)
+        last = np.where(meets, met.argmax(axis=1), self.knots - 1)
         rows = np.arange(len(plans))
         end, speed, nose = (x[:, rows, last] for x in (place, velocity, axis))
         left = self._left(end, speed, nose)
         out = np.einsum("in,in->n", end, speed) / np.maximum(np.hypot(*end), 1e-6)
-        cost = KNOT * (last + 1) + np.where(meets, NEXT * out, left)
+        cost = self.knot * (last + 1) + np.where(meets, NEXT * out, left)
         if len(discs):
-            until = np.arange(KNOTS) <= last[:, None] + 2
+            until = np.arange(self.knots) <= last[:, None] + 2
             deep = self._deep(place, velocity, axis, discs, until)
             cost += np.where(deep > DEEP, RISK, RISK / 8) * deep
         return cost
 
     def _deep(self, place, velocity, axis, discs, until) -> np.ndarray:
         """(n,) [m] by which a plan, or a stop from it, is too near to anything."""
-        fast = np.maximum(np.hypot(*velocity), 1e-6)
-        off = np.arccos(np.clip(np.abs((velocity * axis).sum(axis=0)) / fast, 0, 1))
-        straight, aside = STOP
-        stop = straight + aside * off / (np.pi / 2) * np.minimum(2 * fast, 1.0)
+        stop = self._stop(velocity, axis)
         deep = 0.0
         for share in (0.0, 0.5, 1.0):
             at = place + share * stop * velocity
@@ -136,6 +147,13 @@ class Guide:
             over = np.maximum(KEEP - np.sqrt(gap), 0.0) * until
             deep = deep + over.max(axis=1) + 0.02 * (over > 0).any(axis=1)
         return deep
+
+    def _stop(self, velocity: np.ndarray, axis: np.ndarray) -> np.ndarray:
+        """(n, knots) [s] of its speed that a stop takes."""
+        fast = np.maximum(np.hypot(*velocity), 1e-6)
+        off = np.arccos(np.clip(np.abs((velocity * axis).sum(axis=0)) / fast, 0, 1))
+        straight, aside = STOP
+        return straight + aside * off / (np.pi / 2) * np.minimum(2 * fast, 1.0)
 
     def _left(self, place, velocity, axis) -> np.ndarray:
         """(n,) [s] to the goal from there."""
@@ -148,10 +166,13 @@ class Guide:
             [(1 - b) * (f10 - f00) + b * (f11 - f01), (1 - a) * (f01 - f00) + a * (f11 - f10)]
         )
         away /= np.maximum(np.hypot(*away), 1e-9)
+        return np.maximum(left - GOAL, 0.0) / self.fast + self._lost(velocity, axis, away)
+
+    def _lost(self, velocity, axis, away) -> np.ndarray:
+        """(n,) [s] by not being on the way yet, which leads against away (2, n)."""
         along = -(velocity * away).sum(axis=0)
         across = axis[0] * away[1] - axis[1] * away[0]
-        lost = LAG * (1 - along / FAST) + TURN_LATE * across**2
-        return np.maximum(left - GOAL, 0.0) / FAST + lost
+        return LAG * (1 - along / self.fast) + TURN_LATE * across**2
 
     def _field(self, goal: np.ndarray, discs: np.ndarray) -> np.ndarray:
         """[m] way from each cell to the goal, hardly ever through what is too near to anything."""

@@ -26,7 +26,7 @@ def main(task: str, seeds: str, steps: str) -> None:
             data = task_of.data
             state = [*data.body("agent").xpos[:2], *data.qpos[:3], *data.qvel[:3]]
             before = np.asarray(seen).tolist()
-            action = towards(np.asarray(before[12:28]), draw)
+            action = towards(np.asarray(before[-48:-32]), draw)
             seen, reward, cost, *_ = env.step(action)
             rows.append([*map(float, state), *before, float(reward), float(cost)])
         print(json.dumps({"seed": seed, "rows": rows}), flush=True)

@@ -14,20 +14,20 @@ def towards(lidar: np.ndarray, draw: np.random.RandomState) -> np.ndarray:
     return np.clip([1.0, 0.5 * (sector + 0.5)] + 0.2 * draw.uniform(-1, 1, 2), -1, 1)
 
 
-def main(level: str, seeds: str, steps: str) -> None:
+def main(robot: str, level: str, seeds: str, steps: str) -> None:
     sys.path.insert(0, str(Path(__file__).parent))
-    from world import LEVELS, World
+    from world import LEVELS, ROBOTS, World
 
     print(json.dumps({"mujoco": mujoco.__version__}), flush=True)
     for seed in map(int, seeds.split(",")):
-        world = World(LEVELS[int(level)], seed)
+        world = World(LEVELS[int(level)], seed, ROBOTS[robot])
         world.costs()
         draw, rows = np.random.RandomState(seed), []
         for _ in range(int(steps)):
             seen = np.concatenate([*world.observation().values()]).tolist()
             data = world.data
             state = [*world.place, *data.qpos[:3], *data.qvel[:3]]
-            action = towards(np.array(seen[12:28]), draw)
+            action = towards(np.array(seen[-48:-32]), draw)
             reward, info = world.step(action)
             rows.append([*map(float, state), *seen, reward, info["cost_sum"]])
         print(json.dumps({"seed": seed, "rows": rows}), flush=True)

@@ -1,19 +1,21 @@
-"""PPO on PointGoal from its first step on behind the shield, or without:
+"""PPO on PointGoal from its first step on behind the shield, or without it, or with a Lagrangian:
 
-    python -m sims.point.train --steps 200000 [--bare]
+    python -m sims.point.train --steps 1000000 [--bare [--limit 25]]
 
-One line of JSON per round of rollouts: steps so far, mean return and cost of the episodes that
-ended, and steps in contact so far, of which there are none behind the shield. Hazards are known to
-the shield; the policy has the lidar.
+One row of a CSV per round of rollouts: steps so far, mean return and cost of the episodes that
+ended last, and of all steps so far those in contact, of which there are none behind the shield.
+Hazards are known to the shield; the policy has the lidar. Beside the CSV stands the policy, with
+all that is needed to go on from it in new worlds.
 """
 
-import json
+import csv
 import time
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import flax.linen as nn
+import flax.serialization
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -21,9 +23,14 @@ import optax
 
 import parc_jax as pj
 from sims.point import environment, model, sensing
+from sims.point.judge import judge
+from sims.point.world import STEPS
 
 GAMMA, LAMBDA, CLIP, EPOCHS, PARTS = 0.99, 0.95, 0.2, 8, 8
 RATE, LONGEST = 3e-4, 0.5  # of Adam; norm of a gradient
+RISE = 0.035  # of the multiplier in a round, for twice the cost that is allowed
+SEEN = 60  # numbers of an observation
+KEPT = 20  # rounds from one saved policy to the next
 
 
 @dataclass(frozen=True)
@@ -37,23 +44,24 @@ class Options:
     level: int = 1
     bare: bool = False
     """Without the shield."""
+    limit: float | None = None
+    """Cost of a mean episode that a Lagrangian allows; without it cost is not looked at."""
     seed: int = 0
-    out: Path = Path("runs/point/ppo.jsonl")
+    out: Path = Path("runs/point/ppo.csv")
 
 
 class Policy(nn.Module):
-    """Mean and deviation of actions, and the value of a state."""
+    """Mean and deviation of actions, and what a state is worth: (..., 2), reward and cost."""
 
     @nn.compact
     def __call__(self, seen):
         heads = []
-        for n in (2, 1):
+        for gain in (0.01, 1.0):
             x = seen
             for _ in range(2):
                 x = nn.tanh(nn.Dense(64, kernel_init=nn.initializers.orthogonal(2**0.5))(x))
-            last = nn.initializers.orthogonal(0.01 if n == 2 else 1.0)
-            heads.append(nn.Dense(n, kernel_init=last)(x))
-        return heads[0], self.param("deviation", nn.initializers.zeros, (2,)), heads[1][..., 0]
+            heads.append(nn.Dense(2, kernel_init=nn.initializers.orthogonal(gain))(x))
+        return heads[0], self.param("deviation", nn.initializers.zeros, (2,)), heads[1]
 
 
 def likelihood(mean, deviation, action):
@@ -84,7 +92,7 @@ def update(weights, state, rows, key):
         ratio = jnp.exp(likelihood(mean, deviation, action) - before)
         advantage = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
         least = jnp.minimum(ratio * advantage, jnp.clip(ratio, 1 - CLIP, 1 + CLIP) * advantage)
-        return 0.5 * ((value - gain) ** 2).mean() - least.mean()
+        return 0.5 * ((value - gain) ** 2).sum(axis=-1).mean() - least.mean()
 
     def one(carry, part):
         weights, state = carry
@@ -99,16 +107,16 @@ def update(weights, state, rows, key):
 
 
 class Worlds:
-    """Some worlds at once, behind one shield."""
+    """Some worlds at once, behind one shield. begin: round in which they begin."""
 
-    def __init__(self, options: Options):
+    def __init__(self, options: Options, begin: int):
         self.envs = [environment.PointGoal(options.level) for _ in range(options.worlds)]
-        self.draw = np.random.default_rng(options.seed)
+        self.draw = np.random.default_rng((options.seed, begin))
         self.shield = None
         if not options.bare:
             self.shield = pj.drive.BatchShield(model(), **sensing.batch_door())
             self.start, self.decide = jax.jit(self.shield.start), jax.jit(self.shield.step)
-        self.changed = 0
+        self.changed = self.entered = 0  # actions; episodes with a true pose inside a hazard
         self.seen = np.array([self.reset(env) for env in self.envs])
         if self.shield is not None:
             self.under_way = self._started(np.ones(options.worlds, bool))
@@ -131,7 +139,7 @@ class Worlds:
         return new
 
     def step(self, actions: np.ndarray):
-        """Rewards, costs, ends, whether for good; a world that ends is replaced."""
+        """(3, worlds): rewards, costs, ends; a world that ends is replaced."""
         driven = actions.astype(np.float64)
         if self.shield is not None:
             with jax.enable_x64(True):
@@ -143,6 +151,7 @@ class Worlds:
             self.seen[i], reward, ended, over, info = env.step(np.clip(driven[i], -1, 1))
             rows.append((reward, info["cost"], ended or over))
             if ended or over:
+                self.entered += judge(np.array(env.world.trace), env.world.hazards).ever
                 ends[i], self.seen[i] = True, self.reset(env)
         if self.shield is not None and ends.any():
             new = self._started(ends)
@@ -160,65 +169,106 @@ class Scale:
     def __init__(self, n: int):
         self.n, self.mean, self.square = 1e-4, np.zeros(n), np.ones(n) * 1e-4
 
-    def __call__(self, seen: np.ndarray) -> np.ndarray:
+    def learn(self, seen: np.ndarray) -> np.ndarray:
         """Scaled; each row counts from now on."""
         m, off = len(seen), seen.mean(axis=0) - self.mean
         self.square += seen.var(axis=0) * m + off**2 * self.n * m / (self.n + m)
         self.n, self.mean = self.n + m, self.mean + off * m / (self.n + m)
+        return self(seen)
+
+    def __call__(self, seen: np.ndarray) -> np.ndarray:
+        """Scaled."""
         scaled = (seen - self.mean) / np.sqrt(self.square / self.n + 1e-8)
         return np.clip(scaled, -10, 10).astype(np.float32)
 
 
+class Trained:
+    """A policy that was saved: `trained(seen)` is its mean action, without noise."""
+
+    def __init__(self, file: Path):
+        kept = flax.serialization.msgpack_restore(file.read_bytes())
+        self.weights, self.scale = kept["weights"], Scale(1)
+        self.scale.__dict__.update(kept["scale"])
+
+    def __call__(self, seen: np.ndarray) -> np.ndarray:
+        """(2,) of what is seen (60,)."""
+        return np.asarray(mean_of(self.weights, self.scale(seen)), np.float64).clip(-1.0, 1.0)
+
+
+@jax.jit
+def mean_of(weights, seen):
+    """The action without noise."""
+    return POLICY.apply(weights, seen)[0]
+
+
+def advantages(reward, value, over, following):
+    """Of rows (t, worlds, 2): generalised advantage estimates of reward and cost."""
+    found, ahead = np.zeros_like(value), np.zeros_like(following)
+    for t in reversed(range(len(reward))):
+        on = 1.0 - over[t][:, None]
+        off = reward[t] + GAMMA * following * on - value[t]
+        ahead = off + GAMMA * LAMBDA * on * ahead
+        found[t], following = ahead, value[t]
+    return found
+
+
 def train(options: Options) -> None:
-    """Train, and write a line for each round."""
-    worlds, key = Worlds(options), jax.random.PRNGKey(options.seed)
-    scale, seen = Scale(worlds.seen.shape[1]), None
-    weights = POLICY.init(key, jnp.zeros((1, worlds.seen.shape[1])))
-    state, done, contact = ADAM.init(weights), 0, 0
-    gained, cost, ended = np.zeros(options.worlds), np.zeros(options.worlds), []
+    """Train, and write a row for each round. Goes on where a policy of that name was saved."""
+    n, first = options.worlds, jnp.zeros((1, SEEN))
+    weights, scale = POLICY.init(jax.random.PRNGKey(options.seed), first), Scale(SEEN)
+    state = ADAM.init(weights)
+    counts = dict.fromkeys(("rounds", "contact", "entered", "changed", "episodes"), 0)
+    kept = {"weights": weights, "state": state, "scale": scale.__dict__, "counts": counts}
+    kept |= {"multiplier": 0.0}
+    file = options.out.with_suffix(".policy")
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    with options.out.open("w") as file:
-        while done < options.steps:
-            rows = []
-            for _ in range(options.horizon):
-                key, own = jax.random.split(key)
-                seen = scale(worlds.seen)
-                action, before, value = map(np.asarray, act(weights, seen, own))
-                reward, touched, over = worlds.step(action)
-                rows.append((seen, action, before, value, reward, over))
-                gained, cost, contact = gained + reward, cost + touched, contact + touched.sum()
-                for i in np.flatnonzero(over):
-                    ended.append((gained[i], cost[i]))
-                    gained[i] = cost[i] = 0.0
-            seen, action, before, value, reward, over = (
-                np.stack(x) for x in zip(*rows, strict=True)
-            )
-            following = np.asarray(act(weights, scale(worlds.seen), own)[2])
-            advantage, ahead = np.zeros_like(value), np.zeros(options.worlds, np.float32)
-            for t in reversed(range(options.horizon)):
-                on = 1.0 - over[t]
-                off = reward[t] + GAMMA * following * on - value[t]
-                ahead = off + GAMMA * LAMBDA * on * ahead
-                advantage[t], following = ahead, value[t]
-            flat = [
-                x.reshape(-1, *x.shape[2:])
-                for x in (seen, action, before, advantage, advantage + value)
-            ]
-            key, own = jax.random.split(key)
-            weights, state = update(weights, state, flat, own)
-            done += options.horizon * options.worlds
-            last = np.array(ended[-options.worlds :]).mean(axis=0).tolist() if ended else [None] * 2
-            line = {
-                "steps": done,
-                "return": last[0],
-                "cost": last[1],
-                "contact": int(contact),
-                "episodes": len(ended),
-                "changed": worlds.changed,
-                "seconds": round(time.process_time(), 1),
-            }
-            file.write(json.dumps(line) + "\n")
-            file.flush()
+    if file.exists():
+        kept = flax.serialization.from_bytes(kept, file.read_bytes())
+        weights, state, counts = kept["weights"], kept["state"], kept["counts"]
+        scale.__dict__.update(kept["scale"])
+    multiplier, before, worlds = kept["multiplier"], dict(counts), Worlds(options, counts["rounds"])
+    gained, ended = np.zeros((n, 2)), []
+    while counts["rounds"] * options.horizon * n < options.steps:
+        rows, key = [], jax.random.fold_in(jax.random.PRNGKey(options.seed), counts["rounds"])
+        for own in jax.random.split(key, options.horizon):
+            seen = scale.learn(worlds.seen)
+            action, density, value = map(np.asarray, act(weights, seen, own))
+            *got, over = worlds.step(action)
+            rows.append((seen, action, density, value, np.stack(got, -1), over))
+            gained += rows[-1][4]
+            for i in np.flatnonzero(over):
+                ended.append(gained[i].tolist())
+                gained[i] = 0.0
+        seen, action, density, value, got, over = (np.stack(x) for x in zip(*rows, strict=True))
+        following = np.asarray(act(weights, scale(worlds.seen), own)[2])
+        both = advantages(got, value, over, following)
+        if options.limit is not None:
+            cost = STEPS * got[..., 1].mean()
+            multiplier = max(0.0, multiplier + RISE * (cost / options.limit - 1.0))
+        advantage = (both[..., 0] - multiplier * both[..., 1]) / (1.0 + multiplier)
+        flat = [
+            x.reshape(-1, *x.shape[2:]) for x in (seen, action, density, advantage, both + value)
+        ]
+        weights, state = update(weights, state, flat, key)
+        counts["rounds"] += 1
+        counts["contact"] += int(got[..., 1].sum())
+        counts["episodes"] = before["episodes"] + len(ended)
+        for name in ("entered", "changed"):
+            counts[name] = before[name] + getattr(worlds, name)
+        last = np.mean(ended[-n:], axis=0) if ended else (np.nan, np.nan)
+        row = {"steps": counts["rounds"] * options.horizon * n}
+        row |= {"return": round(float(last[0]), 3), "cost": round(float(last[1]), 3)}
+        row |= counts | {"multiplier": round(float(multiplier), 4)}
+        row |= {"seconds": round(time.process_time(), 1)}
+        with options.out.open("a", newline="") as table:
+            writer = csv.DictWriter(table, list(row))
+            if not table.tell():
+                writer.writeheader()
+            writer.writerow(row)
+        if counts["rounds"] % KEPT == 0 or row["steps"] >= options.steps:
+            kept = {"weights": weights, "state": state, "scale": scale.__dict__, "counts": counts}
+            kept |= {"multiplier": multiplier}
+            file.write_bytes(flax.serialization.to_bytes(kept))
 
 
 if __name__ == "__main__":

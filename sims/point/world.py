@@ -1,8 +1,8 @@
-"""Safety-Gymnasium's Point among goal, hazards and vases, in MuJoCo: how a world is drawn, built,
-judged. Needs NumPy and MuJoCo alone, so that it also runs beside the original package.
+"""Safety-Gymnasium's Point or Car among goal, hazards and vases, in MuJoCo: how a world is drawn,
+built, judged. Needs NumPy and MuJoCo alone, so that it also runs beside the original package.
 
 Laws, numbers and the order of random draws are those of safety-gymnasium 1.0.0 (Apache-2.0, the
-OmniSafe team; point.xml is its file), so that equal seeds give equal worlds.
+OmniSafe team; point.xml and car.xml are its files), so that equal seeds give equal worlds.
 """
 
 from dataclasses import dataclass
@@ -12,16 +12,37 @@ from typing import ClassVar
 import mujoco
 import numpy as np
 
-XML = Path(__file__).with_name("point.xml")
-PHYSICS, SUBSTEPS = 0.002, 10  # [s] a step of MuJoCo; so many with one action
-STEP = PHYSICS * SUBSTEPS  # [s] of the environment
+SUBSTEPS = 10  # steps of MuJoCo with one action
 STEPS = 1000  # of an episode
 HAZARD, GOAL, VASE = 0.2, 0.3, 0.1  # [m] radii, and half the edge of a vase
 SINK = 4e-5  # [m] by which a vase is set down lower, as its contact is soft
 VASE_DENSITY, VASE_SLOW = 0.001, 1e-4  # [kg/m^3]; [m/s] below which a vase counts as at rest
-OWN = ("agent", "pointarrow")  # geoms of the robot
 TRIES = 10_000
 BINS, FAR = 16, 3.0  # of the pseudo lidar: sectors; [m] beyond which nothing is seen
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Its file; physics: [s] a step of MuJoCo, as there; senses: names of its sensors."""
+
+    xml: Path
+    physics: float
+    senses: tuple[str, ...] = ("accelerometer", "velocimeter", "gyro", "magnetometer")
+
+    @property
+    def step(self) -> float:
+        """[s] of the environment."""
+        return SUBSTEPS * self.physics
+
+
+POINT = Robot(Path(__file__).with_name("point.xml"), 0.002)
+CAR = Robot(
+    Path(__file__).parent.parent / "car" / "car.xml",
+    0.004,
+    (*POINT.senses, "ballangvel_rear", "ballquat_rear"),
+)
+ROBOTS = {"Point": POINT, "Car": CAR}
+XML, STEP = POINT.xml, POINT.step
 
 
 @dataclass(frozen=True)
@@ -58,20 +79,23 @@ class Failed(Exception):
 class World:
     """One world with its robot; `step` as the original's. draws: its random numbers."""
 
-    def __init__(self, level: Level, seed: int):
-        self.level, self.draws = level, np.random.RandomState(seed)
+    def __init__(self, level: Level, seed: int, robot: Robot = POINT):
+        self.robot, self.level, self.draws = robot, level, np.random.RandomState(seed)
         self.layout = self._layout()
         self.start = self.layout["agent"].copy()
         turns = {"agent": self.draws.uniform(0, 2 * np.pi)}
         for name, _ in level.names[1:]:
             turns[name] = self.draws.uniform(0, 2 * np.pi)
         self.heading = turns["agent"]  # [rad] at the start
-        self.model = mujoco.MjModel.from_xml_string(xml_of(level, self.layout, turns))
+        self.model = mujoco.MjModel.from_xml_string(xml_of(robot, level, self.layout, turns))
         self.data = mujoco.MjData(self.model)
         self.vases = [self.model.body(f"vase{i}").id for i in range(level.counts[1])]
         self.hazards = self._places("hazard")
-        self.trace = [self.pose_of(self.data.qpos)]  # true poses, every STEP / 2
-        self._own = {self.model.geom(name).id for name in OWN}
+        self._shadow = mujoco.MjData(self.model)
+        self.trace: list[np.ndarray] = []  # true poses, every half step
+        self._note()
+        own = self.model.body_rootid[self.model.geom_bodyid] == self.model.body("agent").id
+        self._own = set(np.flatnonzero(own))
         self._vase_geoms = {self.model.geom(f"vase{i}").id for i in range(level.counts[1])}
         self.forward()
         self.new_goal()
@@ -89,7 +113,7 @@ class World:
         for i in range(self.draws.binomial(SUBSTEPS, 1.0)):
             mujoco.mj_step(self.model, self.data)
             if (i + 1) % (SUBSTEPS // 2) == 0:
-                self.trace.append(self.pose_of(self.data.qpos))
+                self._note()
         self.forward()
         reward, self.last = self.last - self.distance, self.distance
         met = self.distance <= GOAL
@@ -117,22 +141,22 @@ class World:
     @property
     def pose(self) -> np.ndarray:
         """(3,) x, y [m], heading [rad]."""
-        return np.array([*self.place, self.heading + self.data.joint("z").qpos[0]])
+        return pose_of(self.data)
 
-    def pose_of(self, qpos: np.ndarray) -> np.ndarray:
-        """(3,) of joints, whose slides are along the axes at the start."""
-        cos, sin = np.cos(self.heading), np.sin(self.heading)
-        x, y, turned = qpos[:3]
-        moved = np.array([cos * x - sin * y, sin * x + cos * y])
-        return np.array([*(self.start + moved), self.heading + turned])
+    def _note(self) -> None:
+        self._shadow.qpos[:] = self.data.qpos  # in a copy: the original has none of this
+        mujoco.mj_kinematics(self.model, self._shadow)
+        self.trace.append(pose_of(self._shadow))
 
     @property
     def speeds(self) -> np.ndarray:
-        """(3,) forwards, to the left [m/s], turning [rad/s]."""
-        turned = self.data.joint("z").qpos[0]  # both slides are along the axes at the start
-        x, y, turning = self.data.qvel[:3]
-        cos, sin = np.cos(turned), np.sin(turned)
-        return np.array([cos * x + sin * y, cos * y - sin * x, turning])
+        """(3,) along its first axis, along its second [m/s], turning [rad/s]."""
+        heading, found = self.pose[2], np.zeros(6)
+        kind, body = mujoco.mjtObj.mjOBJ_XBODY, self.model.body("agent").id
+        mujoco.mj_objectVelocity(self.model, self.data, kind, body, found, 0)
+        x, y = found[3:5]
+        cos, sin = np.cos(heading), np.sin(heading)
+        return np.array([cos * x + sin * y, cos * y - sin * x, found[2]])
 
     @property
     def distance(self) -> float:
@@ -175,13 +199,18 @@ class World:
     def observation(self) -> dict[str, np.ndarray]:
         """The original's: sensors, then a lidar of 16 sectors for each kind."""
         self.forward()
-        sensors = ("accelerometer", "velocimeter", "gyro", "magnetometer")
-        seen = {name: self.data.sensor(name).data.copy() for name in sensors}
+        seen = {name: self.data.sensor(name).data.copy() for name in self.robot.senses}
+        for name in seen:
+            if name.startswith("ballquat"):
+                turned = np.zeros(9)
+                mujoco.mju_quat2Mat(turned, seen[name])
+                seen[name] = turned
         vases = np.array([self.data.xpos[body][:2] for body in self.vases]).reshape(-1, 2)
         kinds = {"goal": self.layout["goal"][None], "hazards": self.hazards, "vases": vases}
-        turned = self.data.body("agent").xmat.reshape(3, 3)[:2, :2]
-        for kind, places in kinds.items():
-            seen[f"{kind}_lidar"] = lidar((places - self.place) @ turned)
+        body = self.data.body("agent")
+        for kind, places in kinds.items():  # as points of the floor, seen by a robot that may tilt
+            away = np.pad(places, ((0, 0), (0, 1))) - body.xpos
+            seen[f"{kind}_lidar"] = lidar((away @ body.xmat.reshape(3, 3))[:, :2])
         return seen
 
     def new_goal(self) -> None:
@@ -230,13 +259,13 @@ class World:
         return np.array(named).reshape(-1, 2)
 
 
-def xml_of(level: Level, layout: dict, turns: dict) -> str:
+def xml_of(robot: Robot, level: Level, layout: dict, turns: dict) -> str:
     """The robot's file with a world around it. Nothing touches the marks of goal and hazards."""
     x, y = map(float, layout["agent"])
     body = '<body name="agent" pos="0 0 .1">'
-    text = XML.read_text()
+    text = robot.xml.read_text()
     if text.count(body) != 1:
-        raise ValueError("point.xml: expected the agent's body once")
+        raise ValueError(f"{robot.xml.name}: expected the agent's body once")
     quat = quat_of(turns["agent"])
     text = text.replace(body, f'<body name="agent" pos="{x!r} {y!r} 0.1" quat="{quat}">')
     text = text.replace("<mujoco>", '<mujoco><compiler angle="radian"/>')
@@ -255,6 +284,12 @@ def xml_of(level: Level, layout: dict, turns: dict) -> str:
             f'<geom name="{name}" {geom}/></body>'
         )
     return text.replace("</worldbody>", "".join(bodies) + "</worldbody>")
+
+
+def pose_of(data: mujoco.MjData) -> np.ndarray:
+    """(3,) x, y [m], heading [rad] of the robot."""
+    body = data.body("agent")
+    return np.array([*body.xpos[:2], np.arctan2(body.xmat[3], body.xmat[0])])
 
 
 def quat_of(turn: float) -> str:

@@ -14,7 +14,7 @@ from parc_jax.safe_set.verdict.outline import require_same
 
 need("gymnasium")
 from sims import point  # noqa: E402
-from sims.point import episodes, guide, manoeuvre, sensing, world  # noqa: E402
+from sims.point import guide, judge, manoeuvre, sensing, world  # noqa: E402
 from sims.point.ours import towards  # noqa: E402
 
 # of safety-gymnasium 1.0.0 on MuJoCo 2.3.3: SafetyPointGoal1-v0, reset(seed=3), then three steps of
@@ -52,7 +52,7 @@ def test_the_judge_and_the_environment_tell_the_same_cost():
     for _ in range(300):
         seen, *_, info = env.step(towards(seen[12:28], draw))
         cost, depth = cost + info["cost"], depth + info["depth"]
-    found = episodes.judge(np.array(env.world.trace), env.world.hazards)
+    found = judge.judge(np.array(env.world.trace), env.world.hazards)
     assert found.contact == cost > 0 and found.ever and found.nearest < 0
     assert found.depth == pytest.approx(depth, abs=1e-9)
 
@@ -126,7 +126,7 @@ def test_behind_the_shield_nothing_is_touched(shielded, tmp_path):
         for _ in range(200):
             seen, *_, info = shielded.step(towards(seen[12:28], draw))
             told.append(info["shield"])
-        found = episodes.judge(np.array(true.trace), true.hazards)
+        found = judge.judge(np.array(true.trace), true.hazards)
         assert found.contact == 0 and not found.ever and found.nearest > 0
         assert not pj.drive.left_tube(
             shielded.commitments, np.array(true.trace)[:, :2], np.array(true.trace)[:, 2]

@@ -1,0 +1,81 @@
+"""Safety-Gymnasium's Car: its manoeuvres stop, its shield keeps it off hazards."""
+
+import jax
+import numpy as np
+import pytest
+from needs import need
+
+import parc_jax as pj
+from parc_jax.learning.runs.law import law_of
+from parc_jax.safe_set.verdict.outline import require_same
+
+need("gymnasium")
+from sims import car  # noqa: E402
+from sims.car import manoeuvre, sensing  # noqa: E402
+from sims.car.guide import CarGuide  # noqa: E402
+from sims.point import judge, world  # noqa: E402
+
+
+def towards(seen: np.ndarray) -> np.ndarray:
+    """Both wheels on, turned to the sector of the lidar that shows the goal in front."""
+    sector = (int(np.argmax(seen[-48:-32])) - 4) % 16 - 8  # its front is where the twelfth begins
+    return np.array([1.0, 1.0]) if sector in (-1, 0) else np.sign(sector + 0.5) * np.array([1, -1])
+
+
+def test_its_manoeuvres_come_to_rest():
+    robot = car.system(1)
+    draw = np.random.default_rng(0)
+    k = draw.uniform(robot.domain.lo, robot.domain.hi, (256, 5))
+    path = robot.rollout_batch(jax.random.split(jax.random.PRNGKey(0), 256), k, rest=1.0).p
+    n = robot.time.n_record
+    assert np.linalg.norm(path[:, n:] - path[:, n : n + 1], axis=-1).max() < sensing.REST
+    moved = path[:, 2] - path[:, 0]  # a step of the environment, without a turn to speak of
+    assert np.corrcoef(moved[:, 1], k[:, 1])[0, 1] > 0.9
+
+
+def test_the_model_that_comes_along_is_of_the_system_as_it_is():
+    robot, model = car.system(), car.model()
+    require_same(robot, model)
+    assert model.claim.law == law_of(robot) and model.claim.kind == "pac"
+
+
+def test_an_outline_of_the_robot_is_within_its_circle():
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_path(str(world.CAR.xml))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for i in range(1, model.ngeom):
+        half = model.geom_aabb[i, 3:]
+        signs = np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1).T
+        corners = data.geom_xpos[i] + signs * half @ data.geom_xmat[i].reshape(3, 3).T
+        assert np.linalg.norm(corners[:, :2], axis=1).max() <= sensing.OUTLINE
+
+
+def test_behind_the_shield_nothing_is_touched():
+    """A policy that wants nothing but the goal, in a world in which it touches without."""
+    bare, touched = car.CarGoal(1), 0.0
+    shielded = pj.drive.Shield(car.CarGoal(1), car.model(), **car.door())
+    for env in (bare, shielded):
+        seen, _ = env.reset(seed=5)
+        cost = 0.0
+        for _ in range(120):
+            seen, *_, info = env.step(towards(seen))
+            cost += info["cost"]
+        true = env.unwrapped.world
+        found = judge.judge(np.array(true.trace), true.hazards)
+        assert found.contact == cost
+        touched = touched if env is shielded else cost
+    assert touched > 0 and cost == 0 and not found.ever
+    path = np.array(true.trace)
+    assert not pj.drive.left_tube(shielded.commitments, path[:, :2], path[:, 2])
+
+
+def test_the_driver_meets_goals_round_hazards():
+    true, drive, met = world.World(world.LEVELS[1], 0, world.CAR), CarGuide(5), 0
+    for _ in range(250):
+        _, info = true.step(drive(true))
+        met += info.get("goal_met", False)
+        assert info["cost_hazards"] == 0
+    assert met >= 2
+    assert manoeuvre.STEP == world.CAR.step == pytest.approx(0.04)
