@@ -18,11 +18,12 @@ from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.settings import SpeedBound
 from parc_jax.learning.runs.batch import rollout_batch
+from parc_jax.learning.runs.collect import k_law
 from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.runs.joined import concatenate
-from parc_jax.learning.runs.law import law_of
+from parc_jax.learning.runs.law import law_of, law_spec
 
-KEY, NET = jax.random.PRNGKey(0), straight_network(4)
+KEY, NET, UNIT = jax.random.PRNGKey(0), straight_network(4), pj.box([0, 0], [1, 1])
 ONE_BIN = {"eps": 0.2, "delta": 0.1, "bins": (1, 1), "quiet": True}
 pytestmark = pytest.mark.soundness
 
@@ -108,9 +109,40 @@ def test_the_name_of_a_sampler_is_no_other_law(name, runs):
     drawn = pj.learning.collect(plant(noisy), KEY, 100, Stage.BOUND, k=named(name), quiet=True)
     claim = pj.learning.bound_error(NET, drawn, None, train=runs, **ONE_BIN)
     said = "without a name" if name == "<lambda>" else name
-    assert f"k by the sampler {said};" in claim.quantifier
-    assert f"For k drawn by the sampler {said}, whenever" in claim.details()
+    assert f"k by the sampler {said}, content " in claim.quantifier
+    assert f"For k drawn by the sampler {said}, content " in claim.details()
     assert "share s of K:" not in claim.details()
+
+
+class Table:
+    """A sampler, or a value of a law, whose numbers are private."""
+
+    def __init__(self, rows):
+        self._rows = rows
+
+    def __call__(self, key):
+        return self._rows[0]
+
+    def __str__(self):
+        return "a table"
+
+
+def test_laws_of_long_tables_are_compared_by_content():
+    """`str` of 2,000 rows shows the first and the last three, and eight digits."""
+    one, other = np.linspace(0, 1, 4000).reshape(-1, 2), np.linspace(0, 1, 4000).reshape(-1, 2)
+    other[1000] += 1e-12
+    held = ((one, other), ([one], [other]), ({"a": one}, {"a": other}), (one[:2], one[:2] + 1e-12))
+    for pair in (*held, (np.float32(0.1), 0.1), (Table(one), Table(other))):
+        first, again, second = (law_spec("toy", UNIT, "uniform", {"k": x}) for x in (pair[0], *pair))
+        assert first == again and first.hash != second.hash, pair
+        assert len(dict(first.parameters)["k"]) < 120
+    drawn = [k_law(plant(noisy), Table(x)) for x in (one, one.copy(), other)]
+    assert drawn[0] == drawn[1] != drawn[2]
+    assert k_law(plant(noisy), [0.1, 0.2]) != k_law(plant(noisy), [0.1, 0.2 + 1e-12])
+    plain = {"gust": (0.1, 2), "name": "calm", "none": None}
+    assert dict(law_spec("toy", UNIT, "uniform", plain).parameters) == {
+        name: str(value) for name, value in plain.items()
+    }
 
 
 def test_k_that_were_given_are_named(runs):

@@ -32,6 +32,7 @@ from parc_jax.learning.runs.law import GIVEN, SAMPLER, LawSpec, given_of, identi
 from parc_jax.learning.runs.simulate import is_traceable, remembered, simulator
 from parc_jax.learning.system import Retried, check_system, points_of, rotation_of
 from parc_jax.learning.systems.chained import Chained
+from parc_jax.learning.systems.content import with_digest
 from parc_jax.learning.systems.user_code import blamed
 
 _log = logging.getLogger(__name__)
@@ -302,10 +303,10 @@ def k_law(system, k) -> str:
     if not callable(k):
         values = np.asarray(k, np.float64)
         if values.ndim == 1:
-            return f"{GIVEN}({', '.join(f'{value:.10g}' for value in values)})"
+            return f"{GIVEN}({', '.join(map(str, values))})"
         return f"{GIVEN}({len(values):,} values, sha256 {content_hash(values)[:12]})"
     name = getattr(k, "__name__", type(k).__name__)
-    return SAMPLER + ("without a name" if name == "<lambda>" else name)
+    return SAMPLER + with_digest("without a name" if name == "<lambda>" else name, k)
 
 
 def seed_of(key) -> tuple[int, ...]:

@@ -25,7 +25,7 @@ from parc_jax.learning.system import (
     rotation_of,
     time_grid,
 )
-from parc_jax.learning.systems.content import Reader
+from parc_jax.learning.systems.content import Reader, told_whole
 from parc_jax.learning.systems.user_code import blamed
 
 LOG = "file:"  # begins the generator of runs that were logged
@@ -89,7 +89,7 @@ def law_spec(
     generator: str, domain: Box, k_law: str = "uniform", parameters: Mapping | None = None
 ) -> LawSpec:
     """The law of a named generator over K = domain, with the parameters of its disturbances."""
-    pairs = tuple(sorted((str(name), str(value)) for name, value in (parameters or {}).items()))
+    pairs = tuple(sorted((str(name), told_whole(value)) for name, value in (parameters or {}).items()))
     lo, hi = (tuple(hex_text(corner)) for corner in (domain.lo, domain.hi))
     return LawSpec(generator, pairs, k_law, lo, hi)
 

@@ -10,6 +10,7 @@ import sys
 import types
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
+from fractions import Fraction
 from functools import cached_property, lru_cache, partial
 from itertools import chain
 from typing import NamedTuple
@@ -22,6 +23,7 @@ from parc_jax.learning.systems.user_code import is_own
 OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels", "k_labels")
 _MOST = 20_000  # objects read; those beyond count as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
+_LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
 
@@ -48,11 +50,27 @@ def lasting_digest(x) -> str:
     return Reader(lasting=True).digest(x)
 
 
-class Reader:
-    """Digests of objects by content. lasting: the digest is the same in another process."""
+def told_whole(x) -> str:
+    """A text that values of other content do not have: of what `str` may shorten, as an array, its
+    beginning and a digest.
+    """
+    text = str(x)
+    return text if _is_exact(x) and len(text) <= _LONG else with_digest(text, [x, text])
 
-    def __init__(self, lasting: bool):
-        self.lasting = lasting
+
+def with_digest(text: str, x) -> str:
+    """The beginning of a text, and a digest of all content of x, private attributes as well."""
+    begins = " ".join(text.split())[:_BEGINS]
+    return f"{begins}, content {Reader(lasting=True, private=True).digest(x)[:12]}"
+
+
+class Reader:
+    """Digests of objects by content. lasting: the digest is the same in another process. private:
+    such a one, also of attributes that begin with "_".
+    """
+
+    def __init__(self, lasting: bool, private: bool = False):
+        self.lasting, self.private = lasting, private
         self.held: list = []
         self._cached: dict[object, str] = {}
 
@@ -70,7 +88,8 @@ class Reader:
             slots = cls.__dict__.get("__slots__", ())
             names |= dict.fromkeys((slots,) if isinstance(slots, str) else slots)
         for name in names:
-            if self.lasting and (name.startswith("_") or name in OPERATIONAL):
+            hidden = name in OPERATIONAL or (name.startswith("_") and not self.private)
+            if self.lasting and hidden:
                 continue
             if hasattr(x, name):
                 yield name, getattr(x, name)
@@ -208,6 +227,15 @@ class Reader:
                 yield self._once((id(value), names), value, inner)
             else:
                 yield self.digest(value)
+
+
+def _is_exact(x) -> bool:
+    """Whether `str` tells all of it."""
+    if isinstance(x, Mapping):
+        return all(_is_exact(part) for pair in x.items() for part in pair)
+    if isinstance(x, list | tuple | set | frozenset):
+        return all(map(_is_exact, x))
+    return isinstance(x, (*_PLAIN, np.integer, np.bool_, Fraction))
 
 
 def _is_value(x) -> bool:
