@@ -5,10 +5,12 @@ model and its tube (C), the error bound of the tube (E), the risk of a drawn pla
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
+from parc_jax.checker.answer import scene_of
 from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import VALIDATED, confidence_of
+from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
@@ -272,18 +274,20 @@ def details(answer, drawn: str, polytopes: int) -> str:
     asked, cover, absence = answer.scene.nominal, answer.cover, answer.absence
     ended, uncertainty, claim = cover.ended, asked.uncertainty, answer.model.claim
     tube = [] if asked.pose is None else [about_pose(*asked.pose)]
+    # in the words of the checker, which reads the same part
+    scene = f"It is of {scene_of(problem_part(answer.problem, answer.model))}."
     if answer.status.found and uncertainty is not None:
         tube.append(about_uncertainty(uncertainty.words))
     tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")
     if answer.status.found:
         plans = about_plans(len(answer.samples), polytopes, len(answer.corridors), cover.proved)
         spans = about_spans(asked.problem.all_spans, answer.model.time.n_steps)
-        lines = [f"(C) {plans} {spans}".rstrip()]
+        lines = [f"(C) {plans} {scene} {spans}".rstrip()]
         if cover.within is not None:
             lines.append(about_place(cover.within, answer.model.n_k))
         lines += [*tube, drawn]
     elif absence is not None:
-        lines = [absence.details(), *tube]
+        lines = [f"{absence.details()} {scene}", *tube]
         if absence.ended is ended:  # which the sentence of the proof has already
             ended = None
     else:

@@ -6,6 +6,8 @@ import numpy as np
 from toy_models import told, toy_case
 from toy_query import answer
 
+from parc_jax.answer.answer import answer_data
+from parc_jax.checker.answer import scene_of
 from parc_jax.common.premises import ASSUMED
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.claim import weaker
@@ -38,6 +40,10 @@ def test_what_is_proved_comes_first_then_the_tube_then_the_risk():
     assert [line.split(" ")[0] for line in lines] == ["(C)", "(E)", "Risk:", "Search:"]
     assert "proved in exact arithmetic" in lines[0]
     assert "proved in exact" not in found(proved=False).details().split("\n")[0]
+    # the body, obstacles and starts, as the checker of its file has them
+    scene = scene_of(answer_data(found())["problem"])
+    assert "body (point 0 grown by 0.1 m) among 1 convex obstacle" in scene
+    assert f" It is of {scene}. " in lines[0]
 
 
 def test_the_summary_is_short_and_names_every_assumption():
