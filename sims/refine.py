@@ -225,7 +225,8 @@ def refine(
     start = start_trial(system, key, local, model.claim)
     for box in zoom.boxes(note)[: account.planned]:
         look = account.take()
-        runs_there = LocalRuns(system, fresh_key(key, look, box.lo, box.hi), box, local.rollouts)
+        fresh = fresh_key(key, look, box.lo, box.hi)
+        runs_there = LocalRuns(system, fresh, local.rollouts, None, True, box)
         between = intersample_of(model.claim.assumptions)
         there = selected_model(problem, runs_there, look.delta, local, start, between)
         best = rank_plans(scene_of(problem, there), np.random.default_rng(0))

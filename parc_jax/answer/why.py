@@ -17,7 +17,6 @@ from parc_jax.learning.bound.statement import probability
 from parc_jax.learning.labels import degrees_hint, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
-from parc_jax.problem.body import Disc
 from parc_jax.problem.problem import Problem, box_of_rows, goal_box
 from parc_jax.safe_set.corridors.sampling import box_of_plans, ends_from
 from parc_jax.safe_set.separation.pairs import numbered_pairs
@@ -314,11 +313,7 @@ def odd_size(problem: Problem, model: TrajectoryModel) -> str | None:
     lo, hi = goal_box(problem.goal, model.layout)
     boxes.append((lo[: model.n_p], hi[: model.n_p]))
     wide = [float(side) for lo, hi in boxes for side in hi - lo if np.isfinite(side)]
-    shapes = [part.shape for part in problem.parts]
-    body = max(
-        float(s.radius if isinstance(s, Disc) else np.linalg.norm(s.vertices, axis=1).max())
-        for s in shapes
-    )
+    body = max(part.shape.size for part in problem.parts)
     most = max([way, *wide])
     if body > most or 0 < body < most / ODD:
         word = "more than all that" if body > most else f"less than a {ODD:,}th of what"

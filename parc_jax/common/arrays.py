@@ -134,6 +134,11 @@ def most(x: np.ndarray | jax.Array, axis: int | tuple[int, ...] | None = None):
     return xp.where(xp.isnan(x), np.inf, x).max(axis=axis)
 
 
+def least_over(A: jax.Array, lo: jax.Array, hi: jax.Array):
+    """Least value (n, h) of each row of A (h, m) over the boxes lo, hi (n, m). Kernel."""
+    return jnp.minimum(A[None] * lo[:, None], A[None] * hi[:, None]).sum(axis=2)
+
+
 def single(x: ArrayLike) -> jax.Array:
     """Floats as float32, all else as it is: for proposals, which decide nothing. Kernel."""
     x = jnp.asarray(x)

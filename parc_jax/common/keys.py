@@ -29,6 +29,7 @@ class Stage(enum.IntEnum):
     EPISODE = 8  # seeds of worlds and of drives through them, two per episode
     FIRST = 9  # key of the runs behind a first claim, of few
     SCENE = 10  # tests of a set in one scene
+    PRIOR = 11  # runs of a simulator, whose disturbances are none of those of the robot's runs
 
 
 def as_key(key) -> jax.Array:

@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,6 +23,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
     width_needed,
 )
+from parc_jax.learning.bound.fresh import SHAPE
 from parc_jax.learning.bound.pipeline import (
     STORED,
     HeldRuns,
@@ -40,7 +41,7 @@ from parc_jax.learning.network.fit import Training, fit
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.prior.teach import taught
 from parc_jax.learning.runs.batch import RolloutBatch, refitted
-from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.collect import seed_of, stream_rollouts
 from parc_jax.learning.runs.groups import worst_by_group
 from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.system import System, check_system
@@ -159,11 +160,11 @@ def learn_report(
         train, held = source.split(default if holdout is None else holdout, seed)
     # recorded runs cannot be started elsewhere
     start = StartTrial(settings.bound.gap, None)
-    said, profiles = None, None
+    said, profiles, seen = None, None, []
     if prior is None:
         lesson = train
     else:
-        lesson, said, usual, discard = _lesson(prior, train, held, settings, key)
+        lesson, said, usual, discard, seen = _lesson(prior, train, held, settings, key)
     with watch("training"):
         net = fit_network(lesson, settings, key)
     if prior is not None:
@@ -171,7 +172,7 @@ def learn_report(
         bins = (1,) * train.n_k if settings.bound.bins is None else settings.bound.bins
         profiles = learn_profiles([net], usual, (), bins, shape=settings.bound.shape)
         settings = settings.replace(discard=discard)
-    model = _bounded(net, HeldRuns(held), train, settings.claims, start, profiles, watch)
+    model = _bounded(net, HeldRuns(held), train, settings.claims, start, profiles, seen, watch)
     kept = held if held.seed is None else None  # runs of a seed can be made anew
     return Learned(model.replace(held=kept), train, start, said)
 
@@ -254,29 +255,34 @@ def _bounded(
     settings: BoundSettings,
     start: StartTrial,
     profiles: list[Tube] | None = None,
+    seen: Sequence[list] = (),
     watch: Watch = nullcontext,
 ) -> TrajectoryModel:
-    claims = bound_errors([net], runs, train, settings, start, profiles=profiles, watch=watch)
+    about = {"profiles": profiles, "seen": seen, "watch": watch}
+    claims = bound_errors([net], runs, train, settings, start, **about)
     return trajectory_model(net, claims[0][0])
 
 
 def _lesson(
     prior: str | System, train: RolloutBatch, held: RolloutBatch, settings: Learning, key: jax.Array
-) -> tuple[RolloutBatch, str, RolloutBatch, int | str]:
+) -> tuple[RolloutBatch, str, RolloutBatch, int | str, list]:
     """Runs of a corrected prior, a sentence about it, the training runs that give the error shape,
-    and the number of held-out ones to discard. [T2]
+    the number of held-out ones to discard, and the ledger of the simulator's runs. [T2]
 
     A discarded run should not widen the shape, so the training runs of that size leave it.
     """
-    lesson = taught(prior, train, settings.rollouts, key)
+    lesson, seen = taught(prior, train, settings.rollouts, key), [[SHAPE, "", None, None, []]]
+    if lesson.ran:
+        source = [prior.name, list(seed_of(key)), int(Stage.PRIOR)]
+        seen.append(["prior", *source, [[0, lesson.ran - 1]]])
     n, bound, delta = held.recordings, settings.bound, float(settings.bound.delta)
     enough = n >= required_runs(float(bound.eps), delta)
     if bound.discard != MOST or bound.blocks is not None or enough:
-        return lesson.runs, lesson.said, lesson.unseen, bound.discard
+        return lesson.runs, lesson.said, lesson.unseen, bound.discard, seen
     # from the training runs alone: the number is fixed before a held-out run is scored [T2]
     sizes = worst_by_group(lesson.size, train.groups)
     discard = advised_discards(sizes, n, delta)
     near = lesson.size[np.isfinite(lesson.size)] <= width_needed(sizes, n, discard)
     left = counted(discard, f"held-out {'run' if held.groups is None else 'recording'}")
     said = f"{lesson.said}; {left} left outside, a number chosen before one was seen"
-    return lesson.runs, said, lesson.unseen.select(near), discard
+    return lesson.runs, said, lesson.unseen.select(near), discard, seen

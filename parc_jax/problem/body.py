@@ -16,6 +16,11 @@ class Disc:
 
     radius: float
 
+    @property
+    def size(self) -> float:
+        """[m] of its farthest point from the middle."""
+        return float(self.radius)
+
 
 @struct.dataclass
 class Polygon:
@@ -24,6 +29,11 @@ class Polygon:
     """
 
     vertices: np.ndarray
+
+    @property
+    def size(self) -> float:
+        """[m] of its farthest point from the reference point."""
+        return float(np.linalg.norm(self.vertices, axis=1).max())
 
     def __repr__(self) -> str:
         return f"Polygon of {counted(len(self.vertices), 'vertex', 'vertices')}"

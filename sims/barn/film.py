@@ -36,7 +36,7 @@ def film(out: Path, world: World, one: Drive, quiet: bool = True) -> Path:
         list(_seen(one)),
     )
     driven = driven._replace(manoeuvres=tuple(placed))
-    figures.write_page(driven, out.with_suffix(".html"), truth)
+    figures.write_page(driven, out.with_suffix(".html"), truth=truth)
     return figures.film(driven, out, run=truth, quiet=quiet)
 
 

@@ -133,7 +133,9 @@ def test_laws_of_long_tables_are_compared_by_content():
     other[1000] += 1e-12
     held = ((one, other), ([one], [other]), ({"a": one}, {"a": other}), (one[:2], one[:2] + 1e-12))
     for pair in (*held, (np.float32(0.1), 0.1), (Table(one), Table(other))):
-        first, again, second = (law_spec("toy", UNIT, "uniform", {"k": x}) for x in (pair[0], *pair))
+        first, again, second = (
+            law_spec("toy", UNIT, "uniform", {"k": x}) for x in (pair[0], *pair)
+        )
         assert first == again and first.hash != second.hash, pair
         assert len(dict(first.parameters)["k"]) < 120
     drawn = [k_law(plant(noisy), Table(x)) for x in (one, one.copy(), other)]

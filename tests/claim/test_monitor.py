@@ -18,7 +18,9 @@ from synthetic_plants import (
 )
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.monitor import inside_tube, monitor, update
@@ -34,7 +36,8 @@ pytestmark = pytest.mark.soundness
 
 @pytest.fixture(scope="module")
 def claim():
-    return bound_error(NET, plant(disturbed), KEY, eps=0.02, delta=1e-3, bins=(1, 1), quiet=True)
+    own = jax.random.PRNGKey(1)  # of which its profile has 2,000 training rows
+    return bound_error(NET, plant(disturbed), own, eps=0.02, delta=1e-3, bins=(1, 1), quiet=True)
 
 
 def test_a_true_claim_rarely_rings(claim, rng):
@@ -177,20 +180,56 @@ def test_what_was_trained_on_is_no_new_evidence():
     runs = both.k, both.p, both.q
     log = rollout_batch(*runs, time=both.time, domain=both.domain, law=law)
     logged = bound_error(NET, log.select(slice(60, 160)), None, train=log.select(slice(60)), **made)
-    later = collect(system, KEY, 5, first_row=60, quiet=True)
+    later = collect(system, KEY, 5, first_row=60 + 200, quiet=True)
     for claim, seen in ((seeded, train), (logged, log)):
         again = replace(claim, evidence=json.loads(json.dumps(claim.evidence)))  # of a file
         for one in (claim, again):
             with pytest.raises(InputError, match=r"its training runs, the first is row 3\."):
                 monitor(one, NET, share=1.0).observe(seen.select(slice(3, 9)))
-            with pytest.raises(InputError, match="of the old claim or its training, the first is"):
+            with pytest.raises(InputError, match=r"its training runs, the first is row 3\."):
                 update(one, NET, later, seen.select(slice(3, 9)))
     assert monitor(seeded, NET).observe(later).seen == 5
+
+
+def test_all_runs_that_a_claim_saw_are_no_new_evidence():
+    """Its profile was learned from rows behind the training runs; the network of an update is the
+    old one. What it does not name is assumed, and said.
+    """
+    made, system = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "quiet": True}, plant(disturbed)
+    some = np.random.default_rng(0).permutation(60)[:40]  # as of a split
+    train = collect(system, KEY, 60, quiet=True).select(some)
+    claim = bound_error(NET, system, KEY, train=train, profile_runs=30, **made)
+    first, other = int(train.rows.max()) + 1, jax.random.PRNGKey(2)
+    rows = {
+        "training": (KEY, some[0], 1),
+        "profile": (KEY, first + 29, 1),
+        "calibration": (KEY, claim.n - 1, 2),
+    }
+
+    def row(key, at, stage):
+        return collect(system, key, 1, Stage(stage), first_row=int(at), quiet=True)
+
+    fresh = collect(system, other, 60, Stage.BOUND, quiet=True)
+    _, new = update(claim, NET, collect(system, other, 60, quiet=True), fresh)
+    for one in (claim, new):
+        for use, place in rows.items():
+            with pytest.raises(InputError, match=f"1 of 1 are its {use} runs, the first is row"):
+                monitor(one, NET, share=1.0).observe(row(*place))
+        set_aside = np.setdiff1d(np.arange(60), some)[0]
+        watch = monitor(one, NET, share=1.0).observe(row(KEY, set_aside, 1))
+        watch = watch.observe(row(KEY, first + 30, 1))
+        assert watch.seen == 2 and "FRESH" not in watch.details()
+    with pytest.raises(InputError, match="1 of 1 are its training runs"):
+        monitor(new, NET, share=1.0).observe(row(other, 0, 1))
+    shape = bound_error(NET, system, KEY, profile=claim.tube, **made)
+    said = monitor(shape, NET).details()
+    assert "FRESH(none is a training run of the claim, none is a profile run of the claim)" in said
 
 
 def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
     runs = collect(plant(exact), KEY, 40, quiet=True)
     runs = runs.replace(lost=np.arange(40) % 2)
+    claim = derived(claim, evidence={"seen": []})
     watch = monitor(claim, NET).observe(runs.select(slice(0, 15)))
     changed = {
         "claim": {"claim": replace(claim, hash="0" * 64)},
@@ -202,6 +241,7 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
         "alarm": {"peak": 1e4},
         "counted as failed": {"failed": 1},
         "LAW": {"declared": "k as declared: share = 0.5"},
+        "FRESH": {"claim": derived(claim, evidence={"seen": [["training", "", None, None, []]]})},
         "MISSING": {"missing": {}},
         "ORDER_OF_K": {"unnamed": False},
         "WORKERS_LOST": {"lost": ("uncounted",)},

@@ -203,7 +203,7 @@ def test_a_system_that_fails_near_the_plan_gets_no_claim(chosen):
 def test_runs_on_a_box_are_uniform_there_and_disjoint():
     system = plant(toy.gusty, toy.T)
     part = box([0.25, 0.5], [0.5, 0.625])
-    runs = LocalRuns(system, KEY, part, 300)
+    runs = LocalRuns(system, KEY, 300, None, True, part)
     train = runs.train()
     further = next(iter(runs.further(50)))
     fresh = next(iter(runs.fresh(50)))
@@ -274,7 +274,7 @@ def test_the_promise_of_a_local_claim_is_kept_at_its_rate(monkeypatch):
     k = rng.uniform(part.lo, part.hi, (200_000, 2))
     push = toy.GUST * k[:, :1] * rng.uniform(-1, 1, (200_000, 2))
     for seed in range(repeats):
-        runs = LocalRuns(system, jax.random.PRNGKey(seed), part, 40)
+        runs = LocalRuns(system, jax.random.PRNGKey(seed), 40, None, True, part)
         start = StartTrial(0.0, None)
         claim = module.local_model(runs, delta, asked, start).claim
         half = claim.tube.final[claim.tube.bin_of(k), :2]

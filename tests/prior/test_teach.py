@@ -6,9 +6,13 @@ import pytest
 import slipping
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.fresh import ledger_of
+from parc_jax.learning.learn import learn
 from parc_jax.learning.prior.identify import flat
 from parc_jax.learning.prior.teach import TWIST, taught
+from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import Trajectory, time_grid
 
 KEY = jax.random.PRNGKey(0)
@@ -56,6 +60,31 @@ def test_a_simulator_that_is_wrong_is_put_right_by_the_real_runs():
     own = flat(slipping.recorded(found.runs.k, as_made(found.runs.k)))
     better = np.abs(flat(found.runs) - truth).max(axis=1)
     assert np.median(better) < 0.2 * np.median(np.abs(own - truth).max(axis=1))
+
+
+class Noting(Simulator):
+    """It keeps the keys that it was run with."""
+
+    def __init__(self):
+        self._keys = set()
+
+    def rollout_batch(self, keys, ks):
+        self._keys |= {bytes(np.asarray(jax.random.key_data(key))) for key in keys}
+        return super().rollout_batch(keys, ks)
+
+
+def test_a_simulator_has_disturbances_of_its_own():
+    """Of one key, too, none of them are those of runs that may be held out."""
+    runs, prior = slipping.recorded(TRAIN, noise=0.002), Noting()
+    small = {"rollouts": 64, "hidden": (4,), "seeds": 1, "steps": 10, "eps": 0.3, "delta": 0.1}
+    model = learn(runs, KEY, prior, quiet=True, **small)
+    own, robot = prior._keys.copy(), Noting()
+    for stage in (Stage.TRAIN, Stage.BOUND):
+        collect(robot, KEY, 512, stage, quiet=True)
+    assert own and not own & robot._keys
+    seen = {entry[0]: entry[1:] for entry in ledger_of(model.claim)}
+    assert seen["prior"] == ["maker", [0, 0], int(Stage.PRIOR), [[0, 8 * 30 - 1]]]
+    assert len(seen["training"][3]) == len(seen["calibration"][3]) == 30 and not seen["profile"][3]
 
 
 class Rough(Simulator):

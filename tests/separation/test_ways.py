@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from toy_models import random_model
 
+from parc_jax.learning.network import rounding
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.safe_set.separation import pruning
 
@@ -28,6 +29,6 @@ def test_bounds_of_an_affine_map_are_attained(rng):
     hi = lo + rng.uniform(0.1, 1, (4, 3))
     corners = np.stack(np.meshgrid(*[[0, 1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     at = (lo[:, None] + corners * (hi - lo)[:, None]) @ W.T + b
-    least, most = pruning._affine(W, b, lo, hi)
+    least, most = rounding._affine(W, b, lo, hi)
     np.testing.assert_allclose(least, at.min(axis=1), atol=1e-12)
     np.testing.assert_allclose(most, at.max(axis=1), atol=1e-12)

@@ -203,7 +203,7 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
     done = replay(runs.select(row), answer.scene, plans)
     made, of = used_by(answer.model.claim, runs), np.isin(np.arange(runs.n), row)
     return Recorded(
-        done, plans, row, of, int(made.sum()), left_out_beside(answer.model.claim, runs)
+        done, plans, row, of, int((made != "").sum()), left_out_beside(answer.model.claim, runs)
     )
 
 

@@ -193,7 +193,7 @@ class Choice:
         start = start_trial(system, key, local, self.model.claim)
         look = self.looks.take()  # spent, also where its runs fail
         fresh = fresh_key(key, look, self.plan, box.lo, box.hi)
-        runs = LocalRuns(system, fresh, box, local.rollouts, quiet)
+        runs = LocalRuns(system, fresh, local.rollouts, None, quiet, box)
         between = intersample_of(query.model.claim.assumptions)
         there = local_model(runs, look.delta, local, start, between)
         near = answered_near(query, there, look, self.looks, fresh, settings)

@@ -3,7 +3,7 @@
 Fresh runs on the box, a small network, and an error bound about the box alone.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
@@ -22,7 +22,7 @@ from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.safe_box import SafeBox, safe_box, share_of
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import NoStatement, Risk
-from parc_jax.learning.bound.pipeline import STORED, Runs, bound_errors
+from parc_jax.learning.bound.pipeline import STORED, SystemRuns, bound_errors
 from parc_jax.learning.bound.settings import (
     DISCRETE_TIME,
     BoundSettings,
@@ -263,17 +263,12 @@ def bounded_near(
 
 
 @dataclass(frozen=True, eq=False)
-class LocalRuns(Runs):
-    """Runs of a system on a box N inside K, from the streams of a fresh key: TRAIN for the network,
-    then, behind `trained` rows, for the error shape; BOUND for the claim. K of the system stays,
-    so nothing is compiled again.
+class LocalRuns(SystemRuns):
+    """Runs of a system on a box N inside K, of a fresh key, the first of TRAIN for the network. K
+    of the system stays, so nothing is compiled again.
     """
 
-    system: object
-    key: jax.Array
     box: Box
-    trained: int
-    quiet: bool = True
 
     @property
     def bins(self) -> tuple[int, ...]:
@@ -282,17 +277,9 @@ class LocalRuns(Runs):
 
     def train(self) -> RolloutBatch:
         """The training runs."""
-        return concatenate(self._stream(self.trained, Stage.TRAIN, 0), self.trained)
+        return concatenate(self._stream(self.first_row, Stage.TRAIN, "", 0), self.first_row)
 
-    def further(self, n: int) -> Iterable[RolloutBatch]:
-        """Runs for the error shape, behind the training ones."""
-        return self._stream(n, Stage.TRAIN, self.trained)
-
-    def fresh(self, n: int) -> Iterable[RolloutBatch]:
-        """Calibration runs, by which nothing was chosen."""
-        return self._stream(n, Stage.BOUND, 0)
-
-    def _stream(self, n: int, stage: Stage, first_row: int) -> Iterator[RolloutBatch]:
+    def _stream(self, n: int, stage: Stage, name: str, first_row: int) -> Iterator[RolloutBatch]:
         def near(key: jax.Array):
             # converted in here, where float64 is on: in float32 a small box has few values
             lo = jnp.asarray(self.box.lo, jnp.float64)

@@ -13,10 +13,9 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.drive.local.nested import level, levels_of, shape_of
 from parc_jax.learning.bound.claim import ErrorClaim
-from parc_jax.learning.bound.fresh import calibration_runs, check_fresh, seen_in_training
+from parc_jax.learning.bound.fresh import CALIBRATION, check_fresh, seen_in_training, used_by
 from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.start_gap import off_from_start
-from parc_jax.learning.labels import plain_parts
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -128,19 +127,12 @@ def one_of_each(
     return runs.select(np.sort(order[np.unique(groups[order], return_index=True)[1]]))
 
 
-def order_of_k(model: TrajectoryModel, runs: RolloutBatch) -> tuple[str, ...]:
-    """The assumption on parameters of recordings, or of the model, that have no names."""
-    named = not any("k" in plain_parts(one.subject.labels) for one in (runs, model.claim))
-    return () if named or runs.n_k == 1 else ("ORDER_OF_K(that of the model; not all have names)",)
-
-
 def _require_unseen(claim: ErrorClaim, runs: RolloutBatch) -> None:
     """Refuse recordings that training has seen, or a claim without error shape. Raises
     InputError.
     """
-    seen = seen_in_training(claim, runs)
-    if "shape" not in claim.evidence:
-        seen |= calibration_runs(claim, runs)
+    made, scaled = used_by(claim, runs), "shape" in claim.evidence
+    seen = seen_in_training(claim, runs) | (made != "") & ~(scaled & (made == CALIBRATION))
     if seen.any():
         raise InputError(
             "validate: expected recordings of which neither network, K nor error shape have seen "

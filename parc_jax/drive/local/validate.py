@@ -28,15 +28,22 @@ from parc_jax.drive.local.trials import (
     by_recordings,
     by_runs,
     one_of_each,
-    order_of_k,
 )
 from parc_jax.drive.local.validation import OF_RECORDINGS, Step, Validate, Validation
 from parc_jax.learning.bound.calibrate import ledger_of_tests, lost_among
 from parc_jax.learning.bound.claim import scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS, NoStatement, required_runs
-from parc_jax.learning.bound.fresh import freshness_of, left_out_beside, names_of
+from parc_jax.learning.bound.fresh import (
+    SEEN,
+    entry_of,
+    freshness_of,
+    ledger_of,
+    left_out_beside,
+    names_of,
+)
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System
 from parc_jax.planner import answered
@@ -50,6 +57,7 @@ from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.scene import lowered, padded
 
+TESTS = "validation"  # the use of these runs in a ledger
 APART = 2**32 - 1  # beyond every number of a row
 COVERED_BY = 20_000  # plans drawn to tell how much of the safe set is held
 TRIED = 200  # k drawn from K, which tell how many recordings a set may have starts for
@@ -102,18 +110,20 @@ def validated(
         K = query.model.domain
         others = levels_of(sets, seeds, seeds.uniform(K.lo, K.hi, (TRIED, K.n)))[1].min(axis=1)
         first = first_set(others, len(sets), asked.tests, least)
-        trial = by_recordings(source, sets, draws, first)
+        trial, tests = by_recordings(source, sets, draws, first), entry_of(TESTS, source)
     else:
         plans = [sets[-1].sample(rng, n) for rng, n in ((seeds, SEEDS), (draws, asked.tests))]
         others = level(sets, *np.split(plans[0], [query.model.n_p], axis=1))
         first = first_set(others, len(sets), asked.tests, least)
         trial = by_runs(source, sets, key, plans[1], quiet)
+        made = [source.name, list(seed_of(key)), int(Stage.SCENE)]
+        tests = [TESTS, *made, [[0, len(plans[1]) - 1]]]
     steps, passed = fixed_sequence(asked, trial.inside, trial.failed, first)
     if not passed:
         return replace(answer, validation=Validation(None, steps, asked))
     chosen = sets[first + passed - 1]
-    known = _accepted_model(query.model, chosen, steps[:passed], asked, look, source, trial)
-    under = query.of(known)
+    about = chosen, steps[:passed], asked, look, source, trial, tests
+    under = query.of(_accepted_model(query.model, *about))
     found = replace(_as_answer(under, chosen, settings, own, after), looks=answer.looks)
     refused = len(chosen.corridors) - len(found.corridors)
     validation = Validation(None if refused else found, steps, asked, refused)
@@ -144,11 +154,15 @@ def _accepted_model(
     look: Look,
     source: System | RolloutBatch,
     trial: Trial,
+    tests: list,
 ) -> TrajectoryModel:
-    """The model under the tube of the accepted set, with (V) as its claim."""
+    """The model under the tube of the accepted set, with (V) as its claim. tests: entry of its
+    ledger.
+    """
     last, scene = steps[-1], chosen.scene
     within = None if chosen.within is None else [hex_text(side) for side in chosen.within]
     evidence = {
+        SEEN: [*ledger_of(model.claim), tests],
         "of": model.claim.hash,
         "scale": str(last.scale),
         "way": str(asked.way),
@@ -175,7 +189,9 @@ def _accepted_model(
         evidence |= {RECORDED_IDS: tested, "recordings": hash_of(tested)}
         evidence["shape"] = "shape" in model.claim.evidence
         fresh = freshness_of(model.claim.evidence.get("training"), source.groups)
-        shown["assumptions"] += (UNSEEN, *look.ledger[1:], *fresh, *order_of_k(model, source))
+        shown["assumptions"] += (UNSEEN, *look.ledger[1:], *fresh)
+        if model.claim.subject.unordered(source.subject):
+            shown["assumptions"] += ("ORDER_OF_K(that of the model; not all have names)",)
         evidence |= {"left_out": gaps} if gaps else {}
     claim = scene_claim(model.claim, scene.model.tube, law, evidence, **shown)
     return model.replace(claim=claim, held=None)

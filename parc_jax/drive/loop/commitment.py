@@ -17,7 +17,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, premises
 from parc_jax.learning.bound.measure import allowance, score_arrays
 from parc_jax.learning.network.predict import trajectories
-from parc_jax.problem.body import Disc, parts_of
+from parc_jax.problem.body import parts_of
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.uncertainty import Uncertainty
@@ -188,7 +188,7 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     heading shows in the other points alone, so it is ignored for a robot of one point.
     """
     asked, begun = last.asked.query, last.asked.pose
-    model, uncertainty = asked.model, asked.problem.uncertainty
+    model, known = asked.model, asked.problem.uncertainty or Uncertainty()
     tube, n_p, steps = model.tube, model.n_p, model.time.n_steps
     (knots, starts), _ = trajectories(model.net, model.layout, np.stack([last.k, k]))
     passed = min(float((at - last.begin) / Fraction(model.time.dt)), float(steps))
@@ -201,9 +201,8 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     at_start[:n_p] = 0.0  # of the first point, which is where the pose is
     allowed = tube.interval[tube.bins_of(last.k[None])[0], before].max(axis=0) + at_start
     allowed = allowed.reshape(-1, n_p) + ROUNDED
-    if uncertainty is not None:
-        far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
-        allowed = allowed + 2 * uncertainty.shifts(n_p).sum() + uncertainty.heading * far[:, None]
+    far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
+    allowed = allowed + 2 * known.shifts(n_p).sum() + known.heading * far[:, None]
     beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)
     return float(np.linalg.norm(beyond, axis=1).max())
 
@@ -217,18 +216,13 @@ def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
     from shapely import MultiPoint
 
     asked, begun = last.asked.query, last.asked.pose
-    model, uncertainty = asked.model, asked.problem.uncertainty
+    model, known = asked.model, asked.problem.uncertainty or Uncertainty()
     knots, _ = trajectories(model.net, model.layout, last.k[None])
     away = knots[0].reshape(-1, model.n_points, model.n_p)
     places = begun.place + turned(away, -(begun.heading or 0.0))
-    shapes = [part.shape for part in parts_of(asked.problem.body)]
-    grown = max(
-        one.radius if isinstance(one, Disc) else np.linalg.norm(one.vertices, axis=1).max()
-        for one in shapes
-    )
-    if uncertainty is not None:
-        far = np.linalg.norm(away, axis=-1).max()
-        grown += uncertainty.shifts(model.n_p).sum() + float(uncertainty.heading or 0.0) * far
+    grown = max(part.shape.size for part in parts_of(asked.problem.body))
+    far = np.linalg.norm(away, axis=-1).max()
+    grown += known.shifts(model.n_p).sum() + known.heading * far
     widths = model.tube.interval[model.tube.bins_of(last.k[None])[0]].max(axis=0)
     for both, width in zip(pairwise(places), widths, strict=True):
         off = np.linalg.norm(width.reshape(model.n_points, -1), axis=1).max()

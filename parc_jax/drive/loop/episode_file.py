@@ -22,6 +22,7 @@ from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.prove import model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import part_hash, problem_part, question_parts
 
@@ -68,14 +69,6 @@ def episode_part(
     return {"format": EPISODE, "hash": hashes, **part, "meta": plain(meta)}
 
 
-def _uncertainty(asked: NominalProblem) -> tuple[np.ndarray, float]:
-    """Half widths (n_p,) [m] of the start, and [rad] of the heading."""
-    uncertainty = asked.query.problem.uncertainty
-    if uncertainty is None:
-        return np.zeros(asked.model.n_p), 0.0
-    return uncertainty.shifts(asked.model.n_p), float(uncertainty.heading or 0.0)
-
-
 def head_part(first: NominalProblem, drift: float = 0.0) -> dict:
     """The entries of an episode about all its manoeuvres. first: question of the first one. drift:
     [m] as of `episode_part`.
@@ -83,13 +76,13 @@ def head_part(first: NominalProblem, drift: float = 0.0) -> dict:
     model = first.model
     _, network, tube = question_parts(first.problem, model)
     hashes = {"network_hash": part_hash(network), "tube_hash": part_hash(tube)}
-    start, heading = _uncertainty(first)
+    known = first.query.problem.uncertainty or Uncertainty()
     return {
         "network": network,
         "tube": tube,
         "claim": plain(model.claim.to_json() | hashes),
         "copies": copies_of(first),
-        "doubt": hex_text([*start, heading, drift]),
+        "doubt": hex_text([*known.shifts(model.n_p), known.heading, drift]),
     }
 
 

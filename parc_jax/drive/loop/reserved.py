@@ -14,6 +14,7 @@ from parc_jax.learning.bound.error_set import at as errors_at
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TimeGrid
 from parc_jax.problem.body import Disc, numbered
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.moving import Span
 
 SIDES = 8  # of a polytope that holds the robot
@@ -66,7 +67,7 @@ def _reach(commitment: Commitment) -> tuple[np.ndarray, np.ndarray]:
     at rest. Raises InputError outside of the plane.
     """
     asked, pose = commitment.asked, commitment.asked.pose
-    model, uncertainty = asked.model, asked.query.problem.uncertainty
+    model, known = asked.model, asked.query.problem.uncertainty or Uncertainty()
     if model.n_p != 2:
         raise InputError(f"reserved: expected a robot in the plane; got {model.n_p} axes.")
     heading = pose.heading or 0.0
@@ -90,6 +91,6 @@ def _reach(commitment: Commitment) -> tuple[np.ndarray, np.ndarray]:
             during = np.maximum(along[:-1], along[1:]) + lost
             rest = along[-1:] + lost[-1:]
             reach = np.maximum(reach, np.concatenate([during, rest]) + grown)
-    start = np.zeros(2) if uncertainty is None else uncertainty.shifts(2)
+    moved = A @ pose.place + np.abs(A) @ known.shifts(2)
     # NaN would be no bound: `hpolytope` refuses it
-    return A, reach + A @ pose.place + np.abs(A) @ start + SLACK * (1 + np.abs(w).sum(axis=1))
+    return A, reach + moved + SLACK * (1 + np.abs(w).sum(axis=1))

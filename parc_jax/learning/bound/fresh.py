@@ -1,5 +1,7 @@
 """Freshness of a calibration set: independent runs, none of them twice, none of training."""
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 
 from parc_jax.checker.entries import hash_of
@@ -24,6 +26,8 @@ from parc_jax.learning.runs.independent import (
 from parc_jax.learning.runs.joined import joined_source
 from parc_jax.learning.runs.law import STATED, TO_ALL
 
+# in evidence, and uses of runs there; a monitor asks for the first two
+SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration"
 _HOW_NEAR = (
     f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "
     "size"
@@ -110,40 +114,69 @@ def identity_of(runs: RolloutBatch | Scores) -> str:
     return hash_of([source, *(np.asarray(one)[order].astype(str).tolist() for one in about)])
 
 
-def calibration_runs(claim: ErrorClaim, batch: RolloutBatch) -> np.ndarray:
-    """(n,) bool: calibration runs of the claim: rows of its seed, or runs with the same content."""
-    evidence = claim.evidence
-    if batch.seed is None or evidence.get("seed") is None:
-        return np.isin(short_ids(batch.hashes()), evidence.get("runs", []))
-    source = [claim.law.generator, evidence["seed"], evidence["stage"]]
-    return _among(batch, [*source, *evidence["holdout_rows"]])
-
-
 def trained_on(train: RolloutBatch | None, scores: Scores) -> dict:
-    """Evidence of training runs beside calibration runs: of a log its runs; of a seed source, first
-    and last row, where none between was left out or set aside.
+    """Evidence of training runs beside calibration runs."""
+    if train is None:
+        return {}
+    told = {"train": content_hash(train.k, train.q), SEEN: [entry_of(TRAINING, train)]}
+    return told | ({"training": names_of(train)} if None in (train.seed, scores.seed) else {})
+
+
+def entry_of(use: str, runs: RolloutBatch) -> list:
+    """An entry of `ledger_of`: use, generator, seed and stage, and first and last row of each part
+    without a gap; of a log None, None, and its runs by content.
     """
-    told = {} if train is None else {"train": content_hash(train.k, train.q)}
-    if train is not None and None in (train.seed, scores.seed):
-        told |= {"training": names_of(train)}
-    if train is not None and train.seed is not None and np.ptp(train.rows) < train.n:
-        ends = int(train.rows.min()), int(train.rows.max())
-        told |= {"train_rows": [train.law.generator, list(train.seed), train.stage, *ends]}
-    return told
+    if runs.seed is None:
+        return [use, runs.law.generator, None, None, sorted(short_ids(runs.hashes()))]
+    rows = np.sort(runs.rows)
+    parts = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+    ends = [[int(part[0]), int(part[-1])] for part in parts]
+    return [use, runs.law.generator, list(runs.seed), runs.stage, ends]
 
 
-def _among(runs: RolloutBatch, rows: list) -> np.ndarray:
-    """(n,) bool: runs of the source [generator, seed, stage, first row, last row]."""
-    if runs.seed is None or rows[:3] != [runs.law.generator, list(runs.seed), runs.stage]:
-        return np.zeros(runs.n, bool)
-    return (rows[3] <= runs.rows) & (runs.rows <= rows[4])
+def noted(ledger: list, use: str, batches: Iterable[RolloutBatch]) -> Iterator[RolloutBatch]:
+    """The batches as they come, each of them entered into a ledger."""
+    for batch in batches:
+        ledger.append(entry_of(use, batch))
+        yield batch
+
+
+def ledger_of(claim: ErrorClaim) -> list[list]:
+    """All runs that a claim, its network and its error shape were made from, as far as it names
+    them: entries as of `entry_of`.
+    """
+    known = claim.evidence
+    entries = [*known.get(SEEN, [])]
+    if "holdout_rows" in known:
+        rows = known["runs"] if known["seed"] is None else [known["holdout_rows"]]
+        entries.append([CALIBRATION, claim.law.generator, known["seed"], known["stage"], rows])
+    return entries
 
 
 def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
-    """(n,) bool: runs that a claim, or the training it records, was made from."""
-    trained, rows = claim.evidence.get("training", {}), claim.evidence.get("train_rows", [""] * 5)
-    seen = np.isin(short_ids(runs.hashes()), trained.get("runs", [])) | _among(runs, rows)
-    return calibration_runs(claim, runs) | seen
+    """(n,) text: the use that was made of each run in its `ledger_of`, "" of a fresh one."""
+    uses = np.full(runs.n, "", "U20")
+    for entry in ledger_of(claim):
+        uses[_among(runs, entry)] = entry[0]
+    return uses
+
+
+def not_named(claim: ErrorClaim) -> list[str]:
+    """Uses of runs that its ledger does not tell of."""
+    known = {entry[0] for entry in ledger_of(claim)}
+    return [use for use in (TRAINING, SHAPE) if use not in known]
+
+
+def _among(runs: RolloutBatch, entry: list) -> np.ndarray:
+    """(n,) bool: runs of an entry."""
+    _, *source, rows = entry
+    if source[1] is None:
+        return np.isin(short_ids(runs.hashes()), rows)
+    if runs.seed is None or source != [runs.law.generator, list(runs.seed), runs.stage]:
+        return np.zeros(runs.n, bool)
+    first, last = np.array(rows).T
+    part = np.searchsorted(first, runs.rows, side="right") - 1
+    return (part >= 0) & (runs.rows <= last[part])
 
 
 def named_runs(scores: Scores) -> dict[str, list]:

@@ -13,14 +13,13 @@ from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
-from parc_jax.learning.bound.fresh import calibration_runs, left_out_beside, used_by
+from parc_jax.learning.bound.fresh import SEEN, ledger_of, left_out_beside, not_named, used_by
 from parc_jax.learning.bound.measure import allowance, chunk_size, sizes
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
 from parc_jax.learning.bound.settings import GAP, intersample_of
 from parc_jax.learning.bound.start_gap import declared_gap
 from parc_jax.learning.bound.statement import DIGITS, VALIDATED
-from parc_jax.learning.labels import plain_parts
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.groups import NAMED, worst_by_group
@@ -89,6 +88,7 @@ class Monitor:
         gone = [f"{n:,} of {name}" for (name, _), n in self.missing.items() if n]
         assumed = {
             "LAW": law,
+            "FRESH": [f"none is a {use} run of the claim" for use in not_named(claim)],
             "MISSING": gone,
             "ORDER_OF_K": ["not all have names"][: self.unnamed],
         }
@@ -221,13 +221,7 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
 
 def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
     """The monitor with the identity of new runs. Raises InputError for runs counted before."""
-    old = used_by(watch.claim, batch)
-    if old.any():
-        made = "calibration" if calibration_runs(watch.claim, batch).any() else "training"
-        raise InputError(
-            f"{batch.name}: expected runs made after the claim; {int(old.sum())} of {batch.n} are "
-            f"its {made} runs, the first is row {batch.rows[np.argmax(old)]}. Leave them out."
-        )
+    _require_new(watch.claim, batch)
     ids = batch.hashes().tolist()
     again = len(ids) - len(set(ids) - watch.ids)
     if again:
@@ -261,15 +255,21 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
         "spans": {**watch.spans, source: (first, last)},
         "missing": {**watch.missing, source: gone},
         "lost": (*watch.lost, *lost_among(batch.lost).values()),
-        "unnamed": watch.unnamed or "k" in _plain(watch.claim, batch),
+        "unnamed": watch.unnamed or watch.claim.subject.unordered(batch.subject),
     }
     return replace(watch, ids=watch.ids | set(ids), **about)
 
 
-def _plain(claim: ErrorClaim, batch: RolloutBatch) -> set[str]:
-    """Parts of labels without names that could be compared."""
-    named = [plain_parts(one.subject.labels) for one in (claim, batch)]
-    return set.union(*named) - ({"k"} if batch.n_k == 1 else set())
+def _require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
+    """Refuse runs that a claim was made from, in any way. Raises InputError."""
+    made = used_by(claim, batch)
+    if (old := made != "").any():
+        first = np.argmax(old)
+        raise InputError(
+            f"{batch.name}: expected runs made after the claim; {int(old.sum())} of {batch.n} are "
+            f"its {made[first]} runs, the first is row {batch.rows[first]}. Leave them out, or "
+            "draw new ones, from another key or recorded since."
+        )
 
 
 def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
@@ -313,13 +313,7 @@ def update(
         )
     if claim.eps is None and "eps" not in options:
         raise InputError("update: expected eps and delta, since the old claim has none.")
-    again = used_by(claim, fresh)
-    if again.any():
-        raise InputError(
-            f"update: expected fresh runs; {int(again.sum())} of {fresh.n} are calibration runs of "
-            f"the old claim or its training, the first is row {fresh.rows[np.argmax(again)]}. Draw "
-            "new ones, from another key or recorded since: those decided that there would be more."
-        )
+    _require_new(claim, fresh)  # others decided that there would be more
     net = net if tune is None else tune(net, seen)
     old = {
         "eps": claim.eps,
@@ -335,4 +329,5 @@ def update(
         old["bins"] = claim.tube.edges
     new = bound_error(net, fresh, None, train=seen, **old | options)
     source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
-    return net, derived(new, evidence={"updated_from": source})
+    seen = [*ledger_of(claim), *new.evidence[SEEN]]  # the network may be the old one
+    return net, derived(new, evidence={"updated_from": source, SEEN: seen})

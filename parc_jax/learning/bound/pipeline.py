@@ -5,7 +5,7 @@ start. Every step after the scores only widens a tube, so every label stays true
 """
 
 import itertools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,9 +18,10 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key
 from parc_jax.learning.bound.bins import Bins
 from parc_jax.learning.bound.calibrate import block_of_bins, block_shares, calibrate, calibrate_bins
-from parc_jax.learning.bound.claim import ErrorClaim
+from parc_jax.learning.bound.claim import ErrorClaim, derived
 from parc_jax.learning.bound.counts import MOST, as_probability, required_runs
 from parc_jax.learning.bound.edges import choose_edges
+from parc_jax.learning.bound.fresh import SEEN, SHAPE, noted
 from parc_jax.learning.bound.measure import Errors, check_profile, measure, scores_of
 from parc_jax.learning.bound.profile import SHAPES, evened, learnt_from
 from parc_jax.learning.bound.settings import BoundSettings
@@ -164,20 +165,23 @@ def bound_errors(
     start: StartTrial,
     *,
     profiles: list[Tube] | None = None,
+    seen: Sequence[list] = (),
     watch: Callable[[str], AbstractContextManager] = nullcontext,
 ) -> list[list[ErrorClaim]]:
     """The claims of every network, in the order of settings.claims, from the same fresh runs: delta
     is split over them, so all hold together. [T1]
 
     train: the training runs. start: result of trials from other starts.
-    profiles: error shapes, one per network on the same bins; None to learn them.
+    profiles: error shapes, one per network on the same bins; None to learn them. seen: entries of
+        further runs that networks or shapes were made from, as of `entry_of`.
     watch: entered for each stage, by its name.
     """
-    looks = settings.looks * len(nets) * len(settings.claims)
+    looks, ledger = settings.looks * len(nets) * len(settings.claims), [*seen]
     if profiles is None:
+        ledger.append([SHAPE, "", None, None, []])  # of training runs, and of those that follow
         with watch("profile"):
             n = _profile_runs(settings, train is not None, looks)
-            further = iter(runs.further(n) if n else ())
+            further = noted(ledger, SHAPE, runs.further(n) if n else ())
             early = learnt_from(further, n) if settings.even else further
             profiles = learn_profiles(nets, train, early, settings.bins, shape=settings.shape)
             if settings.even:
@@ -193,7 +197,9 @@ def bound_errors(
             claims = [
                 make[kind](net, scores, profile, settings, train=train) for kind in settings.claims
             ]
-        out.append([allow_for_start(claim, start) for claim in claims])
+        whole = {SEEN: claims[0].evidence.get(SEEN, []) + ledger}
+        told = [derived(claim, evidence=whole) for claim in claims]
+        out.append([allow_for_start(claim, start) for claim in told])
     return out
 
 

@@ -54,6 +54,18 @@ def trajectories(net: ReLUNetwork, layout: Layout, k: np.ndarray) -> tuple[np.nd
     return knots.reshape(len(k), -1, layout.n_c), y[:, layout.n_offsets :]
 
 
+def layer_from_the_end(net: ReLUNetwork, layout: Layout):
+    """Rows (r, n) and constants (r,) of the last layer for all places, knot by knot, less the end
+    of the first point, and for q. NumPy or JAX.
+    """
+    W, b, n_p = net.weights[-1], net.biases[-1], layout.n_p
+    xp = jnp if isinstance(W, jax.Array) else np
+    W, b = xp.concatenate([xp.zeros((n_p, W.shape[1])), W]), xp.concatenate([xp.zeros(n_p), b])
+    n = layout.n_offsets + n_p
+    end = n - layout.n_c + xp.arange(n) % n_p
+    return tuple(xp.concatenate([x[:n] - x[end], x[n:]]) for x in (W, b))
+
+
 def by_point(columns: Shaped[ArrayLike, "*b n_c"], n_points: int):
     """Coordinates (..., n_points, n_p) of each point, from columns (..., n_c)."""
     return columns.reshape(*columns.shape[:-1], n_points, columns.shape[-1] // n_points)

@@ -40,23 +40,32 @@ ROUNDINGS = 4  # [error of an evaluation] both sums of a bound
 def outputs_within(
     net: ReLUNetwork, domain: Box, rows: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """lo, hi (pieces, len(rows)) of these outputs over the pieces of a domain, rounding included.
+    """lo, hi (pieces, len(rows)) of these outputs over the pieces of a domain, with rounding."""
+    lo, hi = over_pieces(net, domain, PIECES, net.weights[-1][rows], net.biases[-1][rows])
+    off = ROUNDINGS * rounding_bound(net, domain).error[rows]
+    return lo - off, hi + off
+
+
+def over_pieces(
+    net: ReLUNetwork, domain: Box, pieces: int, W: np.ndarray, b: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """lo, hi (pieces, len(b)) of outputs W, b of the last hidden layer over the pieces of a domain,
+    at most so many, alike along all axes; up to rounding.
 
     Layer by layer in intervals: bounds, and seldom the best ones.
     """
-    each = int(PIECES ** (1 / len(domain.lo)))
+    each = int(pieces ** (1 / len(domain.lo)))
     edges = [np.linspace(a, b, each + 1) for a, b in zip(domain.lo, domain.hi, strict=True)]
     lo, hi = (
         np.array(list(itertools.product(*side)))
         for side in ([e[:-1] for e in edges], [e[1:] for e in edges])
     )
-    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
-        lo, hi = (np.maximum(side, 0.0) for side in _layer(W, b, lo, hi))
-    lo, hi = _layer(net.weights[-1][rows], net.biases[-1][rows], lo, hi)
-    off = ROUNDINGS * rounding_bound(net, domain).error[rows]
-    return lo - off, hi + off
+    for layer in zip(net.weights[:-1], net.biases[:-1], strict=True):
+        lo, hi = (np.maximum(side, 0.0) for side in _affine(*layer, lo, hi))
+    return _affine(W, b, lo, hi)
 
 
-def _layer(W: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray):
+def _affine(W: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray):
+    """Bounds on W x + b over boxes of x, lo and hi (s, n)."""
     up, down = np.maximum(W, 0.0).T, np.minimum(W, 0.0).T
     return lo @ up + hi @ down + b, hi @ up + lo @ down + b

@@ -19,7 +19,7 @@ from parc_jax.learning.prior.identify import (
 )
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
-from parc_jax.learning.system import points_of
+from parc_jax.learning.runs.law import SAID, STATED, subject_of
 
 TWIST = "twist"
 REPEATS = 8  # runs of a simulator at the k of a real run: their mean is its prediction
@@ -29,13 +29,15 @@ _LEAST = 10  # finite real runs, without which nothing can be corrected or tried
 class Taught(NamedTuple):
     """Training data for a network. runs: of the corrected prior. unseen: the finite real runs, as
     far from it as by cross-validation. size: (n_train,) [m] largest error of each real run in a
-    coordinate, infinite for a failed one. said: a sentence about prior and residuals.
+    coordinate, infinite for a failed one. said: a sentence about prior and residuals. ran: rows of
+    the PRIOR stream that a simulator was run for.
     """
 
     runs: RolloutBatch
     unseen: RolloutBatch
     size: np.ndarray
     said: str
+    ran: int = 0
 
 
 def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
@@ -46,7 +48,7 @@ def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
     """
     usable = ~train.failed
     _check(train, usable, " that are finite")
-    rng = generator(stream(key, Stage.TRAIN))
+    rng, ran = generator(stream(key, Stage.TRAIN)), 0
     k = rng.uniform(train.domain.lo, train.domain.hi, (n, train.n_k))
     if prior == TWIST:
         finite = train.select(usable)
@@ -64,7 +66,7 @@ def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
         require_like(prior, train)
         repeated = _run(prior, np.repeat(train.k, REPEATS, axis=0), key)
         at_all = repeated.reshape(train.n, REPEATS, -1).mean(axis=1)
-        usable &= np.isfinite(at_all).all(axis=1)
+        usable, ran = usable & np.isfinite(at_all).all(axis=1), max(n, len(repeated))
         _check(train, usable, f" that are finite, and that {prior.name} can do too")
         finite = train.select(usable)
         at_runs, drawn, said = lambda _: at_all[usable], _run(prior, k, key), f"prior {prior.name}"
@@ -77,7 +79,7 @@ def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
     unseen = _like(finite, better.predicted + better.errors)
     runs = finite.select(np.zeros(n, int)).replace(rows=np.arange(n), k=k, groups=None)
     runs = _like(runs, drawn + better.more(k))
-    return Taught(runs, unseen, size, f"{said}; {better.details()}")
+    return Taught(runs, unseen, size, f"{said}; {better.details()}", ran)
 
 
 def _typical(runs: RolloutBatch, one: Corrected) -> float:
@@ -86,22 +88,13 @@ def _typical(runs: RolloutBatch, one: Corrected) -> float:
 
 
 def _run(system, k: np.ndarray, key: jax.Array) -> np.ndarray:
-    return flat(collect(system, key, len(k), Stage.TRAIN, k=k, quiet=True))
+    return flat(collect(system, key, len(k), Stage.PRIOR, k=k, quiet=True))
 
 
 def require_like(prior, runs: RolloutBatch) -> None:
     """Refuse a simulator that does not fit these runs. Raises InputError."""
-    for fact, its, other in (
-        ("number of parameters", prior.domain.n, runs.n_k),
-        ("dimension of space", prior.n_p, runs.n_p),
-        ("number of goal states", prior.n_q, runs.n_q),
-        ("time grid", prior.time, runs.time),
-        ("reference points", points_of(prior), runs.points),
-    ):
-        if its != other:
-            raise InputError(
-                f"prior {prior.name}: expected the {fact} of the recorded runs, {other}; got {its}."
-            )
+    where = f"prior {prior.name}: the recorded runs and the simulator"
+    runs.subject.agree(where, subject_of(prior), ("K", *STATED, *SAID.values()))
     if not prior.domain.contains(np.stack([runs.domain.lo, runs.domain.hi])).all():
         raise InputError(
             f"prior {prior.name}: expected a domain that holds that of the recorded runs, "

@@ -89,7 +89,9 @@ def law_spec(
     generator: str, domain: Box, k_law: str = "uniform", parameters: Mapping | None = None
 ) -> LawSpec:
     """The law of a named generator over K = domain, with the parameters of its disturbances."""
-    pairs = tuple(sorted((str(name), told_whole(value)) for name, value in (parameters or {}).items()))
+    pairs = tuple(
+        sorted((str(name), told_whole(value)) for name, value in (parameters or {}).items())
+    )
     lo, hi = (tuple(hex_text(corner)) for corner in (domain.lo, domain.hi))
     return LawSpec(generator, pairs, k_law, lo, hi)
 
@@ -223,6 +225,10 @@ class Subject:
         plain = plain_parts(self.labels) | plain_parts(other.labels)
         free = {*free, *(SAID[part] for part in plain)}
         agree(where, self.premises, other.premises, free=free, hint=hint)
+
+    def unordered(self, other: "Subject") -> bool:
+        """Test whether the order of parameters of either is not known by names."""
+        return self.domain.n > 1 and any("k" in plain_parts(x.labels) for x in (self, other))
 
     def to_json(self) -> dict:
         """A JSON-able dictionary; numbers are strings."""

@@ -15,10 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from parc_jax.common.arrays import HIGHEST, dot, product
+from parc_jax.common.arrays import HIGHEST, dot, least_over, product
 from parc_jax.common.shapes import ManyParams, Numbers, Params, Paths, Positions
 from parc_jax.learning.bound.error_set import ErrorSet
-from parc_jax.learning.network.predict import Layout, by_point, predict
+from parc_jax.learning.network.predict import Layout, by_point, layer_from_the_end, predict
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.absence.bounds import ranges_of_rows
 from parc_jax.proof.absence.contact_margins import (
@@ -127,7 +127,7 @@ def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined
     n, T, n_c = boxes.blur.shape
     n_p = scene.z_lo.shape[0]
     layout = Layout(T, n_p, n_c // n_p)
-    W, b = _outputs_less_end(net, layout)
+    W, b = layer_from_the_end(net, layout)
     n_places = (T + 1) * n_c
     rest = slice(n_places - n_c + n_p, None)  # the ends of the other points, and q
     goal_rest = scene.goal_A[:, n_p:]
@@ -160,22 +160,6 @@ def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined
     return _examined(net, scene, layout, known, boxes)
 
 
-def _outputs_less_end(net: ReLUNetwork, layout: Layout):
-    """Rows (r, n) of the last layer and constants (r,) for all places less z, knot by knot, and q,
-    as in `offsets_from_end`.
-    """
-    n_p = layout.n_p
-    W = jnp.concatenate([jnp.zeros((n_p, net.weights[-1].shape[1])), net.weights[-1]])
-    b = jnp.concatenate([jnp.zeros(n_p), net.biases[-1]])
-    first_end = layout.n_steps * layout.n_c
-    end = slice(first_end, first_end + n_p)
-    points = (layout.n_steps + 1) * layout.n_points
-    n_places = points * n_p
-    W = W.at[:n_places].add(-jnp.concatenate([W[end]] * points))
-    b = b.at[:n_places].add(-jnp.concatenate([b[end]] * points))
-    return W, b
-
-
 def _examined(
     net: ReLUNetwork, scene: Tabled, layout: Layout, known: Known, boxes: Boxes
 ) -> Examined:
@@ -188,11 +172,11 @@ def _examined(
     goal_z = by_point(scene.goal_A[:, :n_c], layout.n_points).sum(axis=1)
     goal_rest = scene.goal_A[:, n_p:]
 
-    low = _least_of_rows(goal_z, z_lo, z_hi)
+    low = least_over(goal_z, z_lo, z_hi)
     least_rest, most_rest = known.goal
     goal = low + least_rest - (scene.goal_b[None] - boxes.goal_least)
 
-    low = _least_of_rows(scene.start_A, z_lo, z_hi)
+    low = least_over(scene.start_A, z_lo, z_hi)
     least_p0, most_p0 = known.start
     start = low + least_p0 - scene.start_b[None]
 
@@ -228,11 +212,6 @@ def _extremes(x: Float[ArrayLike, " b *_"], owner: Numbers, n: int):
     least = jax.ops.segment_min(x, owner, n + 1)[:n]
     most = jax.ops.segment_max(x, owner, n + 1)[:n]
     return least, most
-
-
-def _least_of_rows(A: Float[ArrayLike, "rows n_p"], z_lo: Positions, z_hi: Positions):
-    """Least of A z over the boxes of z: (n, rows)."""
-    return jnp.minimum(A[None] * z_lo[:, None], A[None] * z_hi[:, None]).sum(axis=2)
 
 
 def _middle(net: ReLUNetwork, layout: Layout, boxes: Boxes):

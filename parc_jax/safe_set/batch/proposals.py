@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import product
+from parc_jax.common.arrays import least_over, product
 from parc_jax.common.shapes import Index
 from parc_jax.learning.bound.bins import open_bin_of
 from parc_jax.learning.bound.error_set import ErrorSet, at
@@ -132,8 +132,8 @@ def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
     hi = jnp.minimum(scene.z_hi[None] - pool.most, start_hi[None] + first)
     lo = jnp.maximum(lo, goal_lo) + pad
     hi = jnp.minimum(hi, goal_hi) - pad
-    goal = (bounds - _least(goal_p, lo, hi) >= 0).all(axis=1)
-    left = scene.start_b[None] - _least(scene.start_A, lo - first, hi - first)
+    goal = (bounds - least_over(goal_p, lo, hi) >= 0).all(axis=1)
+    left = scene.start_b[None] - least_over(scene.start_A, lo - first, hi - first)
     start = (left >= 0).all(axis=1)
     return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
 
@@ -243,10 +243,3 @@ def _sides(A: Float[jax.Array, "h n"], b: Float[jax.Array, " h"]):
     lo = jnp.where(alone & (A < 0), at, -jnp.inf).max(axis=0)
     hi = jnp.where(alone & (A > 0), at, jnp.inf).min(axis=0)
     return lo, hi
-
-
-def _least(
-    A: Float[jax.Array, "h n_p"], lo: Float[jax.Array, "n n_p"], hi: Float[jax.Array, "n n_p"]
-):
-    """Least value (n, h) of each row of A over the boxes [lo, hi]."""
-    return jnp.minimum(A[None] * lo[:, None], A[None] * hi[:, None]).sum(axis=2)

@@ -19,13 +19,11 @@ import numpy as np
 from jaxtyping import Int
 
 from parc_jax.common.arrays import once
-from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hull import corners_of_many
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.model import TrajectoryModel, float_slack
-from parc_jax.learning.network.predict import Layout
-from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.network.rounding import UNIT
+from parc_jax.learning.network.predict import layer_from_the_end
+from parc_jax.learning.network.rounding import UNIT, over_pieces
 from parc_jax.problem.body import Part, numbered
 from parc_jax.problem.problem import Problem, box_of_rows, goal_box, require_dimensions
 from parc_jax.safe_set.separation.directions import Multiplier, Run, body_support
@@ -39,41 +37,10 @@ def ways_of(model: TrajectoryModel) -> tuple[np.ndarray, np.ndarray]:
     """Bounds lo, hi (T + 1, n_c) [m] on the places of all points relative to the end of the first
     one, for all plans with k in K, up to the rounding of the network.
     """
-    net, layout = model.net, model.layout
-    lo, hi = _small_boxes(model.domain)
-    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
-        lo, hi = (np.maximum(x, 0.0) for x in _affine(W, b, lo, hi))
-    lo, hi = _affine(*_from_the_end(net, layout), lo, hi)
-    shape = (layout.n_steps + 1, layout.n_c)
+    shape = (model.layout.n_steps + 1, model.n_c)
+    W, b = (x[: shape[0] * shape[1]] for x in layer_from_the_end(model.net, model.layout))
+    lo, hi = over_pieces(model.net, model.domain, BOXES, W, b)
     return lo.min(axis=0).reshape(shape), hi.max(axis=0).reshape(shape)
-
-
-def _from_the_end(net: ReLUNetwork, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
-    """The last layer's rows of all places, less those of the end of the first point."""
-    n_p, split = layout.n_p, layout.n_offsets
-    W, b = net.weights[-1][:split], net.biases[-1][:split]
-    W = np.concatenate([np.zeros((n_p, W.shape[1])), W])
-    b = np.concatenate([np.zeros(n_p), b])
-    end = layout.n_steps * layout.n_c + np.tile(np.arange(n_p), len(b) // n_p)
-    return W - W[end], b - b[end]
-
-
-def _affine(W: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray):
-    """Bounds on W x + b over boxes of x, lo and hi (s, n)."""
-    up, down = np.maximum(W, 0.0).T, np.minimum(W, 0.0).T
-    return lo @ up + hi @ down + b, hi @ up + lo @ down + b
-
-
-def _small_boxes(domain: Box) -> tuple[np.ndarray, np.ndarray]:
-    """Boxes lo, hi (s, n_k) that fill the domain; neighbours share their border."""
-    each = max(1, int(BOXES ** (1 / domain.n)))
-    edges = [np.linspace(lo, hi, each + 1) for lo, hi in zip(domain.lo, domain.hi, strict=True)]
-    for edge, lo, hi in zip(edges, domain.lo, domain.hi, strict=True):
-        edge[0] = lo
-        edge[-1] = hi
-    corner = [np.meshgrid(*(e[s] for e in edges), indexing="ij") for s in (np.s_[:-1], np.s_[1:])]
-    lo, hi = (np.stack(c, axis=-1).reshape(-1, domain.n) for c in corner)
-    return lo, hi
 
 
 # [units in the last place] of the sizes of all terms: rounding of one inequality, of few operations
