@@ -255,7 +255,7 @@ def test_recorded_runs_are_known_again(runs, held, tmp_path):
     for again in (other.select(slice(3, 4)), first):
         with pytest.raises(pj.InputError, match="its calibration runs"):
             pj.monitor(claim, NET).observe(again)
-        with pytest.raises(pj.InputError, match="are calibration runs of the old claim"):
+        with pytest.raises(pj.InputError, match="are its calibration runs"):
             pj.learning.update(claim, NET, runs, again, bins=(1, 1))
 
 
@@ -275,7 +275,7 @@ def test_an_update_is_of_the_same_kind_and_of_new_runs(held, runs):
     declared = SpeedBound((0.5, 0.25))
     asked = {"eps": 0.5, "delta": 0.1, "intersample": declared, "claims": ("bins",)}
     old = pj.learning.bound_error(NET, held, None, train=runs, bins=(4, 2), blocks=(2, 1), **asked)
-    with pytest.raises(pj.InputError, match="100 of 100 are calibration runs of the old claim"):
+    with pytest.raises(pj.InputError, match="100 of 100 are its calibration runs"):
         pj.learning.update(old, NET, runs, held)
     fresh = pj.learning.collect(plant(noisy), jax.random.PRNGKey(3), 100, Stage.BOUND, quiet=True)
     _, new = pj.learning.update(old, NET, runs, fresh)

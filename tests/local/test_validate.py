@@ -24,6 +24,7 @@ from parc_jax.drive.local.nested import first_set, fixed_sequence, level, nested
 from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import NoStatement, required_runs
+from parc_jax.learning.bound.fresh import ledger_of, used_by
 from parc_jax.learning.runs.collect import collect, stream_rollouts
 from parc_jax.problem.robust.nominal import query
 
@@ -393,3 +394,11 @@ def test_tests_that_were_made_again_are_counted():
     asked = asked_of(source=toy.again(), tests=90, scales=(1.0,))
     found = toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=asked).validation
     assert "WORKERS_LOST(60, independent of the run)" in found.details()
+
+
+def test_a_set_names_all_runs_behind_it(answer):
+    claim = answer.validation.answer.model.claim
+    tests = collect(SYSTEM, KEY, 5, Stage.SCENE, quiet=True)
+    assert set(used_by(claim, tests)) == {"validation"}
+    known = [entry for entry in ledger_of(claim) if entry[0] != "validation"]
+    assert known == ledger_of(answer.model.claim) and known
