@@ -3,6 +3,7 @@ type big_int = Z.t
 let zero_big_int = Z.zero
 let unit_big_int = Z.one
 let big_int_of_int = Z.of_int
+let int_of_big_int = Z.to_int
 let add_big_int = Z.add
 let sub_big_int = Z.sub
 let mult_big_int = Z.mul

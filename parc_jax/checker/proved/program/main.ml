@@ -5,7 +5,7 @@ let read path =
   let file = open_in_bin path in
   let n = in_channel_length file in
   (* one byte more than the limit is enough to be refused for its size *)
-  let s = really_input_string file (min n (Json.max_bytes + 1)) in
+  let s = really_input_string file (min n (Z.to_int Check.max_bytes + 1)) in
   close_in file;
   s
 

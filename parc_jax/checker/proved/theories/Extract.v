@@ -1,6 +1,8 @@
 (* The checker as OCaml.  Indices become machine integers, numbers those of zarith. *)
-From Coq Require Import ExtrOcamlBasic ExtrOcamlNatInt ExtrOcamlZBigInt ZArith QArith.
+From Coq Require Import ExtrOcamlBasic ExtrOcamlNatInt ExtrOcamlZBigInt ExtrOcamlNativeString.
+From Coq Require Import Ascii String ZArith QArith.
 From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer Episode ClaimSpec Claim.
+From ParcJax Require Import Json Parse.
 (* Not trusted: greatest common divisors, quotients and roots are tried where they are used
    (Arithmetic.v, Claim.v; exactly in reader.ml). *)
 Extract Constant Z.gcd => "Z.gcd".
@@ -14,4 +16,19 @@ Extract Constant Pos.mul => "Work.mul".
 Extract Constant Z.eqb => "Work.equal".
 (* The same, and says how far it is (work.ml): *)
 Extract Constant told => "Work.told".
-Extraction "program/check.ml" check_answer check_episode check_claim.
+(* Not trusted either: any bits of a key do. *)
+Extract Constant bit => "(fun i s -> (Hashtbl.hash s lsr i) land 1 = 1)".
+(* Bytes, which are OCaml's: trusted, with ExtrOcamlNativeString. *)
+Extract Constant String.length => "String.length".
+Extract Constant String.get =>
+  "(fun i s -> if i < String.length s then Some (String.unsafe_get s i) else None)".
+Extract Constant String.substring =>
+  "(fun i n s -> let l = String.length s in
+     if i >= l then """" else String.sub s i (Stdlib.min n (l - i)))".
+Extract Constant within => "(fun (lo : char) hi c -> lo <= c && c <= hi)".
+Extract Constant ascii_of_N => "(fun n -> Char.chr (Big_int_Z.int_of_big_int n land 255))".
+Extract Constant N_of_ascii => "(fun c -> Big_int_Z.big_int_of_int (Char.code c))".
+Extract Constant N.of_nat => "Big_int_Z.big_int_of_int".
+Extract Constant N.to_nat => "Big_int_Z.int_of_big_int".
+Extract Constant Nat.sub => "(fun (a : int) b -> if a < b then 0 else a - b)".
+Extraction "program/check.ml" check_answer check_episode check_claim parse.
