@@ -49,9 +49,9 @@ ENGINE = COMPARE / "engine_answer.json"
 ENGINE_POINTS = COMPARE / "engine_points.json"
 VALID = known.VALID | known_points.VALID
 BAD = known.CASES | known_points.CASES
-# of Spec.v, ClaimSpec.v, Episode.v and Statements.v: as they are, and as the maintainers last read
-# them (then without Episode.v)
-STATED = "2df6aec9ad26ce24ebbca2db40987505a2339bb6167a694ba3a075f6e99b00cb"
+# of Spec.v, ClaimSpec.v, Episode.v, Json.v and Statements.v: as they are, and as the maintainers
+# last read them (then without Episode.v and Json.v)
+STATED = "8c654bc0eb948775fa23f09df9b8fa009a54716f04b835cdd2494d2e3494fabf"
 REVIEWED = "4184df609b3a8bdd7badbccedfb28cb6b508869c5b5571a91dba32fc59090cb1"
 REALS = {  # the axioms of Coq's real numbers, and nothing else
     "ClassicalDedekindReals.sig_forall_dec",
@@ -105,7 +105,7 @@ def test_what_is_proved_is_what_was_read():
     """Who changes a definition of Spec.v or ClaimSpec.v, or a statement, says on the page that they
     are to be read again; who has read them says when.
     """
-    names = ("Spec", "ClaimSpec", "Episode", "Statements")
+    names = ("Spec", "ClaimSpec", "Episode", "Json", "Statements")
     texts = [(THEORIES / f"{name}.v").read_bytes() for name in names]
     assert hashlib.sha256(b"".join(texts)).hexdigest() == STATED
     page = (DOCS / "proved_checker.md").read_text(encoding="utf-8")
@@ -163,7 +163,7 @@ def test_the_theorems_rest_on_the_axioms_of_the_reals_only(built):
     out = run(["make", "-s", "assumptions"], built)
     blocks = out.split("Axioms:\n")[1:]
     asked = proved("Print Assumptions", (THEORIES / "Assumptions.v").read_text())
-    assert len(blocks) == len(asked) and "Closed under" not in out
+    assert len(blocks) + out.count("Closed under the global context") == len(asked)
     for block in blocks:
         assert set(re.findall(r"^([A-Za-z_.]+)$", block, flags=re.MULTILINE)) == REALS
 
@@ -366,7 +366,6 @@ READER_FAULTS = {
         "Split (axis, at, upper, lower)",
     ),
     "boxes of doubt from their middle on": ("(qadd k { r with qnum = Big.neg r.qnum }", "(k"),
-    "keys twice": ('if Hashtbl.mem seen key then fail "a key that appears twice";', ""),
     "what is not drawn left out": ('match String.concat ", " names with', 'match "" with'),
 }
 

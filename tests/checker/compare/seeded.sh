@@ -119,4 +119,7 @@ try fails "the inner point: without the signs of neurons" Checker.v "forallb (fu
 try fails "the inner point: on rows" Checker.v "forallb (fun q => qlt 0 (snd (snd q))) (conditions_on" "forallb (fun q => qle 0 (snd (snd q))) (conditions_on"
 try fails "along the intervals: the first knot alone" Checker.v "[apart w g (nth i K []); apart w g (nth i K' [])] end. Fixpoint" "[apart w g (nth i K []); apart w g (nth i K [])] end. Fixpoint"
 try fails "along the intervals: errors of the first" Checker.v "clear_on P (tl Is) K' points" "clear_on P Is K' points"
+try fails "JSON: a key twice" Parse.v "if unique 24 (fold_left (fun names m => fst m :: names) done [key]) then" "if true then"
+try fails "JSON: numbers that begin with 0" Parse.v '(here s first =? "0")%char && (S upto <? first)%nat' 'false'
+try fails "JSON: half of a pair swallows what follows" Parse.v "if low n then Some n else None | None => None" "Some n | None => None"
 exit $wrong

@@ -27,3 +27,5 @@ Print Assumptions accepted_episode.
 Print Assumptions accepted_place.
 Print Assumptions accepted_turning.
 Print Assumptions a_drive_there_is.
+Print Assumptions parse_is.
+Print Assumptions one_value.

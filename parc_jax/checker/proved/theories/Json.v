@@ -96,7 +96,7 @@ Inductive value : nat -> string -> json -> Prop :=
   | some_object n t l : members n t l -> NoDup (map fst l) ->
       value (S n) ("{" ++ t ++ "}") (Obj l)
 with spaced : nat -> string -> json -> Prop :=
-  | around n a t b v : every blank a = true -> every blank b = true -> value n t v ->
+  | between_blanks n a t b v : every blank a = true -> every blank b = true -> value n t v ->
       spaced n (a ++ t ++ b) v
 with elements : nat -> string -> list json -> Prop :=
   | one n t v : spaced n t v -> elements n t [v]

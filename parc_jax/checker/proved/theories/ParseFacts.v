@@ -560,7 +560,7 @@ Proof.
   intros S E L. destruct (S l v l' E L) as (K & b & t & B & R & V).
   destruct (skip_is blank l') as (w & A & W & C & _); [lia|]. split; [lia|].
   exists (b ++ t ++ w). rewrite R, A, !app_assoc_s. split; [reflexivity|].
-  apply around; auto.
+  apply between_blanks; auto.
 Qed.
 Lemma elements_sound n inner : sound n inner -> forall fuel l done v l',
   read_elements inner s fuel l done = Read v l' -> l <= N ->

@@ -338,3 +338,14 @@ Definition a_drive_there_is : forall e n b w, check_episode e = Driven n b w ->
   forall i turn, nth_error (turns (done e)) i = Some turn ->
     keeps_to e turn (toR (start_of e (fst turn))) (where_ i)
   := EpisodeFacts.a_drive_there_is.
+
+(* ---- The bytes of a file.  Read with Json.v, which has the words ---- *)
+From ParcJax Require Import Json Parse.
+From ParcJax Require ParseFacts.
+
+(* What the program reads from a file is the value of JSON that its bytes spell; it reads one where
+   they spell one, and they spell one at most. *)
+Definition parse_is : forall s v, (exists left, parse s = Read v left) <-> json_of s v
+  := ParseFacts.parse_is.
+Definition one_value : forall s v w, json_of s v -> json_of s w -> v = w
+  := ParseFacts.one_value.
