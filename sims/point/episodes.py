@@ -1,9 +1,9 @@
 """Episodes of Goal tasks with and without the shield, judged from true states:
 
-    python -m sims.point.episodes --episodes 100 [--robot Car] [--bare] [--level 2]
+    python -m sims.point.episodes --episodes 100 [--robot Car | --lidar] [--bare] [--level 2]
 
-The driver knows the map (`Guide`), and so does the shield. Costs are those of the
-judge here, from true poses every 10 ms, not the environment's own.
+The driver knows the map (`Guide`), and so does the shield; with --lidar a Point's sensors are all
+that both have. Costs are those of the judge here, from true poses every 10 ms, not the environment's own.
 """
 
 import time
@@ -19,6 +19,7 @@ import numpy as np
 import parc_jax as pj
 from sims import car, point
 from sims.car.guide import CarGuide
+from sims.point import lidar
 from sims.point.environment import Goal
 from sims.point.guide import Guide
 from sims.point.judge import judge
@@ -33,10 +34,11 @@ def any_seed(seed) -> int:
 
 
 @cache
-def made(robot: str, level: int, bare: bool):
+def made(robot: str, level: int, bare: bool, sensed: bool):
     """The environment, once in a process."""
     env, module = Goal(robot, level), ROBOTS[robot][0]
-    return env if bare else pj.drive.Shield(env, module.model(), **module.door())
+    env, door = (lidar.Remembers(env), lidar.door()) if sensed else (env, module.door())
+    return env if bare else pj.drive.Shield(env, module.model(), **door)
 
 
 @dataclass(frozen=True)
@@ -46,21 +48,25 @@ class Drive:
     robot: str
     level: int
     bare: bool
+    sensed: bool
     content: str = ""
     save: Path | None = None
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
-        env = made(self.robot, self.level, self.bare)
-        guide = ROBOTS[self.robot][1](seed)
+        env = made(self.robot, self.level, self.bare, self.sensed)
+        guide = (lidar.WaryGuide if self.sensed else ROBOTS[self.robot][1])(seed)
         env.reset(seed=world_seed)
         world = env.unwrapped.world
+        known, off = env.get_wrapper_attr("memory") if self.sensed else world, 0.0
         gained, cost, took, changed, reasons = 0.0, 0.0, [], 0, Counter()
         ended = False
         for _ in range(STEPS):
-            action, begin = guide(world), time.process_time()
+            action, begin = guide(known), time.process_time()
             _, reward, ended, over, info = env.step(action)
             took.append(time.process_time() - begin)
             gained, cost = gained + reward, cost + info["cost"]
+            if self.sensed:
+                off = max(off, float(np.linalg.norm(known.place - world.place + world.start)))
             if not self.bare:
                 changed += info["shield"]["changed"]
                 reasons[info["shield"]["reason"].split(";")[0]] += 1
@@ -83,6 +89,7 @@ class Drive:
             "depth": round(found.depth, 4),
             "nearest": round(found.nearest, 4),
             "steps": len(took),
+            "odometry_off": round(off, 5),
             "changed": changed,
             "committed": n,
             "stopped": sum(n for why, n in reasons.items() if why),
@@ -100,6 +107,8 @@ class Options:
     level: int = 1
     bare: bool = False
     """Without the shield."""
+    lidar: bool = False
+    """A Point's lidar, compass and odometry in place of the map."""
     out: Path = Path("runs/goal")
     """A folder; episodes that are there are not driven again."""
     save: bool = False
@@ -117,11 +126,12 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
 
     module = ROBOTS[options.robot][0]
     name = f"{options.robot.lower()}_{options.level}" + ("_bare" if options.bare else "")
+    name += "_lidar" if options.lidar else ""
     save = options.out / "certificates" if options.save else None
     if save is not None:
         save.mkdir(parents=True, exist_ok=True)
     content = "" if options.bare else content_of(Path(module.__file__).with_name("model.npz"))
-    how = Drive(options.robot, options.level, options.bare, content, save)
+    how = Drive(options.robot, options.level, options.bare, options.lidar, content, save)
     asked = {"folder": options.out / name, "workers": options.jobs, "quiet": options.quiet}
     asked["looks"] = options.looks
     key = jax.random.PRNGKey(options.seed)
@@ -151,6 +161,9 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
             f"assumed: a robot creeps by at most {100 * module.sensing.REST:g} cm after a "
             "manoeuvre, by which every obstacle is grown",
         ]
+    if options.lidar:
+        off = max(one["odometry_off"] for one in told)
+        said += [f"assumed: odometry off by at most {lidar.DRIFT:g} m; it was by {off:.5f} m"]
     return done, "\n".join([*said, done.details()])
 
 

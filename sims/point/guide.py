@@ -11,7 +11,6 @@ from sims.point.sensing import CUT
 from sims.point.world import GOAL, VASE, World
 
 HALF, CELL = 2.4, 0.05  # [m] half the edge of the map, and of its cells
-KEEP = 0.27  # [m] from the middles of hazards, and from corners of vases
 WIDE, NARROW = 0.05, 1.5  # [m] more than that; how much dearer than free is what is nearer
 BLOCKED = 100.0  # how much dearer is what is too near to anything
 LAG, TURNS = 0.519, 3.0  # [s] of the drag; [rad/s] of a full action
@@ -26,6 +25,7 @@ class Guide:
     its draws.
     """
 
+    keep = 0.27  # [m] from the middles of hazards, and from corners of vases
     fast = 1.47  # [m/s] most
     knots, knot, held = 24, 0.04, 0.16  # [s] from knot to knot of a plan; an action is held for
     cut = CUT  # [m] by which a vase is smaller, as its shield has it
@@ -34,7 +34,7 @@ class Guide:
         n = round(2 * HALF / CELL) + 1
         axis = np.linspace(-HALF, HALF, n)
         self._cells = np.stack(np.meshgrid(axis, axis, indexing="ij"), -1).reshape(-1, 2)
-        self._n, self._goal = n, np.full(2, np.nan)
+        self._n, self._goal, self._known = n, np.full(2, np.nan), 0
         index = np.arange(n * n).reshape(n, n)
         pairs = []
         for i, j in ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1)):
@@ -53,7 +53,8 @@ class Guide:
         corners = middles + (1 - self.cut / VASE) * (boxes - middles)
         discs = np.concatenate([world.hazards, corners.reshape(-1, 2)])
         goal = world.layout["goal"]
-        if not np.array_equal(goal, self._goal):
+        if not np.array_equal(goal, self._goal) or len(discs) != self._known:
+            self._known = len(discs)
             self._goal, self._far = goal.copy(), self._field(goal, discs)
         near = discs[np.linalg.norm(discs - world.place, axis=1) < 2.0]
         plans = self._proposals()
@@ -144,7 +145,7 @@ class Guide:
             gap = np.full(at.shape[1:], np.inf)
             for x, y in discs:
                 np.minimum(gap, (at[0] - x) ** 2 + (at[1] - y) ** 2, out=gap)
-            over = np.maximum(KEEP - np.sqrt(gap), 0.0) * until
+            over = np.maximum(self.keep - np.sqrt(gap), 0.0) * until
             deep = deep + over.max(axis=1) + 0.02 * (over > 0).any(axis=1)
         return deep
 
@@ -177,7 +178,7 @@ class Guide:
     def _field(self, goal: np.ndarray, discs: np.ndarray) -> np.ndarray:
         """[m] way from each cell to the goal, hardly ever through what is too near to anything."""
         away = np.linalg.norm(self._cells[:, None] - discs, axis=-1)
-        away = away.min(axis=1)[self._pairs].min(axis=1) - KEEP
+        away = away.min(axis=1)[self._pairs].min(axis=1) - self.keep
         weight = self._lengths * np.select([away < -CELL / 8, away < WIDE], [BLOCKED, NARROW], 1.0)
         size = (len(self._cells), len(self._cells))
         graph = coo_array((weight, self._pairs.T), size).tocsr()

@@ -14,7 +14,7 @@ from parc_jax.safe_set.verdict.outline import require_same
 
 need("gymnasium")
 from sims import point  # noqa: E402
-from sims.point import guide, judge, manoeuvre, sensing, world  # noqa: E402
+from sims.point import guide, judge, lidar, manoeuvre, sensing, world  # noqa: E402
 from sims.point.ours import towards  # noqa: E402
 
 # of safety-gymnasium 1.0.0 on MuJoCo 2.3.3: SafetyPointGoal1-v0, reset(seed=3), then three steps of
@@ -134,3 +134,44 @@ def test_behind_the_shield_nothing_is_touched(shielded, tmp_path):
         assert not told[0]["changed"] and shielded.commitments[-1].proved()
         assert max(one["driven"][0] for one in told) <= manoeuvre.THRUST + 1e-9
         assert any(one["changed"] for one in told)
+
+
+def test_what_lidar_rules_out_holds_nothing():
+    """Full thrust through ten hazards and vases, all sensed, in the frame of odometry."""
+    env, draw, least = lidar.Remembers(point.PointGoal(2)), np.random.RandomState(0), []
+    for seed in (1, 2):
+        seen, _ = env.reset(seed=seed)
+        true, memory = env.unwrapped.world, env.memory
+        vases = true.vase_boxes().mean(axis=1)
+        for _ in range(150):
+            seen, *_ = env.step(towards(seen[12:28], draw))
+            assert np.linalg.norm(memory.place - true.place + true.start) < lidar.DRIFT
+            assert np.allclose(memory.speeds, true.speeds, atol=1e-9)
+            still = np.linalg.norm(true.vase_boxes().mean(axis=1) - vases, axis=1) < 1e-4
+            for places, ones in (
+                (memory.of_hazards, true.hazards),
+                (memory.of_vases, vases[still]),
+            ):
+                assert all(places.hold(one - true.start) for one in ones)
+        lo, hi = memory.of_hazards.near(memory.place)
+        # nothing but what is told of: by now a hazard is known to a few centimetres
+        for one in true.hazards - true.start:
+            if np.linalg.norm(one - memory.place) < 0.5:
+                box = np.all((lo < one + 0.1) & (hi > one - 0.1), axis=1)
+                least.append((hi[box].max(axis=0) - lo[box].min(axis=0)).max())
+    assert least and max(least) < 0.2
+
+
+def test_by_lidar_alone_nothing_is_touched():
+    env = pj.drive.Shield(lidar.Remembers(point.PointGoal(1)), point.model(), **lidar.door())
+    seen, _ = env.reset(seed=6)  # a world in which full thrust touches
+    true, draw, told = env.unwrapped.world, np.random.RandomState(0), []
+    for _ in range(200):
+        seen, *_, info = env.step(towards(seen[12:28], draw))
+        told.append(info["shield"])
+    path = np.array(true.trace)
+    assert not judge.judge(path, true.hazards).ever and any(one["changed"] for one in told)
+    assert not pj.drive.left_tube(env.commitments, path[:, :2], path[:, 2])
+    # a robot that is elsewhere than any memory reaches begins nothing
+    env.get_wrapper_attr("memory").pose[0] = lidar.FLOOR
+    assert "within" in env.step(np.array([1.0, 0.0]))[-1]["shield"]["reason"]

@@ -1,0 +1,229 @@
+"""The Point by its own sensors alone: `pj.drive.Shield(Remembers(env), model, **lidar.door())`.
+
+The pseudo lidar tells of 16 sectors how near the nearest hazard is, and a share of it to the
+sectors beside. So each reading rules places out: a hazard there would have been told of. What no
+reading of an episode has ruled out may hold a hazard, and is kept clear of. Memory needs odometry:
+the compass, and velocities summed up.
+"""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+import parc_jax as pj
+from parc_jax.common.errors import InputError
+from sims.point import sensing
+from sims.point.environment import LIDARS
+from sims.point.guide import Guide
+from sims.point.manoeuvre import MASS_AHEAD
+from sims.point.world import BINS, FAR, HAZARD, POINT, STEP, VASE
+
+DRIFT = 0.003  # [m] assumed: odometry is nowhere farther off in an episode; `episodes` measures it
+SURE = 1e-9  # [1] more than readings round by
+FLOOR, LEAST, SHARE = 6.4, 0.005, 0.01  # [m] half the edge of all; of a square; per distance
+SQUARE, BLOCK = 0.16, 0.04  # [m] half the edge of the first squares; edge of what becomes one box
+NEAR = 0.75  # [m] farther away than hazard, robot and manoeuvre, or vase, reach together
+DETAIL = 1.3  # [m] up to where squares are split
+LATE = 0.55  # share of the velocity at a step's end in its mean: the engine moves by the later one
+# [m] by which the middle of a vase turned any way grows, so that HAZARD holds the robot's outline
+TURNED_VASE = np.sqrt(2) * VASE + sensing.OUTLINE - HAZARD
+EIGHT = np.stack([f(np.pi / 4 * np.arange(8)) for f in (np.cos, np.sin)], axis=1)
+
+
+class Places:
+    """Where the middles of things of one kind may be: squares, middle (n, 2) and half (n,) [m]."""
+
+    def __init__(self):
+        axis = np.arange(-FLOOR + SQUARE, FLOOR, 2 * SQUARE)
+        self.middle = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+        self.half = np.full(len(self.middle), SQUARE)
+
+    def look(self, pose: np.ndarray, reading: np.ndarray) -> None:
+        """Leave out what a reading (BINS,) at a pose (3,) rules out; near squares are split."""
+        middle, half, kept = self.middle, self.half, []
+        while len(half):
+            there = ~ruled_out(middle, half, pose, reading)
+            middle, half = middle[there], half[there]
+            away = np.linalg.norm(middle - pose[:2], axis=1)
+            coarse = (away < DETAIL) & (half > LEAST) & (half > SHARE * away)
+            kept.append((middle[~coarse], half[~coarse]))
+            half = np.repeat(half[coarse] / 2, 4)
+            corners = np.tile(
+                [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]], (sum(coarse), 1)
+            )
+            middle = np.repeat(middle[coarse], 4, axis=0) + corners * half[:, None]
+        self.middle, self.half = map(np.concatenate, zip(*kept, strict=True))
+
+    def hold(self, place: np.ndarray) -> bool:
+        """Whether one of them may be at a place, up to DRIFT."""
+        off = np.abs(self.middle - place).max(axis=1)
+        return bool((off <= self.half + DRIFT).any())
+
+    def near(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Corners (m, 2) of boxes that hold all squares near a place."""
+        off = np.abs(self.middle - place) - self.half[:, None]
+        some = np.linalg.norm(np.maximum(off, 0.0), axis=1) < NEAR
+        middle, half = self.middle[some], self.half[some, None]
+        block = np.where(half < BLOCK / 2, np.floor(middle / BLOCK), np.round(middle / LEAST, 1))
+        key = np.column_stack([block, half >= BLOCK / 2])
+        _, of = np.unique(key, axis=0, return_inverse=True)
+        n = of.max(initial=-1) + 1
+        lo, hi = np.full((n, 2), np.inf), np.full((n, 2), -np.inf)
+        np.minimum.at(lo, of.ravel(), middle - half)
+        np.maximum.at(hi, of.ravel(), middle + half)
+        return lo, hi
+
+
+def ruled_out(
+    middle: np.ndarray, half: np.ndarray, pose: np.ndarray, reading: np.ndarray
+) -> np.ndarray:
+    """(n,) whether anything in a square, grown by DRIFT, would have been told of otherwise."""
+    x, y = (middle - pose[:2]).T
+    away, grown = np.hypot(x, y), np.sqrt(2) * half + DRIFT
+    close = (FAR - away - grown) / FAR - SURE  # of the farthest place of it
+    width = 2 * np.pi / BINS
+    spread = np.arcsin(np.minimum(grown / np.maximum(away, grown), 1.0)) / width + SURE
+    angle = (np.arctan2(y, x) - pose[2]) / width
+    first, last = angle - spread, angle + spread
+    sector, end = np.floor(first), np.floor(last)
+
+    def told_less(sector, lo, hi):
+        """In this sector, between these shares of it."""
+        at = sector.astype(int) % BINS
+        own, after, before = reading[at], reading[(at + 1) % BINS], reading[at - 1]
+        return (close > own) | (lo * close > after) | ((1 - hi) * close > before)
+
+    whole = sector == end
+    one = told_less(sector, first - sector, np.where(whole, last - sector, 1.0))
+    other = told_less(end, 0.0, last - end)
+    # over more than two sectors
+    return np.where(end - sector > 1, close > reading.max(), one & (whole | other))
+
+
+def guesses(reading: np.ndarray) -> np.ndarray:
+    """(m, 2) [m] in the robot's frame: where one of each sector may be that tells of more than both
+    beside it, by the share that the next sector has of it, and by that of the one before. Other
+    things may have a part in one of these. For a driver; it proves nothing.
+    """
+    after, before = np.roll(reading, -1), np.roll(reading, 1)
+    at = np.flatnonzero((reading > 0) & (reading >= after) & (reading >= before))
+    away = FAR * (1 - reading[at])
+    shares = after[at] / reading[at], 1 - before[at] / reading[at]
+    places = [(away, 2 * np.pi / BINS * (at + share)) for share in shares]
+    return np.concatenate([(far * [np.cos(to), np.sin(to)]).T for far, to in places])
+
+
+class Memory:
+    """What an episode has told so far, in the frame of odometry, which begins at the start: pose
+    (3,), speeds (3,) as measured; where hazards and vases may be; and what a driver takes for true:
+    hazards, vases, goal, which `Guide` reads as those of a world.
+    """
+
+    robot = POINT
+
+    def __init__(self, observation: np.ndarray):
+        self.speeds, self._velocity, heading, readings = self._measured(observation)
+        self.pose = np.array([0.0, 0.0, heading])
+        self._from_mass = MASS_AHEAD * np.array([np.cos(heading), np.sin(heading)])
+        self.hazards, self._vases = np.zeros((0, 2)), np.zeros((0, 2))
+        self.layout = {"goal": np.zeros(2)}
+        self.of_hazards, self.of_vases = Places(), Places()
+        self._look(readings)
+
+    def step(self, observation: np.ndarray) -> None:
+        """One step of the environment later."""
+        self.speeds, velocity, heading, readings = self._measured(observation)
+        ahead = np.array([np.cos(heading), np.sin(heading)])
+        moved = STEP * ((1 - LATE) * self._velocity + LATE * velocity)
+        place = self.pose[:2] + self._from_mass + moved - MASS_AHEAD * ahead
+        self.pose, self._velocity = np.array([*place, heading]), velocity
+        self._from_mass = MASS_AHEAD * ahead
+        self._look(readings)
+
+    @property
+    def place(self) -> np.ndarray:
+        """(2,) [m]."""
+        return self.pose[:2]
+
+    def vase_boxes(self) -> np.ndarray:
+        """(n, 4, 2) [m] as a world's, of two for each vase, since none knows how it is turned."""
+        corners = self._vases[:, None] + np.sqrt(2) * VASE * EIGHT
+        return np.concatenate([corners[:, ::2], corners[:, 1::2]])
+
+    def obstacles(self) -> list:
+        """Polygons that hold all that may be near, which a shield keeps clear of."""
+        if np.abs(self.place).max() > FLOOR - NEAR:
+            raise InputError(f"lidar: expected a robot within {FLOOR - NEAR:g} m of its start.")
+        found = []
+        for places, more in ((self.of_hazards, DRIFT), (self.of_vases, DRIFT + TURNED_VASE)):
+            lo, hi = places.near(self.place)
+            # eight sides hold a box grown by a disc
+            far = np.maximum(lo[:, None] * EIGHT, hi[:, None] * EIGHT).sum(axis=2) + more
+            found += [pj.hpolytope(EIGHT, b) for b in far]
+        return found
+
+    def _measured(self, observation: np.ndarray):
+        """Speeds (3,), velocity (2,) of the middle of the mass, heading, readings of lidars."""
+        n = 3 * len(POINT.senses)
+        _, speeds, gyro, compass = observation[:n].reshape(-1, 3)
+        heading = np.arctan2(-compass[0], -compass[1])
+        cos, sin = np.cos(heading), np.sin(heading)
+        ahead, aside = speeds[0], speeds[1] + MASS_AHEAD * gyro[2]
+        velocity = np.array([cos * ahead - sin * aside, sin * ahead + cos * aside])
+        readings = observation[n:].reshape(len(LIDARS), BINS)
+        return np.array([*speeds[:2], gyro[2]]), velocity, heading, readings
+
+    def _look(self, readings: np.ndarray) -> None:
+        goal, hazards, vases = readings
+        self.of_hazards.look(self.pose, hazards)
+        self.of_vases.look(self.pose, vases)
+        self.hazards = self._guessed(self.hazards, hazards, self.of_hazards)
+        self._vases = self._guessed(self._vases, vases, self.of_vases)
+        (*seen,) = self._in_world(guesses(goal))
+        if seen and np.linalg.norm(seen[0] - self.layout["goal"]) > 4 * DRIFT:
+            self.layout["goal"] = seen[0]
+
+    def _in_world(self, places: np.ndarray) -> np.ndarray:
+        cos, sin = np.cos(self.pose[2]), np.sin(self.pose[2])
+        return self.place + places @ np.array([[cos, sin], [-sin, cos]])
+
+    def _guessed(self, known: np.ndarray, reading: np.ndarray, places: Places) -> np.ndarray:
+        """What was guessed and is still possible, and what a reading adds."""
+        for place in self._in_world(guesses(reading)):
+            if not (np.linalg.norm(known - place, axis=1) < HAZARD / 2).any():
+                known = np.concatenate([known, place[None]])
+        return known[[places.hold(place) for place in known]]
+
+
+class WaryGuide(Guide):
+    """A driver by memory: what may hold a hazard is larger than the hazard."""
+
+    keep = Guide.keep + 0.02
+
+
+class Remembers(gymnasium.Wrapper):
+    """A PointGoal that also sums up in `memory` what it has told."""
+
+    def reset(self, **options: Any) -> tuple[Any, dict]:
+        """Forget, and begin."""
+        observation, info = self.env.reset(**options)
+        self.memory = Memory(observation)
+        return observation, info
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict]:
+        """As without it."""
+        observation, *told = self.env.step(action)
+        self.memory.step(observation)
+        return observation, *told
+
+
+def door() -> dict:
+    """Arguments of `pj.drive.Shield`."""
+    return sensing.door() | {"sense": sense}
+
+
+def sense(env, observation) -> pj.drive.Sensed:
+    """Pose, speeds, and what may stand in the way, from what was observed alone."""
+    memory = env.get_wrapper_attr("memory")
+    return pj.drive.Sensed(memory.pose, memory.speeds, memory.obstacles(), drift=DRIFT)
