@@ -3,7 +3,8 @@
     python -m sims.point.episodes --episodes 100 [--robot Car | --lidar] [--bare] [--level 2]
 
 The driver knows the map (`Guide`), and so does the shield; with --lidar a Point's sensors are all
-that both have. Costs are those of the judge here, from true poses every 10 ms, not the environment's own.
+that both have. Costs are those of the judge here, from true poses every 10 ms, not the
+environment's own.
 """
 
 import time
