@@ -9,7 +9,10 @@ from compilations import compiled_by
 from toy_models import random_model, rectangle_problem, toy_case
 
 from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.bound.bins import each_bin
+from parc_jax.learning.bound.tube import tube
 from parc_jax.planner import Planner
+from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict import scene as scenes
 
@@ -39,6 +42,23 @@ def test_other_obstacles_goals_bodies_networks_and_tubes_compile_nothing(warm):
     assert compiled_by(lambda: solve(4, body=problem.body.replace(radius=0.02))) == 0
     assert compiled_by(lambda: solve(4, spans=((0, 1), None))) == 0
     assert compiled_by(lambda: solve(4, goal=problem.goal.replace(b=problem.goal.b * 0.9))) == 0
+
+
+def test_corridors_under_a_tube_of_one_bin_compile_nothing():
+    answer = solve(4)
+    many = answer.model.tube
+    edges = [edge[[0, -1]] for edge in many.edges]
+    one = tube(edges, many.interval.max(axis=0)[None], many.final.max(axis=0)[None])
+    points = answer.cover.points
+
+    def asked(of):
+        corridors = Corridors(of, answer.corridors)
+        bins = each_bin(of.edges, points.k)[1]
+        corridors.coarse(points.path, bins)
+        return corridors.kept_pairs(points.path, bins, *np.zeros((2, 1), int))
+
+    assert many.n_bins > 1 and asked(many).all()
+    assert compiled_by(lambda: asked(one)) == 0
 
 
 @pytest.mark.slow

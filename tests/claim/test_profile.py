@@ -8,9 +8,10 @@ from synthetic_plants import disturbed, failing, noisy, plant, straight_network
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
+from parc_jax.learning.bound import profile
 from parc_jax.learning.bound.edges import choose_edges, edges_of
 from parc_jax.learning.bound.measure import measure
-from parc_jax.learning.bound.profile import training_errors
+from parc_jax.learning.bound.profile import largest_errors
 from parc_jax.learning.runs.collect import collect
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -41,9 +42,25 @@ def test_failed_runs_do_not_shape():
     assert np.isfinite(profile.interval).all()
 
 
+def test_errors_of_some_runs_are_held_at_a_time(monkeypatch):
+    train = collect(plant(noisy), KEY, 200, quiet=True)
+    edges, sizes = edges_of(train.domain, (3, 2)), []
+    whole = largest_errors(NET, train, edges)
+
+    def seen(net, batch):
+        sizes.append(batch.n)
+        return measure(net, batch)
+
+    monkeypatch.setattr(profile, "measure", seen)
+    monkeypatch.setattr(profile, "AT_ONCE", 64)
+    some = largest_errors(NET, train, edges)
+    assert max(sizes) == 64 and sum(sizes) == train.n
+    jax.tree.map(np.testing.assert_array_equal, whole[1:], some[1:])
+
+
 def chosen(run, n=2000):
     train = collect(plant(run), KEY, n, quiet=True)
-    return choose_edges(*training_errors(NET, train), train.domain)
+    return choose_edges(train.k, measure(NET, train), train.domain)
 
 
 def test_k_is_cut_where_that_helps_and_nowhere_else():

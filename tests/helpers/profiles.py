@@ -7,7 +7,8 @@ import numpy as np
 
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.edges import choose_edges, edges_of
-from parc_jax.learning.bound.profile import bin_maxima, smooth_profile, training_errors
+from parc_jax.learning.bound.measure import measure
+from parc_jax.learning.bound.profile import largest_errors, smooth_profile
 
 
 def on_finer(tube, edges):
@@ -22,7 +23,7 @@ def on_finer(tube, edges):
 
 def training_profile(net, train, bins=None, floor=TOLERANCES.profile_floor):
     """As learnt from the finite ones of these runs. bins: None = edges where the error changes."""
-    k, errors = training_errors(net, train)
-    box = train.domain
-    edges = choose_edges(k, errors, box, floor) if bins is None else edges_of(box, bins)
-    return smooth_profile(bin_maxima(k, errors, edges), len(train.points), floor)
+    usable, box = train.finite, train.domain
+    measured = usable.k, measure(net, usable)
+    edges = choose_edges(*measured, box, floor) if bins is None else edges_of(box, bins)
+    return smooth_profile(largest_errors(net, train, edges), len(train.points), floor)

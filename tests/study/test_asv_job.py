@@ -10,7 +10,6 @@ import sims
 from parc_jax import checker
 from parc_jax.app.cli.systems import build
 from parc_jax.app.study.job import run_study
-from parc_jax.app.study.report import figures
 from parc_jax.common.status import Status
 from sims import asv, asv_published
 
@@ -43,13 +42,12 @@ def test_settings_are_those_of_the_scenario():
 @pytest.mark.parametrize("name", ["asv", "asv_published"])
 def test_few_rollouts_end_in_a_proved_answer(name, tmp_path):
     study, boat = asv.STUDY.replace(**FEW), sims.load(name, plant="ode")
-    outcome = run_study(boat, asv.problem(), study, tmp_path, seed=0, quiet=True)
+    outcome = run_study(boat, asv.problem(), study, tmp_path, seed=0, quiet=True, figures=True)
     assert outcome.answer.status.found and outcome.answer.status is Status.PROVED
     assert checker.main([str(tmp_path / "answer.json")]) == 0
     seen = json.loads((tmp_path / "metrics.json").read_text())
     assert seen["replay"]["runs"] == 24 and seen["claim"]["bin_eps"] == ["1/5"] * 3
-    drawn = {f.name for f in figures(outcome, study, tmp_path)}
-    assert drawn == {"samples.png", "regions.png", "errors.png"}
+    assert set(seen["figures"]) == {"samples.png", "regions.png", "errors.png"}
 
 
 @pytest.mark.parametrize("module", [asv, asv_published])

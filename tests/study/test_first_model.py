@@ -1,5 +1,7 @@
 """A study asks a first model, with a claim of few runs, before it makes the many."""
 
+import gc
+import weakref
 from types import SimpleNamespace
 
 import jax
@@ -9,11 +11,13 @@ from synthetic_plants import noisy, plant
 from tqdm import tqdm
 
 import parc_jax as pj
+from parc_jax.app.study import job
 from parc_jax.app.study.settings import Study
 from parc_jax.learning.bound import pipeline
 from parc_jax.learning.bound.pipeline import runs_ahead
 from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.learn import learn_report
+from parc_jax.planner import Planner
 
 KEY = jax.random.PRNGKey(5)
 STUDY = Study(hidden=(), rollouts=200, bound=ModelBound(eps=0.1, delta=0.05, profile_runs=300))
@@ -59,6 +63,33 @@ def test_the_first_claim_is_of_few_runs(eps, kept, monkeypatch, tmp_path):
     with pytest.raises(Enough):
         learned(tmp_path, monkeypatch, stop, study)
     assert not (tmp_path / "fresh").exists() and (tmp_path / "first" / "fresh").exists()
+
+
+def test_training_runs_are_let_go_before_the_search(tmp_path, monkeypatch):
+    class Enough(Exception):
+        pass
+
+    class Asked(Planner):
+        def warm_up(self, *_, **__):
+            return SimpleNamespace(samples=())
+
+        def solve(self, *_, **__):
+            gc.collect()
+            assert trained() is None
+            raise Enough
+
+    def learned(*arguments, **options):
+        nonlocal trained
+        made = learn_report(*arguments, **options)
+        trained = weakref.ref(made.train)
+        return made
+
+    trained = None
+    monkeypatch.setattr(job, "learn_report", learned)
+    monkeypatch.setattr(job, "Planner", Asked)
+    system = plant(noisy, toy.T)
+    with pytest.raises(Enough):
+        job.run_study(system, toy.problem(), STUDY, tmp_path, seed=0, quiet=True, figures=True)
 
 
 def test_the_time_ahead_is_told_from_the_pace_of_the_first_runs(monkeypatch, capsys):

@@ -10,8 +10,6 @@ import platform
 from pathlib import Path
 
 WORTH_KEEPING_S = 0.005  # [s] of compiling: reading a program takes less
-
-
 LONG_S = 0.3  # [s] of compiling, after which memory is handed back in a few milliseconds
 
 

@@ -23,6 +23,7 @@ from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.drive.local.localise import Local
 from parc_jax.drive.local.validate import validated
 from parc_jax.drive.local.validation import Validate
+from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -77,7 +78,7 @@ def run_study(
         if picture and len(cold.samples):
             _draw_first(cold, out / UNFINISHED / "samples.png", system.name, quiet)
 
-    learned = None
+    given, assumed = model is not None, None
     if model is None:
         work = out / UNFINISHED
         query = first_query if figures and settings.proof else None
@@ -85,6 +86,10 @@ def run_study(
         learned = learn_report(source, key, study, path=work, quiet=quiet, watch=watch, first=query)
         model = learned.model
         model.save(work / "model.npz")
+        if figures:
+            bins = None if study.bound.blocks is None else model.tube.edges
+            assumed = assumed_claim(model.net, learned.train, bins)
+        del learned  # with its runs, which take hundreds of MB
     if cold is None:
         first_query(model, picture=False)
     with watch("regions"):
@@ -98,7 +103,7 @@ def run_study(
             answer = validated(answer, key, settings, test, quiet)
     # before the replay: if that finds a contradiction, the evidence is on disk
     _replace_older(out, model, answer)
-    if learned is not None:
+    if not given:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
     settled = hand_over_of(model.claim.law.k_law) is None  # else runs of a chosen k are refused
     driven = study.driven and answer.status.found and uncertainty is None and settled
@@ -123,9 +128,9 @@ def run_study(
         "stages": watch.stages,
         "claim": model.claim.to_json(),
     }
-    outcome = Studied(answer, runs, table, learned, finish(out, metrics))
+    outcome = Studied(answer, runs, table, assumed, finish(out, metrics))
     if figures:
-        metrics["figures"] = [file.name for file in draw_figures(outcome, study, out)]
+        metrics["figures"] = [file.name for file in draw_figures(outcome, study.repeats, out)]
         finish(out, metrics)
     # now, since the plan to execute takes as long as the rest
     if study.driven and not quiet:

@@ -10,13 +10,11 @@ from parc_jax.answer.answer import Answer
 from parc_jax.answer.why import SMALL
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.replay import Replay
-from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.statement import probability
 from parc_jax.learning.labels import name_of, unit_of
-from parc_jax.learning.learn import Learned
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.certificate.write import problem_part
@@ -27,15 +25,17 @@ VALIDATED_SET = "validated.json"  # the answer of the validated set
 
 
 class Studied(NamedTuple):
-    """Everything a study produced. learned is None when the model came from a file.
+    """Everything a study produced.
 
     runs: of every returned plan, study.repeats each, grouped by plan; None when there is no plan.
+    assumed: the published bound, of the training runs, for the figures; None where none are drawn,
+        or the model came from a file.
     """
 
     answer: Answer
     runs: Replay | None
     table: RegionTable
-    learned: Learned | None
+    assumed: ErrorClaim | None
     metrics: dict
 
 
@@ -129,24 +129,21 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
     ]
 
 
-def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
-    """Draw everything that this outcome supports; returns the files."""
+def figures(outcome: Studied, repeats: int, out: Path) -> list[Path]:
+    """Draw everything that this outcome supports; returns the files. repeats: runs of a plan."""
     from parc_jax.app.plot.errors import errors
     from parc_jax.app.plot.of_answer import figures_of
-    from parc_jax.learning.bound.declared import assumed_claim
 
     runs = outcome.runs
-    first = None if runs is None else Replay(*(part[:: study.repeats] for part in runs))
+    first = None if runs is None else Replay(*(part[::repeats] for part in runs))
     drawn = []
     for name, draw in figures_of(outcome.answer, first, outcome.table).items():
         drawn.append(out / f"{name}.png")
         draw(drawn[-1])
-    if outcome.learned is not None:
+    if outcome.assumed is not None:
         drawn.append(out / "errors.png")
-        model, train = outcome.learned.model, outcome.learned.train
-        bins = None if study.bound.blocks is None else model.tube.edges
-        assumed = assumed_claim(model.net, train, bins)
-        errors(model.claim, assumed, model.time, drawn[-1])
+        model = outcome.answer.model
+        errors(model.claim, outcome.assumed, model.time, drawn[-1])
     return drawn
 
 

@@ -10,7 +10,7 @@ from parc_jax.learning.bound.bins import Bins
 from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
 from parc_jax.learning.bound.edges import edges_of
 from parc_jax.learning.bound.fresh import names_of
-from parc_jax.learning.bound.profile import bin_maxima, training_errors
+from parc_jax.learning.bound.profile import largest_errors
 from parc_jax.learning.bound.settings import DISCRETE_TIME
 from parc_jax.learning.bound.start_gap import invariances
 from parc_jax.learning.bound.tube import Tube, tube
@@ -29,9 +29,9 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
 
     bins: per axis of K, None = one bin. A bin without finite runs has no claim. Raises InputError.
     """
-    k, errors = training_errors(net, train)
     edges = edges_of(train.domain, (1,) * train.n_k if bins is None else bins)
-    frame, (interval, final), counts = bin_maxima(k, errors, edges)
+    frame, (interval, final), counts = largest_errors(net, train, edges)
+    failed = int(train.failed.sum())
     interval[counts == 0] = np.inf
     final[counts == 0] = np.inf
     between = DISCRETE_TIME.assumption(train.time.dt_record)
@@ -43,12 +43,12 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
         quantifier="assumed for every run",
         eps=None,
         delta=None,
-        n=len(k),
-        discard=train.n - len(k),
+        n=train.n - failed,
+        discard=failed,
         looks=1,
         law=train.law,
         assumptions=(_HOLDS, *invariances(train.rotation), between),
-        evidence={"failed": int(train.failed.sum()), "training": names_of(train)},
+        evidence={"failed": failed, "training": names_of(train)},
     )
 
 

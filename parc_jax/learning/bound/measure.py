@@ -29,7 +29,7 @@ from parc_jax.learning.runs.joined import joined_source
 from parc_jax.learning.runs.law import LawSpec, Subject
 
 _FLOAT32_UNIT = 2.0**-24  # rounding unit of positions stored in float32
-CHUNK = 1024  # runs per compiled call
+CHUNK = 256  # runs per compiled call: the errors at all records of more take hundreds of MB
 
 
 class Errors(NamedTuple):

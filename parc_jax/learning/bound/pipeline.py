@@ -224,11 +224,11 @@ def learn_profiles(
     first = next(batches, None)
     if first is None:
         raise InputError("profile: expected at least one finite training run; got none.")
-    by_train = train is not None and train.finite.n > 0
     if bins is None:
-        if not by_train:
+        runs = [first]
+        if train is None or not train.finite.n:
             batches = list(batches)  # all of them are looked at twice
-        runs = [first] if by_train else [first, *batches]
+            runs += batches
         errors = zip(*(measure(nets[0], batch) for batch in runs), strict=True)
         k = np.concatenate([batch.k for batch in runs])
         bins = choose_edges(k, Errors(*map(np.concatenate, errors)), first.domain)

@@ -3,13 +3,13 @@ training runs. [T26]
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
+from functools import partial, reduce
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from parc_jax.common.arrays import in_chunks, x64
+from parc_jax.common.arrays import in_chunks, slices, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.bins import Bins, Edges
@@ -28,28 +28,30 @@ from parc_jax.learning.network.predict import Layout, layout_of, trajectories
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 
+AT_ONCE = 2048  # runs whose errors are held at a time
 SHARE = 4  # of the runs for the profile one in so many is held back
 
 
-def training_errors(net: ReLUNetwork, train: RolloutBatch) -> tuple[np.ndarray, Errors]:
-    """Parameters (n, n_k) and errors of the finite runs. Raises InputError when there is none."""
-    usable = train.finite
+def largest_errors(net: ReLUNetwork, runs: RolloutBatch, edges: Edges) -> "Maxima":
+    """Of the finite runs, of which some are looked at a time: the errors of all at all intervals
+    take hundreds of MB. Raises InputError when there is none.
+    """
+    usable = runs.finite
     if usable.n == 0:
         raise InputError("profile: expected at least one finite training run; got none.")
-    return usable.k, measure(net, usable)
+    parts = (usable.select(rows) for rows in slices(usable.n, AT_ONCE))
+    return reduce(joined, (bin_maxima(part.k, measure(net, part), edges) for part in parts), None)
 
 
 def box_profiles(nets: list[ReLUNetwork], runs: Iterable[RolloutBatch], bins: Bins) -> list[Tube]:
     """A profile of half widths along the axes for each network, from finite runs that are looked at
     one batch after another; bins as in `edges_of`.
     """
-    edges, found, n_points = None, [None for _ in nets], 1
+    found = [None for _ in nets]
     for batch in runs:
-        if edges is None:
-            edges, n_points = edges_of(batch.domain, bins), len(batch.points)
-        each = [bin_maxima(batch.k, measure(net, batch), edges) for net in nets]
+        each = (largest_errors(net, batch, edges_of(batch.domain, bins)) for net in nets)
         found = [joined(*both) for both in zip(found, each, strict=True)]
-    return [smooth_profile(one, n_points) for one in found]
+    return [smooth_profile(one, len(batch.points)) for one in found]
 
 
 class Maxima(NamedTuple):

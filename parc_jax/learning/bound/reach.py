@@ -16,6 +16,8 @@ from parc_jax.common.shapes import Index, Indices, Vector
 from parc_jax.learning.bound.error_set import ErrorSet
 from parc_jax.learning.bound.tube import Tube
 
+ROOM = 128  # bins
+
 
 @struct.dataclass
 class Reach:
@@ -69,18 +71,24 @@ def numbered(w: np.ndarray, room: int) -> tuple[np.ndarray, np.ndarray]:
     return unique, number
 
 
-def errors_of(tube: Tube, dtype: DTypeLike) -> ErrorSet:
-    """The errors in another precision, cached on the device."""
-    return once(tube, _errors, np.dtype(dtype))
+def in_room(tube: Tube) -> ErrorSet:
+    """The errors with room for more bins, each the last one again: models of few bins and of one
+    share compiled programs. Not between faces, where a bin takes much more.
+    """
+    more = 0 if tube.templates is not None else max(0, ROOM - tube.n_bins)
+    return jax.tree.map(
+        lambda x: np.pad(x, ((0, more), *[(0, 0)] * (x.ndim - 1)), mode="edge"), tube.errors
+    )
 
 
-def _errors(tube: Tube, dtype: np.dtype) -> ErrorSet:
+def placed_errors(tube: Tube, dtype: np.dtype) -> ErrorSet:
+    """The errors in another precision, on the device."""
     with x64():
-        return jax.device_put(jax.tree.map(dtype.type, tube.errors))
+        return jax.device_put(jax.tree.map(dtype.type, in_room(tube)))
 
 
 def _half(tube: Tube, dtype: np.dtype) -> Reach:
-    half = np.ascontiguousarray(np.moveaxis(tube.errors.half, 1, -1), dtype)
+    half = np.ascontiguousarray(np.moveaxis(in_room(tube).half, 1, -1), dtype)
     with x64():
         return Reach(jax.device_put(half), None)
 
@@ -89,7 +97,7 @@ def _lost(tube: Tube, directions: bytes, size: int, dtype: np.dtype) -> Reach:
     w = np.frombuffer(directions).reshape(-1, tube.n_p)
     padded = np.pad(w, ((0, size - len(w)), (0, 0))).astype(dtype)
     with x64():
-        return Reach(None, _along(errors_of(tube, dtype), padded, np.int32(len(w))))
+        return Reach(None, _along(once(tube, placed_errors, dtype), padded, np.int32(len(w))))
 
 
 @jax.jit

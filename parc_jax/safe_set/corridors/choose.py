@@ -15,10 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Bool, Float, Int, UInt
 
-from parc_jax.common.arrays import single
+from parc_jax.common.arrays import once, single
 from parc_jax.common.shapes import Index
 from parc_jax.learning.bound.error_set import ErrorSet, at
-from parc_jax.learning.bound.reach import errors_of, numbered, reach
+from parc_jax.learning.bound.reach import numbered, placed_errors, reach
 from parc_jax.learning.network.predict import by_point
 from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
 from parc_jax.safe_set.separation.pairs import Pair
@@ -64,7 +64,7 @@ class Allowed(NamedTuple):
 def allowed_of(scene: Scene) -> Allowed:
     """Errors of a scene's tube, and their supports along its table; bins are still missing."""
     tube, table = scene.model.tube, scene.directions
-    allowed = Allowed(errors_of(tube, np.float32), np.zeros(0, int))
+    allowed = Allowed(once(tube, placed_errors, np.dtype(np.float32)), np.zeros(0, int))
     if tube.templates is None:
         return allowed
     unique, which = numbered(table.w[: int(scene.count)], len(table.w))

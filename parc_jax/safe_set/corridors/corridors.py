@@ -18,6 +18,7 @@ from numpy.typing import DTypeLike
 from parc_jax.common.arrays import in_chunks, on_all_cores, once, x64
 from parc_jax.common.shapes import Index, Numbers, Paths
 from parc_jax.learning.bound.error_set import ErrorSet, at
+from parc_jax.learning.bound.reach import in_room
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.safe_set.corridors.corridor import (
     Computed,
@@ -315,9 +316,10 @@ def _knots_of(tube: Tube) -> np.ndarray:
 
 def _errors_of(tube: Tube) -> tuple[ErrorSet, ErrorSet]:
     """At all intervals, and on the coarse grid in float32, on the device."""
-    few = jax.tree.map(lambda x: np.asarray(x[:, _knots_of(tube)], np.float32), tube.errors)
+    every = in_room(tube)
+    few = jax.tree.map(lambda x: np.asarray(x[:, _knots_of(tube)], np.float32), every)
     with x64():
-        return jax.device_put((tube.errors, few))
+        return jax.device_put((every, few))
 
 
 def _padded(rows: np.ndarray, size: int) -> np.ndarray:

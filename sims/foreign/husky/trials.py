@@ -18,7 +18,7 @@ from parc_jax.app.study.replay import replay_recorded
 from parc_jax.learning.bound.edges import edges_of
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.profile import bin_maxima, smooth_profile, training_errors
+from parc_jax.learning.bound.profile import largest_errors, smooth_profile
 from parc_jax.learning.model import trajectory_model
 from parc_jax.learning.runs.groups import worst_by_group
 from parc_jax.planner import Planner
@@ -48,8 +48,7 @@ def trial(
     twist = identify(t, fine.p, fine.yaw, fine.runs.k)
     key = jax.random.PRNGKey(seed)
     net = trained(TwistModel(twist, cut.runs.domain, time, size), key)
-    k, errors = training_errors(net, fine.runs)
-    maxima = bin_maxima(k, errors, edges_of(fine.runs.domain, (1, 1)))
+    maxima = largest_errors(net, fine.runs, edges_of(fine.runs.domain, (1, 1)))
     profile = smooth_profile(maxima, 1, c.POSE_NOISE)
     claim = bound_error(
         net, sizing.runs, None, eps=0.1, delta=DELTA, profile=profile, train=train.runs
