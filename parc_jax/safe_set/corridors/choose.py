@@ -159,8 +159,6 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
 
 def _from_cluster(pair: Pair, paths: Float[jax.Array, "plans knots n_c"], allowed: Allowed, n: int):
     """(T, n_p) unit directions that keep the hull of the first n plans away with most room."""
-    if n == 1:
-        return pair.gaps(paths[0], jax.tree.map(lambda x: x[0], allowed.of_first(1)))[1]
     errors = allowed.of_first(n)
     n_points = jax.tree.leaves(errors)[0].shape[2]
     together = jnp.moveaxis(paths[:n], 0, 1).reshape(paths.shape[1], -1)

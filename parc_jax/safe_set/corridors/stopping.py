@@ -2,8 +2,9 @@
 seconds above the work.
 
 A draw is fresh when nothing was built from it, so its uncovered share is an honest sample. A look
-may end the search only if the one before it announced it as a confirmation look, and only such
-looks have a part of the error probability. [T31]
+may end the search only if one before it announced that looks count from then on, and only such
+looks have a part of the error probability. Many of them are judged by the last ones together: what
+was outside before more was built tells against the cover, never for it. [T31]
 
 Work alone decides the result of a search; where seconds cut some of it off, the limit remembers it
 for the answer to report.
@@ -18,9 +19,10 @@ import numpy as np
 
 from parc_jax.learning.bound.counts import clopper_pearson
 
-# [target] the next look may stop once this one left less than this share uncovered: building more
-# makes it several times smaller, and a look that was announced in vain costs little
+# [target] looks count once one left less than this share uncovered: building more makes it several
+# times smaller, and a look that counts in vain costs little
 ARMED = 6.0
+TOGETHER = 2  # of so many looks that count, the last one; the last two of twice as many, and so on
 
 
 class Coverage(NamedTuple):
@@ -45,13 +47,14 @@ class StoppingRule(NamedTuple):
     """Stop when at most `target` is left out, with the confidence of `coverage`. Begin with
     `stopping_rule`.
 
-    coverage: of the last look. looks: confirmation looks so far.
-    announced: the next look is one. satisfied: one confirmed the target.
+    coverage: of the last look, or of several that confirmed the target together. looks: (n, uncovered) of each that counted so far.
+    announced: the next one counts, and all later ones, whose sizes no count decides.
+    satisfied: one confirmed the target.
     """
 
     target: float
     coverage: Coverage
-    looks: int = 0
+    looks: tuple[tuple[int, int], ...] = ()
     announced: bool = False
     satisfied: bool = False
 
@@ -61,19 +64,20 @@ class StoppingRule(NamedTuple):
         """
         if self.satisfied:
             return self
-        looks = self.looks + self.announced
-        # one that was not announced has the next part: it decides nothing, but may be the last
-        part = looks if self.announced else looks + 1
-        n, out = len(covered), int((~covered).sum())
-        confidence = self.coverage.confidence
-        coverage = Coverage(
-            1 - out / n, 1 - largest_share(n, out, confidence, part), confidence, n, out
-        )
+        looks = (*self.looks, (len(covered), int((~covered).sum())))
+        # one that does not count has the next part: it decides nothing, but may be the last
+        part, least, confidence = len(looks), 1 - self.target, self.coverage.confidence
+        many = looks[-max(1, part // TOGETHER) :] if self.announced else looks[-1:]
+        (n, out), each = np.sum(many, axis=0).tolist(), 1 - (1 - confidence) / min(len(many), 2)
+        # together they show the target, which was fixed beforehand, and no more; else the last one
+        if len(many) == 1 or 1 - largest_share(n, out, each, part) < least:
+            (n, out), least = looks[-1], 1 - largest_share(*looks[-1], each, part)
+        coverage = Coverage(1 - out / n, least, confidence, n, out)
         return StoppingRule(
             target=self.target,
             coverage=coverage,
-            looks=looks,
-            announced=out < ARMED * self.target * n,
+            looks=looks if self.announced else (),
+            announced=self.announced or out < ARMED * self.target * n,
             satisfied=self.announced and coverage.at_least >= 1 - self.target,
         )
 
