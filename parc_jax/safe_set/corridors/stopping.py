@@ -47,9 +47,9 @@ class StoppingRule(NamedTuple):
     """Stop when at most `target` is left out, with the confidence of `coverage`. Begin with
     `stopping_rule`.
 
-    coverage: of the last look, or of several that confirmed the target together. looks: (n, uncovered) of each that counted so far.
-    announced: the next one counts, and all later ones, whose sizes no count decides.
-    satisfied: one confirmed the target.
+    coverage: of the last look, or of several that confirmed the target together. looks: (n,
+    uncovered) of each that counted so far. announced: the next one counts, and all later ones,
+    whose sizes no count decides. satisfied: one confirmed the target.
     """
 
     target: float
