@@ -41,7 +41,7 @@ PYTHON
 try passes "harmless: no guesses of multipliers (fewer templates are accepted)" Checker.v '(hints ++ guesses A w)' 'hints'
 try fails "only the first knot of an interval" Checker.v 'apart w g (nth (S t * n_points P + i) K [])' 'apart w g (nth (t * n_points P + i) K [])'
 try fails "touching allowed" Checker.v '(true, aadd (lincomb w X)' '(false, aadd (lincomb w X)'
-try fails "faces between bins closed" Checker.v '(negb (Qeq_bool lo (hd lo e))' '(false'
+try fails "faces between bins closed" Polytopes.v '(negb (Qeq_bool lo (hd lo e))' '(false'
 try fails "only one bin at a border" Checker.v '(filter (fun BH => inBoxQ (box (fst BH)) (sample_k s)) (hinted E H))' '(firstn 1 (filter (fun BH => inBoxQ (box (fst BH)) (sample_k s)) (hinted E H)))'
 try fails "no tube at obstacles" Checker.v 'let g := qadd h r in' 'let g := h in'
 try fails "the tube in the wrong direction" Checker.v '[] (vscale (-1) w)' '[] w'
@@ -115,8 +115,13 @@ try fails "claims: a bin with the bound of no block" Claim.v 'existsb (fun b => 
 try fails "a theorem that says less: of networks without a layer" NoPlanFacts.v 'failing_is_not_safe P N E u k' 'failing_is_not_safe P (N := []) E u k'
 try fails "a set is tested by the runs of other plans" ClaimSpec.v "(length (filter fails (filter has l)))" "(length (filter fails (filter (fun a => negb (has a)) l)))"
 try fails "a set is accepted after one that was not" ClaimSpec.v "(riskier L fails has e || accepts_a_bad_one L fails e show others l)" "riskier L fails has e || accepts_a_bad_one L fails e show others l"
-try fails "the inner point: without the signs of neurons" Checker.v "forallb (fun q => qlt 0 (snd (snd q))) r &&" "true &&"
-try fails "the inner point: on rows" Checker.v "forallb (fun q => qlt 0 (snd (snd q))) (conditions_on" "forallb (fun q => qle 0 (snd (snd q))) (conditions_on"
+try fails "the inner point: without the signs of neurons" Integers.v "signsZ b Z && ok" "ok"
+try fails "the inner point: on rows" Polytopes.v "less g a && less g b" "(g <=? a)%Z && less g b"
+try fails "the inner point: the first knot of an interval alone" Polytopes.v "less g a && less g b" "less g a && less g a"
+try fails "the inner point: widths without absolute values" Polytopes.v "(map Z.abs W)" "W"
+try fails "the inner point: errors of the first interval of a run" Polytopes.v "run_clear P A (tl Is) K'" "run_clear P A Is K'"
+try fails "the inner point: the first direction for all intervals" Polytopes.v "Nat.min n (stop - t)" "n"
+try fails "the inner point: numbers over another denominator" Integers.v "if Zpos (Qden q) * m =? d then Some" "if true then Some"
 try fails "along the intervals: the first knot alone" Checker.v "[apart w g (nth i K []); apart w g (nth i K' [])] end. Fixpoint" "[apart w g (nth i K []); apart w g (nth i K [])] end. Fixpoint"
 try fails "along the intervals: errors of the first" Checker.v "clear_on P (tl Is) K' points" "clear_on P Is K' points"
 try fails "JSON: a key twice" Parse.v "if unique 24 (fold_left (fun names m => fst m :: names) done [key]) then" "if true then"

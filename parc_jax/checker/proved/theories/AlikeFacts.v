@@ -1,6 +1,6 @@
 (* The rows of a polytope at its inner point are those of the numbers there. *)
 From Coq Require Import Reals QArith Qreals List Bool Arith Lra Lia.
-From ParcJax Require Import Spec Arithmetic Checker ArithmeticFacts ConditionFacts.
+From ParcJax Require Import Spec Arithmetic Checker Polytopes ArithmeticFacts ConditionFacts.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -84,9 +84,12 @@ Proof.
   split; [apply Forall2_app; [apply signs_alike, HZ|apply IH]|apply IH].
 Qed.
 
+(* what is above zero at x *)
+Definition above (r : row) : Prop := 0 < affR (snd r) x.
+
 (* ---- The conditions ---- *)
-Lemma chunk_alike n T : forall Y Y', Forall2 alike Y Y' ->
-  Forall2 (Forall2 alike) (chunk n T Y) (chunk n T Y').
+Lemma all_chunk {A B} (R : A -> B -> Prop) n T : forall Y Y', Forall2 R Y Y' ->
+  Forall2 (Forall2 R) (chunk n T Y) (chunk n T Y').
 Proof.
   induction T; intros Y Y' H; simpl; constructor; [apply all_firstn, H|apply IHT, all_skipn, H].
 Qed.
@@ -113,7 +116,7 @@ Lemma conditions_alike P ds B H X X' Y Y' : Forall2 alike X X' -> Forall2 alike 
 Proof.
   intros HX HY. unfold conditions.
   assert (HK : Forall2 (Forall2 alike) (places P X Y) (places P X' Y')).
-  { unfold places. pose proof (chunk_alike (n_p P) (S (steps P) * n_points P) _ _
+  { unfold places. pose proof (all_chunk alike (n_p P) (S (steps P) * n_points P) _ _
       (padded_alike P Y Y' HY)) as HC.
     induction HC; simpl; constructor; [apply zadd_alike; assumption|assumption]. }
   apply Forall2_app; [apply below_alike, HX|]. apply Forall2_app.
@@ -142,41 +145,17 @@ Proof.
     simpl in H. rewrite H. f_equal. lia.
 Qed.
 Lemma above_inside v rs qs : Forall2 (rows_alike (toR v) (toR [])) rs qs ->
-  forallb (fun q : row => qlt 0 (snd (snd q))) qs = true -> forallb (insideQ v) rs = true.
+  Forall (above (toR [])) qs -> forallb (insideQ v) rs = true.
 Proof.
-  induction 1 as [|r q rs qs [S V] _ IH]; intro H; [reflexivity|]. simpl in *.
-  apply andb_prop in H as [H HS]. rewrite IH by exact HS. rewrite andb_true_r.
-  apply R_lt in H. rewrite R0 in H. destruct r as [strict [c d]], q as [strict' [c' d']].
-  unfold alike, affR in V. simpl in *. subst strict'.
-  rewrite (dotR_ext c' (toR []) (fun _ => 0)) in V by (intros; apply toR_nil).
-  rewrite dotR_zero in V.
-  assert (P : 0 < Q2R (qadd (dotQ c v) d)) by (rewrite R_add, dotQ_R; lra).
+  induction 1 as [|r q rs qs [S V] _ IH]; intro H; [reflexivity|].
+  inversion H as [|? ? A HS]. subst.
+  simpl. rewrite IH by exact HS. rewrite andb_true_r.
+  destruct r as [strict [c d]], q as [strict' [c' d']]. unfold above, alike in *. simpl in *.
+  rewrite <- V in A. unfold affR in A. simpl in A. clear S V H HS IH.
   assert (L : qlt 0 (qadd (dotQ c v) d) = true).
   { unfold qlt. apply negb_true_iff. destruct (Qle_bool _ _) eqn:E; [|reflexivity].
-    apply R_le in E. rewrite R0 in E. lra. }
+    apply R_le in E. rewrite R0, R_add, dotQ_R in E. lra. }
   unfold insideQ, holdsQ. simpl. destruct strict; simpl; [exact L|].
-  destruct (nonzero c); [exact L|]. apply le_complete. rewrite R0. lra.
-Qed.
-Lemma clearly_inside_is P N E B H s : length (inner s) = (n_p P + n_k P)%nat ->
-  clearly_inside P N E B H s = true ->
-  forallb (insideQ (inner s)) (set_rows P N E B H s) = true.
-Proof.
-  intros L C. unfold clearly_inside in C. unfold set_rows.
-  set (v := inner s) in *.
-  assert (HX : Forall2 (alike (toR v) (toR [])) (map unit_form (seq 0 (n_p P)))
-    (map aconst (firstn (n_p P) v))).
-  { apply units_alike; [rewrite firstn_length; lia|]. intros i Hi. simpl.
-    rewrite <- (firstn_skipn (n_p P) v) at 2. rewrite app_nth1; [reflexivity|].
-    rewrite firstn_length. lia. }
-  assert (HK : Forall2 (alike (toR v) (toR [])) (map unit_form (seq (n_p P) (n_k P)))
-    (map aconst (skipn (n_p P) v))).
-  { apply units_alike; [rewrite skipn_length; lia|]. intros i Hi.
-    rewrite <- (firstn_skipn (n_p P) v) at 2.
-    rewrite app_nth2 by (rewrite firstn_length; lia). f_equal. rewrite firstn_length. lia. }
-  pose proof (net_alike (toR v) (toR []) N (pattern s) _ _ HK) as [HR HY].
-  destruct (netA N (pattern s) (map unit_form (seq (n_p P) (n_k P)))) as [r Y].
-  destruct (netA N (pattern s) (map aconst (skipn (n_p P) v))) as [r' Y']. simpl in HR, HY.
-  rewrite conditions_on_is, !andb_true_iff in C. destruct C as (((C1 & C2) & C3) & C4).
-  rewrite !forallb_app, C1, C2, (above_inside v r r' HR C3). simpl.
-  eapply above_inside; [|exact C4]. apply conditions_alike; assumption.
+  destruct (nonzero c); [exact L|]. apply R_lt in L. rewrite R0 in L. apply le_complete.
+  rewrite R0. lra.
 Qed.

@@ -1,7 +1,7 @@
 (* The checker of a whole answer.  Nothing here has to be believed, but for what an answer holds:
    `accepted` in Statements.v says what is true of an answer that is accepted. *)
 From Coq Require Import ZArith QArith List Bool Arith.
-From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan.
+From ParcJax Require Import Spec Arithmetic Integers Checker Polytopes Doubt NoPlan.
 Import ListNotations.
 Open Scope Q_scope.
 
@@ -55,7 +55,7 @@ Definition check_answer (a : answer) : verdict :=
   let P := scene a in let N := net a in let E := around a in let H := hints a in
   if context_ok P N E then
     let in_samples := marked (check_sample P N E H) (samples a) in
-    let in_sets := marked (check_set P N E H) (sets a) in
+    let in_sets := marked (check_set_with (whole_of N E) P N E H) (sets a) in
     let in_corridors := marked (check_sample P N E H) (corridors a) in
     let in_doubts := marked (check_box P N E H) (doubts a) in
     let marks := [in_samples; in_sets; in_corridors; in_doubts; check_absence P N E H (absent a)] in

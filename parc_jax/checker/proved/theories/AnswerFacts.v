@@ -1,6 +1,6 @@
 (* What an accepted answer is: every entry was read and is accepted. *)
 From Coq Require Import Reals QArith Qreals List Bool Arith Lia ZArith.
-From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer ArithmeticFacts.
+From ParcJax Require Import Spec Arithmetic Checker Polytopes Doubt NoPlan Answer ArithmeticFacts.
 Import ListNotations.
 
 (* ---- Marks ---- *)

@@ -1,6 +1,6 @@
 (* Bins: each k of the domain has one, and inside the faces that bins share it has only one. *)
 From Coq Require Import Reals QArith Qreals List Bool Arith Lra Lia.
-From ParcJax Require Import Spec Arithmetic Checker ArithmeticFacts ListFacts.
+From ParcJax Require Import Spec Arithmetic Checker Polytopes ArithmeticFacts ListFacts.
 Import ListNotations.
 Open Scope R_scope.
 

@@ -122,7 +122,7 @@ Fixpoint dir_at (ds : list dir) (t : nat) : option (vec * Q) :=
 
 (* ---- What makes a plan safe in a bin, as rows in whatever variables p0 (forms X) and the outputs
    (forms Y) use ---- *)
-Fixpoint chunk (n T : nat) (Y : list aff) : list (list aff) :=
+Fixpoint chunk {A} (n T : nat) (Y : list A) : list (list A) :=
   match T with O => [] | S T' => firstn n Y :: chunk n T' (skipn n Y) end.
 Definition padded (P : problem) (Y : list aff) : list aff := repeat (aconst 0) (n_p P) ++ Y.
 (* point i at knot t is number t n_points + i *)
@@ -251,52 +251,3 @@ Definition check_sample (P : problem) (N : list layer) (E : tube) (H : list goal
   let ds := dirs_of P (sample_sep s) in
   forallb (fun BH => forallb (holdsQ []) (conditions_on P ds (fst BH) (snd BH) X Y))
           (filter (fun BH => inBoxQ (box (fst BH)) (sample_k s)) (hinted E H)).
-
-(* ---- Polytopes: (p0, k) are the variables; the pattern makes the network affine; k is in one bin
-   only ---- *)
-Record piece := Piece { inner : vec; which : nat; pattern : list (list bool); piece_sep : sepn }.
-Fixpoint box_rows (i : nat) (B : list (Q * Q)) : list row :=
-  match B with
-  | [] => []
-  | (lo, hi) :: B' => (false, aadd (unit_form i) (aconst (- lo))) ::
-    (false, aadd (aneg (unit_form i)) (aconst hi))
-                      :: box_rows (S i) B'
-  end.
-(* The box of a bin without the faces that it shares with its neighbours: their rows are strict.
-   The outermost faces belong to it. *)
-Fixpoint bin_rows (i : nat) (es : list vec) (B : list (Q * Q)) : list row :=
-  match es, B with
-  | e :: es', (lo, hi) :: B' =>
-      (negb (Qeq_bool lo (hd lo e)), aadd (unit_form i) (aconst (- lo))) ::
-      (negb (Qeq_bool hi (List.last e hi)), aadd (aneg (unit_form i)) (aconst hi)) ::
-        bin_rows (S i) es' B'
-  | _, _ => []
-  end.
-Definition set_rows (P : problem) (N : list layer) (E : tube) (B : bin) (H : goal_hints) (s :
-  piece) : list row :=
-  let X := map unit_form (seq 0 (n_p P)) in
-  let (r, Y) := netA N (pattern s) (map unit_form (seq (n_p P) (n_k P))) in
-  box_rows (n_p P) (domain P) ++ bin_rows (n_p P) (edges E) (box B) ++ r ++
-  conditions P (dirs_of P (piece_sep s)) B H X Y.
-(* strictly inside, unless the row is constant *)
-Definition insideQ (x : vec) (r : row) : bool :=
-  if fst r || nonzero (fst (snd r)) then qlt 0 (qadd (dotQ (fst (snd r)) x) (snd (snd r)))
-    else holdsQ x r.
-(* The same at the inner point alone, where the forms are numbers: all rows with them are above zero
-   there, constant ones too. *)
-Definition clearly_inside (P : problem) (N : list layer) (E : tube) (B : bin) (H : goal_hints) (s :
-  piece) : bool :=
-  let X := map aconst (firstn (n_p P) (inner s)) in
-  let (r, Y) := netA N (pattern s) (map aconst (skipn (n_p P) (inner s))) in
-  forallb (insideQ (inner s)) (box_rows (n_p P) (domain P)) &&
-  forallb (insideQ (inner s)) (bin_rows (n_p P) (edges E) (box B)) &&
-  forallb (fun q => qlt 0 (snd (snd q))) r &&
-  forallb (fun q => qlt 0 (snd (snd q))) (conditions_on P (dirs_of P (piece_sep s)) B H X Y).
-Definition check_set (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (s :
-  piece) : bool :=
-  match nth_error (hinted E H) (which s) with
-  | None => false
-  | Some (B, h) => Nat.eqb (length (inner s)) (n_p P + n_k P) && bits_ok N (pattern s) &&
-    sep_ok P (piece_sep s) &&
-    (clearly_inside P N E B h s || forallb (insideQ (inner s)) (set_rows P N E B h s))
-  end.

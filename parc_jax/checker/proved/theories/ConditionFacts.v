@@ -139,13 +139,13 @@ Proof.
 Qed.
 
 (* ---- The rows say what conditionsR says ---- *)
-Lemma chunk_nth n : forall T Y t, (t < T)%nat -> nth t (chunk n T Y) [] = firstn n
+Lemma chunk_nth n : forall T (Y : list aff) t, (t < T)%nat -> nth t (chunk n T Y) [] = firstn n
   (skipn (t * n) Y).
 Proof.
   induction T; intros Y t H; [lia|]. destruct t as [|t]; simpl; [reflexivity|].
   rewrite IHT by lia. rewrite skipn_two. reflexivity.
 Qed.
-Lemma chunk_len n : forall T Y, length (chunk n T Y) = T.
+Lemma chunk_len n : forall T (Y : list aff), length (chunk n T Y) = T.
 Proof. induction T; intros; simpl; auto. Qed.
 
 Lemma clear_on_is P B K points ds n : forall t,

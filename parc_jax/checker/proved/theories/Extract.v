@@ -1,8 +1,8 @@
 (* The checker as OCaml.  Indices become machine integers, numbers those of zarith. *)
 From Coq Require Import ExtrOcamlBasic ExtrOcamlNatInt ExtrOcamlZBigInt ExtrOcamlNativeString.
 From Coq Require Import Ascii String ZArith QArith.
-From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer Episode ClaimSpec Claim.
-From ParcJax Require Import Json Parse.
+From ParcJax Require Import Spec Arithmetic Integers Checker Polytopes Doubt NoPlan Answer Episode
+  ClaimSpec Claim Json Parse.
 (* Not trusted: greatest common divisors, quotients and roots are tried where they are used
    (Arithmetic.v, Claim.v; exactly in reader.ml). *)
 Extract Constant Z.gcd => "Z.gcd".

@@ -2,12 +2,12 @@
    with Spec.v, which has the words.  The last theorem, `accepted`, is about a whole answer (the
    record of Answer.v); the others are about its entries.  What those take for granted of a problem,
    a network and a tube is context_ok (Checker.v).  Which plans belong to a polytope or a leaf is
-   said by set_rows (Checker.v) and leaves (NoPlan.v), how far errors reach by reach, which
-   directions a corridor has by dirs_of, what tells entries apart by the keys of Answer.v: whatever
+   said by set_rows (Polytopes.v) and leaves (NoPlan.v), how far errors reach by reach, which
+   directions a corridor has by dirs_of: whatever
    belongs is safe, but how much belongs, these say. *)
 From Coq Require Import Reals QArith Qreals List Permutation Sorted.
-From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer Episode ArithmeticFacts
-  ConditionFacts.
+From ParcJax Require Import Spec Arithmetic Checker Polytopes Doubt NoPlan Answer Episode
+  ArithmeticFacts ConditionFacts.
 From ParcJax Require Theorems DoubtFacts NoPlanFacts Sanity NotVoid AnswerFacts EpisodeFacts.
 Import ListNotations.
 Open Scope R_scope.

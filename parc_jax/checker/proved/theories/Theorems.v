@@ -1,7 +1,7 @@
 (* The theorems: what `true` from the checker means.  Read with Spec.v. *)
 From Coq Require Import Reals QArith Qreals List Bool Arith Lra Lia ZArith.
-From ParcJax Require Import Spec Arithmetic Checker ArithmeticFacts NetworkFacts SeparationFacts
-  BinFacts ConditionFacts ListFacts AlikeFacts.
+From ParcJax Require Import Spec Arithmetic Checker Polytopes ArithmeticFacts NetworkFacts
+  SeparationFacts BinFacts ConditionFacts ListFacts Integers IntegerFacts.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -115,13 +115,15 @@ Theorem set_safe P N E H s : context_ok P N E = true -> check_set P N E H s = tr
      safe P N E x k) /\
   exists eps, 0 < eps /\ forall x, (forall i, Rabs (x i - toR (inner s) i) <= eps) -> member x.
 Proof.
-  intros HC HK. apply andb_prop in HC as [HP HE]. unfold check_set in HK.
+  intros HC HK. apply andb_prop in HC as [HP HE]. unfold check_set, check_set_with in HK.
   destruct (nth_error (hinted E H) (which s)) as [[B h]|] eqn:EB; [|discriminate].
   apply combine_nth_error in EB.
   exists B, h. split; [exact EB|]. rewrite !andb_true_iff in HK.
   destruct HK as (((Li & Hb) & Hs) & Hin). apply Nat.eqb_eq in Li.
   assert (Hin' : forallb (insideQ (inner s)) (set_rows P N E B h s) = true).
-  { apply orb_prop in Hin as [Hin|Hin]; [|exact Hin]. apply clearly_inside_is; assumption. }
+  { apply orb_prop in Hin as [Hin|Hin]; [|exact Hin].
+    destruct (whole_of N E) as [M|] eqn:EM; [|discriminate].
+    eapply clearly_inside_is; eassumption. }
   clear Hin. rename Hin' into Hin.
   pose proof (problem_inv _ _ HP) as SP. split; [|exact (insideQ_ball _ _ Hin)].
   intros x Hx k. unfold set_rows in Hx.
