@@ -199,17 +199,17 @@ Lemma beyond_above Ez E a b X Y : for_error Ez E -> high a X -> high b Y ->
      | Some r => let g := qadd h r in [apart w g X; apart w g Y]
      end).
 Proof.
-  intros [<- HE] Ha Hb HB. destruct Ez as [E z]. unfold beyond in HB. simpl in *.
+  intros [<- HE] Ha Hb HB. destruct Ez as [E z]. unfold beyond in HB. cbn [fst snd] in *.
   destruct HA as [T O Sp W Ac Lh]. cbn [fst snd] in *.
   assert (G : forall g, IZR (scale A) * IZR D * Q2R g < IZR a ->
     IZR (scale A) * IZR D * Q2R g < IZR b -> Forall above [apart w g X; apart w g Y]).
   { intros g La Lb. repeat constructor; eapply high_apart; eassumption. }
   destruct E as [e|R].
-  - simpl. apply andb_prop in HB as [La Lb]. apply less_lt, IZR_lt in La, Lb.
+  - cbn [reach]. apply andb_prop in HB as [La Lb]. apply less_lt, IZR_lt in La, Lb.
     rewrite mult_IZR, plus_IZR, Lh, Ac, (dot_across _ _ _ Sp W _ _ _ HE) in La, Lb.
     apply G; rewrite R_add, HD, mult_IZR; [eapply Rle_lt_trans; [|exact La]|
       eapply Rle_lt_trans; [|exact Lb]]; apply Req_le; ring.
-  - simpl. rewrite T in HB. simpl in HB. destruct (least R _ _) as [r|]; [|discriminate].
+  - rewrite T in HB. destruct (reach _ _ _) as [r|]; [|discriminate].
     rewrite O in HB. set (g := qadd h r) in *. apply andb_prop in HB as [La Lb].
     apply less_lt, IZR_lt in La, Lb. rewrite !mult_IZR in La, Lb.
     pose proof (Q_over (Qnum g) (Qden g)) as Q. replace (Qmake (Qnum g) (Qden g)) with g in Q
