@@ -16,7 +16,8 @@ from pathlib import Path
 
 HEAD = """(* {source} as terms. Each lemma is found true by computing in the kernel (vm_compute). *)
 From Coq Require Import Reals QArith List.
-From ParcJax Require Import Spec Arithmetic Checker Polytopes Doubt NoPlan Answer Theorems Statements.
+From ParcJax Require Import Spec Arithmetic Checker Polytopes Doubt NoPlan Answer.
+From ParcJax Require Import Theorems Statements.
 Import ListNotations.
 Open Scope Z_scope.
 """
