@@ -135,6 +135,8 @@ class Chain:
         need(turned or len(pose) == n_p, f"a pose has {n_p} numbers, in the plane maybe a heading")
         need(not turned or n_p == 2, "a heading is of the plane")
         need(not turned or abs(pose[n_p]) <= MOST, f"a heading is beyond {MOST} rad")
+        held = not turned or self.doubt[n_p] == 0 or self.copies % 3 == 0
+        need(held, "headings are off, and a point has no three copies")
         fits = not turned or all(part.vertices is None for part in context.parts)
         need(fits, "a polygon does not turn with the robot")
         for part in context.parts:

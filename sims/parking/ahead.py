@@ -26,15 +26,17 @@ from sims.parking.kinematics import compose, steering
 class Chain:
     """proved: manoeuvres that are, one after another, of `links` that lead into the goal. place,
     heading (proved,): [m], [rad] by which the car may be off, along each axis, after each of them.
-    k (proved, 4): of each. poses (proved + 1, 3): from which they begin, when nothing is off, and
-    where the last ends.
+    driven (proved,): their commitments. poses (proved + 1, 3): from which they begin, when nothing
+    is off, and where the last ends.
+
+    A file (`pj.drive.save_episode`) of one of them states as its doubt what the one before leaves.
     """
 
     proved: int
     links: int
     place: list[float]
     heading: list[float]
-    k: list[np.ndarray]
+    driven: list[pj.drive.Commitment]
     poses: list[np.ndarray]
 
 
@@ -56,8 +58,9 @@ def ahead(number: int) -> Chain:
         step = link(loop, pieces_of(known), pose, wheels, k, target, goal, 0.0)
         if not step.new:
             break
-        driven.append(step.committed.k)
-        asked = np.array([[c.way_of(driven[-1][1]), *driven[-1][2:]]])
+        driven.append(step.committed)
+        k = step.committed.k
+        asked = np.array([[c.way_of(k[1]), *k[2:]]])
         move = predicted(model, wheels)(asked)[0, -1]
         final = tube_of(model, asked)[1][0]
         # the heading before turns the whole move, its error included

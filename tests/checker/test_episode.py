@@ -275,6 +275,18 @@ def test_a_doubt_of_a_heading_that_poses_do_not_have_is_said():
     assert "within ±1000 rad" not in before and "within ±1000 rad" in said(sealed(file))
 
 
+def test_headings_that_are_off_need_three_copies_of_each_point():
+    for copies in (1, 3):
+        robot = Robot(5, copies=copies)
+        file = robot.episode(robot.driven(heading=F(0)), [0, 0, F(1, 64), 0])
+        if copies == 3:
+            assert accepted(file)
+        else:
+            with pytest.raises(checker.Rejected, match="a point has no three copies"):
+                check(file)
+        assert accepted(robot.episode(robot.driven(heading=F(0))))
+
+
 def test_a_file_may_add_what_it_assumes_and_no_more():
     robot = Robot(5)
     file = robot.episode(robot.driven())

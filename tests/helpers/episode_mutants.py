@@ -23,7 +23,10 @@ def valid(seed: int) -> dict:
     draw = random.Random(seed)
     robot = Robot(seed, points=draw.choice([1, 2, 3]), copies=draw.choice([1, 3]))
     doubt = [F(draw.randint(0, 2), 128) for _ in range(4)]
-    return robot.episode(robot.driven(4, draw.choice([None, F(1, 3)])), doubt)
+    heading = draw.choice([None, F(1, 3)])
+    if heading is not None and robot.copies == 1:
+        doubt[2] = F(0)
+    return robot.episode(robot.driven(4, heading), doubt)
 
 
 KINDS = ("begin", "pose", "k", "radius", "doubt", "width", "left out", "premise")

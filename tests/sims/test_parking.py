@@ -4,6 +4,7 @@ and its file accepted; at night all of them.
 
 import json
 import re
+import shutil
 from itertools import product
 
 import jax
@@ -13,6 +14,7 @@ import shapely
 
 import parc_jax as pj
 from parc_jax.app import cli
+from parc_jax.app.cli import check as second
 from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.outline import require_same
@@ -158,17 +160,28 @@ def test_a_turned_car_is_farther_away_than_one_that_goes_straight_on():
     assert 13.0 < straight < 17.0 and turned > straight + 5.0
 
 
-def test_a_chain_is_proved_for_all_places_that_the_one_before_may_leave():
+def test_a_chain_is_proved_for_all_places_that_the_one_before_may_leave(tmp_path, monkeypatch):
+    """The file of each, for both checkers, states as its doubt what the one before leaves."""
     case, chain = cases.case(8), ahead.ahead(8)
+    monkeypatch.delenv(second.VARIABLE, raising=False)
+    left = [(0.0, 0.0), *zip(chain.place, chain.heading, strict=True)]
+    for one, (place, heading) in zip(chain.driven, left, strict=False):
+        path = pj.drive.save_episode(tmp_path / "one.json", [one])
+        file = json.loads(path.read_text())
+        doubt = [float.fromhex(x) for x in file["doubt"]]
+        assert doubt == [place, place, heading, 0.0] and len(load_episode(path).manoeuvres) == 1
+        if shutil.which("node"):
+            assert second.ask(second.find_second(), path).code == 0
+        assert file["copies"] == (3 if heading else 1)
     # the goal is too small for what the last but one may leave, which is said
     assert 1 < chain.proved < chain.links == 4
-    assert len(chain.place) == len(chain.heading) == len(chain.k) == chain.proved
+    assert len(chain.place) == len(chain.heading) == len(chain.driven) == chain.proved
     run = jax.jit(car.system().states)
     corners = np.array(list(product((-1.0, 1.0), repeat=3)))
     for i in range(1, chain.proved):
         most, ended = ([chain.place[j], chain.place[j], chain.heading[j]] for j in (i - 1, i))
         for n, start in enumerate(chain.poses[i] + most * corners):
-            states = np.asarray(run(jax.random.PRNGKey(n), chain.k[i]), np.float64)
+            states = np.asarray(run(jax.random.PRNGKey(n), chain.driven[i].k), np.float64)
             path = kinematics.compose(start, states[:, :3])
             assert drive.judged(case, path) > 0
             assert (np.abs(path[-1] - chain.poses[i + 1]) <= ended).all()

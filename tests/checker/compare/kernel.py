@@ -5,7 +5,7 @@
 
 Real.v ends with `meaning` of an answer of these entries. Neither extraction nor OCaml nor the
 reader stand between them and the kernel, only this translation, which can be read in Real.v. It was
-written from docs/certificates.md and not from the reader; two_terms.py compares the two.
+written from docs/certificates.md and not from the reader; two_readers.py compares the two.
 """
 
 import argparse

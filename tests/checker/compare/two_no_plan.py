@@ -16,12 +16,9 @@ import known_points
 import mutants
 import tree_points
 import tree_search
-import two
 import two_mutants
-import two_points
 
 MUTANTS = 30  # of one answer
-judge = two.by_file
 VALID = known.VALID | known_points.VALID
 HAND_MADE = [name for name, make in VALID.items() if make()["no_plan"] is not None]
 NAMES = ("goal", "start", "hit", "safe", "open")
@@ -112,7 +109,7 @@ MUTATIONS = {
     "a node copied": copied,
     "the kind": lambda r, p: p.update(kind=r.choice(["proved", "bracket", "likely"])),
 }
-QUESTION = two_mutants.QUESTION | two_points.QUESTION
+QUESTION = two_mutants.QUESTION
 QUESTIONS = [name for name in QUESTION if not name.startswith("touch") and name != "ways"]
 
 

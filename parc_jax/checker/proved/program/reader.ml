@@ -324,6 +324,7 @@ let episode get =
       true
     | _ -> bad "a pose has a number for each axis, in the plane maybe a heading" in
   let turning = turned (List.hd entries) in
+  if turning && Big.sign (List.nth off p.n_p).qnum > 0 && copies mod 3 <> 0 then bad "headings are off, and a point has no three copies";
   let manoeuvre o =
     let q = problem (o "problem") in
     let side (a, b) (c, d) = same_number a c && same_number b d in

@@ -233,8 +233,9 @@ let driven progress file =
         "    the next one begins, and at rest where it ends, no point of the body is in an obstacle that its";
         "    problem has then, moved by what the pose was off by";
         Printf.sprintf "The body: %s." (body copies p);
+        "Headings that are off are covered where three copies of each point keep to the tube.";
         "NOT PROVED here: that each began where the one before may have been left, that each came to rest,";
-        "  what copies of a point stand for, and the premises of the file";
+        "  and the premises of the file";
         about_the_model without bins ] in
     { code = 0; lines = lines @ rests known quoted [ "network"; "tube"; "episode" ];
       entries = [ ("manoeuvres", List.init n (fun _ -> true)) ] }

@@ -26,6 +26,8 @@ Print Assumptions sets_tested.
 Print Assumptions accepted_episode.
 Print Assumptions accepted_place.
 Print Assumptions accepted_turning.
+Print Assumptions accepted_heading.
+Print Assumptions turns_held.
 Print Assumptions a_drive_there_is.
 Print Assumptions parse_is.
 Print Assumptions one_value.

@@ -113,3 +113,18 @@ Definition seen_from (from : rv) (h : R) (x : rv) : rv := fun a =>
    the box *)
 Definition less_a_box (d : vec) (A : poly) : poly :=
   map (fun ab => (fst ab, (snd ab - dotQ (vabs (fst ab)) d)%Q)) A.
+(* What three copies of a point stand for where headings are off: the point under three maps of the
+   plane, which turn and stretch it as complex numbers do, a + ib, a - ib and g. *)
+Definition mapped (re im : R) (x : rv) : rv := fun i =>
+  match i with
+  | O => re * x O - im * x 1%nat | 1%nat => im * x O + re * x 1%nat | _ => 0
+  end.
+Definition copy (a b g : R) (c : nat) : rv -> rv :=
+  match c with O => mapped a b | 1%nat => mapped a (- b) | _ => mapped g 0 end.
+(* every turn by no more than an angle is in their triangle *)
+Definition hold_turns (angle a b g : R) : Prop :=
+  0 <= angle <= PI /\ 0 < a < g /\ 0 < b /\ a <= cos angle /\
+  b * b + (g - a) * (g - a) <= g * g * (b * b).
+(* a part of the body, as a file has it that asks about three copies of each point *)
+Definition copied (p : part) : part :=
+  Part (flat_map (fun i => [3 * i; 3 * i + 1; 3 * i + 2]%nat) (corners p)) (grown_by p).

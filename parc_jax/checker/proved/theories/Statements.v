@@ -8,7 +8,8 @@
 From Coq Require Import Reals QArith Qreals List Permutation Sorted.
 From ParcJax Require Import Spec Arithmetic Checker Polytopes Doubt NoPlan Answer Episode
   ArithmeticFacts ConditionFacts.
-From ParcJax Require Theorems DoubtFacts NoPlanFacts Sanity NotVoid AnswerFacts EpisodeFacts.
+From ParcJax Require Theorems DoubtFacts NoPlanFacts Sanity NotVoid AnswerFacts EpisodeFacts
+  HeadingFacts.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -332,6 +333,33 @@ Definition accepted_turning : forall e n b w, check_episode e = Driven n b w -> 
            inPoly (rows o) (seen_from (toR (pose (fst turn))) (Q2R (heading (fst turn)))
              (fun a => x a - d a)))
   := EpisodeFacts.accepted_turning.
+(* The same where headings are off by no more than an angle, and three copies of each point keep to
+   the tube, which maps have made whose triangle holds each such turn: the body is told by its own
+   points. *)
+Definition accepted_heading : forall e n b w, check_episode e = Driven n b w -> turning e = true ->
+  exists m0, hd_error (done e) = Some m0 /\
+  forall angle ca cb cg (where_ : R -> nat -> rv), hold_turns angle ca cb cg ->
+  (forall turn, In turn (turns (done e)) -> exists v t, Rabs t <= angle /\
+     (forall a, (a < n_p (asked m0))%nat ->
+       Rabs (v a - toR (pose (fst turn)) a) <= toR (doubt e) a) /\
+     keeps_to e turn (fun _ => 0) (fun time i => copy ca cb cg (i mod 3)
+       (seen_from v (Q2R (heading (fst turn)) + t) (where_ time (i / 3)%nat)))) ->
+  forall time, Q2R (begin m0) <= time ->
+  exists turn v, In turn (turns (done e)) /\ under_way turn time /\
+    (forall a, (a < n_p (asked m0))%nat ->
+       Rabs (v a - toR (pose (fst turn)) a) <= toR (doubt e) a) /\
+    forall o t p x, In o (obstacles (asked (fst turn))) -> (first o <= t <= last o)%nat ->
+      INR t <= clock e (fst turn) time <= INR (S t) -> In (copied p) (parts (asked m0)) ->
+      inPart (n_p (asked (fst turn))) p
+        (fun i => seen_from v (Q2R (heading (fst turn))) (where_ time i))
+        (seen_from v (Q2R (heading (fst turn))) x) ->
+      ~ (forall d, (forall a, (a < n_p (asked m0))%nat -> Rabs (d a) <= toR (doubt e) a) ->
+           inPoly (rows o) (seen_from (toR (pose (fst turn))) (Q2R (heading (fst turn)))
+             (fun a => x a - d a)))
+  := HeadingFacts.accepted_heading.
+Definition turns_held : forall angle, 0 < angle < PI / 2 ->
+  hold_turns angle (cos angle) (sin angle) (/ cos angle)
+  := HeadingFacts.turns_held.
 Definition a_drive_there_is : forall e n b w, check_episode e = Driven n b w ->
   forallb centred (bins (its_tube e)) = true ->
   exists where_ : nat -> R -> nat -> rv,
