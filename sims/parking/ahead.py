@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.drive.loop.commitment import Commitment
 from sims.parking import car as c
 from sims.parking.cases import case, numbers
 from sims.parking.drive import (
@@ -36,7 +37,7 @@ class Chain:
     links: int
     place: list[float]
     heading: list[float]
-    driven: list[pj.drive.Commitment]
+    driven: list[Commitment]
     poses: list[np.ndarray]
 
 
