@@ -18,7 +18,7 @@ from parc_jax.app.cli import check as second
 from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.outline import require_same
-from sims.parking import ahead, car, cases, drive, guide, kinematics, space
+from sims.parking import ahead, car, cases, drive, guide, kinematics, shortest, space
 from sims.parking.job import Options, park, park_all
 from tests.helpers.compilations import compiled_by
 
@@ -112,6 +112,16 @@ def test_the_judge_sees_a_contact_between_records():
     path = np.array([REST, [8.0, 0.0, 0.0]])  # neither the first nor the last pose is at 4.5 m
     assert drive.judged(case, path) == 0.0
     assert drive.judged(case, path - [0.0, 0.5, 0.0]) == pytest.approx(0.499, abs=1e-6)
+
+
+@pytest.mark.parametrize("more", [0.01, -0.01])
+def test_a_gap_of_one_stroke_is_left_at_full_steering_and_no_shorter_one(more):
+    known = shortest.street(shortest.one_stroke() + more)
+    radius, turned = car.WHEELBASE / np.tan(car.STEERING), np.linspace(0.0, 1.2, 500)
+    back = 0.5 * (shortest.one_stroke() + more - car.LENGTH) - 0.001  # from the middle of the gap
+    along = [radius * np.sin(turned) - back, radius * (1 - np.cos(turned)), turned]
+    path = kinematics.compose(known.goal, np.stack(along, axis=1))
+    assert (drive.judged(known, path) > 0) == (more > 0)
 
 
 def test_a_way_of_the_guide_leads_from_the_start_to_the_goal():
