@@ -1,7 +1,4 @@
-"""Drive worlds of the BARN challenge on a lidar alone, or with the map: `python -m sims.barn`.
-
-Learns a model of the Jackal first (some minutes), or takes one that was saved.
-"""
+"""Drive worlds of the BARN challenge on a lidar alone, or with the map: `python -m sims.barn`."""
 
 import tyro
 

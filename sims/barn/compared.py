@@ -1,7 +1,7 @@
 """What a proof costs: the same loop in the same worlds with other tubes, side by side.
 
 learned: as the claim has it, the only one of which anything is shown. constant: as NeuralPARC has
-it, at each time the largest error of all runs that the network was trained on, whatever k. none:
+it, at each time the largest error of all runs, whatever k. none:
 the predicted path alone has to be free.
 """
 
@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import jax
 import numpy as np
 import tyro
 
@@ -17,14 +18,20 @@ from parc_jax.learning.bound.pipeline import learn_profiles
 from parc_jax.learning.bound.tube import Tube
 from sims.barn import series
 from sims.barn.job import WORLDS
+from sims.jackal.learn import MODEL, robot
+
+
+RESTS = 1e-4  # [m] that a network may move while the robot rests, else no loop takes it
 
 
 @dataclass(frozen=True)
 class Options:
     """Which model, in which worlds."""
 
-    model: Path = Path("runs/barn/model.npz")
-    """As `parc-jax run barn` learned it; its runs lie beside it, and so will the other two."""
+    model: Path = MODEL
+    """The Jackal's; the one that comes along."""
+    runs: int = 12_000
+    """Of the robot, whose largest errors the constant tube has."""
     worlds: tuple[int, ...] = WORLDS
     """Numbers of worlds; default: the dozen of `parc-jax run barn`."""
     out: Path = Path("runs/barn/compared.jsonl")
@@ -43,7 +50,7 @@ def main(options: Options) -> str:
         "| tube | reached | touched | left its tube | metric | time, median and most | nearest |",
         "|---|---|---|---|---|---|---|",
     ]
-    for name, model in models(options.model):
+    for name, model in models(options):
         asked = {field: getattr(options, field) for field in ("worlds", "out", "odometry", "quiet")}
         told, _ = series.drive_worlds(series.Options(model=model, jobs=options.jobs, **asked))
         rows.append(row(name, told))
@@ -62,21 +69,20 @@ def row(name: str, told: list[dict]) -> str:
     )
 
 
-def models(learned: Path) -> Iterator[tuple[str, Path]]:
-    """Names and files of all three; the other two are written beside the first. Raises InputError
-    where its runs are not there.
-    """
-    model = pj.load(learned)
+def models(options: Options) -> Iterator[tuple[str, Path]]:
+    """Names and files of all three; the other two are written beside what was driven."""
+    model = pj.load(options.model)
     sides = [[lo, hi] for lo, hi in zip(model.domain.lo, model.domain.hi, strict=True)]
-    runs = pj.load_rollouts(learned.parent / "runs" / "train.npz")
+    key, kept = jax.random.PRNGKey(0), options.out.parent / "runs.npz"
+    runs = pj.learning.collect(robot(), key, n=options.runs, path=kept, quiet=options.quiet)
     constant = learn_profiles([model.net], runs, (), sides, shape="box")[0]
-    nothing = constant.with_halves(*map(np.zeros_like, constant.halves))
-    yield "learned", learned
+    nothing = constant.with_halves(*(np.full_like(each, RESTS) for each in constant.halves))
+    yield "learned", options.model
     for name, tube, why in (
-        ("constant", constant, "no run that the network was trained on was farther off"),
+        ("constant", constant, "no run of those drawn was farther off"),
         ("none", nothing, "nobody asked how far the robot may be from its prediction"),
     ):
-        path = learned.with_stem(f"{learned.stem}_{name}")
+        path = options.out.parent / f"{name}.npz"
         with_tube(model, tube, why).save(path)
         yield name, path
 

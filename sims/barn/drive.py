@@ -17,9 +17,10 @@ from sims.jackal import drift
 from sims.jackal.driven import Driven
 from sims.lidar import lidar
 
-PATIENCE = 40  # cycles at rest without a manoeuvre that end an episode
+PATIENCE = 60  # cycles at rest without a manoeuvre that end an episode
+SHARE = 4  # of the candidates one of so many is asked in a cycle that follows one without any
 CLOSER = 0.1  # [m] by which it has to get shorter to count
-STALLED = 10  # cycles in which the way to the goal gets no shorter: another way is tried
+STALLED = 15  # cycles in which the way to the goal gets no shorter: another way is tried
 
 
 @dataclass(frozen=True)
@@ -69,12 +70,20 @@ class Drive:
 
 
 def drive(
-    world: World, system, loop: pj.drive.Loop, key, scanner=None, odometry=False, known=False
+    world: World,
+    system,
+    loop: pj.drive.Loop,
+    key,
+    scanner=None,
+    odometry=False,
+    known=False,
+    explain=False,
 ) -> Drive:
     """Drive from the start to the goal with a loop made for this system.
 
     odometry: as of `Seen`; else the robot truly knows where it is. known: it has the map, and no
-    lidar.
+    lidar. explain: say what the nearest manoeuvre lacks where none is safe, which takes longer than
+    a robot thinks.
     """
     body, scans = jax.random.split(as_key(key))
     rng = np.random.default_rng(np.asarray(jax.random.key_data(scans)))
@@ -101,8 +110,9 @@ def drive(
             step = loop.go_on(look.why, look.free.gone)
         else:
             off = drifted_since([told for _, told in poses[begun:]], sight.allowed[begun:], corner)
-            asked = look.here, robot.measured, look.obstacles, guide.prefer, robot.time
-            step = loop.step(*asked, drift=off, gone=look.free.gone)
+            prefer = others(guide.prefer, at_rest) if at_rest else guide.prefer
+            asked = look.here, robot.measured, look.obstacles, prefer, robot.time
+            step = loop.step(*asked, drift=off, gone=look.free.gone, explain=explain)
         if step.new:
             robot.begin(*step.committed.k[-2:])
             begun, drifted = len(poses) - 1, max(drifted, off)
@@ -140,6 +150,18 @@ def drive(
         see_s,
         guide_s,
     )
+
+
+def others(prefer, cycle: int):
+    """A preference that leaves out all but one of SHARE candidates, other ones each cycle: where
+    none of those that were judged is safe, those that were not are asked next.
+    """
+
+    def preferred(outlook) -> np.ndarray:
+        cost = np.asarray(prefer(outlook))
+        return np.where((np.arange(len(cost)) + cycle) % SHARE == 0, cost, np.inf)
+
+    return preferred
 
 
 def beyond(poses, allowed) -> int:

@@ -10,25 +10,18 @@ import numpy as np
 from scipy.stats import qmc
 
 import parc_jax as pj
-import sims
 from parc_jax.learning.network.predict import trajectories
 from sims.barn.drive import Drive, drive
 from sims.barn.film import film
 from sims.barn.worlds import World, numbers, world
+from sims.jackal.learn import HELD, THINKS, robot, thinking
 from sims.rectangle import centre_and_corners, rectangle
 
-SPEED, TURNING = 1.6, 1.0  # [m/s], [rad/s] at most: beyond, tyres slip now and then, and tubes pay
-BACKWARD = 0.4  # [m/s] at most, out of a gap that is too narrow: its lidar does not look back
 SLOW = 1.7  # power of the share of the speed: more candidates are slow than fast
 TURNS_ON_THE_SPOT = 101
 BACKWARDS = 7  # 2 to the power of this many candidates go back
 OUTLINE = 0.01  # [m] by which a network may be off where a manoeuvre begins
-LOOKS = 512  # of a step, at pairs: so that it takes less than 0.1 s where nothing is safe
-
-
-def robot():
-    """The Jackal as it is driven here."""
-    return sims.load("jackal", speed=SPEED, turning=TURNING, backward=BACKWARD, threads=1)
+LOOKS = 512  # of a step, at pairs: so that it takes less than it thinks where nothing is safe
 
 
 def any_world(seed) -> World:
@@ -41,17 +34,17 @@ class Driver:
     """Drives a world with the randomness of a seed, (2,) words; returns an `Outcome`.
 
     model: file of the Jackal's model. content: `content_of` it, so that episodes of two models are
-    never taken for those of one. odometry, known: as of `drive`. deadline: [s] of the clock for a
-    step. prove: every commitment in exact arithmetic, after the episode. save: folder for a file of
-    every episode, which `parc-jax check` verifies. film: folder for a film and a page of every
-    episode.
+    never taken for those of one. odometry, known: as of `drive`. clock: that of the machine ends a
+    step in time. prove: every commitment in exact arithmetic, after the episode. save: folder for a
+    file of every episode, which `parc-jax check` verifies. film: folder for a film and a page of
+    every episode.
     """
 
     model: Path
     content: str
     odometry: bool = False
     known: bool = False
-    deadline: float = 10.0
+    clock: bool = False
     prove: bool = False
     save: Path | None = None
     film: Path | None = None
@@ -64,8 +57,9 @@ class Driver:
     def __call__(self, world: World, seed) -> pj.drive.Outcome:
         system = robot()
         key = np.asarray(seed, np.uint32)
-        loop = loop_of(self.model, self.content, self.deadline)
-        one = drive(world, system, loop, key, odometry=self.odometry, known=self.known)
+        loop = loop_of(self.model, self.content, self.clock)
+        asked = {"odometry": self.odometry, "known": self.known}
+        one = drive(world, system, loop, key, **asked, explain=self.film is not None)
         new = [step.committed for step in one.steps if step.new]
         points = centre_and_corners(one.path[:, :2], one.path[:, 2], *system.size)
         left = pj.drive.left_tube(new, points, one.path[:, 2])
@@ -92,7 +86,7 @@ def content_of(model: Path) -> str:
 
 
 @cache
-def loop_of(model: Path, content: str, deadline: float) -> pj.drive.Loop:
+def loop_of(model: Path, content: str, clock: bool = False) -> pj.drive.Loop:
     """The loop of a model, made once in a process. Raises InputError where the file has changed."""
     if content_of(model) != content:
         raise pj.InputError(f"{model}: expected the model that the drive began with; it changed.")
@@ -101,9 +95,11 @@ def loop_of(model: Path, content: str, deadline: float) -> pj.drive.Loop:
     loop = pj.drive.Loop(
         known,
         rectangle(),
-        leave=robot().moving,
+        leave=HELD,
         candidates=candidates(known.domain),
-        effort=pj.drive.Effort(judged=512, looks=LOOKS, room=0.05, deadline=deadline),
+        thinking=thinking(),
+        effort=pj.drive.Effort(judged=512, looks=LOOKS, room=0.05, deadline=THINKS),
+        **({} if clock else {"clock": lambda: 0.0}),  # else the robot waits
     )
     gc.collect()
     gc.freeze()  # else Python looks through all of JAX now and then, for 0.1 s, within a step
@@ -126,7 +122,7 @@ def require_outline(model: pj.types.TrajectoryModel) -> None:
 
 def candidates(domain: pj.types.Box) -> np.ndarray:
     """Commands (b, 2) within K: speed [m/s] and turning [rad/s]."""
-    (back, right), (ahead, left) = domain.lo[2:], domain.hi[2:]
+    (back, right), (ahead, left) = domain.lo[-2:], domain.hi[-2:]
     even = qmc.Sobol(2, seed=0)
     share, behind = even.random_base2(10), even.reset().random_base2(BACKWARDS)
     share[:, 0] = ahead * share[:, 0] ** SLOW
@@ -138,11 +134,14 @@ def candidates(domain: pj.types.Box) -> np.ndarray:
 
 
 def told_of(one: Drive) -> dict:
-    """What is kept of an episode: times in milliseconds of processor time."""
+    """What is kept of an episode: times in milliseconds of processor time, and in how many cycles
+    it took longer than the robot thinks.
+    """
 
     def quantiles(seconds):
         return [round(1e3 * float(q), 2) for q in np.quantile(seconds, [0.5, 0.95, 1.0])]
 
+    cycle = np.sum([one.plan_s, one.see_s, one.guide_s], axis=0)
     return {
         "world": one.world,
         "reached": one.reached,
@@ -154,8 +153,9 @@ def told_of(one: Drive) -> dict:
         "refuted": sum(bool(free.said) for free in one.free),
         "cycles": len(one.steps),
         "committed": sum(step.new for step in one.steps),
+        "late": int(sum(cycle > THINKS)),
         "edges": [round(float(np.mean(one.edges)), 1), max(one.edges)],
-        "cycle_ms": quantiles(np.sum([one.plan_s, one.see_s, one.guide_s], axis=0)),
+        "cycle_ms": quantiles(cycle),
         "plan_ms": quantiles(one.plan_s),
         "see_ms": quantiles(one.see_s),
         "guide_ms": quantiles(one.guide_s),

@@ -4,7 +4,7 @@ what it gets wrong costs time, never safety.
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
-from scipy.sparse import coo_matrix
+from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 CELL = 0.05  # [m] of the grid
@@ -20,7 +20,7 @@ TRIED = 0.4  # [m] around a place where no manoeuvre was found, cells count as l
 FACTOR = 1.5  # ... by this, each time
 FAR = 1e3  # [m] cost of a place from which no way is known
 
-STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
+STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))  # and back
 
 
 class Guidance:
@@ -37,6 +37,7 @@ class Guidance:
         x, y = np.meshgrid(*(np.arange(n) for n in self._shape), indexing="ij")
         self._places = lo + CELL * np.stack([x, y], axis=-1)
         self._goal = np.flatnonzero(np.linalg.norm(self._places - goal, axis=-1) < near)
+        self._edges = _edges(self._shape)
         self._cost = np.zeros(self._shape)
         self._way = np.zeros((*self._shape, 2))
 
@@ -65,23 +66,15 @@ class Guidance:
         weight = self._tried * (1 + STEEP * np.maximum(0, NEAR - distance) ** 2)
         weight[distance < NEEDS] *= NARROW
         weight[distance < INSIDE] = np.inf
-        number = np.arange(weight.size).reshape(self._shape)
-        rows, columns, lengths = [], [], []
-        for dx, dy in STEPS:
-            here = np.s_[: self._shape[0] - dx, max(0, -dy) : self._shape[1] - max(0, dy)]
-            there = np.s_[dx:, max(0, dy) : self._shape[1] + min(0, dy)]
-            length = (weight[here] + weight[there]).ravel() / 2 * np.hypot(dx, dy) * CELL
-            fits = np.isfinite(length)
-            rows.append(number[here].ravel()[fits])
-            columns.append(number[there].ravel()[fits])
-            lengths.append(length[fits])
-        edges = np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))
-        graph = coo_matrix(edges, shape=(weight.size, weight.size)).tocsr()
+        worth = weight.ravel()
+        pointers, neighbours, halves = self._edges
+        lengths = np.repeat(worth, np.diff(pointers)) + worth[neighbours]
+        graph = csr_matrix((lengths * halves, neighbours, pointers))
         cost, following, _ = dijkstra(
-            graph, directed=False, indices=self._goal, min_only=True, return_predecessors=True
+            graph, indices=self._goal, min_only=True, return_predecessors=True
         )
         self._cost = np.where(np.isfinite(cost), cost, FAR).reshape(self._shape)
-        following = np.where(following < 0, number.ravel(), following)
+        following = np.where(following < 0, np.arange(worth.size), following)
         for _ in range(AHEAD):
             following = following[following]
         places = self._places.reshape(-1, 2)
@@ -105,3 +98,18 @@ class Guidance:
         turn = np.arctan2(y, x) - seen.heading
         away = np.abs(np.arctan2(np.sin(turn), np.cos(turn)))
         return self.cost(rest) + TURN * np.where(np.hypot(x, y) > 0, away, 0.0)
+
+
+def _edges(shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of a grid: where each cell's neighbours begin, all neighbours, half of the ways [m] there."""
+    number = np.arange(np.prod(shape)).reshape(shape)
+    found = []
+    for dx, dy in STEPS:
+        here = number[: shape[0] - dx, max(0, -dy) : shape[1] - max(0, dy)].ravel()
+        there = number[dx:, max(0, dy) : shape[1] + min(0, dy)].ravel()
+        half = np.full(len(here), np.hypot(dx, dy) * CELL / 2)
+        found += [(here, there, half), (there, here, half)]
+    here, there, half = map(np.concatenate, zip(*found, strict=True))
+    order = np.lexsort((there, here))
+    pointers = np.searchsorted(here[order], np.arange(number.size + 1))
+    return pointers.astype(np.int32), there[order].astype(np.int32), half[order]

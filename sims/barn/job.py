@@ -1,5 +1,5 @@
-"""`parc-jax run barn`: learn a Jackal, drive a dozen worlds on odometry and a lidar alone, check
-and film every episode.
+"""`parc-jax run barn`: drive a dozen worlds on odometry and a lidar alone, with the Jackal's model
+that comes along, check and film every episode.
 """
 
 import json as as_json
@@ -11,6 +11,7 @@ from parc_jax.drive.loop.episode_file import load_episode
 from sims.barn.driver import content_of, file_name
 from sims.barn.series import Options, drive_worlds
 from sims.barn.worlds import numbers
+from sims.jackal.learn import MODEL
 
 WORLDS = tuple(numbers()[8::17])  # a dozen, of all densities
 
@@ -20,29 +21,25 @@ def job(
     out: Path = Path("runs/barn"),
     model: Path | None = None,
     seed: int = 0,
-    rollouts: int = Options.rollouts,
-    eps: float = Options.eps,
     figures: bool = True,
     quiet: bool = False,
     json: bool = False,
 ) -> int:
     """All of it. Returns 0 when it moved, touched nothing, and every file is accepted, else 1.
 
-    Writes the model, a line an episode (drives.jsonl), the episodes and their films below `out`.
-    model: one of the Jackal that was saved. rollouts, eps: as of `Options`. Raises InputError.
+    Writes a line an episode (drives.jsonl), the episodes and their films below `out`. model:
+    another one of the Jackal. Raises InputError.
     """
     if model is not None and not model.exists():
         raise InputError(f"model: expected a saved model of the Jackal; there is no {model}.")
     options = Options(
         worlds=WORLDS,
         first_seed=seed,
-        model=model or out / "model.npz",
+        model=model or MODEL,
         out=out / "drives.jsonl",
         odometry=True,
         save=out / "episodes",
         film=out / "films" if figures else None,
-        rollouts=rollouts,
-        eps=eps,
         quiet=quiet,
     )
     told, said = drive_worlds(options)

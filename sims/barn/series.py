@@ -12,16 +12,9 @@ import numpy as np
 from tqdm import tqdm
 
 import parc_jax as pj
-from sims.barn.driver import Driver, any_world, content_of, robot
+from sims.barn.driver import Driver, any_world, content_of
 from sims.barn.worlds import numbers, world
-
-# [m/s] between bins, of speeds at the start and commanded: the slower, the less it is off. Who
-# stands beside something needs a tube that is narrow
-EDGES, COMMANDED = (-0.12, 0.12, 0.7, 1.2), (-0.15, 0.15, 0.8)
-# The worst of some thousand runs may be three times as far off as the next, so how wide a tube is
-# that holds all of them is luck: of RUNS / eps as many are left outside as is allowed. The edges
-# were chosen on runs of other keys, with two more claims; delta is such that all three hold at once
-RUNS, PROFILE_RUNS, KEY, DELTA = 15, 7, 2, 3e-4
+from sims.jackal.learn import MODEL, THINKS
 
 
 @dataclass(frozen=True)
@@ -36,8 +29,8 @@ class Options:
     """Of the first of them."""
     episodes: int = 0
     """So many episodes of the law instead, each in a random world, and what they show [T40]."""
-    model: Path = Path("barn/jackal.npz")
-    """A saved model of the Jackal; learned and saved there, if there is none."""
+    model: Path = MODEL
+    """A saved model of the Jackal that thinks, `sims.jackal.learn`; the one that comes along."""
     out: Path = Path("barn/drives.jsonl")
     """A line for each episode; what this model drove there is not driven again. A folder, of
     episodes.
@@ -52,48 +45,14 @@ class Options:
     """A folder for a file of every episode, which `parc-jax check` verifies."""
     film: Path | None = None
     """A folder for a film of every episode, a .gif, and its page, a .html."""
-    rollouts: int = 8_000
-    """To train on; as many fresh ones as eps and delta ask for follow."""
-    eps: float = 1e-3
-    """Of the claim about single manoeuvres."""
-    deadline: float = 10.0
-    """[s] of the clock for a step. The robot waits, so that a busy machine does not decide."""
+    clock: bool = False
+    """That of the machine ends a step, as on a robot; else the robot waits, and a busy machine
+    decides nothing.
+    """
     quiet: bool = False
     """No progress bars."""
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
     """Processes."""
-
-
-def learn(options: Options) -> None:
-    """The model at its place, learned if there is none; one that is there is taken as it is."""
-    if options.model.exists():
-        return
-    system, key = robot(), jax.random.PRNGKey(0)
-    kept = options.model.parent / "runs"
-    quiet = options.quiet
-    runs = pj.learning.collect(
-        system, key, n=options.rollouts, path=kept / "train.npz", quiet=quiet
-    )
-    net = pj.learning.train(runs, hidden=(32, 32), key=key, seeds=2, steps=6000)
-    lo, hi = system.domain.lo, system.domain.hi
-    speeds = [(lo[0], *EDGES, hi[0]), (lo[2], *COMMANDED, hi[2])]
-    bins = [speeds[0], (lo[1], hi[1]), speeds[1], (lo[3], hi[3])]
-    claim = pj.learning.bound_error(
-        net,
-        system,
-        jax.random.PRNGKey(KEY),
-        eps=options.eps,
-        delta=DELTA,
-        fresh=round(RUNS / options.eps),
-        discard="most",
-        profile_runs=round(PROFILE_RUNS / options.eps),
-        bins=bins,
-        shape="fitted",
-        train=runs,
-        path=kept,
-        quiet=quiet,
-    )
-    pj.learning.trajectory_model(net, claim).save(options.model)
 
 
 def drive_worlds(options: Options) -> tuple[list[dict], str]:
@@ -106,14 +65,12 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
             "would lose its place on the map. Leave out one of the two."
         )
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.model.parent.mkdir(parents=True, exist_ok=True)
-    learn(options)
     driver = Driver(
         options.model,
         content_of(options.model),
         odometry=options.odometry,
         known=options.map,
-        deadline=options.deadline,
+        clock=options.clock,
         prove=options.prove,
         save=options.save,
         film=options.film,
@@ -161,7 +118,9 @@ def summary(found: list[dict]) -> str:
             f"A cycle, scan and guidance included, processor time: median "
             f"{np.median(cycle[:, 0]):.1f} ms, 95 % {np.median(cycle[:, 1]):.1f} ms in the middle "
             f"episode, at most {cycle.max():.0f} ms; of that the loop's step, median "
-            f"{np.median(plan[:, 0]):.1f} ms, at most {plan.max():.0f} ms.",
+            f"{np.median(plan[:, 0]):.1f} ms, at most {plan.max():.0f} ms. Longer than it thinks, "
+            f"{1e3 * THINKS:.0f} ms, took {sum(one['late'] for one in found)} of "
+            f"{sum(one['cycles'] for one in found)}.",
             f"Not reached, worlds: {', '.join(missed) or 'none'}.",
         ]
     )

@@ -72,6 +72,7 @@ class Seen:
         self._odometry = odometry
         self._free = pj.problem.free_place(self._corners(robot.pose), AROUND)
         self._before: tuple[np.ndarray, np.ndarray] | None = None
+        self._stood = 0  # cycles for which it has stood
         self.allowed: list[drift.Allowed] = []
 
     def look(self) -> Look:
@@ -105,7 +106,8 @@ class Seen:
         """What is remembered shrinks, unless this is the first look."""
         if self._before is not None:
             there, slower = self._before
-            adds = drift.allowed(slower, speeds, stood=np.array_equal(here, there))
+            self._stood = self._stood + 1 if np.array_equal(here, there) else 0
+            adds = drift.allowed(slower, speeds, self._stood)
             last = np.append(here[:2], there[2])  # it slips along the heading that it had
             self._free = self._free.within(here, NEARBY).drifted(last, adds[:2], adds.turned)
             self.allowed.append(adds)

@@ -1,5 +1,5 @@
 """A Jackal among discs that wander, of which it knows where they are and how fast they are at most:
-`python -m sims.jackal.crowd --model MODEL`, a model as `python -m sims.barn` learns it.
+`python -m sims.jackal.crowd`.
 
 While a manoeuvre is under way, its stop included, nothing may be touched. Who rests may be run
 into: discs see nobody.
@@ -14,9 +14,10 @@ import numpy as np
 
 import parc_jax as pj
 from sims.barn.contact import distance_to_cylinders
-from sims.barn.driver import content_of, loop_of, robot
+from sims.barn.driver import content_of, loop_of
 from sims.jackal import params as c
 from sims.jackal.driven import Driven
+from sims.jackal.learn import MODEL, robot
 from sims.rectangle import centre_and_corners
 
 DISCS, RADIUS, FASTEST = 6, 0.25, 0.3  # how many, [m], [m/s] that each is known to be at most
@@ -107,7 +108,7 @@ class Driver:
 
     def __call__(self, discs: np.ndarray, seed) -> pj.drive.Outcome:
         system = robot()
-        loop = loop_of(self.model, self.content, 10.0)
+        loop = loop_of(self.model, self.content)
         loop.restart()
         jackal = Driven(system, START, np.asarray(seed, np.uint32))
         grid, steps, nearest = loop.model.time, [], np.inf
@@ -121,7 +122,7 @@ class Driver:
             asked = {"at": jackal.time, "spans": spans}
             step = loop.step(here, jackal.measured, obstacles, liking(around), **asked)
             if step.new:
-                jackal.begin(*step.committed.k[2:])
+                jackal.begin(*step.committed.k[-2:])
             steps.append(step)
             jackal.drive(system.moving)
             nearest = np.linalg.norm(jackal.pose[:2] - GOAL)
@@ -161,8 +162,8 @@ def liking(discs: np.ndarray):
 class Options:
     """How many, with which model."""
 
-    model: Path = Path("runs/barn/model.npz")
-    """A saved model of the Jackal, as `parc-jax run barn` learns it."""
+    model: Path = MODEL
+    """A saved model of the Jackal that thinks; the one that comes along."""
     episodes: int = 100
     """Each in a crowd of its own."""
     out: Path = Path("runs/crowd")

@@ -1,7 +1,7 @@
 """How far dead reckoning goes wrong in one cycle of a loop: `python -m sims.jackal.drift`.
 
-Robots drive chains of random manoeuvres. Of each cycle the motion that odometry tells is compared
-with the true one, both in the frame of its start.
+Robots for episodes drive chains of random manoeuvres. Of each cycle the motion that odometry tells
+is compared with the true one, both in the frame of its start.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +13,8 @@ import numpy as np
 from parc_jax.common.keys import generator
 from sims.jackal import params as c
 from sims.jackal.driven import Driven
-from sims.jackal.system import Jackal, framed, system
+from sims.jackal.learn import HELD, robot
+from sims.jackal.system import Jackal, framed
 
 
 class Allowed(NamedTuple):
@@ -30,33 +31,33 @@ class Allowed(NamedTuple):
         )
 
 
-def allowed(before, after, stood: bool = False) -> Allowed:
+def allowed(before, after, stood: int = 0) -> Allowed:
     """What a cycle between two measurements (2,) of speed [m/s] and turning [rad/s] is allowed to
-    add. stood: the wheels did, all the while: odometry says that it is where it was. What that is
-    worth is measured here, not proved.
+    add. stood: for how many cycles the wheels have, this one among them: odometry says that it is
+    where it was. What that is worth is measured here, not proved.
     """
     if stood:
-        return Allowed(*c.DRIFT_STOOD)
+        return Allowed(*c.DRIFT_STOOD[min(stood, 2) - 1])
     speed, turning = np.maximum(np.abs(before), np.abs(after))
     at_rest, per_speed, per_turning = map(np.array, c.DRIFT)
     return Allowed(*(at_rest + per_speed * speed + per_turning * turning))
 
 
-def cycles_of(robot: Jackal, key, options: "Options") -> np.ndarray:
+def cycles_of(system: Jackal, key, options: "Options") -> np.ndarray:
     """(cycles, 6) of one chain, what each adds to the error: ahead, to the left [m], heading; and
     what it is `allowed` to add.
     """
     draws = generator(key)
-    driven = Driven(robot, (0.0, 0.0, 0.0), key)
-    lo, hi = np.asarray(robot.domain.lo)[2:], np.asarray(robot.domain.hi)[2:]
-    rows = []
+    driven = Driven(system, (0.0, 0.0, 0.0), key)
+    lo, hi = np.asarray(system.domain.lo)[-2:], np.asarray(system.domain.hi)[-2:]
+    rows, stood = [], 0
     for _ in range(options.cycles):
         pose, told, before = driven.pose, driven.odometry, driven.measured
         if draws.uniform() > options.stops:
             driven.begin(*draws.uniform(lo, hi))
-        driven.drive(robot.moving)
+        driven.drive(system.moving)
         off = relative(told, driven.odometry) - relative(pose, driven.pose)
-        stood = np.array_equal(told, driven.odometry)
+        stood = stood + 1 if np.array_equal(told, driven.odometry) else 0
         rows.append([*off, *allowed(before, driven.measured, stood)])
     return np.array(rows)
 
@@ -76,12 +77,6 @@ class Options:
     """Manoeuvres of each, driven as long as their command is held."""
     stops: float = 0.2
     """Share of cycles in which no new manoeuvre begins."""
-    speed: float = c.SPEED
-    """[m/s] most that is commanded, as of `system`."""
-    turning: float = c.TURNING
-    """[rad/s]"""
-    backward: float = 0.0
-    """[m/s]"""
     seed: int = 0
     threads: int = 2
 
@@ -92,13 +87,11 @@ def main(argv: list[str] | None = None) -> None:
     import tyro
 
     options = tyro.cli(Options, args=argv, prog="python -m sims.jackal.drift")
-    robot = system(
-        speed=options.speed, turning=options.turning, backward=options.backward, threads=1
-    )
+    driven = robot()
     keys = np.asarray(jax.random.split(jax.random.PRNGKey(options.seed), options.n))
     with ThreadPoolExecutor(options.threads) as pool:
-        rows = np.concatenate(list(pool.map(lambda key: cycles_of(robot, key, options), keys)))
-    print(f"{len(rows)} cycles of {c.MOVING:g} s")
+        rows = np.concatenate(list(pool.map(lambda key: cycles_of(driven, key, options), keys)))
+    print(f"{len(rows)} cycles of {HELD:g} s")
     units = {"ahead": "m", "aside": "m", "heading": "rad"}
     for (name, unit), off, most in zip(units.items(), np.abs(rows.T[:3]), rows.T[3:], strict=True):
         quantiles = ", ".join(f"{x:.4f}" for x in np.quantile(off, [0.5, 0.99, 1.0]))

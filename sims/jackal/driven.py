@@ -39,7 +39,7 @@ class Driven:
         self._command, self._left = np.zeros(2), 0
         self._next: np.ndarray | None = None  # a command that is on its way ...
         self._waits = 0  # ... for so many ticks more
-        self._odometry, self._wheels = pose.copy(), 0.0
+        self._odometry, self._forward = pose.copy(), 0.0
         self._path = [pose.copy()]
         self._measure()
 
@@ -135,19 +135,21 @@ class Driven:
 
     def _reckon(self) -> None:
         """One tick of dead reckoning: way from the wheels, turning from the gyro, which integrates
-        within the tick. While all wheels stand, the gyro is not asked: a robot on four tyres does
-        not turn then.
+        within the tick. Once all wheels and the robot stand, the gyro is not asked: on four
+        tyres it does not turn then.
         """
-        encoders, before = self._robots.encoders[0], self._wheels
-        self._wheels = c.WHEEL_RADIUS * encoders.mean()
+        encoders = self._robots.encoders[0]
+        # tyres slip by as much as they pull, so the robot follows its wheels with a lag
+        wheels = c.WHEEL_RADIUS * encoders.mean()
+        self._forward += (wheels - self._forward) * c.TICK / (c.TICK + c.SLIP_ALONG)
         noise = c.GYRO_NOISE * self._sensors.standard_normal()
-        if (np.abs(encoders) < c.STANDS).all():
+        if max(np.abs(encoders).max(), abs(self._forward) / c.WHEEL_RADIUS) < c.STANDS:
             return
         turn = self.pose[2] - self._path[-1][2] + c.TICK * (self._bias + noise)
         x, y, heading = self._odometry
         cos, sin = np.cos(heading + 0.5 * turn), np.sin(heading + 0.5 * turn)
-        ahead = c.TICK * self._wheels - c.SLIP_ALONG * (self._wheels - before)
-        left = -c.SLIP_OUTWARDS * self._wheels * turn
+        ahead = c.TICK * self._forward
+        left = -c.SLIP_OUTWARDS * self._forward * turn
         self._odometry = np.array(
             [x + cos * ahead - sin * left, y + sin * ahead + cos * left, heading + turn]
         )

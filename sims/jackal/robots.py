@@ -47,7 +47,8 @@ def wheel_speeds(setpoint: np.ndarray) -> np.ndarray:
 
 class Robots:
     """B robots at rest at poses (B, 3): x, y [m], heading [rad]. `set_point` (B, 2) is what the
-    controller of each holds now.
+    controller of each holds now; `encoders` (B, 4) [rad/s] what the wheels' encoders have counted
+    in the last tick: slip is not seen by them.
 
     threads: of the C engine, 0 = all cores; the numbers are the same to the bit.
     """
@@ -66,6 +67,7 @@ class Robots:
         self.batch.reset()
         self.qpos, self.qvel, self.ctrl = (self.batch.bind(n) for n in ("qpos", "qvel", "ctrl"))
         self.spin = [m.joint(name).dofadr[0] for name in c.WHEELS]
+        self.turned = [m.joint(name).qposadr[0] for name in c.WHEELS]
         self.servos = [m.actuator(name).id for name in c.WHEELS]
         self.qpos[:] = _standing()
         self.qpos[:, :2] += poses[:, :2]
@@ -76,6 +78,7 @@ class Robots:
         self.set_point = np.zeros((len(poses), 2))
         self.heading = poses[:, 2].copy()
         self.failed = np.zeros(len(poses), bool)
+        self.encoders = np.zeros((len(poses), 4))
 
     def begin(self, measured: np.ndarray) -> None:
         """A new manoeuvre: the ramps of its command begin at the speeds (B, 2) that are measured
@@ -88,7 +91,9 @@ class Robots:
         self.set_point = np.asarray(set_point, np.float64)
         self.factor = self.travel.next()
         self.ctrl[:, self.servos] = self.factor * wheel_speeds(self.set_point)
+        before = self.qpos[:, self.turned]
         self.batch.step(nstep=c.SUBSTEPS)
+        self.encoders = (self.qpos[:, self.turned] - before) / c.TICK / self.factor
         self.failed |= (self.batch.warning != 0).any(axis=(1, 2))
         turn = _heading(self.qpos) - self.heading
         self.heading = self.heading + np.arctan2(np.sin(turn), np.cos(turn))
@@ -112,11 +117,6 @@ class Robots:
         cos, sin = np.cos(self.heading), np.sin(self.heading)
         vx, vy = self.qvel[:, 0], self.qvel[:, 1]
         return np.stack([cos * vx + sin * vy, cos * vy - sin * vx, self.qvel[:, 5]], axis=1)
-
-    @property
-    def encoders(self) -> np.ndarray:
-        """(B, 4) speeds [rad/s] that the wheels' encoders count; slip is not seen by them."""
-        return self.qvel[:, self.spin] / self.factor
 
     def push(self, change: np.ndarray) -> None:
         """Change forward speed and turning (B, 2) at once, of the robot and of its wheels alike:

@@ -118,46 +118,50 @@ def test_the_job_is_found_by_its_name_and_asks_for_a_model_that_exists(tmp_path,
     assert stop.value.code == 2 and "expected a function `system()`" in capsys.readouterr().err
 
 
-@pytest.mark.night
-def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_path, monkeypatch):
+@pytest.mark.slow
+def test_the_robot_that_comes_along_reaches_the_goal_and_touches_nothing(tmp_path):
     need("shapely")
-    from sims.barn import compared
-    from sims.barn.driver import Driver, content_of
     from sims.barn.series import Options, drive_worlds
 
     out = tmp_path / "drives.jsonl"
-    about = {
-        "model": tmp_path / "model.npz",
-        "out": out,
-        "rollouts": 3000,
-        "eps": 1e-2,
-        "deadline": 600.0,
-    }
-    drive_worlds(Options(worlds=(1, 5), prove=True, **about))
-    side = compared.Options(
-        tmp_path / "model.npz", (5,), tmp_path / "side.jsonl", jobs=1, quiet=True
-    )
-    *_, learned, constant, none = compared.main(side).splitlines()
-    assert learned.startswith("| learned | 1 of 1 | 0 |")
-    assert constant.startswith("| constant |") and none.startswith("| none |")
-    told = [json.loads(line) for line in out.read_text().splitlines()]
-    assert [one["world"] for one in told] == [1, 5]
-    assert all(one["reached"] and one["proved"] and not one["touched"] for one in told)
-    drive_worlds(Options(worlds=(1, 5), **about))  # what was driven is not driven again
-    assert len(out.read_text().splitlines()) == 2
-    drive_worlds(Options(worlds=(5,), odometry=True, **about))  # another drive of the same world
-    assert len(out.read_text().splitlines()) == 3
-    with_map = Driver(tmp_path / "model.npz", content_of(tmp_path / "model.npz"), known=True)
+    drive_worlds(Options(worlds=(5,), odometry=True, prove=True, out=out, jobs=1, quiet=True))
+    drive_worlds(
+        Options(worlds=(5,), odometry=True, out=out, jobs=1, quiet=True)
+    )  # it is not driven again
+    (told,) = (json.loads(line) for line in out.read_text().splitlines())
+    assert told["world"] == 5 and told["reached"] and told["proved"] and not told["touched"]
+
+
+@pytest.mark.night
+def test_with_the_map_nothing_compiles_and_the_job_writes_a_film_of_each(tmp_path, monkeypatch):
+    need("shapely")
+    from sims.barn.driver import Driver, content_of
+    from sims.jackal.learn import MODEL
+
+    with_map = Driver(MODEL, content_of(MODEL), known=True)
     first, many = with_map(barn.world(1), (1, 0)), []
     assert compiled_by(lambda: many.append(with_map(barn.world(250), (250, 0)))) == 0
     assert many[0].told["edges"] == [87.0, 87]  # nothing compiles, however many obstacles
     for one in (first, *many):
         assert one.told["reached"] and one.told["map"] and not one.touched
-    monkeypatch.setattr(sys.modules["sims.barn.job"], "WORLDS", (5,))
-    assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 0
+    monkeypatch.setattr(sys.modules["sims.barn.job"], "WORLDS", (217,))
+    assert barn.job(out=tmp_path / "job", quiet=True) == 0  # on odometry and a lidar
     for kind in ("episodes/*.json", "films/*.gif", "films/*.html"):
         assert len(list((tmp_path / "job").glob(kind))) == 1
     (episode,) = (tmp_path / "job" / "episodes").iterdir()
-    assert content_of(tmp_path / "model.npz").startswith(episode.stem.rsplit("_", 1)[1])
+    assert content_of(MODEL).startswith(episode.stem.rsplit("_", 1)[1])
     episode.unlink()
-    assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 1
+    assert barn.job(out=tmp_path / "job", quiet=True) == 1
+
+
+@pytest.mark.night
+def test_what_a_proof_costs_is_told_of_the_same_loop_with_other_tubes(tmp_path):
+    need("shapely")
+    from sims.barn import compared
+
+    asked = compared.Options(
+        worlds=(5,), runs=3000, out=tmp_path / "side.jsonl", jobs=1, quiet=True
+    )
+    *_, learned, constant, none = compared.main(asked).splitlines()
+    assert learned.startswith("| learned | 1 of 1 | 0 |")
+    assert constant.startswith("| constant |") and none.startswith("| none |")
