@@ -20,7 +20,6 @@ from sims.barn import series
 from sims.barn.job import WORLDS
 from sims.jackal.learn import MODEL, robot
 
-
 RESTS = 1e-4  # [m] that a network may move while the robot rests, else no loop takes it
 
 

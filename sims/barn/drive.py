@@ -19,6 +19,7 @@ from sims.lidar import lidar
 
 PATIENCE = 60  # cycles at rest without a manoeuvre that end an episode
 SHARE = 4  # of the candidates one of so many is asked in a cycle that follows one without any
+LIDAR = {"beams": 720, "max_range": 30.0}  # as the challenge's; what is nearer than 0.1 m touches
 CLOSER = 0.1  # [m] by which it has to get shorter to count
 STALLED = 15  # cycles in which the way to the goal gets no shorter: another way is tried
 
@@ -89,7 +90,7 @@ def drive(
     rng = np.random.default_rng(np.asarray(jax.random.key_data(scans)))
     loop.restart()
     robot = Driven(system, world.start, body)
-    scanner = lidar() if scanner is None else scanner
+    scanner = lidar(**LIDAR) if scanner is None else scanner
     sight = Mapped(world, robot) if known else Seen(world, robot, scanner, rng, odometry)
     guide = Guidance(world.start, world.goal, NEAR)
     poses, free, steps = [], [], []

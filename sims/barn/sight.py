@@ -17,6 +17,8 @@ REACH = (0.7, 0.7, 1.35)  # [m] half width of the square around the robot whose 
 TIGHT, EDGES = 0.02, 100  # [m] that these may be nearer than they are, and how many there may be
 KEPT = 4.0  # [m] of free space that is remembered
 NEARBY = 0.8  # [m] of it that is remembered while odometry drifts: farther away headings cost more
+AT_ONCE = 20  # cycles of a robot that stands
+STANDS = 1e-5  # [m], [rad] a robot that moves less in a cycle has stood
 WIDTH = 0.15  # [m] no obstacle is narrower: a cylinder's diameter
 AROUND = 0.12  # [m] that a person saw to be free around the robot before its start
 FIELD = 15.0  # [m] of the map around the start that are shown as free, where nothing stands
@@ -83,7 +85,11 @@ class Seen:
         if self._odometry:
             here = robot.odometry
             scan = scan.taken_from(self._scanner.pose(here))
+        stands = self._before is not None and np.abs(here - self._before[0]).max() < STANDS
+        self._stood = self._stood + 1 if stands else 0
+        if self._odometry:
             self._drift(here, speeds)
+        self._before = here, speeds
         self._free = self._free.add(pj.problem.free_place(self._corners(here)))
         still, per_speed, most = REACH
         reach = min(still + per_speed * abs(speeds[0]), most)
@@ -96,22 +102,27 @@ class Seen:
                 noise=scan.noise,
                 width=WIDTH,
             )
-            self._free = seen.within(here, KEPT).add(self._free.within(here, KEPT))
-            obstacles = self._free.near(here, reach, TIGHT, EDGES).obstacles()
+            free = seen.within(here, KEPT).add(self._free.within(here, KEPT))
+            if self._stood < 2 or free.refuting:  # else it has seen all this, less noise
+                self._free = free
+            obstacles = free.near(here, reach, TIGHT, EDGES).obstacles()
         except pj.InputError as error:
             return Look(here, self._free, (), np.empty((0, 2)), str(error))
-        return Look(here, self._free, obstacles, scan.ends[scan.returned])
+        return Look(here, free, obstacles, scan.ends[scan.returned])
 
     def _drift(self, here: np.ndarray, speeds: np.ndarray) -> None:
         """What is remembered shrinks, unless this is the first look."""
         if self._before is not None:
             there, slower = self._before
-            self._stood = self._stood + 1 if np.array_equal(here, there) else 0
             adds = drift.allowed(slower, speeds, self._stood)
             last = np.append(here[:2], there[2])  # it slips along the heading that it had
-            self._free = self._free.within(here, NEARBY).drifted(last, adds[:2], adds.turned)
+            # while it stands, what many cycles add is taken off before the first of them: each time
+            # the outline gets more corners
+            many = 1 if self._stood < 2 else AT_ONCE * ((self._stood - 2) % AT_ONCE == 0)
+            if many:
+                ahead, aside, turned = many * np.array(adds)
+                self._free = self._free.within(here, NEARBY).drifted(last, (ahead, aside), turned)
             self.allowed.append(adds)
-        self._before = here, speeds
 
     def _corners(self, pose: np.ndarray) -> np.ndarray:
         return centre_and_corners(pose[:2], pose[2], *self._robot.system.size)[1:]
