@@ -52,7 +52,7 @@ SLIP_ALONG = 0.039  # [s] by which the robot follows its wheels
 SLIP_OUTWARDS = 0.066  # [m/s] per m/s of speed and rad/s of turning
 # What a cycle of 0.2 s is allowed to add to its error, ahead [m], aside [m] and of the heading
 # [rad]: at rest, per m/s and per rad/s of the faster of its two ends
-DRIFT = ((0.006, 0.003, 0.0025), (0.025, 0.004, 0.0), (0.0, 0.008, 0.0))
+DRIFT = ((0.011, 0.003, 0.0022), (0.006, 0.003, 0.0), (0.0, 0.012, 0.0))
 STANDS = 0.01  # [rad/s] a wheel that is slower stands, says its encoder
 # [m], [m], [rad] of a cycle in which all wheels stood, and of one that follows such a cycle
 DRIFT_STOOD = ((0.0003, 0.0003, 0.0008), (1e-5, 1e-5, 1e-5))
