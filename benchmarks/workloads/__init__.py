@@ -28,6 +28,8 @@ NAMES = (
     "obstacles",
     "clutter",
     "live",
+    "barn",
+    "dynabarn",
     "scaling",
     "bodies",
 )
