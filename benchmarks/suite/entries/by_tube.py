@@ -2,13 +2,17 @@
 in what they call the width of the tube.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
-from benchmarks.suite.contact import Obstacle
+from benchmarks.suite.contact import Obstacle, touched
 from benchmarks.suite.entries import kit
 from benchmarks.suite.scene import Scene
+
+PARTS = 32  # of the time from a record to the next
+CHUNK = 2048  # runs looked at together
 
 
 def learn(task: kit.Task, rng, n: int) -> tuple:
@@ -81,12 +85,44 @@ def shrunk(scene: Scene, at_end, q, anywhere) -> Scene:
     return replace(scene, ends=ends, q=further, obstacles=_grown(scene, anywhere))
 
 
+@dataclass(frozen=True)
+class Between(Scene):
+    """A scene in which runs touch nothing between records either, where no point goes farther than
+    `reach` [m] along any axis from one record to the next.
+    """
+
+    reach: float
+
+    def succeeds(self, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+        found = super().succeeds(p, q)
+        for rows in np.array_split(np.flatnonzero(found), 1 + found.sum() // CHUNK):
+            corners = _between(p[rows], self.reach)
+            for points, radius in self.body:
+                hulls = corners[:, :, points].reshape(*corners.shape[:2], -1, p.shape[-1])
+                for obstacle in self.obstacles:
+                    found[rows] &= ~touched(hulls, obstacle, radius)
+        return found
+
+
+def _between(p: np.ndarray, reach: float) -> np.ndarray:
+    """Corners (n, PARTS * records, points, 2 ** d, d) of boxes in which points of runs p are during
+    parts of the time from each record to the next: no farther from either than the time allows.
+    """
+    before, after, found = p[:, :-1], p[:, 1:], []
+    for part in range(PARTS):
+        since, until = reach * (part + 1) / PARTS, reach * (1 - part / PARTS)
+        lo = np.maximum(before - since, after - until)
+        hi = np.minimum(before + since, after + until)
+        sides = product(*((lo[..., i], hi[..., i]) for i in range(p.shape[-1])))
+        found.append(np.stack([np.stack(corner, axis=-1) for corner in sides], axis=-2))
+    return np.concatenate(found, axis=1)
+
+
 def between_records(scene: Scene, task: kit.Task) -> Scene:
     """The scene for records between which a point goes no faster than is told."""
     if task.told["speed"] is None:
         return scene
-    farthest = np.full(task.n_p, 0.5 * task.told["speed"] * task.told["dt"])
-    return replace(scene, obstacles=_grown(scene, farthest))
+    return Between(**vars(scene), reach=task.told["speed"] * task.told["dt"])
 
 
 def _grown(scene: Scene, by: np.ndarray) -> tuple[Obstacle, ...]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
+from scipy.stats import gamma
 
 import parc_jax as pj
 from benchmarks.suite.answer import ROWS, Sets
@@ -26,28 +27,31 @@ from parc_jax.safe_set.corridors.search import corridors_around
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, lowered, padded
 
-SCALES = (1.3, 1.15, 1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3)  # of the tube, falling
+SCALES = tuple(round(1.3 * 0.9**i, 3) for i in range(15))  # of the tube, falling to 0.3
 TRAIN, PROFILE, DESIGN = 0.2, 0.2, 0.3  # of the budget; the rest tests
 MOST = 8000  # runs of training and of the profile, each
 BINS = {1: 8, 2: 4, 3: 2, 4: 2, 5: 1, 6: 1}  # per axis of what a network reads
 MATTERS = 0.1  # share of a network's error that the start explains, from which it reads that too
 FAR_OFF = 0.005  # of the runs of a profile are left out, the farthest from the network
-SEEDS = {4: 2000, 5: 600, 6: 200}  # plans around which polytopes are cut, by their dimensions
+SEEDS = {4: 16000, 5: 600, 6: 200}  # plans around which polytopes are cut, by their dimensions
 DRAWS, RARE, LONGEST = 1 << 13, 8, 80  # plans judged together; times where none is safe, at most
-PIECES = 400  # polytopes: the largest
+PIECES = 1500  # polytopes: the largest
 POOL = 20_000  # plans drawn to tell which polytopes and which scales hold what
 EVEN = 0.8  # of the runs of the design are of plans as they are drawn
-HOPE = 0.8  # of the share of tests that may fail: what the design expects of the last set
+UNSURE = 0.05  # chance that more tests of the last set fail than may, by what the design expects
 PART = 0.1  # of the set of a scale must be left in cells
 CUTS, FEWEST = 6, 30  # between plans in a row; plans of a side
 WORTH, WIDE = (6.0, 3.0), 2.0  # log-likelihood that a cut must gain; may lose to be careful
 
 
 class Learnt(NamedTuple):
-    """A model, and whether it reads the start too: then its k is (p0, k)."""
+    """A model; whether it reads the start too: then its k is (p0, k); and how far runs may be from
+    the straight way between records (n_c,) [m].
+    """
 
     model: pj.types.TrajectoryModel
     anchored: bool
+    between: np.ndarray
 
 
 def learn(task: kit.Task, scene, rng: np.random.Generator) -> Learnt:
@@ -76,7 +80,9 @@ def learn(task: kit.Task, scene, rng: np.random.Generator) -> Learnt:
     why = "a scale for sets that are tested: nothing is claimed of it"
     about = {"system": task.told["name"], "points": tuple(task.told["points"])}
     claim = pj.learning.declared_claim(tube, why, net, engine.grid(task), **about)
-    return Learnt(pj.learning.trajectory_model(net, claim), anchored)
+    reach, steps = (task.told["speed"] or 0.0) * task.told["dt"], np.diff(profile.p, axis=1)
+    between = 0.5 * np.maximum(0.0, reach - np.abs(steps).min(axis=(0, 1)))
+    return Learnt(pj.learning.trajectory_model(net, claim), anchored, between)
 
 
 def _off(net, runs: RolloutBatch) -> np.ndarray:
@@ -110,8 +116,7 @@ class Nested:
     def __init__(self, learnt: Learnt, asked: pj.types.Problem, task: kit.Task, scene, rng):
         self.learnt, self.n_p = learnt, task.n_p
         query = pj.Planner(learnt.model).prepare(asked).scene.nominal.query
-        farthest = 0.5 * (task.told["speed"] or 0.0) * task.told["dt"]  # between records
-        self.scenes = [_at_scale(query, scale, farthest) for scale in SCALES]
+        self.scenes = [_at_scale(query, scale, learnt.between) for scale in SCALES]
         self.cut: list[SafePolytope] = []
         seeds = self._seeds(rng, *task.bounds(scene))
         self.first = seeds[0] if len(seeds) else None
@@ -189,10 +194,12 @@ def _within(rows: HPolytope, lo: np.ndarray, hi: np.ndarray) -> HPolytope:
     return HPolytope(np.vstack([rows.A, own, -own]), np.concatenate([rows.b, hi, -lo]))
 
 
-def _at_scale(query, scale: float, more: float) -> Scene:
-    """The problem under the scaled tube, and so much [m] more during intervals."""
-    claim = query.model.claim
-    tube = scaled(claim.tube, np.full(claim.tube.n_bins, scale), np.full(claim.tube.n_c, more))
+def _at_scale(query, scale: float, more: np.ndarray) -> Scene:
+    """The problem under the scaled tube, and so much (n_c,) [m] more during intervals, scaled too
+    where that is less.
+    """
+    claim, more = query.model.claim, min(1.0, scale) * more
+    tube = scaled(claim.tube, np.full(claim.tube.n_bins, scale), more)
     return padded(lowered(query.of(query.model.replace(claim=stand_in(claim, tube))).nominal()))
 
 
@@ -245,7 +252,7 @@ def _designed(pool, level, n: int, bounds, succeed, task: kit.Task, rng):
         [np.full(len(s), len(b) / max(1, len(s))) for s, b in zip(some, between, strict=True)]
     )
     tests = task.budget - task.used
-    allowed = HOPE * max(0, most_discards(tests, task.eps, task.delta)) / tests
+    allowed = gamma.ppf(UNSURE, 1 + max(0, most_discards(tests, task.eps, task.delta))) / tests
     start, of_k = np.split(np.asarray(bounds), [task.n_p], axis=1)
     found = []
     for worth in WORTH:
@@ -256,7 +263,9 @@ def _designed(pool, level, n: int, bounds, succeed, task: kit.Task, rng):
             k, bad, w = pool[rows[own], task.n_p :], failed[own], weight[own]
             kept, lost, held = [], 0.0, 0.0
             for lo, hi, leaf in kit.cells(k, bad, *of_k, FEWEST, worth, CUTS, wide=WIDE):
-                fails, size = (w[leaf] * bad[leaf]).sum(), w[leaf].sum()
+                # as Jeffreys has it: a cell where none of a few failed is not known to be safe
+                more = w[leaf].mean()
+                fails, size = (w[leaf] * bad[leaf]).sum() + 0.5 * more, w[leaf].sum() + more
                 if fails <= 2 * task.eps * size:
                     kept.append((np.append(start[0], lo), np.append(start[1], hi)))
                     lost, held = lost + fails, held + size
