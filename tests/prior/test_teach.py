@@ -10,6 +10,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.fresh import ledger_of
 from parc_jax.learning.learn import learn
+from parc_jax.learning.prior import teach
 from parc_jax.learning.prior.identify import flat
 from parc_jax.learning.prior.teach import TWIST, taught
 from parc_jax.learning.runs.collect import collect
@@ -103,6 +104,33 @@ def test_a_prior_that_runs_alone_surpass_is_left_out():
     truth = flat(slipping.recorded(found.runs.k))
     assert np.median(np.abs(flat(found.runs) - truth).max(axis=1)) < 0.05
     assert "left out: the" not in taught(Simulator(), runs, 300, KEY).said
+
+
+def spinning(k, noise=0.0):
+    """Runs of a robot that goes straight and turns ever faster, up to eight radians: few runs do
+    not show a twist.
+    """
+    runs, s = slipping.recorded(k, noise=noise), np.linspace(0, 1, slipping.TIME.n_record + 1)
+    heading = 8 * k[:, 1:] * s**3
+    ahead = np.exp(1j * heading)[..., None] * (slipping.CORNERS @ np.array([1.0, 1j]))
+    at = (2 * k[:, :1] * s)[..., None] + ahead
+    offset = runs.p - slipping.recorded(k).p
+    p = np.stack([at.real, at.imag], axis=-1).reshape(runs.p.shape) + offset
+    return runs.replace(p=p, q=heading[:, -1:])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("n", "alone"), [(16, True), (60, False)])
+def test_a_twist_is_taken_where_fresh_runs_would_take_it(n, alone, monkeypatch):
+    """The choice is by cross-fitting: no fresh run is asked."""
+    runs = spinning(slipping.drawn(n), noise=0.01)
+    found = taught(TWIST, runs, 300, KEY)
+    sizes = iter((1, 0) if alone else (0, 1))
+    monkeypatch.setattr(teach, "_typical", lambda *_: next(sizes))
+    other = taught(TWIST, runs, 300, KEY)
+    truth = flat(spinning(found.runs.k))
+    near, far = (np.median(np.abs(flat(one.runs) - truth).max(axis=1)) for one in (found, other))
+    assert ("left out: the runs alone" in found.said) == alone and near < 0.9 * far
 
 
 def test_sizes_are_of_all_training_runs_and_failed_ones_have_none():

@@ -44,7 +44,8 @@ def test_the_post_between_records_refutes_who_sees_records_alone_and_can_be_pass
     seen = runs[0][:, :: one.black_box.fine]
     careful = by_tube.between_records(one.scene, SimpleNamespace(told=one.task, n_p=2))
     good = {"seen": one.scene.succeeds(seen, runs[1]), "proved": careful.succeeds(seen, runs[1])}
-    assert good["proved"].mean() > 0.01 and not (good["proved"] & ~good["seen"]).any()
+    assert good["proved"].mean() > 0.02 and not (good["proved"] & ~good["seen"]).any()
+    assert not (good["proved"] & ~one.scene.succeeds(*runs)).any()  # whatever is seen
     calm = {name: _calm(plans[some]) for name, some in good.items()}
     found = score(one, {name: text(plans=some.tolist()) for name, some in calm.items()}, "0")
     assert found["entries"]["seen"]["status"] == "refuted"
