@@ -127,4 +127,9 @@ try fails "along the intervals: errors of the first" Checker.v "clear_on P (tl I
 try fails "JSON: a key twice" Parse.v "if unique 24 (fold_left (fun names m => fst m :: names) done [key]) then" "if true then"
 try fails "JSON: numbers that begin with 0" Parse.v '(here s first =? "0")%char && (S upto <? first)%nat' 'false'
 try fails "JSON: half of a pair swallows what follows" Parse.v "if low n then Some n else None | None => None" "Some n | None => None"
+try fails "the reader: exponents of decimals ignored" Reader.v "Some (raised 10 z (e - Z.of_nat b))" "Some (raised 10 z (- Z.of_nat b))"
+try fails "the reader: obstacles there from the first step on" Reader.v "Fine (Obstacle A first last)" "Fine (Obstacle A 0 last)"
+try fails "the reader: errors of the end in the wrong bins" Reader.v "map fst finals" "rev (map fst finals)"
+try fails "the reader: halves of a split exchanged" Reader.v "Split axis at_ lower upper" "Split axis at_ upper lower"
+try fails "the reader: boxes of doubt from their middle on" Reader.v "(qadd k (Qmake (- Qnum r) (Qden r)), qadd k r)" "(k, qadd k r)"
 exit $wrong

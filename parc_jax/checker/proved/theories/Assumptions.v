@@ -31,3 +31,5 @@ Print Assumptions turns_held.
 Print Assumptions a_drive_there_is.
 Print Assumptions parse_is.
 Print Assumptions one_value.
+Print Assumptions accepted_bytes.
+Print Assumptions episode_bytes.

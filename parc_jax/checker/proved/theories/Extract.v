@@ -2,9 +2,9 @@
 From Coq Require Import ExtrOcamlBasic ExtrOcamlNatInt ExtrOcamlZBigInt ExtrOcamlNativeString.
 From Coq Require Import Ascii String ZArith QArith.
 From ParcJax Require Import Spec Arithmetic Integers Checker Polytopes Doubt NoPlan Answer Episode
-  ClaimSpec Claim Json Parse.
+  ClaimSpec Claim Json Parse Reader.
 (* Not trusted: greatest common divisors, quotients and roots are tried where they are used
-   (Arithmetic.v, Claim.v; exactly in reader.ml). *)
+   (Arithmetic.v, Claim.v, Reader.v). *)
 Extract Constant Z.gcd => "Z.gcd".
 Extract Constant Z.sqrt => "(fun z -> if Z.sign z < 0 then Z.zero else Z.sqrt z)".
 Extract Constant Z.div => "(fun a b -> if Z.sign b = 0 then Z.zero else Z.fdiv a b)".
@@ -28,7 +28,10 @@ Extract Constant String.substring =>
 Extract Constant within => "(fun (lo : char) hi c -> lo <= c && c <= hi)".
 Extract Constant ascii_of_N => "(fun n -> Char.chr (Big_int_Z.int_of_big_int n land 255))".
 Extract Constant N_of_ascii => "(fun c -> Big_int_Z.big_int_of_int (Char.code c))".
+Extract Constant nat_of_ascii => "Char.code".
+Extract Constant Z.of_nat => "Big_int_Z.big_int_of_int".
 Extract Constant N.of_nat => "Big_int_Z.big_int_of_int".
 Extract Constant N.to_nat => "Big_int_Z.int_of_big_int".
 Extract Constant Nat.sub => "(fun (a : int) b -> if a < b then 0 else a - b)".
-Extraction "program/check.ml" check_answer check_episode check_claim parse.
+Extraction "program/check.ml" check_answer check_episode check_claim parse max_bytes
+  answer_of episode_of number fraction.

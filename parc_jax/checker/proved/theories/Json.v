@@ -25,7 +25,7 @@ Definition unsigned (s : string) : Prop :=
   s <> "" /\ every digit s = true /\ (forall s', s = String "0" s' -> s' = "") /\
   (size s <= max_digits)%N.
 Inductive whole : string -> string -> Prop :=
-  | positive s : unsigned s -> whole s s
+  | not_negative s : unsigned s -> whole s s
   | negative s : unsigned s -> s <> "0" -> whole ("-" ++ s) ("-" ++ s)
   | minus_zero : whole "-0" "0".
 
@@ -88,8 +88,8 @@ Inductive value : nat -> string -> json -> Prop :=
   | null n : value n "null" Null
   | true_ n : value n "true" (Bool true)
   | false_ n : value n "false" (Bool false)
-  | number n t s : whole t s -> value n t (Int s)
-  | text n t s : spells t s -> value n (quoted t) (Str s)
+  | a_number n t s : whole t s -> value n t (Int s)
+  | a_text n t s : spells t s -> value n (quoted t) (Str s)
   | no_list n b : every blank b = true -> value n ("[" ++ b ++ "]") (Arr [])
   | some_list n t l : elements n t l -> value (S n) ("[" ++ t ++ "]") (Arr l)
   | no_object n b : every blank b = true -> value n ("{" ++ b ++ "}") (Obj [])
@@ -135,9 +135,9 @@ Fixpoint utf8 (s : string) (next : nat * ascii * ascii) : bool :=
   | String c s', S n' => within lo hi c && utf8 s' (n', "128", "191")%char
   | String c s', O => match letter c with Some next' => utf8 s' next' | None => false end
   end.
-Definition begin : nat * ascii * ascii := (0, "128", "191")%char.
+Definition between_letters : nat * ascii * ascii := (0, "128", "191")%char.
 
 (* The value that the bytes of a file spell. *)
 Definition json_of (s : string) (v : json) : Prop :=
-  (size s <= max_bytes)%N /\ (N.of_nat (count mark s 0) <= max_marks)%N /\ utf8 s begin = true /\
-  spaced max_depth s v.
+  (size s <= max_bytes)%N /\ (N.of_nat (count mark s 0) <= max_marks)%N /\
+  utf8 s between_letters = true /\ spaced max_depth s v.

@@ -195,7 +195,7 @@ Definition parse (s : string) : outcome json :=
   if (max_bytes <? N.of_nat all)%N then Wrong "the file is too large" all else
   if (max_marks <? N.of_nat (counted mark s all 0))%N then
     Wrong "the file has too many numbers and lists" all else
-  match not_utf8 s all begin with
+  match not_utf8 s all between_letters with
   | Some rest => Wrong "the text is not UTF-8" rest
   | None =>
       match read_value max_depth s all with

@@ -185,7 +185,7 @@ Proof.
     - exists "". repeat split; auto. }
   destruct S as (w & S & R & W). exists (w ++ t). rewrite S. eexists. split; [exact R|].
   split; [|reflexivity]. destruct W as [-> | ->].
-  - change ("" ++ t) with t. destruct (t =? "-0") eqn:M; [|apply positive, U].
+  - change ("" ++ t) with t. destruct (t =? "-0") eqn:M; [|apply not_negative, U].
     apply String.eqb_eq in M. rewrite M in B. discriminate B.
   - destruct ("-" ++ t =? "-0") eqn:M.
     + apply String.eqb_eq in M. rewrite M. apply minus_zero.
@@ -826,7 +826,7 @@ Proof.
     destruct (Z b _ r l _ _ L B E eq_refl eq_refl) as (LI & R & H & _). rewrite H.
     exact (word_complete "false" (Bool false) _ r LI R).
   - intros n t d W l b r L B E F. rewrite read_value_is. cbv zeta.
-    destruct (value_first n t _ (number n t d W)) as (c & t' & T & FC & _).
+    destruct (value_first n t _ (a_number n t d W)) as (c & t' & T & FC & _).
     destruct (Z b _ r l c t' L B E T FC) as (LI & R & H & _). rewrite H.
     rewrite (whole_complete t d _ r W LI R F).
     assert (G : digit c = true \/ c = "-"%char).
@@ -926,7 +926,7 @@ Lemma parse_sound v l : parse s = Read v l -> json_of s v.
 Proof.
   unfold parse. destruct (max_bytes <? _)%N eqn:A; [discriminate|]. apply N.ltb_ge in A.
   destruct (max_marks <? _)%N eqn:B; [discriminate|]. apply N.ltb_ge in B.
-  destruct (not_utf8 s N begin) eqn:C; [discriminate|]. apply not_utf8_is in C; [|lia].
+  destruct (not_utf8 s N between_letters) eqn:C; [discriminate|]. apply not_utf8_is in C; [|lia].
   rewrite counted_is in B by lia. rewrite rest_all in B, C.
   destruct (read_value max_depth s N) as [w after|] eqn:E; [|discriminate]. cbv zeta.
   destruct (spaced_sound max_depth _ N w after (value_sound max_depth) E) as (K & t & R & V);

@@ -367,9 +367,9 @@ Definition a_drive_there_is : forall e n b w, check_episode e = Driven n b w ->
     keeps_to e turn (toR (start_of e (fst turn))) (where_ i)
   := EpisodeFacts.a_drive_there_is.
 
-(* ---- The bytes of a file.  Read with Json.v, which has the words ---- *)
-From ParcJax Require Import Json Parse.
-From ParcJax Require ParseFacts.
+(* ---- The bytes of a file.  Read with Json.v and Format.v, which have the words ---- *)
+From ParcJax Require Import Json Parse Format Reader.
+From ParcJax Require ParseFacts ReaderFacts.
 
 (* What the program reads from a file is the value of JSON that its bytes spell; it reads one where
    they spell one, and they spell one at most. *)
@@ -377,3 +377,17 @@ Definition parse_is : forall s v, (exists left, parse s = Read v left) <-> json_
   := ParseFacts.parse_is.
 Definition one_value : forall s v w, json_of s v -> json_of s w -> v = w
   := ParseFacts.one_value.
+(* From the bytes of a file to what is true: the program calls these three, one after the other. *)
+Theorem accepted_bytes : forall s v left a marks r, parse s = Read v left ->
+  answer_of v = Fine a -> check_answer a = Accepted marks r ->
+  json_of s v /\ answer_is v a /\ meaning a r.
+Proof.
+  intros s v left a marks r V A K. split; [apply parse_is; eauto|].
+  split; [exact (ReaderFacts.answer_reads v a A)|exact (accepted a marks r K)].
+Qed.
+(* The same of an episode, as far as the record that check_episode is asked about. *)
+Theorem episode_bytes : forall s v left e, parse s = Read v left -> episode_of v = Fine e ->
+  json_of s v /\ episode_is v e.
+Proof.
+  intros s v left e V E. split; [apply parse_is; eauto|exact (ReaderFacts.episode_reads v e E)].
+Qed.
