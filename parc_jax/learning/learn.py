@@ -27,7 +27,6 @@ from parc_jax.learning.bound.fresh import SHAPE
 from parc_jax.learning.bound.pipeline import (
     STORED,
     HeldRuns,
-    Runs,
     SystemRuns,
     bound_errors,
     learn_profiles,
@@ -250,7 +249,7 @@ def _first_bound(settings: Learning) -> BoundSettings:
 
 def _bounded(
     net: ReLUNetwork,
-    runs: Runs,
+    runs: SystemRuns | HeldRuns,
     train: RolloutBatch,
     settings: BoundSettings,
     start: StartTrial,

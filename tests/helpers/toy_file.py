@@ -31,6 +31,12 @@ def toy_scene():
     return fold_model(T=4, e=0.02), reach_avoid(goal, blocks, 0.1)
 
 
+def hashed(meta: dict) -> dict:
+    """What a file says beside its proof, with the hash of it."""
+    told = {name: value for name, value in meta.items() if name != "hash"}
+    return told | {"hash": part_hash(told)}
+
+
 def answer_file(model, problem, samples=(), sets=(), corridors=()) -> dict:
     """The parsed answer file of a model and a problem with the given certificates."""
     parts = {
@@ -60,7 +66,7 @@ def answer_file(model, problem, samples=(), sets=(), corridors=()) -> dict:
         "format": FORMAT,
         **parts,
         "no_plan": None,
-        "meta": meta,
+        "meta": hashed(meta),
         "hash": {name: part_hash(part) for name, part in parts.items()},
         "samples": list(samples),
         "sets": list(sets),

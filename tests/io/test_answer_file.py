@@ -1,18 +1,20 @@
 """An answer comes back from its file with the same corridors, and only if its proof holds."""
 
 import json
+from dataclasses import replace
 
 import jax
 import numpy as np
 import pytest
 import toy_query
-from toy_file import save, toy_file
+from toy_file import hashed, save, toy_file
 from toy_models import model_of
 
 import parc_jax as pj
 from parc_jax.answer.answer import answer_data
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.claim import derived
 from parc_jax.proof.certificate.write import part_hash
 
 
@@ -71,11 +73,15 @@ def test_what_no_hash_covers_is_called_the_word_of_the_file(answer, tmp_path):
     robust = {"words": "every start within ±9 m", "sensing_eps": "0", "parameters": [2, 2]}
     data["meta"]["doubt"] = robust | {"k_volume": "4"}
     path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match="it was edited, or is of an earlier form"):
+        load_answer(path)
+    data["meta"] = hashed(data["meta"])  # who makes the hash anew can write anything
+    path.write_text(json.dumps(data))
     said = load_answer(path).details()
     assert "holds for every start within ±9 m" in said
     assert "that rests on it and the uncertainty that the scene allows for." in said
     for other in ({"pose": ["7", "7", None]}, {"at": ["7", "7"]}):
-        path.write_text(json.dumps(data | {"meta": data["meta"] | other}))
+        path.write_text(json.dumps(data | {"meta": hashed(data["meta"] | other)}))
         with pytest.raises(InputError, match="plans that start at its pose; got another"):
             load_answer(path)
 
@@ -125,3 +131,18 @@ def test_an_answer_is_about_what_its_claim_is_about(tmp_path):
         answer["claim"]["subject"][part] = other
         with pytest.raises(InputError, match="made about"):
             load_answer(edited(answer, path))
+
+
+def test_what_contradicts_itself_is_refused_though_its_hashes_fit(answer, tmp_path):
+    """A heading that the claim does not turn, copies of points without their uncertainty."""
+    data = json.loads(answer.save(tmp_path / "answer.json").read_text())
+    at = {"at": ["0x0p+0", "0x0p+0"], "pose": ["0.0", "0.0", "1.2"]}
+    data["meta"] = hashed(data["meta"] | at)
+    with pytest.raises(InputError, match="and fits its claim"):
+        load_answer(save(tmp_path / "turned.json", data))
+    model = answer.model.replace(
+        claim=derived(answer.model.claim, evidence={"network_of_runs": ""})
+    )
+    other = replace(answer, scene=answer.scene.under(model)).save(tmp_path / "copies.json")
+    with pytest.raises(InputError, match="and fits its claim"):
+        load_answer(other)

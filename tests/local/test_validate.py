@@ -11,6 +11,7 @@ import pytest
 import toy_driven as toy
 from scipy.stats import binom, ks_2samp
 from synthetic_plants import plant
+from toy_file import hashed
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
@@ -257,7 +258,7 @@ def test_a_file_with_other_corridors_or_draws_is_not_the_set(answer, tmp_path):
     narrower = answer.save(tmp_path / "answer.json")
     for change in (
         {"corridors": json.loads(narrower.read_text())["corridors"]},
-        {"meta": json.loads(whole.read_text())["meta"] | {"within": [["0x0p+0"] * 4] * 2}},
+        {"meta": hashed(json.loads(whole.read_text())["meta"] | {"within": [["0x0p+0"] * 4] * 2})},
     ):
         other = tmp_path / "other.json"
         other.write_text(json.dumps(json.loads(whole.read_text()) | change))
@@ -398,7 +399,7 @@ def test_tests_that_were_made_again_are_counted():
 
 def test_a_set_names_all_runs_behind_it(answer):
     claim = answer.validation.answer.model.claim
-    tests = collect(SYSTEM, KEY, 5, Stage.SCENE, quiet=True)
+    tests = collect(SYSTEM, KEY, 10, Stage.SCENE, quiet=True)
     assert set(used_by(claim, tests)) == {"validation"}
     known = [entry for entry in ledger_of(claim) if entry[0] != "validation"]
     assert known == ledger_of(answer.model.claim) and known

@@ -18,7 +18,7 @@ from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.realisations import robustness_of_json
 from parc_jax.proof.absence.prove_no_plan import PROVED, UNDECIDED, NoPlan
 from parc_jax.proof.certificate.prove import corridor_of, model_of_file, problem_of_file
-from parc_jax.proof.certificate.write import FORMAT
+from parc_jax.proof.certificate.write import FORMAT, part_hash
 from parc_jax.safe_set.corridors.sampling import Place, points
 from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.corridors.stopping import Coverage
@@ -57,7 +57,8 @@ def load_answer(path) -> Answer:
 
 
 def _answer(data: dict, report) -> Answer:
-    model, problem, meta = model_of_file(data), problem_of_file(data["problem"]), data["meta"]
+    model, problem = model_of_file(data), problem_of_file(data["problem"])
+    meta = _meta(data["meta"], model)
     nominal = _nominal(problem, model, meta)
     scene = _scene(nominal, data)
     plans = [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]]
@@ -87,6 +88,21 @@ def _answer(data: dict, report) -> Answer:
     turned = nominal.pose is not None and nominal.pose.heading is not None
     unchecked = about_file(bool(samples.size or corridors), nominal.uncertainty is not None, turned)
     return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
+
+
+def _meta(part: dict, model: TrajectoryModel) -> dict:
+    """What a file says beside its proof. Raises InputError where that was edited, or contradicts
+    the claim: a heading without `rotation`, several realisations without an uncertainty.
+    """
+    told = {name: value for name, value in part.items() if name != "hash"}
+    turned = told.get("pose", [None])[-1] is not None and model.rotation is None
+    copies = "network_of_runs" in model.claim.evidence and "doubt" not in told
+    if part.get("hash") != part_hash(told) or turned or copies:
+        raise InputError(
+            "answer: expected what was written beside its proof (pose, uncertainty, counts), and "
+            "fits its claim; it was edited, or is of an earlier form. Save the answer anew."
+        )
+    return told
 
 
 def _require_start(nominal: NominalProblem, starts: list[np.ndarray]) -> None:

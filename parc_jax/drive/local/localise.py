@@ -39,6 +39,7 @@ from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec
+from parc_jax.learning.runs.simulate import uniform
 from parc_jax.learning.system import System, check_system
 from parc_jax.learning.systems.chained import Chained, hand_over_of
 from parc_jax.planner import Planner
@@ -282,10 +283,7 @@ class LocalRuns(SystemRuns):
     def _stream(self, n: int, stage: Stage, name: str, first_row: int) -> Iterator[RolloutBatch]:
         def near(key: jax.Array):
             # converted in here, where float64 is on: in float32 a small box has few values
-            lo = jnp.asarray(self.box.lo, jnp.float64)
-            hi = jnp.asarray(self.box.hi, jnp.float64)
-            u = jax.random.uniform(key, lo.shape, lo.dtype)
-            return jnp.clip(lo + u * (hi - lo), lo, hi)
+            return uniform(key, *(jnp.asarray(x, jnp.float64) for x in (self.box.lo, self.box.hi)))
 
         options = {"k": near, "first_row": first_row, "dtype": STORED, "quiet": self.quiet}
         for batch in stream_rollouts(self.system, self.key, n, stage, **options):

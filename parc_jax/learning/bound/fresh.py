@@ -7,7 +7,6 @@ import numpy as np
 from parc_jax.checker.entries import hash_of
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import hex_floats, hex_text
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.claim import ErrorClaim
@@ -53,9 +52,9 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
     if scores.law.k_law == "uniform":
         # the law of a seed is that of the program itself: refuse hardly ever by chance
         level = LEVEL if scores.seed is None else REPEATS
-        check_uniform("holdout", scores.k, _domain(scores), scores.groups, level=level)
+        check_uniform("holdout", scores.k, scores.subject.domain, scores.groups, level=level)
     if scores.seed is None:  # the rows of a seed are independent by construction
-        pairs = near_copies(scores.marks, None, _width(scores))
+        pairs = near_copies(scores.marks, None, 2 * scores.subject.domain.radius)
         if scores.groups is not None:
             pairs = pairs[scores.groups[pairs[:, 0]] != scores.groups[pairs[:, 1]]]
         if len(pairs):
@@ -255,7 +254,8 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
             if equal.sum() > by_chance(scores.k, len(scores.k) * train.n):
                 seen |= equal
         if scores.marks is not None:
-            seen[near_copies(scores.marks, marks_of(train), _width(scores))[:, 0]] = True
+            width = 2 * scores.subject.domain.radius
+            seen[near_copies(scores.marks, marks_of(train), width)[:, 0]] = True
     if seen.any():
         raise InputError(
             f"holdout: {int(seen.sum())} of {len(seen)} runs are training runs or copies of them "
@@ -307,12 +307,3 @@ def _one_log(scores: Scores, train: RolloutBatch) -> bool:
     same = source == (train.law.generator, train.seed, train.stage)
     log = joined_source([scores])[0] == joined_source([train])[0]
     return same and log and not np.isin(scores.rows, train.rows).any()
-
-
-def _width(scores: Scores) -> np.ndarray:
-    domain = _domain(scores)
-    return domain.hi - domain.lo
-
-
-def _domain(scores: Scores) -> Box:
-    return box(hex_floats(scores.law.lo), hex_floats(scores.law.hi))

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 import jax
 import numpy as np
@@ -36,18 +35,8 @@ from parc_jax.learning.system import System, check_system
 STORED = np.float32  # positions of many runs: half the memory, 2^-24 of them in every error
 
 
-class Runs(Protocol):
-    """Source of the runs behind claims."""
-
-    def further(self, n: int) -> Iterable[RolloutBatch]:
-        """n runs for the error shape, beside the training runs."""
-
-    def fresh(self, n: int) -> Iterable[RolloutBatch]:
-        """n runs for calibration, unseen by network and error shape."""
-
-
 @dataclass(frozen=True, eq=False)
-class SystemRuns(Runs):
+class SystemRuns:
     """Runs of a black box from the streams of `key`.
 
     first_row: of the further runs, behind the training runs in the TRAIN stream. path: folder for
@@ -61,11 +50,11 @@ class SystemRuns(Runs):
     quiet: bool
 
     def further(self, n: int) -> Iterable[RolloutBatch]:
-        """The TRAIN stream behind the training runs."""
+        """n for the error shape: the TRAIN stream behind the training runs."""
         return self._stream(n, Stage.TRAIN, "profile", self.first_row)
 
     def fresh(self, n: int) -> Iterable[RolloutBatch]:
-        """The BOUND stream."""
+        """n for calibration, unseen by network and error shape: the BOUND stream."""
         return self._stream(n, Stage.BOUND, "fresh", 0)
 
     def _stream(self, n: int, stage: Stage, name: str, first_row: int):
@@ -75,7 +64,7 @@ class SystemRuns(Runs):
 
 
 @dataclass(frozen=True, eq=False)
-class HeldRuns(Runs):
+class HeldRuns:
     """Recorded runs, or runs simulated before and shared by claims that are compared.
 
     unseen: calibration set; a log is used up completely, however few runs are needed.
@@ -159,7 +148,7 @@ def bound_error(
 
 def bound_errors(
     nets: list[ReLUNetwork],
-    runs: Runs,
+    runs: SystemRuns | HeldRuns,
     train: RolloutBatch | None,
     settings: BoundSettings,
     start: StartTrial,

@@ -194,16 +194,18 @@ def is_traceable(system) -> bool:
     return not callable(getattr(system, "rollout_batch", None))
 
 
+def uniform(key, lo, hi):
+    """k (n_k,) uniform on the box lo, hi. Kernel."""
+    u = jax.random.uniform(key, lo.shape, lo.dtype)
+    return jnp.clip(lo + u * (hi - lo), lo, hi)
+
+
 @jax.jit
 def _drawn(key, rows, lo, hi):
     """Keys (B, 2) of the systems and k (B, n_k), uniform on K, of rows (B,) of a stage."""
 
-    def uniform(k_key):
-        u = jax.random.uniform(k_key, lo.shape, lo.dtype)
-        return jnp.clip(lo + u * (hi - lo), lo, hi)
-
     k_keys, keys = row_keys(key, rows)
-    return keys, jax.vmap(uniform)(k_keys)
+    return keys, jax.vmap(uniform, in_axes=(0, None, None))(k_keys, lo, hi)
 
 
 _row_keys = jax.jit(row_keys)

@@ -156,7 +156,7 @@ def answer_part(
         "corridors": [corridor_part(c, problem) for c in corridors],
         "sets": [polytope_part(p) for p in polytopes],
         "no_plan": no_plan,
-        "meta": plain(meta),
+        "meta": plain(meta) | {"hash": part_hash(plain(meta))},
     }
 
 
