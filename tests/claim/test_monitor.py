@@ -230,17 +230,20 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
     runs = collect(plant(exact), KEY, 40, quiet=True)
     runs = runs.replace(lost=np.arange(40) % 2)
     claim = derived(claim, evidence={"seen": []})
-    watch = monitor(claim, NET).observe(runs.select(slice(0, 15)))
+    watch = monitor(claim, NET).observe(runs.select(slice(0, 15))).bet(False)
+    assert "TOLD(1 by `bet`, whose runs were not looked at)" in watch.details()
+    assert "TOLD" not in monitor(claim, NET).observe(runs).details()
     changed = {
         "claim": {"claim": replace(claim, hash="0" * 64)},
         "rate": {"rate": 0.03},
         "alpha": {"alpha": 0.01},
-        "seen": {"seen": 16},
+        "seen": {"seen": 17},
         "left": {"left": 1},
         "largest": {"peak": 7.0},
         "alarm": {"peak": 1e4},
         "counted as failed": {"failed": 1},
         "LAW": {"declared": "k as declared: share = 0.5"},
+        "TOLD": {"ids": watch.ids | {b"one more"}},
         "FRESH": {"claim": derived(claim, evidence={"seen": [["training", "", None, None, []]]})},
         "MISSING": {"missing": {}},
         "ORDER_OF_K": {"unnamed": False},

@@ -66,6 +66,8 @@ def test_a_plan_with_disturbance_is_run_as_often_as_it_takes(chosen):
     assert seen.n == required_runs(0.1, 0.05 / 4) and seen.eps <= Fraction(1, 10)
     assert seen.eps == clopper_pearson(0, seen.n, 0.05 / 4)
     assert "0 of 42 fresh runs" in seen.details() and "look" in seen.details()
+    assert "failed (missed the goal, touched something, or did not return)" in seen.details()
+    assert "(D) It is of a body (point 0 grown by 0.05 m) among 1 convex" in chosen.details()
     assert law_of(system, "given by the plan").describe() in seen.details()
 
 

@@ -120,7 +120,7 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
             pj.Settings(samples=40, target=0.1, budget_s=300),
         )
         cut = answer.polytopes(jax.random.PRNGKey(2), 4000) if polytopes else None
-        page = write_page(answer, tmp_path / "page.html", cut)
+        page = write_page(answer, tmp_path / "page.html", polytopes=cut)
         plans = np.repeat(answer.samples, 10, axis=0)
         plans = plans + rng.normal(size=(400, 4)) * [0.3, 0.3, 0.02, 0.01]
         p0, k = plans[:, :2], np.clip(plans[:, 2:], model.domain.lo, model.domain.hi)
@@ -149,7 +149,7 @@ def test_bodies_are_judged_by_corridors_and_polytopes_of_their_parts(browser, tm
     settings = pj.Settings(samples=30, target=0.6, budget_s=300)
     answer = pj.Planner(model).solve(problem, jax.random.PRNGKey(1), settings)
     cut = answer.polytopes(jax.random.PRNGKey(2), 2000)
-    page = write_page(answer, tmp_path / "page.html", cut)
+    page = write_page(answer, tmp_path / "page.html", polytopes=cut)
     n_p = model.n_p
     plans = np.repeat(answer.samples, 10, axis=0)
     plans = plans + rng.normal(size=plans.shape) * np.repeat([0.1, 0.05], [n_p, model.n_k])

@@ -39,6 +39,7 @@ DECIMALS = 4  # of a metre
 def write_page(
     source: Answer | Episode | str | Path,
     html_path,
+    *,
     polytopes: Polytopes | None = None,
     truth: Truth | None = None,
 ) -> Path:

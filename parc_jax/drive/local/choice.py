@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.looks import Look, Looks, fresh_key
+from parc_jax.checker.answer import scene_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import rounded_down, rounded_up
@@ -37,6 +38,7 @@ from parc_jax.learning.bound.statement import assumes, confidence_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System
+from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 from parc_jax.statement import about_pose, about_spans
@@ -63,7 +65,8 @@ class FreshRuns:
         """The sentence (D i)."""
         return (
             f"This very plan: {self.failures} of {self.n:,} fresh runs made after it was chosen "
-            f"failed, all of {self.law}. With confidence {self.look.sure} a new run of it fails "
+            "failed (missed the goal, touched something, or did not return), all of "
+            f"{self.law}. With confidence {self.look.sure} a new run of it fails "
             f"with probability at most {rounded_up(self.eps)}{self.look.numbered(', look')}. "
             f"Assumes: {', '.join(self.assumed)}."
         )
@@ -208,6 +211,7 @@ class Choice:
         if self.scene.nominal.pose is not None:
             lines.append(about_pose(*self.scene.nominal.pose))
         problem = self.scene.nominal.problem
+        lines.append(f"It is of {scene_of(problem_part(problem, self.model))}.")
         if spans := about_spans(problem.all_spans, self.model.time.n_steps):
             lines.append(spans)
         if self.tested is None:

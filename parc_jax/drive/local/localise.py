@@ -38,7 +38,7 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.joined import concatenate
-from parc_jax.learning.runs.law import BOX, LawSpec, law_of, law_spec
+from parc_jax.learning.runs.law import BOX, law_of, law_spec
 from parc_jax.learning.runs.simulate import uniform
 from parc_jax.learning.system import System, check_system
 from parc_jax.learning.systems.chained import Chained, hand_over_of
@@ -285,15 +285,11 @@ class LocalRuns(SystemRuns):
             # converted in here, where float64 is on: in float32 a small box has few values
             return uniform(key, *(jnp.asarray(x, jnp.float64) for x in (self.box.lo, self.box.hi)))
 
+        whole = law_of(self.system)
+        law = law_spec(whole.generator, self.box, "uniform", dict(whole.parameters) | {BOX: "N"})
         options = {"k": near, "first_row": first_row, "dtype": STORED, "quiet": self.quiet}
         for batch in stream_rollouts(self.system, self.key, n, stage, **options):
-            yield _on_box(batch, law_of(self.system), self.box)
-
-
-def _on_box(runs: RolloutBatch, whole: LawSpec, box: Box) -> RolloutBatch:
-    """Runs with k uniform on a box N inside K, and a law that says so. whole: the law on K."""
-    law = law_spec(whole.generator, box, "uniform", {**dict(whole.parameters), BOX: "N"})
-    return replace(runs, domain=box, law=law)
+            yield replace(batch, domain=self.box, law=law)
 
 
 def _narrowing(whole: Tube, local: Tube, box: Box) -> tuple[float, float]:

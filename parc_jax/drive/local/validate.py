@@ -33,14 +33,7 @@ from parc_jax.drive.local.validation import OF_RECORDINGS, Step, Validate, Valid
 from parc_jax.learning.bound.calibrate import ledger_of_tests, lost_among
 from parc_jax.learning.bound.claim import scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS, NoStatement, required_runs
-from parc_jax.learning.bound.fresh import (
-    SEEN,
-    entry_of,
-    freshness_of,
-    ledger_of,
-    left_out_beside,
-    names_of,
-)
+from parc_jax.learning.bound.fresh import SEEN, entry_of, freshness_of, ledger_of, left_out_beside
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import seed_of
@@ -185,7 +178,7 @@ def _accepted_model(
         evidence["start"] = model.claim.evidence["start"]
     law = source.law if isinstance(source, RolloutBatch) else law_of(source)
     if isinstance(source, RolloutBatch):
-        tested = names_of(source)["runs"]
+        tested = tests[-1]
         evidence |= {RECORDED_IDS: tested, "recordings": hash_of(tested)}
         evidence["shape"] = "shape" in model.claim.evidence
         fresh = freshness_of(model.claim.evidence.get("training"), source.groups)

@@ -85,9 +85,11 @@ class Monitor:
             "alarm": int(self.alarm),
             "counted as failed": self.failed,
         }
+        bets = self.seen - self.failed - len(self.groups or self.ids)
         gone = [f"{n:,} of {name}" for (name, _), n in self.missing.items() if n]
         assumed = {
             "LAW": law,
+            "TOLD": [f"{bets:,} by `bet`, whose runs were not looked at"] * (bets > 0),
             "FRESH": [f"none is a {use} run of the claim" for use in not_named(claim)],
             "MISSING": gone,
             "ORDER_OF_K": ["not all have names"][: self.unnamed],
