@@ -54,7 +54,7 @@ def probe_all() -> list[Finding]:
 
 def probe_float64() -> Finding:
     """Doubles are doubles inside a compiled function."""
-    value = jax.jit(lambda x: x + 2.0**-50)(jnp.asarray(1.0))
+    value = jax.jit(lambda x: x + 2.0**-50)(np.float64(1.0))
     ok = value.dtype == jnp.float64 and float(value) == 1.0 + 2.0**-50
     return Finding("float64", ok, f"1 + 2^-50 is {float(value)!r} as {value.dtype}.")
 
@@ -63,10 +63,9 @@ def probe_nan() -> Finding:
     """NaN passes relu and no comparison. The detail says whether it passes the largest and least of
     many numbers, which versions of JAX do differently: no verdict rests on it.
     """
-    x = jnp.full(REDUCED, jnp.nan)
     relu, compared, largest, least = jax.jit(
         lambda x: (jnp.maximum(x, 0), (x > 0) | (x <= 0), jnp.max(x, axis=0), jnp.min(x, axis=0))
-    )(x)
+    )(np.full(REDUCED, np.nan))
     ok = bool(np.isnan(relu).all() and not np.asarray(compared).any())
     kept = bool(np.isnan(largest).all() and np.isnan(least).all())
     through = "passes" if kept else "is lost in (no verdict rests on it)"
@@ -81,15 +80,14 @@ def probe_nan() -> Finding:
 
 def probe_subnormal_margin() -> Finding:
     """A margin as large as the engine's is positive, also where subnormal numbers are flushed."""
-    margin, tiny = jax.jit(lambda x: (x * 2.0**-40 > 0, x * 5e-310 > 0))(jnp.asarray(1.0))
+    margin, tiny = jax.jit(lambda x: (x * 2.0**-40 > 0, x * 5e-310 > 0))(np.float64(1.0))
     flushed = "kept" if bool(tiny) else "flushed to zero (allowed for in every bound)"
     return Finding("subnormals", bool(margin), f"subnormal numbers are {flushed}.")
 
 
 def probe_full_precision() -> Finding:
     """Dots at highest precision do not round their inputs to TF32 or bfloat16."""
-    a = jnp.full((64, 64), 1.0 + 2.0**-40)
-    out = jax.jit(lambda x: product(x, jnp.eye(64, dtype=x.dtype)))(a)
+    out = jax.jit(lambda x: product(x, jnp.eye(64, dtype=x.dtype)))(np.full((64, 64), 1 + 2.0**-40))
     ok = bool((np.asarray(out) == 1.0 + 2.0**-40).all())
     return Finding(
         "full precision dots", ok, "products keep 40 bits." if ok else "products lose low bits."

@@ -72,6 +72,7 @@ def solve(
     from parc_jax.app.cli.systems import model_of, scene_of
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of
+    from parc_jax.common.traced import compile_quickly
     from parc_jax.learning.labels import degrees_hint
     from parc_jax.planner import Planner
     from parc_jax.problem.problem_file import labelled, load_problem
@@ -89,7 +90,6 @@ def solve(
         given, learned = load_problem(scene, learned.points), labelled(learned, scene)
     problem = under_uncertainty(given, uncertainty)
     planner = Planner(learned)
-    key = key_of(shell.seed)
     place = place_of_option(at)
     planner.prepare(problem, at=place)  # a misfit is refused before the long part
     odd = odd_size(problem, planner.model)
@@ -101,21 +101,20 @@ def solve(
     cold_s = None
     if first:
         say("compiling, and looking for a safe plan")
-        limit = settings.budget_s
-        settings = Settings.fast().replace(samples=1, proof=True, budget_s=limit)
+        compile_quickly()
+        settings = Settings.fast().replace(samples=1, proof=True, budget_s=settings.budget_s)
     else:
         # so that the times are those of the search and not of the compiler
         say(COMPILING)
         cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
         say(SEARCHING)
     asked = _tests(learned, runs, **study) if validate or runs or study else None
-    answer = planner.solve(problem, key, settings, at=place, validate=asked)
+    answer = planner.solve(problem, key_of(shell.seed), settings, at=place, validate=asked)
     answer.save(out)
     wider = None if answer.validation is None else answer.validation.answer
     if wider is not None:
         wider.save(out.with_suffix(".validated.json"))
-    short = shell.quiet
-    print(as_json(answer, out, cold_s) if shell.json else verdict(answer, out, short))
+    print(as_json(answer, out, cold_s) if shell.json else verdict(answer, out, shell.quiet))
     return 0 if answer.status.found or wider is not None else 1
 
 

@@ -134,8 +134,7 @@ def figures(outcome: Studied, repeats: int, out: Path) -> list[Path]:
     from parc_jax.app.plot.errors import errors
     from parc_jax.app.plot.of_answer import figures_of
 
-    runs = outcome.runs
-    first = None if runs is None else Replay(*(part[::repeats] for part in runs))
+    first = outcome.runs and Replay(*(part[::repeats] for part in outcome.runs))
     drawn = []
     for name, draw in figures_of(outcome.answer, first, outcome.table).items():
         drawn.append(out / f"{name}.png")
