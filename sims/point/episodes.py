@@ -1,6 +1,7 @@
 """Episodes of Goal tasks with and without the shield, judged from true states:
 
     python -m sims.point.episodes --episodes 100 [--robot Car | --lidar] [--bare] [--level 2]
+    python -m sims.point.episodes --policy runs/point/behind.policy
 
 The driver knows the map (`Guide`), and so does the shield; with --lidar a Point's sensors are all
 that both have. Costs are those of the judge here, from true poses every 10 ms, not the
@@ -24,6 +25,7 @@ from sims.point import lidar
 from sims.point.environment import Goal
 from sims.point.guide import Guide
 from sims.point.judge import judge
+from sims.point.train import Trained
 from sims.point.world import STEPS
 
 ROBOTS = {"Point": (point, Guide), "Car": (car, CarGuide)}
@@ -52,18 +54,21 @@ class Drive:
     sensed: bool
     content: str = ""
     save: Path | None = None
+    policy: Path | None = None
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
         env = made(self.robot, self.level, self.bare, self.sensed)
+        seen, _ = env.reset(seed=world_seed)
         guide = (lidar.WaryGuide if self.sensed else ROBOTS[self.robot][1])(seed)
-        env.reset(seed=world_seed)
+        policy = None if self.policy is None else Trained(self.policy)
         world = env.unwrapped.world
         known, off = env.get_wrapper_attr("memory") if self.sensed else world, 0.0
         gained, cost, took, changed, reasons = 0.0, 0.0, [], 0, Counter()
         ended = False
         for _ in range(STEPS):
-            action, begin = guide(known), time.process_time()
-            _, reward, ended, over, info = env.step(action)
+            action = guide(known) if policy is None else policy(seen)
+            begin = time.process_time()
+            seen, reward, ended, over, info = env.step(action)
             took.append(time.process_time() - begin)
             gained, cost = gained + reward, cost + info["cost"]
             if self.sensed:
@@ -110,6 +115,8 @@ class Options:
     """Without the shield."""
     lidar: bool = False
     """A Point's lidar, compass and odometry in place of the map."""
+    policy: Path | None = None
+    """A policy of `sims.point.train` drives, by its lidar, in place of the driver with the map."""
     out: Path = Path("runs/goal")
     """A folder; episodes that are there are not driven again."""
     save: bool = False
@@ -128,11 +135,14 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     module = ROBOTS[options.robot][0]
     name = f"{options.robot.lower()}_{options.level}" + ("_bare" if options.bare else "")
     name += "_lidar" if options.lidar else ""
+    name += "" if options.policy is None else f"_{options.policy.stem}"
     save = options.out / "certificates" if options.save else None
     if save is not None:
         save.mkdir(parents=True, exist_ok=True)
     content = "" if options.bare else content_of(Path(module.__file__).with_name("model.npz"))
-    how = Drive(options.robot, options.level, options.bare, options.lidar, content, save)
+    content += "" if options.policy is None else content_of(options.policy)
+    about = (options.robot, options.level, options.bare, options.lidar)
+    how = Drive(*about, content, save, options.policy)
     asked = {"folder": options.out / name, "workers": options.jobs, "quiet": options.quiet}
     asked["looks"] = options.looks
     key = jax.random.PRNGKey(options.seed)

@@ -44,6 +44,8 @@ class Options:
     level: int = 1
     bare: bool = False
     """Without the shield."""
+    penalty: float = 0.0
+    """Of the reward that is learned from, for each action that the shield changes."""
     limit: float | None = None
     """Cost of a mean episode that a Lagrangian allows; without it cost is not looked at."""
     seed: int = 0
@@ -112,7 +114,7 @@ class Worlds:
     def __init__(self, options: Options, begin: int):
         self.envs = [environment.PointGoal(options.level) for _ in range(options.worlds)]
         self.draw = np.random.default_rng((options.seed, begin))
-        self.shield = None
+        self.shield, self.penalty = None, options.penalty
         if not options.bare:
             self.shield = pj.drive.BatchShield(model(), **sensing.batch_door())
             self.start, self.decide = jax.jit(self.shield.start), jax.jit(self.shield.step)
@@ -139,13 +141,14 @@ class Worlds:
         return new
 
     def step(self, actions: np.ndarray):
-        """(3, worlds): rewards, costs, ends; a world that ends is replaced."""
-        driven = actions.astype(np.float64)
+        """(4, worlds): rewards, costs, ends, penalties; a world that ends is replaced."""
+        driven, penalty = actions.astype(np.float64), np.zeros(len(actions))
         if self.shield is not None:
             with jax.enable_x64(True):
                 told = self.decide(self.under_way, *self._measured(), driven)
             self.under_way, told = jax.tree.map(np.asarray, told)
             driven, self.changed = told.action, self.changed + int(told.changed.sum())
+            penalty = self.penalty * told.changed
         rows, ends = [], np.zeros(len(self.envs), bool)
         for i, env in enumerate(self.envs):
             self.seen[i], reward, ended, over, info = env.step(np.clip(driven[i], -1, 1))
@@ -160,7 +163,7 @@ class Worlds:
                 for x, y in zip(self.under_way, new, strict=True)
             ]
             self.under_way = type(new)(*chosen)
-        return np.array(rows, np.float32).T
+        return np.array([*np.transpose(rows), penalty], np.float32)
 
 
 class Scale:
@@ -233,9 +236,10 @@ def train(options: Options) -> None:
         for own in jax.random.split(key, options.horizon):
             seen = scale.learn(worlds.seen)
             action, density, value = map(np.asarray, act(weights, seen, own))
-            *got, over = worlds.step(action)
-            rows.append((seen, action, density, value, np.stack(got, -1), over))
-            gained += rows[-1][4]
+            reward, cost, over, penalty = worlds.step(action)
+            got = np.stack([reward - penalty, cost], axis=-1)
+            rows.append((seen, action, density, value, got, over))
+            gained += np.stack([reward, cost], axis=-1)
             for i in np.flatnonzero(over):
                 ended.append(gained[i].tolist())
                 gained[i] = 0.0
