@@ -29,7 +29,8 @@ PAGES = [
 BLOCK = re.compile(r"^(<!-- slow -->\n+)?```python\n(.*?)^```", re.M | re.S)
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 DOORS = ("02_jax_function", "03_python_environment", "04_logged_data", "05_mujoco_model")
-ELSEWHERE = {"06_fmu_model"}  # by tests/rollout/test_fmu.py, which makes what it needs
+# by tests/rollout/test_fmu.py, which makes what it needs; wants stable-baselines3, with PyTorch
+ELSEWHERE = {"06_fmu_model", "14_trained_policy"}
 POINT_MODEL = ROOT / "tests" / "data" / "drift_4x8.npz"
 # the small one that comes along: pages start from it instead of learning one
 MODEL = ROOT / "sims" / "drift_parking" / "model.npz"

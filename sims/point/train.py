@@ -9,6 +9,7 @@ all that is needed to go on from it in new worlds.
 """
 
 import csv
+import math
 import time
 from dataclasses import dataclass
 from functools import partial
@@ -63,13 +64,14 @@ class Policy(nn.Module):
             for _ in range(2):
                 x = nn.tanh(nn.Dense(64, kernel_init=nn.initializers.orthogonal(2**0.5))(x))
             heads.append(nn.Dense(2, kernel_init=nn.initializers.orthogonal(gain))(x))
-        return heads[0], self.param("deviation", nn.initializers.zeros, (2,)), heads[1]
+        deviation = self.param("deviation", nn.initializers.zeros, (2,), jnp.float32)
+        return heads[0], jnp.broadcast_to(deviation, heads[0].shape), heads[1]
 
 
 def likelihood(mean, deviation, action):
     """Logarithm of the probability density of actions (..., 2)."""
     off = (action - mean) / jnp.exp(deviation)
-    return (-0.5 * off**2 - deviation - 0.5 * jnp.log(2 * jnp.pi)).sum(axis=-1)
+    return (-0.5 * off**2 - deviation - 0.5 * math.log(2 * math.pi)).sum(axis=-1)
 
 
 POLICY = Policy()
@@ -80,7 +82,7 @@ ADAM = optax.chain(optax.clip_by_global_norm(LONGEST), optax.adam(RATE, eps=1e-5
 def act(weights, seen, key):
     """Actions, the logarithm of their density, values."""
     mean, deviation, value = POLICY.apply(weights, seen)
-    action = mean + jnp.exp(deviation) * jax.random.normal(key, mean.shape)
+    action = mean + jnp.exp(deviation) * jax.random.normal(key, mean.shape, mean.dtype)
     return action, likelihood(mean, deviation, action), value
 
 
@@ -175,7 +177,8 @@ class Scale:
     def learn(self, seen: np.ndarray) -> np.ndarray:
         """Scaled; each row counts from now on."""
         m, off = len(seen), seen.mean(axis=0) - self.mean
-        self.square += seen.var(axis=0) * m + off**2 * self.n * m / (self.n + m)
+        more = seen.var(axis=0) * m + off**2 * self.n * m / (self.n + m)
+        self.square = self.square + more
         self.n, self.mean = self.n + m, self.mean + off * m / (self.n + m)
         return self(seen)
 
@@ -217,7 +220,7 @@ def advantages(reward, value, over, following):
 
 def train(options: Options) -> None:
     """Train, and write a row for each round. Goes on where a policy of that name was saved."""
-    n, first = options.worlds, jnp.zeros((1, SEEN))
+    n, first = options.worlds, jnp.zeros((1, SEEN), jnp.float32)
     weights, scale = POLICY.init(jax.random.PRNGKey(options.seed), first), Scale(SEEN)
     state = ADAM.init(weights)
     counts = dict.fromkeys(("rounds", "contact", "entered", "changed", "episodes"), 0)

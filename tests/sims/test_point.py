@@ -2,8 +2,10 @@
 off hazards.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 from needs import need
@@ -14,7 +16,16 @@ from parc_jax.safe_set.verdict.outline import require_same
 
 need("gymnasium")
 from sims import point  # noqa: E402
-from sims.point import guide, judge, lidar, manoeuvre, sensing, world  # noqa: E402
+from sims.point import (  # noqa: E402
+    film,
+    guide,
+    judge,
+    lidar,
+    manoeuvre,
+    sensing,
+    train,
+    world,
+)
 from sims.point.ours import towards  # noqa: E402
 
 # of safety-gymnasium 1.0.0 on MuJoCo 2.3.3: SafetyPointGoal1-v0, reset(seed=3), then three steps of
@@ -175,3 +186,43 @@ def test_by_lidar_alone_nothing_is_touched():
     # a robot that is elsewhere than any memory reaches begins nothing
     env.get_wrapper_attr("memory").pose[0] = lidar.FLOOR
     assert "within" in env.step(np.array([1.0, 0.0]))[-1]["shield"]["reason"]
+
+
+def test_training_goes_on_from_what_was_saved(tmp_path):
+    options = train.Options(32, worlds=2, horizon=8, bare=True, limit=25.0, out=tmp_path / "p.csv")
+    with jax.numpy_dtype_promotion("standard"):  # optax is not strict
+        train.train(options)
+        kept = train.Trained(tmp_path / "p.policy")
+        train.train(replace(options, steps=64))
+    rows = [line.split(",")[0] for line in options.out.read_text().splitlines()]
+    assert rows == ["steps", "16", "32", "48", "64"]
+    later, seen = train.Trained(tmp_path / "p.policy"), np.ones(train.SEEN)
+    assert later.scale.n == pytest.approx(kept.scale.n + 32)
+    assert (np.abs(later(seen)) <= 1).all() and not np.allclose(later(seen), kept(seen))
+
+
+def test_advantages_end_where_an_episode_does():
+    draw = np.random.default_rng(0)
+    reward, value = draw.normal(size=(2, 6, 1, 2))
+    following, over = draw.normal(size=(1, 2)), np.zeros((6, 1))
+    over[2] = 1
+    ahead = np.concatenate([value[1:], following[None]])
+    ahead[2] = 0
+    off, each = reward + train.GAMMA * ahead - value, train.GAMMA * train.LAMBDA
+    found = train.advantages(reward, value, over, following)
+    for first, last in ((0, 3), (3, 6)):
+        for t in range(first, last):
+            sums = sum(each ** (s - t) * off[s] for s in range(t, last))
+            assert np.allclose(found[t], sums)
+
+
+def test_a_film_has_an_image_for_every_so_many_steps(tmp_path):
+    from PIL import Image
+
+    env = point.PointGoal(1)
+    env.reset(seed=3)
+    frames = [film.frame(env, env.step([1.0, 0.3])[-1]) for _ in range(5)]
+    out = film.film(tmp_path / "x.gif", env.world.hazards, {"a": frames, "b": frames}, every=2)
+    with Image.open(out) as made:
+        assert made.n_frames == 3
+    assert frames[-1].cost == 0 and not frames[-1].changed
