@@ -1,4 +1,4 @@
-"""Return and cost while training, of the tables that `sims.point.train` writes, in one picture:
+"""Return and cost while training, of tables of `sims.point.train`, in one picture:
 
 python -m sims.point.curves runs/point --out docs/pictures/shield_training
 """
@@ -29,9 +29,11 @@ class Options:
 
 
 def read(file: Path) -> dict[str, np.ndarray]:
-    """Columns of a table by name, rows in which an episode had ended."""
-    rows = [row for row in csv.DictReader(file.open()) if row["return"] != "nan"]
-    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    """Columns of a table by name, in rows in which episodes ended."""
+    rows = list(csv.DictReader(file.open()))
+    table = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    new = np.diff(table["episodes"], prepend=0) > 0
+    return {name: values[new] for name, values in table.items()}
 
 
 def main(options: Options) -> None:
@@ -40,8 +42,8 @@ def main(options: Options) -> None:
         for name, (words, colour) in NAMED.items():
             table = read(options.folder / f"{name}.csv")
             for ax, of in zip(drawn.axes, ("return", "cost"), strict=True):
-                ax.plot(table["steps"], table[of], color=colour)
-                ax.set(xlabel="steps of training", title=f"{of} of an episode")
+                ax.plot(table["steps"] / 1e3, table[of], ".-", color=colour)
+                ax.set(xlabel="thousand steps of training", title=f"{of} of an episode")
                 ax.set_xlim(left=0)
             last = {of: values[-1] for of, values in table.items()}
             print(words, {of: float(value) for of, value in last.items()})
