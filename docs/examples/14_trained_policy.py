@@ -19,7 +19,6 @@ def drive(env, policy, steps: int = 500) -> list:
     for _ in range(steps):
         seen, *_, info = env.step(policy.predict(seen)[0])
         frames.append(frame(env, info))
-    print(f"{env}: cost {sum(one.cost for one in frames):.0f}")
     return frames
 
 
@@ -29,4 +28,5 @@ if __name__ == "__main__":
     policy = PPO("MlpPolicy", bare, seed=0).learn(steps)
     env = pj.drive.Shield(bare, sims.point.model(), **sims.point.door())  # the one line
     drives = {"without the shield": drive(bare, policy), "with the shield": drive(env, policy)}
+    print({name: sum(one.cost for one in frames) for name, frames in drives.items()})
     print("film:", film("trained.gif", bare.world.hazards, drives))
