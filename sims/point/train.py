@@ -79,6 +79,20 @@ ADAM = optax.chain(optax.clip_by_global_norm(LONGEST), optax.adam(RATE, eps=1e-5
 
 
 @jax.jit
+def fresh(key):
+    """Weights, and the state of Adam."""
+    weights = POLICY.init(key, jnp.zeros((1, SEEN), jnp.float32))
+    return weights, ADAM.init(weights)
+
+
+@partial(jax.jit, static_argnums=2)
+def keys_of(seed, rounds, n: int):
+    """A key of a round, and one for each of its n steps."""
+    key = jax.random.fold_in(jax.random.PRNGKey(seed), rounds)
+    return key, jax.random.split(key, n)
+
+
+@jax.jit
 def act(weights, seen, key):
     """Actions, the logarithm of their density, values."""
     mean, deviation, value = POLICY.apply(weights, seen)
@@ -220,9 +234,8 @@ def advantages(reward, value, over, following):
 
 def train(options: Options) -> None:
     """Train, and write a row for each round. Goes on where a policy of that name was saved."""
-    n, first = options.worlds, jnp.zeros((1, SEEN), jnp.float32)
-    weights, scale = POLICY.init(jax.random.PRNGKey(options.seed), first), Scale(SEEN)
-    state = ADAM.init(weights)
+    n, scale = options.worlds, Scale(SEEN)
+    weights, state = fresh(jax.random.PRNGKey(options.seed))
     counts = dict.fromkeys(("rounds", "contact", "entered", "changed", "episodes"), 0)
     kept = {"weights": weights, "state": state, "scale": scale.__dict__, "counts": counts}
     kept |= {"multiplier": 0.0}
@@ -235,8 +248,8 @@ def train(options: Options) -> None:
     multiplier, before, worlds = kept["multiplier"], dict(counts), Worlds(options, counts["rounds"])
     gained, ended = np.zeros((n, 2)), []
     while counts["rounds"] * options.horizon * n < options.steps:
-        rows, key = [], jax.random.fold_in(jax.random.PRNGKey(options.seed), counts["rounds"])
-        for own in jax.random.split(key, options.horizon):
+        rows, (key, own) = [], keys_of(options.seed, counts["rounds"], options.horizon)
+        for own in np.asarray(own):
             seen = scale.learn(worlds.seen)
             action, density, value = map(np.asarray, act(weights, seen, own))
             reward, cost, over, penalty = worlds.step(action)
