@@ -248,8 +248,8 @@ def train(options: Options) -> None:
     multiplier, before, worlds = kept["multiplier"], dict(counts), Worlds(options, counts["rounds"])
     gained, ended = np.zeros((n, 2)), []
     while counts["rounds"] * options.horizon * n < options.steps:
-        rows, (key, own) = [], keys_of(options.seed, counts["rounds"], options.horizon)
-        for own in np.asarray(own):
+        rows, (key, keys) = [], keys_of(options.seed, counts["rounds"], options.horizon)
+        for own in np.asarray(keys):
             seen = scale.learn(worlds.seen)
             action, density, value = map(np.asarray, act(weights, seen, own))
             reward, cost, over, penalty = worlds.step(action)
