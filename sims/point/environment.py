@@ -32,7 +32,7 @@ class Goal(gymnasium.Env):
         low = np.concatenate([np.full(n, -np.inf), np.zeros(BINS * len(LIDARS))])
         high = np.concatenate([np.full(n, np.inf), np.ones(BINS * len(LIDARS))])
         self.observation_space = spaces.Box(low, high, dtype=np.float64)
-        self.world: World | None = None
+        self.world: World  # from the first reset on
 
     def reset(self, *, seed: int | None = None, options: dict | None = None):
         """A new world; with a seed the original's of that seed."""

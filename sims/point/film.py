@@ -1,6 +1,6 @@
 """Films of drives in one world, side by side, seen from above."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -33,7 +33,7 @@ def frame(env, info: dict) -> Frame:
 
 
 def film(
-    out: Path | str, hazards: np.ndarray, drives: dict[str, Sequence[Frame]], every: int = 4
+    out: Path | str, hazards: np.ndarray, drives: Mapping[str, Sequence[Frame]], every: int = 4
 ) -> Path:
     """Write drives of equal length, by name, as a .gif. hazards (n, 2) [m]; every: steps of the
     environment from image to image. Returns its path.
@@ -43,7 +43,7 @@ def film(
     return write_film(Path(out), images, RATE, COLOURS)
 
 
-def _image(hazards, drives: dict[str, Sequence[Frame]], now: int) -> np.ndarray:
+def _image(hazards, drives: Mapping[str, Sequence[Frame]], now: int) -> np.ndarray:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.patches import Circle
 
