@@ -18,6 +18,7 @@ from .exact import array, decimal, fields, integers, need, number, whole
 
 SHOWN = "pac"  # the kind of claim whose runs show its tube
 TESTED = "validated"  # the kind whose runs tested a set of plans in one scene
+RUN = SHOWN, TESTED
 COUNTS = ("failed", "all", "rows", "left out")
 NUMBERS = ("n", "discard", "looks", "eps", "delta", "bin_eps", "evidence")  # without: not checked
 MAX_RUNS = 10**9 - 1  # in a block
@@ -40,8 +41,18 @@ OF_A_RECORDING = (
 )
 # Assumptions with numbers, and the fields of the evidence that have these.
 UNSEEN, BETWEEN, STEPS = "UNSEEN", "INTERSAMPLE", "DISCRETE_TIME"
-COUNTED = {"WORKERS_LOST": "lost", "LEFT_OUT": "left_out"}
+COUNTED = ("WORKERS_LOST", "LEFT_OUT")
 TRIED = {"TRANSLATION_INVARIANCE": "seen", "ROTATION_INVARIANCE": "turned"}
+# Fields that say so much of runs that an assumption stands beside them, or the file contradicts
+# itself; and what any claim about runs rests on: where it is not stated, that is said.
+IMPLIED = {
+    "WORKERS_LOST": ("evidence", "lost"),
+    "LEFT_OUT": ("evidence", "left_out"),
+    "HIDDEN_START": ("subject", "given"),
+    "ROTATION_INVARIANCE": ("subject", "rotation"),
+}
+LAW = "DEPLOYMENT_LAW = CALIBRATION_LAW"
+ALWAYS = ("IID", "TRANSLATION_INVARIANCE", STEPS, LAW, "UNCHANGED_SYSTEM", UNSEEN)
 STARTS = 8  # of a trial
 NO_NUMBER = re.compile(r"[^0-9.,e+-]+")
 MAX_PREMISES = 500  # assumptions of a claim
@@ -210,9 +221,17 @@ def stated_premises(claim: dict) -> list:
             found.append([name, ASSUMED, NOT_STATED])
     assumptions = listed(claim, "assumptions")
     need(len(assumptions) <= MAX_PREMISES, "the claim has too many assumptions")
-    for entry in assumptions or [f"assumptions({NOT_STATED})"]:
+    names, of_runs = {text(x).partition("(")[0] for x in assumptions}, claim.get("kind") in RUN
+    names |= {STEPS} if BETWEEN in names else set()
+    for name, path in IMPLIED.items() if of_runs else ():
+        value = at(claim, *path)
+        none = value is None or value == [] or (type(value) is int and value == 0)
+        need(none or name in names, f"the claim's {path[-1]} comes without {name}")
+    missing = [f"{name}({NOT_STATED})" for name in ALWAYS if of_runs and name not in names]
+    for entry in [*assumptions, *missing] or [f"assumptions({NOT_STATED})"]:
         name, bracket, rest = text(entry).partition("(")
-        need(has_its_numbers(claim, name, rest), f"the numbers of {name} are not the claim's")
+        known = rest == f"{NOT_STATED})" or has_its_numbers(claim, name, rest)
+        need(known, f"the numbers of {name} are not the claim's")
         found.append([name, ASSUMED, rest.removesuffix(")") if bracket else ""])
     return found
 
@@ -231,7 +250,7 @@ def has_its_numbers(claim: dict, name: str, said: str) -> bool:
         known = [number(x) for x in (at(start, "gap"), at(start, TRIED[name])) if x is not None]
         known += [STARTS] if len(known) > 1 else []
     elif name in (UNSEEN, *COUNTED):
-        count = claim.get("looks") if name == UNSEEN else at(claim, "evidence", COUNTED[name])
+        count = claim.get("looks") if name == UNSEEN else at(claim, *IMPLIED[name])
         known = [count] if type(count) is int else []
     elif time := [number(x) for x in listed(at(claim, "subject"), "time")][2:]:
         if name == BETWEEN:  # a bound for each axis, or one for all of them

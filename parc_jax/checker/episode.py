@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from .claim import TESTED, checked_claim, told
+from .claim import TESTED, at, checked_claim, told
 from .entries import canonical, hash_of
 from .exact import array, dot, fields, integers, need, number, rejecting, whole
 from .plans import Context
@@ -73,7 +73,9 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
             if entry is entries[-1] or begins[i + 1] >= end:
                 came.append(i)
                 moves.append(chain.moves_at_end())
-    context = chain.context
+    context, turns = chain.context, at(claim, "subject", "rotation") is not None
+    stated = "rotation" in (at(claim, "subject") or {})
+    need(turns or not stated or chain.last.heading is None, "its claim says that nothing turns")
     moving = sum(any("steps" in x for x in entry["problem"]["obstacles"]) for entry in entries)
     return Report(
         manoeuvres=len(entries),

@@ -25,13 +25,10 @@ AXIS = "rows"
 
 
 def mesh(devices=None) -> jax.sharding.Mesh:
-    """All devices, or the given ones, in one axis; of Auto type, so code for one device works as it
-    is.
-    """
+    """All devices, or the given ones, in one axis; of Auto type, so code for one works as it is."""
     devices = jax.devices() if devices is None else devices
-    return jax.make_mesh(
-        (len(devices),), (AXIS,), axis_types=(jax.sharding.AxisType.Auto,), devices=devices
-    )
+    auto = (jax.sharding.AxisType.Auto,)
+    return jax.make_mesh((len(devices),), (AXIS,), axis_types=auto, devices=devices)
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,18 @@ import contextlib
 import copy
 import json
 import sys
+from fractions import Fraction as F
 from pathlib import Path
 
 import answer_files as build
 import known
 import leaves
 import pytest
-from episode_files import Robot
+from episode_files import Robot, sealed
 
 from parc_jax import checker
 from parc_jax.app.cli import check as second
+from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.claim import LONGEST, MAX_PREMISES
 
 sys.path.insert(0, str(Path(__file__).parent / "compare"))
@@ -95,6 +97,9 @@ def no_claim():
     return build.rehash(known.plain() | {"claim": None})
 
 
+# what any claim about runs rests on
+LEDGER = ["IID", "TRANSLATION_INVARIANCE", "DISCRETE_TIME", "DEPLOYMENT_LAW = CALIBRATION_LAW"]
+LEDGER += ["UNCHANGED_SYSTEM", "UNSEEN"]
 STATED = (known.with_facts, known.with_facts_of_bins, assumed, odd, lacking, no_claim)
 STATED += (known.plain, lambda: build.rehash(known.claim_of_bins(known.BLOCK, known.BLOCK)))
 
@@ -115,6 +120,7 @@ def test_each_premise_has_a_line_and_the_sentence_of_the_file_has_none():
         "  measured not drawn: wind, load",
         "  assumed  IID",
         "  assumed  HIDDEN_START: given the load (of 3 kg)",
+        *(f"  assumed  {name}: not stated" for name in LEDGER[1:]),
     ]
     of_bins = told(known.with_facts_of_bins())
     assert "  checked  n: 7100 recordings or more in each" in of_bins
@@ -124,7 +130,9 @@ def test_each_premise_has_a_line_and_the_sentence_of_the_file_has_none():
 
 def test_what_no_field_states_is_assumed_and_said_to_be_missing():
     lines = [f"  assumed  {name}: not stated" for name in ("law", "K", "k", "failed")]
-    assert told(known.plain())[7:] == [*lines, "  assumed  assumptions: not stated"]
+    assert told(known.plain())[7:] == [*lines, *(f"  assumed  {x}: not stated" for x in LEDGER)]
+    lines = told(build.rehash(known.plain() | {"claim": known.plain()["claim"] | {"kind": "own"}}))
+    assert "  assumed  assumptions: not stated" in lines
     more = changed(claim__evidence__failed=1)
     assert "  more runs failed than are left outside:" in told(more)
 
@@ -258,3 +266,19 @@ def test_both_say_the_body_of_an_episode_by_the_points_of_the_robot(second_told)
     body = "hull of points 0, 1 grown by 0.05 m"
     assert file["premises"][3] == ["body", "checked", [body]]
     assert second_told(file).lines.count(f"The body: {body}.") == 1
+
+
+@pytest.mark.needs("node")
+def test_a_heading_is_of_a_claim_that_turns(second_told):
+    """Where the claim says; `rotation` cut out of an episode's claim, its hashes made anew."""
+    robot = Robot(3, points=2)
+    file = robot.episode(robot.driven(3, heading=F(0)))
+    for subject, fits in (({"rotation": ["turns"]}, True), ({}, True), ({"rotation": None}, False)):
+        file["claim"] = {"kind": "own", "subject": subject}
+        other = sealed(file)
+        assert (second_told(other).code == second.ACCEPTED) == fits
+        if fits:
+            checker.check_episode(other, allowance_of)
+        else:
+            with pytest.raises(checker.Rejected, match="its claim says that nothing turns"):
+                checker.check_episode(other, allowance_of)

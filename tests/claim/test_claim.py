@@ -189,7 +189,7 @@ FROM_ELSEWHERE = {
     "time grid": of(time=time_grid(0.25, 0.75)),
     "records": of(time=time_grid(0.5, 1.5, 0.1)),
     "points": of(points=("nose",)),
-    "rotation": of(rotation=(TURNS,)),
+    "rotation": of(rotation=(TURNS,)) | {"assumptions": ("IID", "ROTATION_INVARIANCE")},
 }
 
 

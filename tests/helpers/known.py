@@ -641,12 +641,23 @@ for one in NUMBERED["assumptions"]:
     name, digits = one.partition("(")[0], re.finditer(r"[0-9]+", one)
     for where in digits:
         more = f"{one[: where.start()]}{int(where[0]) + 1}{one[where.end() :]}"
-        bad(f"a claim that assumes {more}", lambda n=more: with_numbers(assumptions=[n]))
+        all_of_them = [more if x == one else x for x in NUMBERED["assumptions"]]
+        bad(f"a claim that assumes {more}", lambda n=all_of_them: with_numbers(assumptions=n))
 for name, value in {"seen": None, "gap": "0x1p-3", "turned": "0x1p-3"}.items():
     bad(f"a claim of another {name}", with_numbers, **{f"claim__evidence__start__{name}": value})
 bad("a claim of no trial of starts", with_numbers, claim__evidence__start=None)
 bad("a claim of a bound of another axis", with_numbers, claim__intersample__1="1/6400")
-bad("a claim of another bound of speed", lambda: with_numbers(assumptions=[SLOW]), **ODD_STEP)
+slow = [SLOW if "acceleration" in x else x for x in NUMBERED["assumptions"]]
+bad("a claim of another bound of speed", lambda: with_numbers(assumptions=slow), **ODD_STEP)
+for name, value in {"given": [0], "rotation": ["turns"]}.items():
+    edit = {f"claim__subject__{name}": value, "claim__assumptions": ["IID"]}
+    bad(f"a claim whose ledger lacks what {name} implies", with_facts, **edit)
+for name, value in {"lost": "uncounted", "left_out": 3}.items():
+    bad(
+        f"a claim of runs that are {name} in silence",
+        with_facts,
+        **{f"claim__evidence__{name}": value},
+    )
 bad("a claim of runs lost that nobody counted", with_numbers, claim__evidence__lost="uncounted")
 # Each of them changes what is printed, and none of the proof.
 EDITS = {

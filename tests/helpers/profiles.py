@@ -25,5 +25,5 @@ def training_profile(net, train, bins=None, floor=TOLERANCES.profile_floor):
     """As learnt from the finite ones of these runs. bins: None = edges where the error changes."""
     usable, box = train.finite, train.domain
     measured = usable.k, measure(net, usable)
-    edges = choose_edges(*measured, box, floor) if bins is None else edges_of(box, bins)
+    edges = choose_edges(*measured, box) if bins is None else edges_of(box, bins)
     return smooth_profile(largest_errors(net, train, edges), len(train.points), floor)

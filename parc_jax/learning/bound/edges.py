@@ -62,9 +62,7 @@ class _Option(NamedTuple):
     place: int
 
 
-def choose_edges(
-    k: np.ndarray, errors: Errors, domain: Box, floor: float = TOLERANCES.profile_floor
-) -> tuple[np.ndarray, ...]:
+def choose_edges(k: np.ndarray, errors: Errors, domain: Box) -> tuple[np.ndarray, ...]:
     """Edges per axis of K that make the tube small, cut one by one where it helps most.
 
     k (n, n_k) and errors of training runs, in four-fold cross-validation: the fold gives the scale,
@@ -84,7 +82,7 @@ def choose_edges(
     places = edges_of(domain, (per_axis,) * domain.n)
     folds = _folds(k, flat, places)
     most_bins = max(1, len(k) // _RUNS_PER_BIN)
-    log_size = partial(_log_size, n_interval=thinned.shape[1], floor=floor)
+    log_size = partial(_log_size, n_interval=thinned.shape[1])
 
     def best_of(cuts: list[np.ndarray], axis: int) -> _Option | None:
         """The best place for one more cut of this axis, if there is room for one."""
@@ -173,9 +171,9 @@ def _cut_at_each(x: np.ndarray, cuts: np.ndarray, places: np.ndarray, join: np.u
     return out
 
 
-def _log_size(fold: _Fold, n_interval: int, floor: float) -> np.ndarray:
+def _log_size(fold: _Fold, n_interval: int) -> np.ndarray:
     """(p,) logarithms of the geometric mean half widths of several grids, joined on all axes."""
-    profile = smoothed(fold.fit, fold.runs, sets=1) + floor
+    profile = smoothed(fold.fit, fold.runs, sets=1) + TOLERANCES.profile_floor
     cells = tuple(range(1, fold.runs.ndim))
     scale = (fold.held / profile).max(axis=(*cells, -1))
     width = np.log(profile[..., :n_interval]).mean(axis=-1)

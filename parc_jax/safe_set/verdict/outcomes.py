@@ -22,21 +22,14 @@ ITEMS = 256  # intervals per compiled search for a direction
 
 
 def outcomes(
-    scene: Scene, runs: RolloutBatch, p0: np.ndarray, off: float = 0.0
+    scene: Scene, runs: RolloutBatch, p0: np.ndarray, off: float = 0.0, enough: float = np.inf
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Outcomes of runs from p0 (n, n_p).
 
     Returns the path (n, n_record + 1, n_c) [m], whether the goal was reached (n,), and the smallest
-    distance (n,) [m] from an obstacle. A failed run reached nothing. off: of the goal alone, as of
-    `reached_and_touched`.
+    distance (n,) [m] from an obstacle; one beyond `enough` may be any that the run keeps. A failed
+    run reached nothing. off: of the goal alone, as of `reached_and_touched`.
     """
-    return _outcomes(scene, runs, p0, off, np.inf)
-
-
-def _outcomes(
-    scene: Scene, runs: RolloutBatch, p0: np.ndarray, off: float, enough: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """As `outcomes`, where a distance beyond `enough` [m] may be any that the run keeps."""
     path = moved_to(p0, np.asarray(runs.p, np.float64))
     state = np.concatenate([path[:, -1], runs.q], axis=1)
     lost = off * np.abs(scene.goal_A).sum(axis=1)
@@ -64,7 +57,7 @@ def reached_and_touched(
     """
     # a point that is off by so much in each coordinate is as far away as their diagonal
     far = off * np.sqrt(scene.model.n_p)
-    _, reached, distance = _outcomes(scene, runs, p0, off, far)
+    _, reached, distance = outcomes(scene, runs, p0, off, far)
     return reached, ~(distance > far)
 
 

@@ -342,6 +342,37 @@ let has_its_numbers o name said =
   | None -> true
   | Some known -> let told = Lazy.force told in List.length known = List.length told && List.for_all2 says told known
 
+(* Fields that say so much of runs that an assumption stands beside them, and what any claim about runs rests on. *)
+let implies =
+  [ ([ "evidence"; "lost" ], "WORKERS_LOST"); ([ "evidence"; "left_out" ], "LEFT_OUT");
+    ([ "subject"; "given" ], "HIDDEN_START"); ([ "subject"; "rotation" ], "ROTATION_INVARIANCE") ]
+let always =
+  [ [ "IID" ]; [ "TRANSLATION_INVARIANCE" ]; [ "DISCRETE_TIME"; "INTERSAMPLE" ];
+    [ "DEPLOYMENT_LAW = CALIBRATION_LAW" ]; [ "UNCHANGED_SYSTEM" ]; [ "UNSEEN" ] ]
+let not_stated = "not stated)"
+
+(* The assumptions as stated, and those that are missing. *)
+let ledger o =
+  let stated = listed [ "assumptions" ] o in
+  let about_runs = match field "kind" o with Some (Str ("pac" | "validated")) -> true | _ -> false in
+  let name x = let x = text_in x in match cut '(' x with Some (name, _) -> name | None -> x in
+  let names = List.map name stated in
+  let implied (path, name) = match at path o with
+    | None | Some (Arr []) -> ()
+    | Some (Int s) when Big.sign (number (Str s)).qnum = 0 -> ()
+    | Some _ -> if not (List.mem name names) then bad "a field of the claim comes without the assumption %s" name in
+  if about_runs then List.iter implied implies;
+  let missing some = not (List.exists (fun x -> List.mem x names) some) in
+  let added = if about_runs then List.filter missing always else [] in
+  match stated @ List.map (fun some -> Str (List.hd some ^ "(" ^ not_stated)) added with
+  | [] -> [ Str ("assumptions(" ^ not_stated) ]
+  | all -> all
+
+(* Poses with a heading are of a model whose claim, where it says, lets it turn. *)
+let turns claim = match at [ "subject" ] claim with
+  | Some (Obj l) -> List.assoc_opt "rotation" l <> Some Null
+  | _ -> true
+
 (* As lines, of a claim of which so much is known. *)
 let premises known o =
   let line standing (name, value) =
@@ -379,7 +410,7 @@ let premises known o =
   let assumed entry =
     let entry = text_in entry in
     let name, said = Option.value (cut '(' entry) ~default:(entry, "") in
-    if not (has_its_numbers o name said) then bad "the numbers of an assumption are not the claim's";
+    if said <> not_stated && not (has_its_numbers o name said) then bad "the numbers of an assumption are not the claim's";
     match cut '(' entry with
     | None -> line "assumed" (entry, "")
     | Some (name, rest) ->
@@ -387,4 +418,4 @@ let premises known o =
       line "assumed" (name, if n > 0 && rest.[n - 1] = ')' then String.sub rest 0 (n - 1) else rest) in
   List.map (line "checked") checked @ List.map (line "measured") counted
   @ List.concat_map (stated true) needed @ List.concat_map (stated false) more
-  @ List.map assumed (if assumptions = [] then [ Str "assumptions(not stated)" ] else assumptions)
+  @ List.map assumed (ledger o)

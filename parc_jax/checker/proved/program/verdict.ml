@@ -178,6 +178,7 @@ let read_episode file =
    | Reader.Tests _, _ | _, Some (Str "validated") ->
      bad "its claim is about draws from one set in one scene, and its plans were chosen"
    | _ -> ());
+  if asked.turning && not (Option.fold ~none:true ~some:Reader.turns claim) then bad "its claim says that nothing turns";
   (asked, premises (known, claim), quoted, p, Reader.whole 1 p.n_points (get "copies"))
 
 let shown = function
