@@ -111,8 +111,8 @@ RUNS = (
     Fault(
         "near_copies_of_training_runs",
         "_check_unseen",
-        "_width(scores))[:, 0]] = True",
-        "_width(scores))[:, 0]] = False",
+        "width)[:, 0]] = True",
+        "width)[:, 0]] = False",
         "tests/claim/test_fresh.py::test_copies_of_training_runs_are_found_beyond_float32",
     ),
     Fault(
@@ -128,7 +128,7 @@ RUNS = (
     Fault(
         "uniform_is_believed_of_a_holdout",
         "check_fresh",
-        'check_uniform("holdout", scores.k, _domain(scores), scores.groups, level=level)',
+        'check_uniform("holdout", scores.k, scores.subject.domain, scores.groups, level=level)',
         "pass",
         "tests/claim/test_fresh.py::test_runs_that_are_said_to_be_uniform_are_looked_at",
     ),
@@ -178,8 +178,8 @@ CLAIMED = (
     Fault(
         "start_gap_left_out_of_the_pipeline",
         "bound_errors",
-        "[allow_for_start(claim, start) for claim in claims]",
-        "claims",
+        "[allow_for_start(claim, start) for claim in told]",
+        "told",
         "tests/claim/test_pipeline.py::test_the_start_is_declared_tried_and_added",
     ),
     Fault(
@@ -347,9 +347,9 @@ CARRIED = (
     ),
     Fault(
         "an_update_from_calibration_runs",
-        "monitor.update",
-        "if again.any():",
-        "if False:",
+        "monitor._require_new",
+        'if (old := made != "").any():',
+        'if (old := made == " ").any():',
         "tests/claim/test_carried.py::test_an_update_is_of_the_same_kind_and_of_new_runs",
     ),
     Fault(
@@ -401,8 +401,8 @@ CARRIED = (
     Fault(
         "rows_left_out_are_any_number",
         "parc_jax.checker.claim",
-        'COUNTED = {"WORKERS_LOST": "lost", "LEFT_OUT": "left_out"}',
-        'COUNTED = {"WORKERS_LOST": "lost"}',
+        'COUNTED = ("WORKERS_LOST", "LEFT_OUT")',
+        'COUNTED = ("WORKERS_LOST",)',
         "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
     ),
     Fault(
