@@ -16,6 +16,7 @@ from lidar_worlds import Lidar, a_world  # noqa: E402
 
 from parc_jax.problem.world import free_space  # noqa: E402
 from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E402
+from parc_jax.problem.world.grid_map import occupancy_grid  # noqa: E402
 from parc_jax.problem.world.seen import seen_from  # noqa: E402
 
 pytestmark = pytest.mark.soundness
@@ -213,3 +214,16 @@ def test_a_body_in_uncertainty_keeps_its_own_place(drives):
 def test_refused_in_one_sentence(call, sentence):
     with pytest.raises(InputError, match=sentence):
         call(free_place(BODY, 0.5))
+
+
+def test_what_stands_on_a_map_is_no_hole_that_the_assumption_of_a_scan_fills():
+    cells = np.zeros((80, 80), np.int8)
+    cells[60:62, 60:62] = 100  # a post of 10 cm
+    free = occupancy_grid(cells, 0.05).free_space()
+    elsewhere = {"max_range": 0.5, "noise": 0.01, "width": 0.2}
+    angles = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+    seen = seen_from((1.0, 1.0, 0.0), angles, np.full(360, 0.5), **elsewhere)
+    post = shapely.Point(3.05, 3.05)
+    both = free.add(seen).add(seen)
+    assert not both.region.intersects(post) and both.region.area > free.region.area - 1e-9
+    assert both.width == 0.2  # on which the scans rest

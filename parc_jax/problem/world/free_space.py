@@ -114,7 +114,7 @@ class FreeSpace:
 
     region: a Shapely Polygon or MultiPolygon [m].
     width: [m] least width of an obstacle, as in `seen_from`; 0 without an assumption.
-    gone: area that was refuted, and not measured free since.
+    gone: area that was refuted, or where something stands on a map, and not measured free since.
     refuting: number of beams that refuted some of it, of the last scan that was added.
     beams: of the current scan, `STANDS` under the body; None of a memory.
     newer: what was seen since the last `forget`; None without one.
@@ -140,21 +140,18 @@ class FreeSpace:
         in either order.
         """
         widths = [w for w in (self.width, other.width) if w]
-        width = min(widths, default=0.0)
         ends, left, some = other._refuted(self.region)
         others, leaves, more = self._refuted(other.region)
         gone = left.union(leaves)
         for one, now in ((self, other), (other, self)):
             gone = gone.union(one.gone if now.beams is None else one.gone.difference(now.region))
         # holes are filled before refuted parts leave, which would look like holes
-        region = _filled(_areas(self.region.union(other.region)), width)
+        region = _filled(_areas(self.region.union(other.region)), min(widths, default=0.0))
         for away in (ends, others, gone):
             if not away.is_empty:
                 region = _areas(region.difference(away))
-        newer = None
-        if self.newer or other.newer:
-            newer = (self.newer or self).add(other.newer or other)
-        return FreeSpace(region, width, gone, some + more, newer=newer)
+        newer = (self.newer or other.newer) and (self.newer or self).add(other.newer or other)
+        return FreeSpace(region, max(widths, default=0.0), gone, some + more, newer=newer)
 
     def forget(self) -> "FreeSpace":
         """What was seen since the last call alone is free, all of it at the first call: called

@@ -72,9 +72,12 @@ class GridMap:
         boxes = shapely.box(found[:, 2], found[:, 0], found[:, 3], found[:, 1])
         region = shapely.union_all(boxes)  # of whole numbers: exact
         x, y, yaw = self.origin
-        ahead = self.resolution * np.array([np.cos(yaw), np.sin(yaw)])
-        turn = [ahead, [-ahead[1], ahead[0]]]
-        return FreeSpace(shapely.transform(region, lambda cell: cell @ np.array(turn) + (x, y)))
+        turn = self.resolution * np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+        region = shapely.transform(region, lambda cell: cell @ turn + (x, y))
+        parts = shapely.get_parts(region)
+        holes = [shapely.Polygon(ring) for part in parts for ring in part.interiors]
+        # what stands on the map is no hole that the assumption of a scan may fill
+        return FreeSpace(region, gone=shapely.union_all(holes).difference(region))
 
     def _around(
         self, place: npt.ArrayLike | None, reach: float | None
