@@ -18,7 +18,6 @@ from .exact import array, decimal, fields, integers, need, number, whole
 
 SHOWN = "pac"  # the kind of claim whose runs show its tube
 TESTED = "validated"  # the kind whose runs tested a set of plans in one scene
-RUN = SHOWN, TESTED
 COUNTS = ("failed", "all", "rows", "left out")
 NUMBERS = ("n", "discard", "looks", "eps", "delta", "bin_eps", "evidence")  # without: not checked
 MAX_RUNS = 10**9 - 1  # in a block
@@ -221,8 +220,8 @@ def stated_premises(claim: dict) -> list:
             found.append([name, ASSUMED, NOT_STATED])
     assumptions = listed(claim, "assumptions")
     need(len(assumptions) <= MAX_PREMISES, "the claim has too many assumptions")
-    names, of_runs = {text(x).partition("(")[0] for x in assumptions}, claim.get("kind") in RUN
-    names |= {STEPS} if BETWEEN in names else set()
+    of_runs = claim.get("kind") in (SHOWN, TESTED)
+    names = {text(x).partition("(")[0].replace(BETWEEN, STEPS) for x in assumptions}
     for name, path in IMPLIED.items() if of_runs else ():
         value = at(claim, *path)
         none = value is None or value == [] or (type(value) is int and value == 0)

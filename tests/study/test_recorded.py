@@ -10,7 +10,7 @@ import parc_jax as pj
 from parc_jax.app.study import replay as replaying
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.fresh import short_ids
+from parc_jax.learning.bound.fresh import SEEN, SHAPE, short_ids
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import law_spec
@@ -59,8 +59,8 @@ def shown(answer):
 
 def test_runs_that_made_the_tube_and_rows_left_out_are_said(answer, runs):
     """Half of them sized the tube; of another log every fourth row failed and was left out."""
-    ids = {"runs": sorted(short_ids(runs.select(slice(0, N // 2)).hashes())), "log": ["", ""]}
-    claim = derived(answer.model.claim, evidence=ids)
+    sized = [SHAPE, "log", None, None, sorted(short_ids(runs.select(slice(0, N // 2)).hashes()))]
+    claim = derived(answer.model.claim, evidence={SEEN: [sized]})
     tested = SimpleNamespace(model=answer.model.replace(claim=claim), **shown(answer))
     said = pj.drive.replay_recorded(tested, runs).details()
     assert f"{N // 2} of these runs made the tube, and do not test it." in said
