@@ -9,12 +9,12 @@ from jaxtyping import TypeCheckError
 
 from benchmarks.neuralparc.sets.affine import image, membership
 from benchmarks.neuralparc.sets.operations import grow
-from parc_jax.common.arrays import least_over
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.network.maps import pattern_map
 from parc_jax.proof.absence.contact_margins import corners_of
+from parc_jax.safe_set.batch.proposals import _sides
 from parc_jax.safe_set.corridors.corridor import lost
 from parc_jax.safe_set.verdict.pointwise import row_margin
 
@@ -32,7 +32,7 @@ WRONG = {
         np.ones((2, 4, 2)), ErrorBox(np.ones((4, 1, 2))), np.zeros((1, 1), int)
     ),
     "corners of unlike boxes": lambda: corners_of(np.zeros((3, 2)), np.ones((1, 2))),
-    "boxes of another space": lambda: least_over(jnp.eye(2), jnp.zeros((4, 3)), jnp.ones((4, 3))),
+    "sides of other offsets": lambda: _sides(jnp.eye(2), jnp.zeros(3)),
 }
 
 

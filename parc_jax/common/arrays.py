@@ -11,11 +11,10 @@ from functools import cache, partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike, Float
+from jaxtyping import ArrayLike
 
 from parc_jax.common.errors import InputError
 
-Boxes = Float[jax.Array, "n m"]  # a corner of each
 HIGHEST = jax.lax.Precision.HIGHEST  # accelerators round inputs of products to fewer bits otherwise
 product = partial(jnp.matmul, precision=HIGHEST)
 
@@ -135,7 +134,7 @@ def most(x: np.ndarray | jax.Array, axis: int | tuple[int, ...] | None = None):
     return xp.where(xp.isnan(x), np.inf, x).max(axis=axis)
 
 
-def least_over(A: Float[jax.Array, "h m"], lo: Boxes, hi: Boxes):
+def least_over(A: jax.Array, lo: jax.Array, hi: jax.Array):
     """Least value (n, h) of each row of A (h, m) over the boxes lo, hi (n, m). Kernel."""
     return jnp.minimum(A[None] * lo[:, None], A[None] * hi[:, None]).sum(axis=2)
 
