@@ -48,7 +48,7 @@ def check_entries(context, question, lists, processes):
     else:
         first = first_rejected_in_shares(context, question, entries, processes)
     if first is not None:
-        raise Rejected(first[1])
+        raise first[1]
 
 
 def first_rejected(context, entries):
@@ -60,7 +60,7 @@ def first_rejected(context, entries):
             with rejecting(f"{part}[{i}]: "):
                 check_entry(context, part, entry)
         except Rejected as why:
-            return number, str(why)
+            return number, why
     return None
 
 

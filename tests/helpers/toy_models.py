@@ -61,10 +61,12 @@ def told(model: TrajectoryModel, net=None, tube: Tube | None = None, **about) ->
     """
     net = model.net if net is None else net
     tube = model.tube if tube is None else tube
-    subject = replace(model.claim.subject, **about)
-    return model.replace(
-        net=net, claim=derived(model.claim, network=net.hash, tube=tube, subject=subject)
-    )
+    subject, assumptions = replace(model.claim.subject, **about), model.claim.assumptions
+    if subject.rotation and not any("ROTATION_INVARIANCE" in each for each in assumptions):
+        moved = next(each for each in assumptions if each.startswith("TRANSLATION"))
+        assumptions = (*assumptions, moved.replace("TRANSLATION", "ROTATION"))
+    of = {"network": net.hash, "tube": tube, "subject": subject, "assumptions": assumptions}
+    return model.replace(net=net, claim=derived(model.claim, **of))
 
 
 def uniform_tube(T: int, e: float = 0.0, final: float | None = None, n_q: int = 1):
