@@ -63,7 +63,7 @@ def told(model: TrajectoryModel, net=None, tube: Tube | None = None, **about) ->
     tube = model.tube if tube is None else tube
     subject, assumptions = replace(model.claim.subject, **about), model.claim.assumptions
     if subject.rotation and not any("ROTATION_INVARIANCE" in each for each in assumptions):
-        moved = next(each for each in assumptions if each.startswith("TRANSLATION"))
+        moved = next((x for x in assumptions if x[:5] == "TRANS"), "TRANSLATION_INVARIANCE")
         assumptions = (*assumptions, moved.replace("TRANSLATION", "ROTATION"))
     of = {"network": net.hash, "tube": tube, "subject": subject, "assumptions": assumptions}
     return model.replace(net=net, claim=derived(model.claim, **of))
