@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Bool, Float, Int
 
-from parc_jax.common.shapes import Index, Numbers, Path, Paths
+from parc_jax.common.shapes import Index, Path
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.safe_set.separation.directions import Run, merged_runs
 from parc_jax.safe_set.separation.inequality import height, separates
@@ -166,35 +166,3 @@ def satisfies(conditions: Conditions, path: Path, bin: Index, corridor: Index):
         return met & clear.all()
 
     return jax.lax.fori_loop(0, conditions.count, add, jnp.ones((), bool))
-
-
-def satisfy_at_knots(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
-    """(b, c) bool: do plans meet the conditions of corridors at the beginning of intervals, which
-    are the knots of their paths? For bodies of several points and computed thresholds. Kernel.
-
-    One obstacle and knot after another, plans innermost: the operands stay in cache, however many
-    the points are. Rectangles: a tenth of a cover faster than `satisfies`.
-    """
-    w = conditions.w[:, of].transpose(0, 3, 2, 1)  # (o, t, n_p, c)
-    _, n_t, n_p, _ = w.shape
-    support = conditions.least.support[:, of].transpose(0, 2, 1)  # (o, t, c)
-    places = path.reshape(len(path), n_t, -1, n_p).transpose(1, 2, 3, 0)  # (t, n_points, n_p, b)
-    # (t, n_points, ..., b)
-    errors = jax.tree.map(lambda x: jnp.moveaxis(x[bins], 0, -1), conditions.least.errors)
-    points = jnp.asarray(conditions.points)
-
-    def at_knot(i: Index, met: Bool[ArrayLike, "b c"]):
-        o, t = i // n_t, i % n_t
-        of_pair = jax.tree.map(lambda x: x[t][points[o]], (places, errors))
-        # read before the loop over points, which would read it anew for each plan and corridor
-        read = jax.lax.optimization_barrier((w[o, t][:, :, None], support[o, t][:, None], of_pair))
-        axes, least, (place, allowed) = read
-        back = tuple(-x for x in axes)
-        for slot in range(points.shape[1]):
-            heights = height(axes, place[slot][:, None])
-            at_point = jax.tree.map(lambda x: jnp.moveaxis(x[slot], -1, 0)[None], allowed)  # noqa: B023
-            met &= separates([heights], least + at_point.support_by_axis(back))
-        return met
-
-    everywhere = jnp.ones((len(of), len(path)), bool)
-    return jax.lax.fori_loop(0, conditions.count * n_t, at_knot, everywhere).T

@@ -27,7 +27,6 @@ from parc_jax.safe_set.corridors.corridor import (
     Looked,
     Stacked,
     satisfies,
-    satisfy_at_knots,
     stacked,
 )
 
@@ -333,7 +332,5 @@ _pairs = jax.jit(jax.vmap(satisfies, in_axes=(None, 0, 0, 0)))
 @jax.jit
 def _tile(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
     """(b, c) bool: all plans against some corridors."""
-    if isinstance(conditions.least, Computed) and conditions.points.shape[1] > 1:
-        return satisfy_at_knots(conditions, path, bins, of)
     corridors = jax.vmap(satisfies, in_axes=(None, None, None, 0))
     return jax.vmap(corridors, in_axes=(None, 0, 0, None))(conditions, path, bins, of)
