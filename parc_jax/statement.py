@@ -181,32 +181,41 @@ def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"
 
 
-# the sentence (C) of a loop [T38]
-LOOP = (
-    "(C) Whatever happens inside the tubes, nothing is ever touched, while every pose is inside "
-    "its uncertainty, what was said of obstacles is so, and a robot rests where a manoeuvre ends. "
-    "What moves is told of until that rest: it may run into a robot that rests."
-)
+def about_loops(driven: Sequence) -> str:
+    """The sentence (C) of the loops that committed to manoeuvres in some of the episodes. [T38]"""
+    loops = sorted({loop for one in driven for loop in one.loops})
+    if not loops:
+        return "(C) is not said: no episode tells of a manoeuvre that a loop committed to."
+    others = sum(not one.loops for one in driven)
+    more = f" Of {counted(others, 'episode')} without one nothing is shown." if others else ""
+    first = [f"({loop})" for loop in loops[:MOST_NUMBERS]]
+    more_loops = [counted(len(loops) - MOST_NUMBERS, "other")] * (len(loops) > MOST_NUMBERS)
+    return (
+        f"(C) Of the manoeuvres of {'the loop' if len(loops) == 1 else 'the loops'} "
+        f"{listed(first + more_loops)}, shown in float64 with a rounding margin: whatever happens "
+        "inside the tubes, nothing is ever touched, while every pose is inside its uncertainty, "
+        "what was said of obstacles is so, and a robot rests where a manoeuvre ends. What moves is "
+        f"told of until that rest: it may run into a robot that rests.{more}"
+    )
 
 
 def about_episodes(episodes) -> str:
     """Both sentences of a loop, from its `Episodes`. [T40]"""
     left, look, contradictions = episodes.left, episodes.look, episodes.contradictions
-    of = f" ({episodes.law})" if episodes.law else ""
     event = "touches anything" if left is None else "leaves a tube, or touches anything,"
     events = [] if left is None else [f"in {left:,} a tube was left"]
     events.append(f"in {episodes.touched:,} something was touched")
     events.append(f"in {episodes.failed:,} there was no outcome")
     sentences = [
-        LOOP,
+        about_loops(episodes.driven),
         f"(E) Of {counted(episodes.n, 'fresh episode')} {episodes.bad:,} were bad: "
         f"{listed(events)}.",
         f"With confidence {look.sure} over them, an episode of this law {event} with probability "
         f"at most {rounded_up(episodes.eps)}{look.numbered(', look')}, for whatever reason. What "
         "runs into a robot that rests is not counted. Assumes: worlds, starts and disturbances of "
-        f"use come from this law{of}; robot and all that decides were settled before the first "
-        "episode and stay so; what stopped the work, if anything, had nothing to do with how "
-        "episodes went.",
+        f"use come from this law ({episodes.law}); the driver ({episodes.drive}) and all else that "
+        "decides were settled before the first episode and stay so; what stopped the work, if "
+        "anything, had nothing to do with how episodes went.",
     ]
     if contradictions:
         first = [str(i) for i in contradictions[:MOST_NUMBERS]]

@@ -72,7 +72,11 @@ class Driver:
             pj.drive.save_episode(self.save / f"{name}.json", new, said, one.drift)
         if self.film is not None and new:
             film(self.film / f"{name}.gif", world, one)
-        return pj.drive.Outcome(one.touched, left or one.drifted > 0, told)
+        return pj.drive.Outcome(one.touched, left or one.drifted > 0, told, new)
+
+    def line(self, world: World, seed) -> dict:
+        """What is told of a drive, which other processes can send back."""
+        return {**self(world, seed).told}
 
 
 def file_name(content: str, world: int, seed) -> str:

@@ -90,10 +90,10 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
     left = [each for each in asked if each not in found]
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(options.jobs, max(1, len(left))), context) as pool:
-        done = pool.map(driver, [world(w) for w, _ in left], [(w, s) for w, s in left])
+        done = pool.map(driver.line, [world(w) for w, _ in left], [(w, s) for w, s in left])
         shown = tqdm(done, desc="episodes", total=len(left), disable=options.quiet)
-        for (number, seed), outcome in zip(left, shown, strict=True):
-            found[number, seed] = {"seed": seed, **outcome.told}
+        for (number, seed), driven in zip(left, shown, strict=True):
+            found[number, seed] = {"seed": seed, **driven}
             with options.out.open("a") as file:
                 file.write(json.dumps(found[number, seed]) + "\n")
     told = [found[each] for each in asked]

@@ -142,7 +142,8 @@ class Driver:
             "committed": len(new),
             "cycles": len(steps),
         }
-        return pj.drive.Outcome(met.under_way, pj.drive.left_tube(new, points, path[:, 2]), told)
+        left = pj.drive.left_tube(new, points, path[:, 2])
+        return pj.drive.Outcome(met.under_way, left, told, new)
 
 
 def liking(discs: np.ndarray):

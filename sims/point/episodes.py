@@ -101,7 +101,7 @@ class Drive:
             "stopped": sum(n for why, n in reasons.items() if why),
             "ms": [round(1e3 * float(q), 2) for q in np.quantile(took, [0.5, 0.95, 1.0])],
         }
-        return pj.drive.Outcome(touched, left, told)
+        return pj.drive.Outcome(touched, left, told, [] if self.bare else env.commitments)
 
 
 @dataclass(frozen=True)

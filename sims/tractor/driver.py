@@ -100,7 +100,7 @@ class Driver:
             "why": steps[-1].reason,
         }
         left = pj.drive.left_tube(new, places(path), path[:, 2])
-        return pj.drive.Outcome(clearance <= 0, left, told)
+        return pj.drive.Outcome(clearance <= 0, left, told, new)
 
 
 def done(robot: Driven) -> bool:

@@ -75,6 +75,7 @@ LEFT = {
     | {"domain": "another box: each k is looked at"}
     | {"law.parameters": DEPLOYED},
 }
+LEFT |= {"updating runs": LEFT["calibration"], "seen runs": LEFT["training"]}
 ONE_BIN = {"eps": 0.2, "delta": 0.1, "bins": (1, 1), "quiet": True}
 
 
@@ -83,10 +84,18 @@ def claim_of(held, train):
 
 
 CLAIM = claim_of(HELD, TRAIN)
+
+
+def updated(seen, fresh):
+    return pj.learning.update(CLAIM, NET, seen, fresh)[1]
+
+
 MEET = {
     "training": (TRAIN, lambda other: claim_of(HELD, other).details()),
     "calibration": (HELD, lambda other: claim_of(other, TRAIN).details()),
     "monitored runs": (NEW, lambda other: pj.monitor(CLAIM, NET).observe(other).details()),
+    "updating runs": (NEW, lambda other: updated(TRAIN, other).details()),
+    "seen runs": (TRAIN, lambda other: updated(other, NEW).details()),
 }
 
 
@@ -109,6 +118,22 @@ def test_runs_that_meet_others_agree_or_say_it(meeting, entry):
         assert told != said and entry not in LEFT[meeting], told
         return
     assert (other == said) == (entry in LEFT[meeting]), other
+
+
+NETS = {
+    "monitor": lambda net: pj.monitor(CLAIM, net),
+    "bound again": lambda net: pj.learning.update(CLAIM, net, TRAIN, NEW),
+    "tuned": lambda net: pj.learning.update(CLAIM, net, TRAIN, NEW, lambda *_: NET),
+    "model": lambda net: pj.learning.trajectory_model(net, CLAIM),
+}
+
+
+@pytest.mark.parametrize("meeting", NETS)
+def test_a_claim_meets_its_own_network_alone(meeting):
+    NETS[meeting](NET)
+    other = NET.replace(biases=(NET.biases[0] + 1e-6, *NET.biases[1:]))
+    with pytest.raises(pj.InputError, match="expected the network its claim was measured on"):
+        NETS[meeting](other)
 
 
 class Robot:

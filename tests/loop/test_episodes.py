@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from datetime import timedelta
 from decimal import Decimal
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 
 import jax
 import numpy as np
 import pytest
 from toy_episodes import Toy, law, no_outcome
+from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
@@ -39,10 +41,10 @@ def test_every_bad_episode_is_counted_and_the_bound_is_that_of_the_count():
     assert done.eps == clopper_pearson(done.bad, 100, 0.001) and done.contradictions == ()
     said = done.details()
     assert f"Of 100 fresh episodes {done.bad} were bad: in {done.left} a tube was left" in said
-    assert "(C) Whatever happens inside the tubes, nothing is ever touched" in said
     assert "With confidence 0.999 over them, an episode of this law leaves a tube, or" in said
     assert "What runs into a robot that rests is not counted." in said
-    assert "come from this law (law); robot and all that decides were settled before" in said
+    assert "; the driver (Toy, content" in said and "were settled before the first episode" in said
+    assert said.startswith("(C) is not said: no episode tells of a manoeuvre that a loop committed")
 
 
 def test_without_a_bad_one_it_is_the_well_known_bound():
@@ -51,9 +53,55 @@ def test_without_a_bad_one_it_is_the_well_known_bound():
     assert float(done.eps) >= 1 - 0.01 ** (1 / 50)
 
 
-def test_what_is_touched_inside_the_tubes_is_said_to_contradict():
-    done = asked(Toy(touched=0.8), 20)
+@dataclass(frozen=True)
+class Looped(Toy):
+    """A toy with a loop of a tube so wide, which commits in worlds above `idle`."""
+
+    width: float = 0.01
+    idle: float = 0.5
+
+    def __call__(self, world, seed):
+        loop = loop_of(self.width)
+        loop.restart()
+        step = loop.step([0.0, 0.0], [0.1], [], lambda seen: -seen.path[:, -1, 0])
+        done = [step.committed] if world > self.idle else []
+        return super().__call__(world, seed)._replace(committed=done)
+
+
+@cache
+def loop_of(width):
+    model = line_model(4, width, rests=True)
+    patient = pj.drive.Effort(candidates=64, deadline=300.0)
+    return pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=patient)
+
+
+def test_what_is_touched_inside_the_tubes_of_a_loop_is_said_to_contradict():
+    done = asked(Looped(touched=0.8), 20)
     assert done.contradictions and "CONTRADICTED" in done.details()
+    done = asked(Toy(touched=0.8), 20)  # nobody proved anything of it
+    assert not done.contradictions and "CONTRADICTED" not in done.details()
+
+
+def harder(seed):
+    return 0.5 + law(seed) / 2
+
+
+def test_the_sentence_names_law_driver_and_loops_by_content():
+    """All that was counted, so that another robot, law or driver has another sentence."""
+    done = asked(Looped(), 8)
+    said, claim = done.details(), loop_of(0.01).model.claim.hash[:12]
+    idle = sum(not one.loops for one in done.driven)
+    assert f"(C) Of the manoeuvres of the loop (toy, claim {claim}, premises" in said
+    assert 0 < idle < 8 and f"Of {idle} episodes without one nothing is shown" in said
+    both = [
+        pj.drive.drive_episodes(drive, of, KEY, 8, workers=0, quiet=True).details()
+        for drive, of in ((Looped(width=0.02), law), (Looped(left=3.0), law), (Looped(), harder))
+    ]
+    assert len({said, *both}) == 4
+    wider, *_ = both
+    assert claim not in wider and loop_of(0.02).model.claim.hash[:12] in wider
+    same = pj.drive.drive_episodes(Looped(), law, KEY, 8, workers=0, quiet=True)
+    assert same.details() == said
 
 
 def test_where_nobody_looked_at_tubes_nothing_is_said_of_them():

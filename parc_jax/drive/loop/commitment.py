@@ -94,6 +94,13 @@ class Commitment:
         return premises((name, MEASURED, value) for name, value in told.items())
 
     @property
+    def loop(self) -> str:
+        """The loop that committed to it, by content: its system, its claim and `shared`."""
+        model = self.asked.query.model
+        by = f"claim {model.claim.hash[:12]}, premises {self.shared.hash[:12]}"
+        return f"{model.system or 'unnamed system'}, {by}"
+
+    @property
     def part(self) -> dict:
         """Its certificate, a sample of the checker."""
         path = paths_of(self.asked.model, self.asked.at[None], self.k[None])[0]

@@ -20,10 +20,10 @@ from parc_jax.learning.bound.counts import as_probability, clopper_pearson
 from parc_jax.learning.runs.chunks import cores, refuse_other_work
 from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.systems.content import lasting_digest
+from parc_jax.learning.systems.content import lasting_digest, with_digest
 from parc_jax.statement import about_episodes
 
-FORMAT = "parc_jax.episodes/1"
+FORMAT = "parc_jax.episodes/2"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 LINES, ABOUT = "episodes.jsonl", "meta.json"
 
@@ -32,13 +32,14 @@ LINES, ABOUT = "episodes.jsonl", "meta.json"
 class Episodes:
     """Results of fresh episodes of a law. [T40]
 
-    driven: all of them, by number. look: which of the looks this is, with its share of delta. law:
-    its name.
+    driven: all of them, by number. look: which of the looks this is, with its share of delta. law,
+    drive: name and content of each.
     """
 
     driven: tuple[Driven, ...] = field(repr=False)
     look: Look
-    law: str = ""
+    law: str
+    drive: str
 
     @property
     def n(self) -> int:
@@ -69,7 +70,8 @@ class Episodes:
     @property
     def contradictions(self) -> tuple[int, ...]:
         """Numbers of episodes in which something was touched inside the tubes."""
-        return tuple(one.number for one in self.driven if one.touched and one.left is False)
+        inside = (one for one in self.driven if one.loops and one.left is False)
+        return tuple(one.number for one in inside if one.touched)
 
     @property
     def eps(self) -> Fraction:
@@ -129,6 +131,7 @@ def drive_episodes(
         )
     look = Look(declared.index(n) + 1, len(declared), delta / len(declared))
     words = key_data(stream(key, Stage.EPISODE))
+    named = [with_digest(getattr(x, "__name__", type(x).__name__), x) for x in (law, drive)]
     meta = {}
     if folder is not None:
         meta = {
@@ -151,8 +154,7 @@ def drive_episodes(
                         f"episodes: expected drive(world, seed) to work; all {len(done)} so far "
                         f"failed, the last {one.failed}."
                     )
-        named = getattr(law, "__name__", type(law).__name__)
-        return Episodes(tuple(done[i] for i in range(n)), look, named)
+        return Episodes(tuple(done[i] for i in range(n)), look, *named)
 
 
 class Ledger:

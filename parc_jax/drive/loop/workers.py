@@ -6,9 +6,9 @@ import functools
 import json
 import pickle
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,27 +16,35 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.systems.fleet import Processes
 from parc_jax.learning.systems.user_code import own_place, said
 
+if TYPE_CHECKING:
+    from parc_jax.drive.loop.commitment import Commitment
+
 
 class Outcome(NamedTuple):
     """The result of an episode. touched: anything, ever; of moving obstacles, before the rest of
     the manoeuvre under way, since they may run into a robot that rests [T38]. left: a tube was left
     by the executed part of its manoeuvre (`left_tube`); None where that was not tested. told: plain
-    values that are stored with it.
+    values that are stored with it. committed: manoeuvres that loops committed to and the robot
+    drove, of which alone (C) is said.
     """
 
     touched: bool
     left: bool | None = None
     told: Mapping[str, Any] = {}
+    committed: "Sequence[Commitment]" = ()
 
 
 class Driven(NamedTuple):
-    """One stored episode. number: from 0. failed: why it has no outcome, else empty."""
+    """One stored episode. number: from 0. failed: why it has no outcome, else empty. loops: those
+    that committed to its manoeuvres, by content.
+    """
 
     number: int
     touched: bool | None
     left: bool | None
     failed: str
     told: dict
+    loops: list[str]
 
     @property
     def bad(self) -> bool:
@@ -61,7 +69,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
             raise InputError(
                 f"episodes: expected drive(world, seed) to return an Outcome; got {kind}."
             )
-        touched, left, told = outcome
+        touched, left, told, committed = outcome
         kind = bool | np.bool_
         if not isinstance(touched, kind) or not isinstance(left, kind | None):
             raise InputError(
@@ -69,7 +77,9 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
                 f"{touched!r:.40} and {left!r:.40}."
             )
         told = json.loads(json.dumps(dict(told), default=_of_numpy))
-        return Driven(task.number, bool(touched), None if left is None else bool(left), "", told)
+        left = None if left is None else bool(left)
+        loops = sorted({one.loop for one in committed})
+        return Driven(task.number, bool(touched), left, "", told, loops)
     except Exception as error:
         place = own_place(error)
         where = f"in {place}: " if place else ""
@@ -78,7 +88,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
 
 def failed(number: int, why: str) -> Driven:
     """An episode without an outcome."""
-    return Driven(number, None, None, why, {})
+    return Driven(number, None, None, why, {}, [])
 
 
 def _of_numpy(value: object):

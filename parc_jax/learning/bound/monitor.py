@@ -182,6 +182,7 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
     supermartingale whenever every run, given the past, leaves the tube with probability <= rate.
     Raises InputError when the claim has no rate.
     """
+    check_network(claim, net)
     alpha = float(as_probability("alpha", alpha))
     risk = claim.risk(**law or {"share": 1.0})
     if isinstance(risk, NoStatement):
@@ -308,6 +309,7 @@ def update(
         allow.
     Raises InputError, also when a fresh run was seen before, by training or by the old claim.
     """
+    check_network(claim, net)
     if claim.kind == VALIDATED:
         raise InputError(
             "update: expected a claim about runs everywhere; this one is about one set in one "
