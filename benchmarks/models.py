@@ -11,7 +11,7 @@ from parc_jax.common.keys import Stage, stream
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.counts import required_runs
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import fit_affine
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -72,7 +72,7 @@ def learn(case: Case, key: jax.Array, quick: bool) -> CaseModels:
         honest = calibrate(
             net,
             holdout,
-            learn_profiles([net], data, (), bins)[0],
+            learn_profile(net, data, (), bins),
             eps=eps,
             delta=delta,
             looks=looks,

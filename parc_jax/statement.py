@@ -188,15 +188,18 @@ def about_loops(driven: Sequence) -> str:
         return "(C) is not said: no episode tells of a manoeuvre that a loop committed to."
     others = sum(not one.loops for one in driven)
     more = f" Of {counted(others, 'episode')} without one nothing is shown." if others else ""
-    first = [f"({loop})" for loop in loops[:MOST_NUMBERS]]
-    more_loops = [counted(len(loops) - MOST_NUMBERS, "other")] * (len(loops) > MOST_NUMBERS)
     return (
-        f"(C) Of the manoeuvres of {'the loop' if len(loops) == 1 else 'the loops'} "
-        f"{listed(first + more_loops)}, shown in float64 with a rounding margin: whatever happens "
-        "inside the tubes, nothing is ever touched, while every pose is inside its uncertainty, "
-        "what was said of obstacles is so, and a robot rests where a manoeuvre ends. What moves is "
-        f"told of until that rest: it may run into a robot that rests.{more}"
+        f"(C) Of the manoeuvres of {_some([f'a loop ({loop})' for loop in loops])}, shown in "
+        "float64 with a rounding margin: whatever happens inside the tubes, nothing is ever "
+        "touched, while every pose is inside its uncertainty, what was said of obstacles is so, "
+        "and a robot rests where a manoeuvre ends. What moves is told of until that rest: it may "
+        f"run into a robot that rests.{more}"
     )
+
+
+def _some(things: Sequence) -> str:
+    more = ["others"] if len(things) > MOST_NUMBERS else []
+    return listed([*map(str, things[:MOST_NUMBERS]), *more])
 
 
 def about_episodes(episodes) -> str:
@@ -218,10 +221,8 @@ def about_episodes(episodes) -> str:
         "anything, had nothing to do with how episodes went.",
     ]
     if contradictions:
-        first = [str(i) for i in contradictions[:MOST_NUMBERS]]
-        more = ["others"] if len(contradictions) > MOST_NUMBERS else []
         sentences.append(
-            f"CONTRADICTED: in {counted(len(contradictions), 'episode')} ({listed(first + more)}) "
+            f"CONTRADICTED: in {counted(len(contradictions), 'episode')} ({_some(contradictions)}) "
             "something was touched inside the tubes, so something that (C) assumes does not hold."
         )
     return " ".join(sentences)

@@ -32,7 +32,7 @@ from parc_jax.drive.local.localise import (
 )
 from parc_jax.drive.local.safe_box import box_around, share_of
 from parc_jax.learning.bound.declared import assumed_claim, stand_in
-from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.bound.profile import SHAPES
 from parc_jax.learning.bound.settings import Intersample, intersample_of
 from parc_jax.learning.bound.start_gap import StartTrial
@@ -266,8 +266,8 @@ def selected_model(
     first, rng, tried = fit(train, local, runs.key), np.random.default_rng(0), []
     for net in [first] if local.hidden else [first, fit_tail(first, train)]:
         for shape in SHAPES:
-            profile = learn_profiles([net], train, further, runs.bins, shape=shape)[0]
+            profile = learn_profile(net, train, further, runs.bins, shape=shape)
             guessed = trajectory_model(net, stand_in(assumed_claim(net, train.finite), profile))
-            tried.append((rank_plans(scene_of(problem, guessed), rng).score, net, [profile]))
-    _, net, profiles = max(tried, key=lambda one: one[0])
-    return bounded_near(net, runs, train, delta, local, start, between, profiles)
+            tried.append((rank_plans(scene_of(problem, guessed), rng).score, net, profile))
+    _, net, profile = max(tried, key=lambda one: one[0])
+    return bounded_near(net, runs, train, delta, local, start, between, profile)

@@ -29,7 +29,7 @@ from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
 from parc_jax.learning.bound.counts import clopper_pearson, required_runs
 from parc_jax.learning.bound.measure import Scores, scores_of
 from parc_jax.learning.bound.monitor import monitor, update
-from parc_jax.learning.bound.pipeline import bound_error, learn_profiles
+from parc_jax.learning.bound.pipeline import bound_error, learn_profile
 from parc_jax.learning.bound.profile import fitted_profile
 from parc_jax.learning.model import trajectory_model
 from parc_jax.learning.runs.collect import collect, stream_rollouts
@@ -101,7 +101,7 @@ def looks(width, key, declared=LOOKS):
     claims = []
     for number, bins in enumerate(((1, 1), (2, 1), (4, 1), (1, 4))):
         train = collect(jump_plant(width), key, 50, Stage.TRAIN, first_row=50 * number, quiet=True)
-        profile = learn_profiles([NET], train, (), bins)[0]
+        profile = learn_profile(NET, train, (), bins)
         scores = _scores(jump_plant(width), key, profile, n)
         claims.append(calibrate(NET, scores, profile, eps=EPS, delta=DELTA, looks=declared))
     return EPS, max(truth(width, claim.tube).whole for claim in claims)
@@ -119,7 +119,7 @@ def by_bin(width, key):
     """Four claims at once, each with its own eps, judged by the bin that breaks its own most."""
     system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
     train = collect(system, key, PROFILE_RUNS, quiet=True)
-    profile = learn_profiles([NET], train, (), (4, 1))[0]
+    profile = learn_profile(NET, train, (), (4, 1))
     scores = _scores(system, key, profile, n)
     claim = calibrate_bins(NET, scores, profile, eps=EPS, delta=DELTA)
     real = truth(width, claim.tube).by_bin
@@ -212,7 +212,7 @@ def trained_on_its_holdout(width, key):
     tube.
     """
     train = collect(jump_plant(width), key, required_runs(EPS, DELTA), quiet=True)
-    profile = learn_profiles([NET], train, (), (4, 4))[0]
+    profile = learn_profile(NET, train, (), (4, 4))
     return EPS, truth(width, profile).whole
 
 
@@ -258,12 +258,12 @@ def _recorded(width, key, grouped: bool):
     train, held = recordings(width, rng, 20, PARTS), recordings(width, rng, n, PARTS)
     if not grouped:
         train, held = train.replace(groups=None), held.replace(groups=None)
-    return calibrate(NET, held, learn_profiles([NET], train, (), (4, 1))[0], eps=EPS, delta=DELTA)
+    return calibrate(NET, held, learn_profile(NET, train, (), (4, 1)), eps=EPS, delta=DELTA)
 
 
 def _scores(system, key, profile, n: int) -> Scores:
     fresh = stream_rollouts(system, key, n, Stage.BOUND, quiet=True)
-    return scores_of([NET], [profile], fresh)[0]
+    return scores_of(NET, profile, fresh)
 
 
 @cache

@@ -121,7 +121,7 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
             truth = truly_safe(task, system, model, bench)
         runs = HeldRuns(holdout, learned.select(slice(study.rollouts, None)))
         kinds = ("one",) if study.bound.blocks is None else ("bins", "one")
-        claims = bound_errors([net], runs, train, study.claims.replace(claims=kinds), start)[0]
+        claims = bound_errors(net, runs, train, study.claims.replace(claims=kinds), start)
         for kind, claim in zip(kinds, claims, strict=True):
             yield setting, kind, truth, certified(problem, model, claim, bench)
 

@@ -216,25 +216,10 @@ class Context(Question):
             need(held, f"the condition of {asked.name} fails")
         return p0, k
 
-    @rejecting()
-    def set_rows(self, polytope):
-        """The polytope S of a set: rows (name, strict, a, c) in integers, a . (p0, k) + c >= 0, or
-        > 0 if strict.
-
-        S lies in one bin of k and leaves out the borders to other bins, where their tubes would
-        count too [T28]. On S the affine map of the pattern is the network (induction over the
-        layers: every sign agrees), so the rows say for each (p0, k) in S what check_sample asks.
-        [T29]
-        """
-        rows, columns, scale = self._cell(polytope)
-        columns, scale = self.outputs(columns, scale)
-        for asked in self.listed_conditions(polytope["sep"], [polytope["bin"]]):
-            rows.append(row_of(asked, columns, scale))
-        return rows
-
-    def _cell(self, polytope):
-        """The rows of a set that say that k is in its bin and has its pattern; there, the columns
-        of the last hidden layer and their scale.
+    def cell(self, polytope):
+        """The rows (name, strict, a, c) of a set, a . (p0, k) + c >= 0, or > 0 if strict, that say
+        that k is in its bin and has its pattern; there, the columns of the last hidden layer and
+        their scale.
         """
         fields(polytope, ("p0", "k", "bin", "pattern", "sep"))
         whole(polytope["bin"], 0, self.n_bins - 1)
@@ -277,16 +262,19 @@ class Context(Question):
 
     @rejecting()
     def check_set(self, polytope):
-        """Proves that every (p0, k) in the polytope of set_rows is safe and that it has interior
-        points.
+        """Proves that every (p0, k) in the polytope S is safe and that it has interior points.
 
-        Safety needs no test: the rows are its conditions. The point is strictly inside each row
-        that is not constant, hence so is a ball around it; a constant row has only to be true.
+        Safety needs no test. S lies in one bin of k and leaves out the borders to other bins, where
+        their tubes would count too [T28]. On S the affine map of the pattern is the network
+        (induction over the layers: every sign agrees), so the rows of its cell and of the listed
+        conditions say for each (p0, k) in S what check_sample asks. [T29] The point is strictly
+        inside each row that is not constant, hence so is a ball around it; a constant row has only
+        to be true.
         """
         given = vector(polytope["p0"], self.n_p) + vector(polytope["k"], self.n_k)
         point, scale = integers(given)
         p0, k = point[: self.n_p], point[self.n_p :]
-        rows, columns, cell_scale = self._cell(polytope)
+        rows, columns, cell_scale = self.cell(polytope)
         for row in rows:
             check_inside(row, point, scale)
         hidden = [dot(x, [*k, scale]) for x in zip(*columns, strict=True)]

@@ -29,7 +29,7 @@ from parc_jax.learning.bound.pipeline import (
     HeldRuns,
     SystemRuns,
     bound_errors,
-    learn_profiles,
+    learn_profile,
     runs_ahead,
 )
 from parc_jax.learning.bound.settings import BoundSettings, ModelBound
@@ -159,7 +159,7 @@ def learn_report(
         train, held = source.split(default if holdout is None else holdout, seed)
     # recorded runs cannot be started elsewhere
     start = StartTrial(settings.bound.gap, None)
-    said, profiles, seen = None, None, []
+    said, profile, seen = None, None, []
     if prior is None:
         lesson = train
     else:
@@ -169,9 +169,9 @@ def learn_report(
     if prior is not None:
         # one bin: few runs cannot choose where to cut K
         bins = (1,) * train.n_k if settings.bound.bins is None else settings.bound.bins
-        profiles = learn_profiles([net], usual, (), bins, shape=settings.bound.shape)
+        profile = learn_profile(net, usual, (), bins, shape=settings.bound.shape)
         settings = settings.replace(discard=discard)
-    model = _bounded(net, HeldRuns(held), train, settings.claims, start, profiles, seen, watch)
+    model = _bounded(net, HeldRuns(held), train, settings.claims, start, profile, seen, watch)
     kept = held if held.seed is None else None  # runs of a seed can be made anew
     return Learned(model.replace(held=kept), train, start, said)
 
@@ -253,13 +253,12 @@ def _bounded(
     train: RolloutBatch,
     settings: BoundSettings,
     start: StartTrial,
-    profiles: list[Tube] | None = None,
+    profile: Tube | None = None,
     seen: Sequence[list] = (),
     watch: Watch = nullcontext,
 ) -> TrajectoryModel:
-    about = {"profiles": profiles, "seen": seen, "watch": watch}
-    claims = bound_errors([net], runs, train, settings, start, **about)
-    return trajectory_model(net, claims[0][0])
+    about = {"profile": profile, "seen": seen, "watch": watch}
+    return trajectory_model(net, bound_errors(net, runs, train, settings, start, **about)[0])
 
 
 def _lesson(

@@ -73,7 +73,7 @@ def helps(only: list[int] | None = None) -> None:
         net = trained[known]
         runs = HeldRuns(fresh, learned.select(slice(study.rollouts, None)))
         kinds = ("one",) if study.bound.blocks is None else ("bins", "one")
-        claims = bound_errors([net], runs, train, study.claims.replace(claims=kinds), start)[0]
+        claims = bound_errors(net, runs, train, study.claims.replace(claims=kinds), start)
         safe = {"bins": "-"}
         for kind, claim in zip(kinds, claims, strict=True):
             model = trajectory_model(net, claim)

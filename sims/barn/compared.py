@@ -14,7 +14,7 @@ import numpy as np
 import tyro
 
 import parc_jax as pj
-from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.bound.tube import Tube
 from sims.barn import series
 from sims.barn.job import WORLDS
@@ -74,7 +74,7 @@ def models(options: Options) -> Iterator[tuple[str, Path]]:
     sides = [[lo, hi] for lo, hi in zip(model.domain.lo, model.domain.hi, strict=True)]
     key, kept = jax.random.PRNGKey(0), options.out.parent / "runs.npz"
     runs = pj.learning.collect(robot(), key, n=options.runs, path=kept, quiet=options.quiet)
-    constant = learn_profiles([model.net], runs, (), sides, shape="box")[0]
+    constant = learn_profile(model.net, runs, (), sides, shape="box")
     nothing = constant.with_halves(*(np.full_like(each, RESTS) for each in constant.halves))
     yield "learned", options.model
     for name, tube, why in (

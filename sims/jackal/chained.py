@@ -68,7 +68,7 @@ def chained(robot: Jackal, keys, chain: Chain, threads: int) -> list[Last]:
 
 def left(model, lasts: list[Last], robot: Jackal) -> np.ndarray:
     """(n,) did the run leave the tube at any time?"""
-    from parc_jax.learning.bound.measure import score_batch
+    from parc_jax.learning.bound.measure import scores_of
     from parc_jax.learning.labels import labels_of
     from parc_jax.learning.runs.batch import rollout_batch
     from parc_jax.learning.runs.law import law_of
@@ -86,7 +86,7 @@ def left(model, lasts: list[Last], robot: Jackal) -> np.ndarray:
         rotation=robot.rotation,
         labels=labels_of(robot),
     )
-    return score_batch(model.net, runs, model.tube).score > 1.0
+    return scores_of(model.net, model.tube, [runs]).score > 1.0
 
 
 @dataclass

@@ -28,7 +28,7 @@ from benchmarks.attacks.promises import PROMISES, Promise
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.monitor import inside_tube
-from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.runs.collect import collect
 
@@ -41,7 +41,7 @@ KEY = jax.random.PRNGKey(3)
 def test_the_exact_truth_is_what_runs_do(bins, shape):
     system, net = jump_plant(0.05), network()
     seen = collect(system, KEY, 60, quiet=True)
-    tube = learn_profiles([net], seen, (), bins, shape=shape)[0]
+    tube = learn_profile(net, seen, (), bins, shape=shape)
     if shape == "fitted":  # off centre, so that it is left on both sides
         during, at_end = tube.templates
         moved = faces(at_end.directions, at_end.centre + 0.1, at_end.half, frames=True)

@@ -10,6 +10,7 @@ import answer_files as build
 import borders
 import known
 import pytest
+from rows_of_sets import set_rows
 
 from parc_jax import checker
 
@@ -45,7 +46,7 @@ def faces(answer, number):
     piece = answer["sets"][0] | {"bin": number}
     return [
         (strict, F(-c, a[-1]), a[-1] > 0)
-        for name, strict, a, c in context.set_rows(piece)
+        for name, strict, a, c in set_rows(context, piece)
         if name == "axis 0 of k"
     ]
 

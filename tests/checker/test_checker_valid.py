@@ -11,6 +11,7 @@ import known_points
 import oracle
 import pytest
 from effort import calls_of
+from rows_of_sets import set_rows
 
 from parc_jax import checker
 from parc_jax.checker.answer import percent
@@ -77,7 +78,7 @@ def check_members(answer, count):
     )
     for piece in answer["sets"]:
         point = build.value(piece["p0"]) + build.value(piece["k"])
-        rows = context.set_rows(piece)
+        rows = set_rows(context, piece)
         for x in members(rows, point, random.Random(7), count):
             p0, k = x[: answer["problem"]["n_p"]], x[answer["problem"]["n_p"] :]
             context.check_sample({"p0": build.text(p0), "k": build.text(k), "sep": piece["sep"]})
@@ -103,10 +104,10 @@ def test_the_pattern_map_is_the_network_on_the_set(answer):
         answer["sets"][0],
     )
     n, T = answer["problem"]["n_p"], answer["problem"]["steps"]
-    rows = {name: (a, c) for name, _, a, c in context.set_rows(piece) if name.startswith("goal")}
+    rows = {name: (a, c) for name, _, a, c in set_rows(context, piece) if name.startswith("goal")}
     final = build.value(answer["tube"]["final"][piece["bin"]])
     for x in members(
-        context.set_rows(piece),
+        set_rows(context, piece),
         build.value(piece["p0"]) + build.value(piece["k"]),
         random.Random(3),
         5,

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 import pytest
 from profiles import training_profile
-from scored import score_system
+from scored import score_batch, score_system
 from synthetic_plants import failing, noisy, plant, straight_network
 
 from parc_jax.app.study.settings import Study
@@ -25,7 +25,7 @@ from parc_jax.learning.bound.calibrate import (
 )
 from parc_jax.learning.bound.counts import NoStatement, most_discards, supported_eps
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.measure import measure, score_batch
+from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import fitted_profile

@@ -6,10 +6,10 @@ import jax
 import numpy as np
 import pytest
 from profiles import training_profile
+from scored import score_batch
 from synthetic_plants import noisy, plant, straight_network
 
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.pipeline import bound_error, bound_errors
 from parc_jax.learning.bound.profile import SHARE, evened, learnt_from
 from parc_jax.learning.bound.settings import BoundSettings
@@ -32,7 +32,7 @@ def pieces(batch, size):
 def test_every_bin_grows_by_its_own_largest_score(runs):
     few, rest = pieces(runs, 60)[0], pieces(runs, 60)[1:]
     profile = training_profile(NET, few, BINS)
-    (even,) = evened([NET], [profile], iter(rest))
+    even = evened(NET, profile, iter(rest))
     seen = [score_batch(NET, batch, profile) for batch in rest]
     score = np.concatenate([s.score for s in seen])
     bins = profile.bin_of(np.concatenate([s.k for s in seen]))
@@ -46,7 +46,7 @@ def test_every_bin_grows_by_its_own_largest_score(runs):
 
 def test_without_runs_a_profile_stays_as_it_is(runs):
     profile = training_profile(NET, runs, BINS)
-    assert evened([NET], [profile], iter(())) == [profile]
+    assert evened(NET, profile, iter(())) is profile
 
 
 def test_a_quarter_is_held_back(runs):
@@ -74,9 +74,9 @@ def test_the_pipeline_learns_from_the_rest_only_and_holds_all(runs):
     given = Given(pieces(runs, 60), holdout)
     asked = BoundSettings(eps=0.1, delta=0.05, bins=BINS, profile_runs=300, fresh=120, even=True)
     start = StartTrial(0.0, None)
-    ((claim,),) = bound_errors([NET], given, None, asked, start)
+    (claim,) = bound_errors(NET, given, None, asked, start)
     profile = training_profile(NET, joined(given.batches[:4]), BINS)
-    (even,) = evened([NET], [profile], given.batches[4:])
+    even = evened(NET, profile, given.batches[4:])
     scale = float.fromhex(claim.evidence["scale"])
     for ours, theirs in zip(claim.tube.halves, even.halves, strict=True):
         np.testing.assert_allclose(ours, scale * theirs, rtol=1e-6, atol=1e-9)

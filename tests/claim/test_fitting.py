@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from profiles import training_profile
+from scored import score_batch
 from synthetic_plants import failing, noisy, plant, straight, straight_network
 from turning_bar import Bar
 
@@ -16,7 +17,6 @@ from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.error_set import faces
-from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.profile import fitted_profile
 from parc_jax.learning.bound.settings import SpeedBound

@@ -4,12 +4,12 @@ import jax
 import numpy as np
 import pytest
 from profiles import training_profile
+from scored import score_batch
 from synthetic_plants import noisy, plant, straight_network
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
-from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.bound.monitor import monitor
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.runs.batch import rollout_batch

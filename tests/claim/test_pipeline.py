@@ -15,7 +15,7 @@ from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.monitor import update
-from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.runs.collect import collect
@@ -113,8 +113,8 @@ def test_the_eps_asked_for_is_that_of_runs_that_are_given():
     assert strict.eps < Fraction(1, 100) and (strict.tube.interval > claim.tube.interval).all()
 
 
-def test_networks_and_claims_about_the_same_runs_split_delta():
-    """Two networks and two claims each: four looks at one holdout, at a quarter of delta each."""
+def test_claims_about_the_same_runs_split_delta():
+    """Two claims, two looks each: four looks at one holdout, at a quarter of delta each."""
     from parc_jax.learning.bound.pipeline import SystemRuns, bound_errors
     from parc_jax.learning.bound.settings import BoundSettings
     from parc_jax.learning.bound.start_gap import StartTrial
@@ -127,11 +127,11 @@ def test_networks_and_claims_about_the_same_runs_split_delta():
         bins=(1, 1),
         profile_runs=40,
         fresh=100,
+        looks=2,
     )
     runs = SystemRuns(system, KEY, 0, None, True)
-    made = bound_errors([NET, NET], runs, None, asked, StartTrial(0.0, None))
-    claims = [claim for of_one in made for claim in of_one]
-    assert len(claims) == 4 and {claim.looks for claim in claims} == {4}
+    claims = bound_errors(NET, runs, None, asked, StartTrial(0.0, None))
+    assert len(claims) == 2 and {claim.looks for claim in claims} == {4}
     assert {(claim.eps, claim.discard) for claim in claims} == {
         (Fraction(1, 10), most_discards(100, 0.1, 0.05 / 4))
     }
@@ -178,4 +178,4 @@ def test_a_profile_over_another_k_is_refused_before_the_first_run():
 
 def test_a_shape_without_its_own_tube_is_not_made_of_boxes():
     with pytest.raises(InputError, match="expected box or fitted; got 'ellipse'"):
-        learn_profiles([], None, (), shape="ellipse")
+        learn_profile(NET, None, (), shape="ellipse")

@@ -13,6 +13,7 @@ from fractions import Fraction as F
 
 import answer_files as build
 import exact_truth
+from rows_of_sets import set_rows
 
 from parc_jax import checker
 
@@ -84,7 +85,7 @@ class Borders:
 
     def polytope(self, piece, count):
         """Rays from the inner point of a polytope to its rows."""
-        rows = self.context.set_rows(piece)
+        rows = set_rows(self.context, piece)
         centre = build.value(piece["p0"]) + build.value(piece["k"])
         for i in range(count):
             way = [build.dyadic(self.rng, 1, 6) for _ in centre]

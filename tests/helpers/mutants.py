@@ -11,6 +11,7 @@ import answer_files as build
 import numpy as np
 import oracle
 import tree_search
+from rows_of_sets import set_rows
 
 from parc_jax import checker
 
@@ -151,7 +152,7 @@ def judge(answer):
         0,
     )
     for piece in answer["sets"]:
-        rows = context.set_rows(piece)
+        rows = set_rows(context, piece)
         centre = np.array(build.value(piece["p0"]) + build.value(piece["k"]), float)
         for x in (centre, inside(rows, centre, rng)):
             assert seen.safe(x[:n], x[n:])

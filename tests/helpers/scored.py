@@ -9,4 +9,9 @@ def score_system(
     net, system, key, profile, n: int, stage: Stage = Stage.BOUND, **options
 ) -> Scores:
     """Scores of n runs of a stage; options as of `collect`."""
-    return scores_of([net], [profile], stream_rollouts(system, key, n, stage, **options))[0]
+    return scores_of(net, profile, stream_rollouts(system, key, n, stage, **options))
+
+
+def score_batch(net, batch, profile) -> Scores:
+    """Scores of runs held in memory."""
+    return scores_of(net, profile, [batch])

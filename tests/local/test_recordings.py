@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import toy_driven as toy
 from scipy.stats import binom
+from scored import score_batch
 from synthetic_plants import plant
 
 import parc_jax as pj
@@ -23,7 +24,6 @@ from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import derived, scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS
 from parc_jax.learning.bound.fresh import left_out_beside, named_runs
-from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.learn import learn
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import FITTED, TO_ALL, TO_TRAINING, law_spec

@@ -71,7 +71,7 @@ def test_samples_in_space_are_seen_from_three_sides():
 
 def test_errors_draw_both_kinds_on_one_scale(answer):
     claimed = pac(answer)
-    drawn = errors(claimed, answer.model.claim, answer.model.time)
+    drawn = errors(claimed, answer.model.claim)
     left, right = drawn.axes
     assert left.get_ylim() == right.get_ylim() and left.get_yscale() == "log"
     assert right.get_title("left") == "claimed: left with probability ≤ 0.001, confidence 0.999"

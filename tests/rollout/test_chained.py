@@ -7,13 +7,13 @@ from fractions import Fraction
 import jax
 import numpy as np
 import pytest
+from scored import score_batch
 from toy_running import DRIVE, LAG, ROUGH, Cart, Carts, H, settled_network
 
 import parc_jax as pj
 from parc_jax.app.study.replay import replay
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.learning.bound.measure import score_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.law import told_of_part
 from parc_jax.learning.system import Trajectory

@@ -11,6 +11,7 @@ import jax
 import numpy as np
 import pytest
 from needs import need
+from rows_of_sets import set_rows
 from toy_file import answer_file, save
 from toy_models import line_model, model_of, uniform_tube
 
@@ -163,7 +164,7 @@ def test_no_polytope_of_the_engine_contains_a_border_between_bins():
     parts = problem_part(PROBLEM, asked), network_part(asked.net), tube_part(asked.tube)
     context = checker.Context(*parts)
     for polytope in answer.polytopes:
-        rows = context.set_rows(polytope_part(polytope))
+        rows = set_rows(context, polytope_part(polytope))
         open_faces = [a for name, strict, a, _ in rows if strict and name.startswith("axis")]
         assert len(open_faces) == 2  # one for each axis
         ends = [a for name, strict, a, _ in rows if not strict and name.startswith("axis")]

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 import pytest
 from dense_oracle import DEPTH, knots_of, row_room, smallest_distance
+from rows_of_sets import set_rows
 from scipy.spatial import HalfspaceIntersection
 from scipy.stats import beta, binom
 from toy_models import model_of, toy_case
@@ -134,7 +135,7 @@ def test_vertices_of_the_float_polytopes_satisfy_the_exact_rows(answers, cuts):
             vertices = HalfspaceIntersection(
                 np.column_stack([outer.A, -outer.b]), inner
             ).intersections
-            rows = context.set_rows(polytope_part(polytope))
+            rows = set_rows(context, polytope_part(polytope))
             for x in vertices:
                 point, scale = checker.integers([checker.number(float(v).hex()) for v in x])
                 worst = min(

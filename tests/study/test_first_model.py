@@ -27,9 +27,9 @@ def learned(tmp_path, monkeypatch, first=None, study=STUDY):
     """The models, first one included, and the ids of the fresh runs behind each claim in turn."""
     fresh = []
 
-    def seen(nets, profiles, batches):
-        scores = scores_of(nets, profiles, batches)
-        fresh.append(set(scores[0].ids))
+    def seen(*given):
+        scores = scores_of(*given)
+        fresh.append(set(scores.ids))
         return scores
 
     scores_of = pipeline.scores_of

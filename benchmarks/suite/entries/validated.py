@@ -17,7 +17,7 @@ from parc_jax.drive.local.nested import first_set, fixed_sequence
 from parc_jax.learning.bound.calibrate import scaled
 from parc_jax.learning.bound.counts import most_discards, required_runs
 from parc_jax.learning.bound.declared import stand_in
-from parc_jax.learning.bound.pipeline import learn_profiles
+from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.polytope import SafePolytope
@@ -76,7 +76,7 @@ def learn(task: kit.Task, scene, rng: np.random.Generator) -> Learnt:
             break
     profile = profile.select(_near(net, profile))
     bins = (BINS[train.n_k],) * train.n_k
-    tube = learn_profiles([net], train, [profile], bins, shape="fitted")[0]
+    tube = learn_profile(net, train, [profile], bins, shape="fitted")
     why = "a scale for sets that are tested: nothing is claimed of it"
     about = {"system": task.told["name"], "points": tuple(task.told["points"])}
     claim = pj.learning.declared_claim(tube, why, net, engine.grid(task), **about)

@@ -3,18 +3,23 @@
 import numpy as np
 
 from parc_jax.app.plot import style
+from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.system import TimeGrid
 
 
-def errors(claim: ErrorClaim, assumed: ErrorClaim, time: TimeGrid, to=None):
+def errors(claim: ErrorClaim, assumed: ErrorClaim, to=None):
     """Half width of the tube over time, the widest axis of all reference points: median over K, and
     widest bin.
 
     claim: of the model, right. assumed: published kind of bound, the largest error over the
-    training data, left. time: their grid. to: as in `style.sheet`; two Axes.
+    training data, left, of the same robot. to: as in `style.sheet`; two Axes. Raises InputError.
     """
+    claim.subject.agree("errors: claim and assumed", assumed.subject)
+    if assumed.kind != "assumed":
+        raise InputError(f"errors: expected an `assumed_claim` second; got {assumed!r}.")
+    time = claim.subject.time
     with style.sheet(to, (8.4, 3.5), columns=2, sharey=True) as sheet:
         left, right = sheet.axes
         for ax, one in ((left, assumed), (right, claim)):

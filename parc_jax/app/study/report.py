@@ -142,7 +142,7 @@ def figures(outcome: Studied, repeats: int, out: Path) -> list[Path]:
     if outcome.assumed is not None:
         drawn.append(out / "errors.png")
         model = outcome.answer.model
-        errors(model.claim, outcome.assumed, model.time, drawn[-1])
+        errors(model.claim, outcome.assumed, drawn[-1])
     return drawn
 
 

@@ -252,14 +252,14 @@ def bounded_near(
     local: Local,
     start: StartTrial,
     between: Intersample,
-    profiles: list[Tube] | None = None,
+    profile: Tube | None = None,
 ) -> TrajectoryModel:
     """The model of a network fitted to `train`, its error bounded by fresh runs on their box.
-    profiles: shape of its tube, None to learn it. Raises InputError.
+    profile: shape of its tube, None to learn it. Raises InputError.
     """
     about = {"delta": delta, "bins": runs.bins, "intersample": between}
     bound = BoundSettings(**part_of(local, Sizing), **about)
-    claim = bound_errors([net], runs, train, bound, start, profiles=profiles)[0][0]
+    (claim,) = bound_errors(net, runs, train, bound, start, profile=profile)
     return trajectory_model(net, claim)
 
 

@@ -14,7 +14,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.drive.local.nested import level, levels_of, shape_of
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.fresh import CALIBRATION, check_fresh, seen_in_training, used_by
-from parc_jax.learning.bound.measure import score_batch
+from parc_jax.learning.bound.measure import scores_of
 from parc_jax.learning.bound.start_gap import off_from_start
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -120,7 +120,7 @@ def one_of_each(
     own = np.array_equal([runs.domain.lo, runs.domain.hi], [K.lo, K.hi])
     law = runs.law if own else law_spec(runs.name, K, "logged")
     if inside.n:  # as of a calibration set: independent, and none that the K was fitted to
-        check_fresh(score_batch(model.net, inside.replace(domain=K, law=law), shape), None)
+        check_fresh(scores_of(model.net, shape, [inside.replace(domain=K, law=law)]), None)
     _require_unseen(model.claim, runs)
     groups = np.arange(runs.n) if runs.groups is None else runs.groups
     order = rng.permutation(runs.n)

@@ -21,7 +21,7 @@ from parc_jax.learning.bound.counts import (
     supported_eps,
 )
 from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, named_runs, trained_on
-from parc_jax.learning.bound.measure import Scores, score_batch
+from parc_jax.learning.bound.measure import Scores, scores_of
 from parc_jax.learning.bound.profile import runs_per_bin
 from parc_jax.learning.bound.settings import DISCRETE_TIME, BoundSettings
 from parc_jax.learning.bound.start_gap import invariances, off_from_start
@@ -61,7 +61,7 @@ def calibrate(
     """
     settings = (settings or BoundSettings()).replace(**options)
     batch = isinstance(holdout, RolloutBatch)
-    scores = score_batch(net, holdout, profile) if batch else holdout
+    scores = scores_of(net, profile, [holdout]) if batch else holdout
     check_fresh(scores, train)
     eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
     unit = scores.unit

@@ -200,29 +200,20 @@ class Scores:
         return worst_by_group(self.score, self.groups)
 
 
-def score_batch(net: ReLUNetwork, batch: RolloutBatch, profile: Tube) -> Scores:
-    """Scores of runs held in memory. Raises InputError."""
-    return scores_of([net], [profile], [batch])[0]
-
-
-def scores_of(
-    nets: list[ReLUNetwork], profiles: list[Tube], batches: Iterable[RolloutBatch]
-) -> list[Scores]:
-    """Scores of the same runs for each network; a batch is dropped when it is scored. Raises
-    InputError.
-    """
+def scores_of(net: ReLUNetwork, profile: Tube, batches: Iterable[RolloutBatch]) -> Scores:
+    """Scores of runs; a batch is dropped when it is scored. Raises InputError."""
     parts, sources = [], []
     for batch in batches:
-        judged = [_judged(net, own, batch) for net, own in zip(nets, profiles, strict=True)]
+        judged = _judged(net, profile, batch)
         marks = marks_of(batch) if batch.seed is None else None
         lost = np.zeros(batch.n, np.int64) if batch.lost is None else batch.lost
-        parts.append((batch.rows, batch.k, batch.hashes(), batch.groups, marks, lost, judged))
+        parts.append((batch.rows, batch.k, batch.hashes(), batch.groups, marks, lost, *judged))
         sources.append(joined_source([batch]))
     joined = jax.tree.map(lambda *x: np.concatenate(x), *parts)
-    rows, k, ids, groups, marks, lost, judged = joined
+    rows, k, ids, groups, marks, lost, score, worst = joined
     source = sources[0][0], min(first for _, first, _ in sources), max(x[2] for x in sources)
     about = (ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost, source)
-    return [Scores(rows, k, score, worst, *about) for score, worst in judged]
+    return Scores(rows, k, score, worst, *about)
 
 
 def _judged(net: ReLUNetwork, profile: Tube, batch: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:

@@ -310,6 +310,7 @@ def update(
     Raises InputError, also when a fresh run was seen before, by training or by the old claim.
     """
     check_network(claim, net)
+    claim.subject.agree("update: runs of the robot of the claim", fresh.subject, ("K", *STATED))
     if claim.kind == VALIDATED:
         raise InputError(
             "update: expected a claim about runs everywhere; this one is about one set in one "

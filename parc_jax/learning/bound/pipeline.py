@@ -142,68 +142,62 @@ def bound_error(
         first_row = 0 if train is None else int(train.rows.max()) + 1
         runs = SystemRuns(system, key, first_row, path, quiet)
         start = try_starts(system, key, settings.gap)
-    profiles = None if profile is None else [profile]
-    return bound_errors([net], runs, train, settings, start, profiles=profiles)[0][0]
+    return bound_errors(net, runs, train, settings, start, profile=profile)[0]
 
 
 def bound_errors(
-    nets: list[ReLUNetwork],
+    net: ReLUNetwork,
     runs: SystemRuns | HeldRuns,
     train: RolloutBatch | None,
     settings: BoundSettings,
     start: StartTrial,
     *,
-    profiles: list[Tube] | None = None,
+    profile: Tube | None = None,
     seen: Sequence[list] = (),
     watch: Callable[[str], AbstractContextManager] = nullcontext,
-) -> list[list[ErrorClaim]]:
-    """The claims of every network, in the order of settings.claims, from the same fresh runs: delta
-    is split over them, so all hold together. [T1]
+) -> list[ErrorClaim]:
+    """The claims in the order of settings.claims, from the same fresh runs: delta is split over
+    them, so all hold together. [T1]
 
     train: the training runs. start: result of trials from other starts.
-    profiles: error shapes, one per network on the same bins; None to learn them. seen: entries of
-        further runs that networks or shapes were made from, as of `entry_of`.
+    profile: the error shape; None to learn it. seen: entries of further runs that network or shape
+        were made from, as of `entry_of`.
     watch: entered for each stage, by its name.
     """
-    looks, ledger = settings.looks * len(nets) * len(settings.claims), [*seen]
-    if profiles is None:
+    looks, ledger = settings.looks * len(settings.claims), [*seen]
+    if profile is None:
         ledger.append([SHAPE, "", None, None, []])  # of training runs, and of those that follow
         with watch("profile"):
             n = _profile_runs(settings, train is not None, looks)
             further = noted(ledger, SHAPE, runs.further(n) if n else ())
             early = learnt_from(further, n) if settings.even else further
-            profiles = learn_profiles(nets, train, early, settings.bins, shape=settings.shape)
+            profile = learn_profile(net, train, early, settings.bins, shape=settings.shape)
             if settings.even:
-                profiles = evened(nets, profiles, further)
+                profile = evened(net, profile, further)
     with watch("fresh rollouts"):
-        fresh = runs.fresh(fresh_runs(settings, profiles[0], looks))
-        all_scores = scores_of(nets, profiles, fresh)
+        scores = scores_of(net, profile, runs.fresh(fresh_runs(settings, profile, looks)))
     settings = settings.replace(looks=looks)
     make = {"one": calibrate, "bins": calibrate_bins}
-    out = []
-    for net, profile, scores in zip(nets, profiles, all_scores, strict=True):
-        with watch("claims"):
-            claims = [
-                make[kind](net, scores, profile, settings, train=train) for kind in settings.claims
-            ]
-        whole = {SEEN: claims[0].evidence.get(SEEN, []) + ledger}
-        told = [derived(claim, evidence=whole) for claim in claims]
-        out.append([allow_for_start(claim, start) for claim in told])
-    return out
+    with watch("claims"):
+        claims = [
+            make[kind](net, scores, profile, settings, train=train) for kind in settings.claims
+        ]
+    whole = {SEEN: claims[0].evidence.get(SEEN, []) + ledger}
+    return [allow_for_start(derived(claim, evidence=whole), start) for claim in claims]
 
 
-def learn_profiles(
-    nets: list[ReLUNetwork],
+def learn_profile(
+    net: ReLUNetwork,
     train: RolloutBatch | None,
     further: Iterable[RolloutBatch],
     bins: Bins | None = None,
     *,
     shape: str = "box",
-) -> list[Tube]:
-    """An error shape per network from the training runs and further ones.
+) -> Tube:
+    """An error shape from the training runs and further ones.
 
-    bins, shape: as in `BoundSettings`. Bins are cut for the first network, by training runs alone:
-    all networks share them, and so compiled code. A fitted shape holds all runs in memory.
+    bins, shape: as in `BoundSettings`; bins are cut by training runs alone. A fitted shape holds
+    all runs in memory.
     Raises InputError, also when no run is finite.
     """
     if shape not in SHAPES:
@@ -218,10 +212,10 @@ def learn_profiles(
         if train is None or not train.finite.n:
             batches = list(batches)  # all of them are looked at twice
             runs += batches
-        errors = zip(*(measure(nets[0], batch) for batch in runs), strict=True)
+        errors = zip(*(measure(net, batch) for batch in runs), strict=True)
         k = np.concatenate([batch.k for batch in runs])
         bins = choose_edges(k, Errors(*map(np.concatenate, errors)), first.domain)
-    return SHAPES[shape](nets, itertools.chain([first], batches), bins)
+    return SHAPES[shape](net, itertools.chain([first], batches), bins)
 
 
 def runs_ahead(settings: BoundSettings) -> int:

@@ -43,15 +43,14 @@ def largest_errors(net: ReLUNetwork, runs: RolloutBatch, edges: Edges) -> "Maxim
     return reduce(joined, (bin_maxima(part.k, measure(net, part), edges) for part in parts), None)
 
 
-def box_profiles(nets: list[ReLUNetwork], runs: Iterable[RolloutBatch], bins: Bins) -> list[Tube]:
-    """A profile of half widths along the axes for each network, from finite runs that are looked at
-    one batch after another; bins as in `edges_of`.
+def box_profile(net: ReLUNetwork, runs: Iterable[RolloutBatch], bins: Bins) -> Tube:
+    """The profile of half widths along the axes, from finite runs that are looked at one batch
+    after another; bins as in `edges_of`.
     """
-    found = [None for _ in nets]
+    found = None
     for batch in runs:
-        each = (largest_errors(net, batch, edges_of(batch.domain, bins)) for net in nets)
-        found = [joined(*both) for both in zip(found, each, strict=True)]
-    return [smooth_profile(one, len(batch.points)) for one in found]
+        found = joined(found, largest_errors(net, batch, edges_of(batch.domain, bins)))
+    return smooth_profile(found, len(batch.points))
 
 
 class Maxima(NamedTuple):
@@ -119,26 +118,21 @@ def learnt_from(batches: Iterator[RolloutBatch], n: int) -> Iterator[RolloutBatc
         yield batch
 
 
-def evened(
-    nets: list[ReLUNetwork], profiles: list[Tube], batches: Iterable[RolloutBatch]
-) -> list[Tube]:
-    """The profiles, every bin widened by the largest score in it of these runs, if above one.
+def evened(net: ReLUNetwork, profile: Tube, batches: Iterable[RolloutBatch]) -> Tube:
+    """The profile, every bin widened by the largest score in it of these runs, if above one.
 
     Bins without such a run stay as they are. Failed runs are left out, as of every profile.
     """
     usable = [batch.finite for batch in batches]
     usable = [batch for batch in usable if batch.n]
     if not usable:
-        return profiles
-    out = []
-    # before the calibration set, as the profiles are, so a claim holds as before [T1]
-    for profile, scores in zip(profiles, scores_of(nets, profiles, usable), strict=True):
-        factor = np.ones(profile.n_bins)
-        numbers = profile.bins_of(scores.k)
-        np.maximum.at(factor, numbers, np.broadcast_to(scores.score[:, None], numbers.shape))
-        halves = (half * factor.reshape(-1, *[1] * (half.ndim - 1)) for half in profile.halves)
-        out.append(profile.with_halves(*halves))
-    return out
+        return profile
+    # before the calibration set, as the profile is, so a claim holds as before [T1]
+    scores, factor = scores_of(net, profile, usable), np.ones(profile.n_bins)
+    numbers = profile.bins_of(scores.k)
+    np.maximum.at(factor, numbers, np.broadcast_to(scores.score[:, None], numbers.shape))
+    halves = (half * factor.reshape(-1, *[1] * (half.ndim - 1)) for half in profile.halves)
+    return profile.with_halves(*halves)
 
 
 # [mean half width] without it the thinnest faces, which cost least, decide the score
@@ -146,12 +140,13 @@ MARGIN = 0.1
 _FEW = 20.0  # [runs] weight of all of K in the covariance of a bin
 
 
-def fitted_profile(net: ReLUNetwork, runs: Sequence[RolloutBatch], bins: Bins) -> Tube:
-    """The profile of finite runs: between the least and the largest error along every direction,
-    in bins of few runs as wide as their neighbours, plus a margin (a tenth of the bin's mean half
-    width along every axis; at the end, of the half width there) and a floor [m, rad]. bins: numbers
-    or edges per axis of K, as in `edges_of`. Raises InputError, also for no runs.
+def fitted_profile(net: ReLUNetwork, runs: Iterable[RolloutBatch], bins: Bins) -> Tube:
+    """The profile of finite runs, held in memory: between the least and the largest error along
+    every direction, in bins of few runs as wide as their neighbours, plus a margin (a tenth of the
+    bin's mean half width along every axis; at the end, of the half width there) and a floor [m,
+    rad]. bins: numbers or edges per axis of K, as in `edges_of`. Raises InputError, also for none.
     """
+    runs = list(runs)
     if not runs:
         raise InputError("profile: expected at least one finite training run; got none.")
     edges = edges_of(runs[0].domain, bins)
@@ -284,18 +279,10 @@ def _between(
     return fitted.with_half(half + fitted.half_around(MARGIN * width + TOLERANCES.profile_floor))
 
 
-def fitted_profiles(
-    nets: list[ReLUNetwork], runs: Iterable[RolloutBatch], bins: Bins
-) -> list[Tube]:
-    """`fitted_profile` of each network; all runs are held in memory."""
-    held = list(runs)
-    return [fitted_profile(net, held, bins) for net in nets]
-
-
 # a new kind of tube: its word and how it is learnt, and a line in `shape_of`
-SHAPES: dict[str, Callable[[list[ReLUNetwork], Iterable[RolloutBatch], Bins], list[Tube]]] = {
-    "box": box_profiles,
-    "fitted": fitted_profiles,
+SHAPES: dict[str, Callable[[ReLUNetwork, Iterable[RolloutBatch], Bins], Tube]] = {
+    "box": box_profile,
+    "fitted": fitted_profile,
 }
 
 

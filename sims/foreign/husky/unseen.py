@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.learning.bound.counts import supported_eps
-from parc_jax.learning.bound.measure import score_batch
+from parc_jax.learning.bound.measure import scores_of
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -31,7 +31,7 @@ class Unseen(NamedTuple):
 
 def unseen(net: ReLUNetwork, held: RolloutBatch, profile: Tube) -> Unseen:
     """Size a tube with one half of the held-out runs, count those of the other that leave it."""
-    scores = score_batch(net, held, profile).score[np.argsort(held.rows)]
+    scores = scores_of(net, profile, [held]).score[np.argsort(held.rows)]
     half = len(scores) // 2
     first, last = scores[:half], scores[half:]
     eps = float(supported_eps(half, DELTA, 0))
