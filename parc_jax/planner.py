@@ -29,7 +29,7 @@ from parc_jax.safe_set.corridors.first import MOST, first_safe
 from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import Scene, SceneArrays, pruned_scene, volume_of_all
+from parc_jax.safe_set.verdict.scene import Scene, pruned_scene, volume_of_all
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.validation import Validate
@@ -222,8 +222,8 @@ class Planner:
     ) -> BatchAnswer:
         """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
 
-        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. A
-            list may be under uncertainty, the same for all but for goal and obstacles.
+        problems: a list, or `box_scenes` (no cost per scene in Python). A list may be under
+            uncertainty, the same for all but for goal and obstacles.
         settings: by default `Settings.fast()`; of its fields samples (safe plans per problem) and
             proof (exact check of every best plan, some ten milliseconds each) count here.
         draws: most plans to propose per problem; solved ones stop early.
@@ -243,12 +243,10 @@ class Planner:
         require_sound_arithmetic()
         chosen = {int(i): problem_of(problems, i) for i in whole}
         model = self.model
-        if isinstance(problems, BoxScenes | SceneArrays):
+        if isinstance(problems, BoxScenes):
             require_given(None, model)
         else:
             problems, model = nominal_problems(problems, model, self._robust_models)
-        if settings.proof and isinstance(problems, SceneArrays):
-            problem_of(problems, 0)
         begin = time.perf_counter()
         best, draws, seconds = search_batch(
             model, problems, key, settings.samples, draws, pool, numbers, warm, mesh

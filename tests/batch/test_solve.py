@@ -255,12 +255,6 @@ def test_errors_say_what_to_do(toy):
         planner.solve_batch(problems, KEY, warm=np.zeros((2, 4)))
     with pytest.raises(InputError, match="samples"):
         planner.solve_batch(problems, KEY, Settings.fast().replace(samples=0))
-    with pytest.raises(InputError, match="BoxScenes"):
-        planner.solve_batch(
-            stack_problems(problems, planner.model)[0].scenes,
-            KEY,
-            Settings.fast().replace(proof=True),
-        )
     with pytest.raises(InputError, match="scene 1"):
         box_scenes(
             planner.model,

@@ -11,6 +11,7 @@ from synthetic_plants import noisy, plant, straight_network
 
 import parc_jax as pj
 from parc_jax.common.keys import Stage
+from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import LawSpec, law_spec
 from parc_jax.safe_set.verdict.outline import Outline, outline_of, require_same
@@ -134,6 +135,36 @@ def test_a_claim_meets_its_own_network_alone(meeting):
     other = NET.replace(biases=(NET.biases[0] + 1e-6, *NET.biases[1:]))
     with pytest.raises(pj.InputError, match="expected the network its claim was measured on"):
         NETS[meeting](other)
+
+
+def boxes(model):
+    goal = np.array([[0.0, -1.0, -4.0]]), np.array([[2.0, 1.0, 4.0]])
+    wall = np.array([[[0.4, -2.0]]]), np.array([[[0.5, 2.0]]])
+    return pj.problem.box_scenes(model, *goal, *wall, 0.05)
+
+
+def of_subject(**changes):
+    """A model with other entries of its subject."""
+    about = replace(CLAIM.subject, **changes)
+    return pj.learning.trajectory_model(NET, derived(CLAIM, subject=about))
+
+
+SUBJECTS = {
+    "time": {"time": pj.learning.time_grid(0.5, 2.0, 0.1)},
+    "points": {"points": ("nose",)},
+    "goal states": {"labels": HELD.labels._replace(q=("roll [rad]",))},
+    "parameters": {"labels": swapped(HELD).labels},
+}
+
+
+@pytest.mark.parametrize("entry", SUBJECTS)
+def test_scenes_of_a_batch_are_told_for_this_robot_and_its_intervals(entry):
+    """Spans count intervals: with those of a shorter model obstacles ended too early."""
+    own = of_subject()
+    assert len(pj.Planner(own).solve_batch(boxes(own), KEY, draws=16).found) == 1
+    told = boxes(of_subject(**SUBJECTS[entry]))
+    with pytest.raises(pj.InputError, match=f"premises that agree; {entry} is"):
+        pj.Planner(own).solve_batch(told, KEY, draws=16)
 
 
 class Robot:

@@ -1,5 +1,6 @@
 """Every picture is drawn from plain results, on a new figure, to files and onto given Axes."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -12,6 +13,9 @@ from parc_jax.app.plot import shapes
 from parc_jax.app.plot.errors import errors
 from parc_jax.app.plot.samples import samples
 from parc_jax.checker.claim import words_of
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.system import time_grid
 
 
 @pytest.fixture(scope="module")
@@ -21,8 +25,6 @@ def answer():
 
 def pac(answer):
     """The toy claim dressed as a pac claim."""
-    from dataclasses import replace
-
     level = Fraction(1, 1000)
     dressed = replace(answer.model.claim, kind="pac", eps=level, delta=level, n=7000)
     facts = dressed.facts()
@@ -76,3 +78,8 @@ def test_errors_draw_both_kinds_on_one_scale(answer):
     assert left.get_ylim() == right.get_ylim() and left.get_yscale() == "log"
     assert right.get_title("left") == "claimed: left with probability ≤ 0.001, confidence 0.999"
     assert len(left.patches) == len(right.patches) == 1
+    with pytest.raises(InputError, match="expected an `assumed_claim` second; got"):
+        errors(answer.model.claim, claimed)
+    other = derived(claimed, subject=replace(claimed.subject, time=time_grid(2.0, 4.0, 1.0)))
+    with pytest.raises(InputError, match="claim and assumed: expected premises that agree; time"):
+        errors(other, answer.model.claim)

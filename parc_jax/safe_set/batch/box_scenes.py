@@ -13,6 +13,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.model import TrajectoryModel, float_slack
+from parc_jax.learning.runs.law import STATED, Subject
 from parc_jax.problem.body import Body, Disc, Polygon, numbered
 from parc_jax.problem.problem import Problem, reach_avoid
 from parc_jax.safe_set.separation.pairs import Obstacles, obstacles_of
@@ -31,7 +32,8 @@ class BoxScenes:
 
     goal_lo, goal_hi: (s, n_c + n_q), infinite where a point but the first is free. obstacle_lo,
     obstacle_hi: (s, o, n_p) [m]. present: (s, o) bool. spans: (s, o, 2) int, first and last
-    interval of every obstacle. start_lo, start_hi: (s, n_p) [m], infinite if free.
+    interval of every obstacle. start_lo, start_hi: (s, n_p) [m], infinite if free. of: robot and
+    time grid that they are told for.
     """
 
     goal_lo: np.ndarray
@@ -43,6 +45,7 @@ class BoxScenes:
     start_lo: np.ndarray
     start_hi: np.ndarray
     body: Disc | Polygon | Body
+    of: Subject = struct.field(pytree_node=False)
 
     def __len__(self) -> int:
         return len(self.goal_lo)
@@ -122,7 +125,8 @@ def box_scenes(
     # checks the body
     body = reach_avoid(box(-np.ones(n_p), np.ones(n_p)), [], body).body
     numbered(body, model.points)
-    return BoxScenes(goal_lo, goal_hi, lo, hi, present, spans, start_lo, start_hi, body)
+    of = model.claim.subject
+    return BoxScenes(goal_lo, goal_hi, lo, hi, present, spans, start_lo, start_hi, body, of)
 
 
 def _goals(model: TrajectoryModel, lo: ArrayLike, hi: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -149,8 +153,9 @@ def _of_every_scene(name: str, value: ArrayLike, s: int, n_p: int) -> np.ndarray
 
 def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> SceneArrays:
     """Stacked arrays, equal to those of every problem up to one rounding of corners of a polygon
-    body.
+    body. Raises InputError for a model of another robot or time grid.
     """
+    model.claim.subject.agree("scenes of this model's robot", boxes.of, ("K", *STATED))
     obstacles = _obstacles(boxes, model)
     bounds = np.concatenate([boxes.goal_lo, boxes.goal_hi], axis=1)
     size = np.abs(np.where(np.isfinite(bounds), bounds, 0.0)).max(axis=1, initial=0.0)

@@ -28,7 +28,7 @@ from parc_jax.safe_set.verdict.scene import SceneArrays, lowered, padded_to_clas
 
 FEW = 4  # obstacles, up to which pruning costs more than it saves
 
-Problems = Sequence[Problem] | BoxScenes | SceneArrays
+Problems = Sequence[Problem] | BoxScenes
 
 
 class BatchAnswer(NamedTuple):
@@ -150,11 +150,7 @@ def search_batch(
 
 
 def problem_of(problems: Problems, row: int) -> Problem:
-    """One problem of a batch, as `Planner.solve` takes it. Raises InputError for stacked arrays."""
-    if isinstance(problems, SceneArrays):
-        raise InputError(
-            "solve_batch: proof and answers need problems or BoxScenes; stacked arrays spell none."
-        )
+    """One problem of a batch, as `Planner.solve` takes it."""
     return problems.problem(row) if isinstance(problems, BoxScenes) else problems[row]
 
 
@@ -163,8 +159,6 @@ def _size_classes(problems: Problems, model: TrajectoryModel) -> list[SizeClass]
         if not len(problems):
             return []
         return [SizeClass(np.arange(len(problems)), lay_out_boxes(problems, model))]
-    if isinstance(problems, SceneArrays):
-        return [SizeClass(np.arange(check_stack(problems, model)), problems)]
     return stack_problems(problems, model)
 
 
@@ -237,24 +231,6 @@ def stack_problems(problems: Sequence[Problem], model: TrajectoryModel) -> list[
         )
         for group in groups.values()
     ]
-
-
-def check_stack(scenes: SceneArrays, model: TrajectoryModel) -> int:
-    """Number of scenes in stacked arrays. Raises InputError if they do not fit the model."""
-    leaves = jax.tree.leaves(scenes)
-    counts = {np.shape(x)[0] if np.ndim(x) else None for x in leaves}
-    if scenes.count is not None or len(counts) != 1 or None in counts:
-        raise InputError(
-            "solve_batch: expected stacked scenes, every array with the same leading axis; "
-            f"got {sorted(map(str, counts))}. Build them with box_scenes or stack_problems."
-        )
-    want = (model.time.n_steps, model.n_p, model.n_k)
-    have = (scenes.obstacles.active.shape[-1], scenes.z_lo.shape[-1], scenes.k_lo.shape[-1])
-    if want != have:
-        raise InputError(
-            f"solve_batch: expected scenes of this model, (T, n_p, n_k) = {want}; got {have}."
-        )
-    return counts.pop()
 
 
 make_pool = jax.jit(pool_at_random, static_argnums=5)
