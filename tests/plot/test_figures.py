@@ -80,6 +80,6 @@ def test_errors_draw_both_kinds_on_one_scale(answer):
     assert len(left.patches) == len(right.patches) == 1
     with pytest.raises(InputError, match="expected an `assumed_claim` second; got"):
         errors(answer.model.claim, claimed)
-    other = derived(claimed, subject=replace(claimed.subject, time=time_grid(2.0, 4.0, 1.0)))
+    other = derived(claimed, subject=replace(claimed.subject, time=time_grid(0.5, 2.0, 0.5)))
     with pytest.raises(InputError, match="claim and assumed: expected premises that agree; time"):
         errors(other, answer.model.claim)
