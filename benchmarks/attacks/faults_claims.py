@@ -178,8 +178,8 @@ CLAIMED = (
     Fault(
         "start_gap_left_out_of_the_pipeline",
         "bound_errors",
-        "[allow_for_start(claim, start) for claim in told]",
-        "told",
+        "allow_for_start(derived(claim, evidence=whole), start)",
+        "derived(claim, evidence=whole)",
         "tests/claim/test_pipeline.py::test_the_start_is_declared_tried_and_added",
     ),
     Fault(
