@@ -13,6 +13,7 @@ from itertools import groupby
 from pathlib import Path
 
 from benchmarks.suite.bad import Refused
+from benchmarks.suite.certified import certified
 from benchmarks.suite.door import Door
 from benchmarks.suite.instances import Instance
 
@@ -98,6 +99,8 @@ def _prepared(folder: Path, room: Path, at_door: Path, some: list[Instance], say
             given, not_read = _read(answer) if ran.code == 0 else (NOTHING, "")
             why = [_why("prepare", made), _why("answer", ran), not_read]
             why = "; ".join(filter(None, why))
+            begin = time.monotonic()
+            share = certified(instance, given, own)
             found[instance.id] = {
                 "answer": given,
                 "rollouts": door.used,
@@ -105,6 +108,8 @@ def _prepared(folder: Path, room: Path, at_door: Path, some: list[Instance], say
                 "first_s": ran.first_s,
                 "answer_s": round(ran.seconds, 2),
                 "simulating_s": round(simulating + door.seconds, 2),
+                "certified": share,
+                "check_s": None if share is None else round(time.monotonic() - begin, 2),
                 "why": why,
             }
             say(f"{folder.name} {instance.id}: {ran.seconds:.1f} s, {door.used} runs {why}")

@@ -13,6 +13,7 @@ HEADER = (
     "no answer",
     "**refuted**",
     "yield, mean",
+    "of it certified",
     "runs, median",
     "first plan, median [s]",
     "in all, median [s]",
@@ -51,10 +52,18 @@ def _rows(report: dict):
             nothing,
             count["refuted"],
             f"{100 * np.mean(yields):.0f} %" if yields else "",
+            _certified(each),
             int(np.median([r["rollouts"] for r in each])),
             round(float(np.median(first)), 1) if first else "",
             round(float(np.median([r["prepare_s"] + r["answer_s"] for r in each])), 1),
         )
+
+
+def _certified(results: list[dict]) -> str:
+    """Of the plans that answers hold, the share that a proof bears out which the checker took."""
+    held = [r["yield"][0] for r in results if "yield" in r]
+    share = [r.get("certified") or 0.0 for r in results if "yield" in r]
+    return f"{100 * np.dot(held, share) / sum(held):.0f} %" if sum(held) and any(share) else ""
 
 
 def _spelled(value) -> str:

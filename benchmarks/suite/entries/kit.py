@@ -75,12 +75,12 @@ def enough(task: Task) -> int:
     return math.ceil(math.log(task.delta) / math.log1p(-SCARCE * (1 - task.eps)))
 
 
-def nobody(task: Task, scene: Scene, rng: np.random.Generator, most: int) -> bool:
-    """Whether none of `enough` plans drawn evenly from start x K succeeds. most: runs that may be
-    spent; False where that is too few.
+def nobody(task: Task, scene: Scene, rng: np.random.Generator, failed: int = 0) -> bool:
+    """Whether none of `enough` plans drawn evenly from start x K succeeds. failed: how many runs of
+    such plans had been made, none of which succeeded. False where the budget is too small.
     """
-    n = enough(task)
-    if n > most:
+    n = max(1, enough(task) - failed)
+    if n > task.budget - task.used:
         return False
     lo, hi = task.bounds(scene)
     plans = rng.uniform(lo, hi, (n, len(lo)))

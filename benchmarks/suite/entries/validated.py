@@ -2,6 +2,7 @@
 fail and how far the tube may be scaled down, and fresh runs then bear out eps. [T42]
 """
 
+import time
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -19,39 +20,49 @@ from parc_jax.learning.bound.counts import most_discards, required_runs
 from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.planner import answered
+from parc_jax.safe_set.corridors.build import greedy
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.polytopes import cut_around
 from parc_jax.safe_set.corridors.sampling import points
-from parc_jax.safe_set.corridors.search import corridors_around
-from parc_jax.safe_set.verdict.pointwise import verdicts
+from parc_jax.safe_set.corridors.search import Cover, corridors_around
+from parc_jax.safe_set.corridors.stopping import nothing_covered
+from parc_jax.safe_set.verdict.pointwise import predictions, verdicts
 from parc_jax.safe_set.verdict.scene import Scene, lowered, padded
 
-SCALES = tuple(round(1.3 * 0.9**i, 3) for i in range(15))  # of the tube, falling to 0.3
+SCALES = tuple(round(1.3 * 0.9**i, 3) for i in range(20))  # of the tube, falling to 0.18
 TRAIN, PROFILE, DESIGN = 0.2, 0.2, 0.3  # of the budget; the rest tests
 MOST = 8000  # runs of training and of the profile, each
 BINS = {1: 8, 2: 4, 3: 2, 4: 2, 5: 1, 6: 1}  # per axis of what a network reads
 MATTERS = 0.1  # share of a network's error that the start explains, from which it reads that too
 FAR_OFF = 0.005  # of the runs of a profile are left out, the farthest from the network
-SEEDS = {4: 16000, 5: 600, 6: 200}  # plans around which polytopes are cut, by their dimensions
+# by the dimensions of plans: layers of a network, the smaller the fewer polytopes hold them; plans
+# around which these are cut
+HIDDEN = {4: (16, 16), 5: (6, 6), 6: (6,)}
+SEEDS = {4: 16000, 5: 4000, 6: 2000}
+PER_RUN = 2  # of these for each run that is allowed, at most: runs show no more
 DRAWS, RARE, LONGEST = 1 << 13, 8, 80  # plans judged together; times where none is safe, at most
 PIECES = 1500  # polytopes: the largest
 POOL = 20_000  # plans drawn to tell which polytopes and which scales hold what
 EVEN = 0.8  # of the runs of the design are of plans as they are drawn
 UNSURE = 0.05  # chance that more tests of the last set fail than may, by what the design expects
+PROVED = 2000  # plans that the corridors of a certificate hold
 PART = 0.1  # of the set of a scale must be left in cells
 CUTS, FEWEST = 6, 30  # between plans in a row; plans of a side
 WORTH, WIDE = (6.0, 3.0), 2.0  # log-likelihood that a cut must gain; may lose to be careful
 
 
 class Learnt(NamedTuple):
-    """A model; whether it reads the start too: then its k is (p0, k); and how far runs may be from
-    the straight way between records (n_c,) [m].
+    """A model; whether it reads the start too: then its k is (p0, k); how far runs may be from the
+    straight way between records (n_c,) [m]; and the number of evenly drawn plans whose runs it is
+    learnt from, none of which succeeded; 0 where one did.
     """
 
     model: pj.types.TrajectoryModel
     anchored: bool
     between: np.ndarray
+    failed: int = 0
 
 
 def learn(task: kit.Task, scene, rng: np.random.Generator) -> Learnt:
@@ -71,7 +82,9 @@ def learn(task: kit.Task, scene, rng: np.random.Generator) -> Learnt:
         both = np.array([[*scene.start[0], *k_box.lo], [*scene.start[1], *k_box.hi]])
         box = pj.box(*both) if anchored else k_box
         train, profile = batches(anchored)
-        net = pj.learning.train(train, hidden=(16, 16), key=engine.KEY, seeds=2, steps=3000)
+        net = pj.learning.train(
+            train, hidden=HIDDEN[task.n_p + k_box.n], key=engine.KEY, seeds=2, steps=3000
+        )
         if anchored or not _start_matters(net, profile, drawn[1][0]):
             break
     profile = profile.select(_near(net, profile))
@@ -82,7 +95,8 @@ def learn(task: kit.Task, scene, rng: np.random.Generator) -> Learnt:
     claim = pj.learning.declared_claim(tube, why, net, engine.grid(task), **about)
     reach, steps = (task.told["speed"] or 0.0) * task.told["dt"], np.diff(profile.p, axis=1)
     between = 0.5 * np.maximum(0.0, reach - np.abs(steps).min(axis=(0, 1)))
-    return Learnt(pj.learning.trajectory_model(net, claim), anchored, between)
+    failed = 0 if any(scene.succeeds(*runs).any() for runs in seen) else sum(sizes)
+    return Learnt(pj.learning.trajectory_model(net, claim), anchored, between, failed)
 
 
 def _off(net, runs: RolloutBatch) -> np.ndarray:
@@ -114,7 +128,7 @@ class Nested:
     """Polytopes around safe plans under the smallest scale, and their rows under each."""
 
     def __init__(self, learnt: Learnt, asked: pj.types.Problem, task: kit.Task, scene, rng):
-        self.learnt, self.n_p = learnt, task.n_p
+        self.learnt, self.n_p, self.most = learnt, task.n_p, PER_RUN * task.budget
         query = pj.Planner(learnt.model).prepare(asked).scene.nominal.query
         self.scenes = [_at_scale(query, scale, learnt.between) for scale in SCALES]
         self.cut: list[SafePolytope] = []
@@ -160,6 +174,22 @@ class Nested:
         rows = np.cumsum([len(one["b"]) for one in found])
         return [one for one, n in zip(found, rows, strict=True) if n <= ROWS][: kit.SETS]
 
+    def certificate(self, scale: int, plans: np.ndarray, rng) -> pj.types.Answer:
+        """What the exact checker takes of corridors that hold all of some plans (n, d) under the
+        tube of a scale: no run inside of it touches anything or misses the goal.
+        """
+        scene, p0, k = self.scenes[scale], *self._split(plans)
+        seen = verdicts(scene, p0, k)
+        safe = points(p0, k, seen).at(seen.safe)
+        own = {id(one.corridor): one.corridor for one in self.cut}
+        kept = Corridors(scene.model.tube, own.values()).kept(safe.path, safe.bin)
+        some, corridors = [], list(own.values())
+        for c in greedy(kept):
+            j = int(kept[:, c].argmax())
+            some.append(corridors[c]._replace(p0=safe.p0[j], k=safe.k[j]))
+        cover = Cover(0, 0, 0, 0.0, safe, nothing_covered(0.99), some).pick(rng, 1)
+        return answered(scene, cover, None, pj.Settings(), time.perf_counter())
+
     def _split(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """p0 and what the network reads of plans z (n, d)."""
         return z[:, : self.n_p], z if self.learnt.anchored else z[:, self.n_p :]
@@ -177,11 +207,11 @@ class Nested:
         return HPolytope(A, cut.b)
 
     def _seeds(self, rng, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-        most, found, draws = SEEDS[len(lo)], [], 0
-        while draws < RARE or (found and sum(map(len, found)) < most and draws < LONGEST):
+        small, most, found, draws = self.scenes[-1], min(SEEDS[len(lo)], self.most), [], 0
+        while draws < RARE or (any(map(len, found)) and draws < LONGEST):
             z = rng.uniform(lo, hi, (DRAWS, len(lo)))
-            safe = verdicts(self.scenes[-1], *self._split(z)).safe
-            found += [z[safe]] if safe.any() else []
+            z = z[predictions(small, *self._split(z)).reaches]  # which is most of what is refused
+            found += [z[verdicts(small, *self._split(z)).safe]] if len(z) else []
             draws += 1
             if sum(map(len, found)) >= most:
                 break
@@ -203,9 +233,9 @@ def _at_scale(query, scale: float, more: np.ndarray) -> Scene:
     return padded(lowered(query.of(query.model.replace(claim=stand_in(claim, tube))).nominal()))
 
 
-def answer(nested: Nested, scene, succeed, task: kit.Task, rng) -> list[dict]:
-    """Polytopes whose plans, drawn evenly, fail with probability at most eps, but with delta.
-    succeed: plans -> bool (n,), one fresh run each.
+def answer(nested: Nested, scene, succeed, task: kit.Task, rng) -> tuple[list[dict], int]:
+    """Polytopes whose plans, drawn evenly, fail with probability at most eps, but with delta, and
+    the number of their scale. succeed: plans -> bool (n,), one fresh run each.
     """
     n = int(DESIGN * task.budget)
     pool = Sets(tuple(nested.pieces), rng).draw(max(POOL, 2 * n))
@@ -216,7 +246,7 @@ def answer(nested: Nested, scene, succeed, task: kit.Task, rng) -> list[dict]:
     found = nested.at(last, cells, pool, of_piece)
     union = Sets(tuple(engine.piece(one) for one in found), rng) if found else None
     if not union:
-        return []
+        return [], 0
     tests = union.draw(task.budget - task.used)
     of_piece = nested.level(tests)
     scales = SCALES[: last + 1]
@@ -231,9 +261,10 @@ def answer(nested: Nested, scene, succeed, task: kit.Task, rng) -> list[dict]:
         about, inside, np.broadcast_to(~succeed(tests), inside.shape), first
     )
     if not passed:
-        return []
+        return [], 0
     chosen = scales.index(steps[passed - 1].scale)
-    return found if chosen == last else nested.at(chosen, cells, tests, of_piece)
+    found = found if chosen == last else nested.at(chosen, cells, tests, of_piece)
+    return found, chosen
 
 
 def _designed(pool, level, n: int, bounds, succeed, task: kit.Task, rng):

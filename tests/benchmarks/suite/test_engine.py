@@ -80,12 +80,13 @@ def test_the_largest_set_that_runs_bear_out_is_answered_or_none(tmp_path, border
         asked.used += len(plans)
         return plans[:, 1] < border
 
-    found = validated.answer(nested_slabs(), square, succeed, asked, rng)
+    found, scale = validated.answer(nested_slabs(), square, succeed, asked, rng)
     assert asked.used == asked.budget
     z = Sets(tuple(engine.piece(one) for one in found), rng).draw(20_000)
     assert (z[:, 1] >= border).mean() <= asked.eps and z[:, 1].max() > border - 0.05
+    assert abs(np.linspace(0.5, 0.95, len(validated.SCALES))[scale] - border) < 0.05 or scale == 0
     asked.used = 0
-    found = validated.answer(
+    found, _ = validated.answer(
         nested_slabs(), square, lambda z: rng.uniform(size=len(z)) > 0.05, asked, rng
     )
     assert found == []
@@ -95,18 +96,20 @@ def test_none_is_said_after_enough_runs_without_success_and_not_before(tmp_path,
     """So many as show a plan, were there one in two hundred, but with probability delta."""
     spent = []
 
-    def nobody(name, most):
+    def nobody(name, most, failed=0):
         (one,) = instances("large", [name])
         asked, rng = task(one, tmp_path), np.random.default_rng(0)
+        asked.budget = most
 
         def runs(p0, k):
             spent.append(len(k))
             return one.black_box.rollout(p0, k, 0)
 
         monkeypatch.setattr(asked, "runs", runs)
-        return kit.nobody(asked, asked.scene(one.scene_path), rng, most)
+        return kit.nobody(asked, asked.scene(one.scene_path), rng, failed)
 
     assert nobody("puck_05", 20_000) and not nobody("puck_01", 20_000)
     (n,) = set(spent)
     assert (1 - 0.99 / 200) ** n <= 0.001 < (1 - 0.99 / 200) ** (n - 1)
     assert not nobody("puck_05", n - 1) and spent == [n, n]
+    assert nobody("puck_05", n - 300, failed=300) and spent[2:] == [n - 300]

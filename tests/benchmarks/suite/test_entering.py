@@ -15,6 +15,7 @@ from benchmarks.suite import __main__ as command
 from benchmarks.suite.answer import SOME, read
 from benchmarks.suite.bad import Refused
 from benchmarks.suite.boxes import load
+from benchmarks.suite.certified import FILE, certified
 from benchmarks.suite.door import Door
 from benchmarks.suite.enter import NOTHING, enter
 from benchmarks.suite.fresh import fresh
@@ -82,6 +83,16 @@ def test_a_first_plan_counts_where_the_answer_stands():
     each = {name: {"entries": {"one": result}} for name, result in both.items()}
     assert "| 0.5 | 1.0 |" in table({"instances": each})
     assert "|  | 1.0 |" in table({"instances": {"a": each["a"]}})
+
+
+def test_what_is_certified_is_told_as_a_share_of_the_yield():
+    said = {"points": 3, "rollouts": 7, "prepare_s": 0.0, "answer_s": 1.0, "first_s": 0.5}
+    stands = said | {"status": "stands", "held": [1, 2]}
+    some = stands | {"yield": [0.6, 0.5, 0.7], "certified": 0.8}
+    none = stands | {"yield": [0.2, 0.1, 0.3], "certified": None}
+    each = {name: {"entries": {"one": one}} for name, one in {"a": some, "b": none}.items()}
+    assert "| 40 % | 60 % | 7 |" in table({"instances": each})
+    assert "| 20 % |  | 7 |" in table({"instances": {"b": each["b"]}})
 
 
 def test_what_was_refused_at_the_door_is_told_and_rooms_are_kept(tmp_path):
@@ -169,12 +180,25 @@ def test_fresh_instances_are_other_scenes_and_the_same_for_the_same_seed(tmp_pat
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["parc_jax", "neural_parc"])
-def test_entries_that_learn_answer_what_the_scorer_takes(name):
+def test_entries_that_learn_answer_what_the_scorer_takes(name, tmp_path):
     one = asked(budget=4000, eps=0.05)
-    found = enter(name, [one])[one.id]
+    found = enter(name, [one], keep=tmp_path)[one.id]
     assert not found["why"] and found["first_s"] is not None
     answer = read(found["answer"], *one.bounds)
     assert answer.verdict == SOME and (len(answer.plans) or answer.pieces)
+    room = tmp_path / name / "0" / "scene_0"
+    if name != "parc_jax":
+        assert found["certified"] is None
+        return
+    # nearly all of the sets, but nothing in another scene, nor by a file that was changed
+    assert found["certified"] > 0.95
+    assert certified(asked("puck_02"), found["answer"], room) == 0.0
+    text = (room / FILE).read_text()
+    (room / FILE).write_text(text.replace('"steps":', '"steps" :', 1))
+    assert certified(one, found["answer"], room) == found["certified"]
+    sep = text.index('"sep":')
+    (room / FILE).write_text(text[:sep] + text[sep:].replace("1", "3", 1))
+    assert certified(one, found["answer"], room) == 0.0
 
 
 def test_an_answer_that_was_changed_later_is_refused(tmp_path):
