@@ -39,9 +39,10 @@ def _held(instance: Instance, path: Path, p0: np.ndarray, k: np.ndarray) -> np.n
     """(n,) bool: which plans the certificates hold. Raises InputError."""
     import parc_jax as pj
     from benchmarks.suite.entries.engine import read_scene
+    from parc_jax.app.files.answer_file import load_answer
     from parc_jax.proof.certificate.write import problem_part
 
-    proved, box = pj.exchange.load_answer(path), instance.black_box
+    proved, box = load_answer(path), instance.black_box
     asked = read_scene(instance.scene_text, box.points, box.n_p, len(box.q))
     whole = pj.Planner(proved.model).prepare(asked).scene.nominal.query.nominal()
     if problem_part(whole.problem, proved.model) != problem_part(
