@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from benchmarks.neuralparc.lp_interior import interior_point
 from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.lp_solve import GAP, solve
 from parc_jax.common.arrays import as_float64, slices, x64
@@ -17,7 +18,6 @@ from parc_jax.common.lp.exact import (
     row_bounds,
     violation,
 )
-from parc_jax.common.lp.interior import interior_point
 from parc_jax.common.tolerances import TOLERANCES
 
 MAX_N = 10

@@ -3,7 +3,7 @@
 The simplified homogeneous self-dual embedding (Xu, Hung, Ye 1996) with Mehrotra's predictor and
 corrector: it needs no feasible start, and ends either at an optimum (tau > kappa) or at a Farkas
 ray (tau < kappa). The number of iterations is fixed, so a batch runs in one compiled loop.
-Its answers are hints; `batch` checks them.
+Its answers are hints; `lp_batch` checks them.
 
 Layout: a vector over the n variables is a list of n arrays, a vector over the h rows is one array
 with axis 0 = rows. All further axes are batch axes and come last, where the arithmetic vectorises.
