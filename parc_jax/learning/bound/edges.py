@@ -1,8 +1,7 @@
 """Where to cut K into bins: where the error changes, learnt from training errors alone."""
 
-from collections.abc import Callable, Iterable
-from functools import partial, reduce
-from itertools import pairwise
+from collections.abc import Iterable
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -15,11 +14,11 @@ from parc_jax.learning.bound.bins import Bins, Edges
 from parc_jax.learning.bound.measure import Errors
 
 _CELLS = 4096  # places for cuts: a grid of about this many cells over K
+_PLACES = 256  # along one axis, at most
 _GAIN = 0.03  # [1] share by which a cut must shrink the tube: bins cost planning time
 _FOLDS = 4  # parts of the runs that take turns
 _TIMES = 16  # groups of intervals in the search for cuts
 _RUNS_PER_BIN = 20  # on average, at least
-_AT_ONCE = 2**18  # numbers of the grids that are compared at once, to fit the cache
 _JOINS = (np.maximum, np.add, np.maximum, np.add)  # of the fields of a fold
 _TRUSTED = 200  # runs in a bin above which it borrows least from its neighbours
 
@@ -38,19 +37,8 @@ class _Fold(NamedTuple):
 
     def joined(self, cuts: np.ndarray, axis: int) -> "_Fold":
         """The cells between cuts (c,) of one axis made one."""
-        return self._by(lambda x, join: join.reduceat(x, cuts[:-1], axis=axis))
-
-    def cut_at_each(self, cuts: np.ndarray, axis: int, places: np.ndarray) -> "_Fold":
-        """The same with one more cut at each of places (p,) in turn: p grids, by a leading axis."""
-
-        def cut(x: np.ndarray, join: np.ufunc) -> np.ndarray:
-            grids = _cut_at_each(np.moveaxis(x, axis, 0), cuts, places, join)
-            return np.moveaxis(grids, 1, axis + 1)
-
-        return self._by(cut)
-
-    def _by(self, work: Callable[[np.ndarray, np.ufunc], np.ndarray]) -> "_Fold":
-        return _Fold(*(work(x, join) for x, join in zip(self, _JOINS, strict=True)))
+        pairs = zip(self, _JOINS, strict=True)
+        return _Fold(*(join.reduceat(x, cuts[:-1], axis=axis) for x, join in pairs))
 
 
 class _Option(NamedTuple):
@@ -76,13 +64,15 @@ def choose_edges(k: np.ndarray, errors: Errors, domain: Box) -> tuple[np.ndarray
             f"choose_edges: expected at least {_FOLDS} finite training runs to cut K; got "
             f"{len(k)}. Collect more, or say the bins: bins=({', '.join(['1'] * domain.n)},)."
         )
-    per_axis = max(2, round(_CELLS ** (1 / domain.n)))
+    per_axis = min(max(2, round(_CELLS ** (1 / domain.n))), _PLACES)
     thinned = _join_times(np.asarray(errors.interval))
     flat = np.concatenate([thinned, np.asarray(errors.final)], axis=1)
     places = edges_of(domain, (per_axis,) * domain.n)
     folds = _folds(k, flat, places)
     most_bins = max(1, len(k) // _RUNS_PER_BIN)
-    log_size = partial(_log_size, n_interval=thinned.shape[1])
+
+    def mean_size(grids: list[_Fold]) -> float:
+        return float(np.mean([_log_size(grid, thinned.shape[1]) for grid in grids]))
 
     def best_of(cuts: list[np.ndarray], axis: int) -> _Option | None:
         """The best place for one more cut of this axis, if there is room for one."""
@@ -91,18 +81,13 @@ def choose_edges(k: np.ndarray, errors: Errors, domain: Box) -> tuple[np.ndarray
         if not len(free) or _bins(cuts) + more > most_bins:
             return None
         partly = [_joined(fold, cuts, set(range(domain.n)) - {axis}) for fold in folds]
-        rows = (_bins(cuts) + more) * flat.shape[1]
-        sizes = [
-            np.mean([log_size(fold.cut_at_each(cuts[axis], axis, some)) for fold in partly], axis=0)
-            for some in np.array_split(free, 1 + len(free) * rows // _AT_ONCE)
-        ]
-        sizes = np.concatenate(sizes)
+        finer = [np.union1d(cuts[axis], place) for place in free]
+        sizes = [mean_size([fold.joined(some, axis) for fold in partly]) for some in finer]
         best = int(np.argmin(sizes))
-        return _Option(float(sizes[best]), more, axis, int(free[best]))
+        return _Option(sizes[best], more, axis, int(free[best]))
 
     cuts = [np.array([0, per_axis])] * domain.n
-    whole = [_joined(fold, cuts, range(domain.n)) for fold in folds]
-    size = np.mean([log_size(_Fold(*(x[None] for x in fold))) for fold in whole])
+    size = mean_size([_joined(fold, cuts, range(domain.n)) for fold in folds])
     while True:
         options = [best_of(cuts, axis) for axis in range(domain.n)]
         helpful = [one for one in options if one is not None and size - one.size > _GAIN]
@@ -157,47 +142,25 @@ def _joined(fold: _Fold, cuts: list[np.ndarray], axes: Iterable[int]) -> _Fold:
     return reduce(lambda one, axis: one.joined(cuts[axis], axis), axes, fold)
 
 
-def _cut_at_each(x: np.ndarray, cuts: np.ndarray, places: np.ndarray, join: np.ufunc) -> np.ndarray:
-    """Cells x (cells, ...) joined between cuts (c,) and one of places (p,) each: (p, c, ...)."""
-    at = np.searchsorted(cuts, places) - 1  # the cut below each place
-    parts = [x[begin:end] for begin, end in pairwise(cuts)]
-    before = np.concatenate([join.accumulate(part) for part in parts])
-    behind = np.concatenate([join.accumulate(part[::-1])[::-1] for part in parts])
-    column = np.arange(len(cuts))
-    out = join.reduceat(x, cuts[:-1])[column - (column > at[:, None])]
-    row = np.arange(len(places))
-    out[row, at] = before[places - 1]
-    out[row, at + 1] = behind[places]
-    return out
-
-
-def _log_size(fold: _Fold, n_interval: int) -> np.ndarray:
-    """(p,) logarithms of the geometric mean half widths of several grids, joined on all axes."""
-    profile = smoothed(fold.fit, fold.runs, sets=1) + TOLERANCES.profile_floor
-    cells = tuple(range(1, fold.runs.ndim))
-    scale = (fold.held / profile).max(axis=(*cells, -1))
+def _log_size(fold: _Fold, n_interval: int) -> float:
+    """Logarithm of the geometric mean half width of a grid, joined on all axes."""
+    profile = smoothed(fold.fit, fold.runs) + TOLERANCES.profile_floor
+    scale = (fold.held / profile).max()
     width = np.log(profile[..., :n_interval]).mean(axis=-1)
-    return np.log(np.maximum(scale, 1e-300)) + (width * fold.share).sum(axis=cells)
+    return float(np.log(max(scale, 1e-300)) + (width * fold.share).sum())
 
 
-def smoothed(
-    maxima: np.ndarray, counts: np.ndarray, least: float = 0.5, sets: int = 0
-) -> np.ndarray:
+def smoothed(maxima: np.ndarray, counts: np.ndarray, least: float = 0.5) -> np.ndarray:
     """Each bin at least a share of its largest neighbour: `least` where well filled, 1 if empty.
 
-    maxima: (bins of axis 1, ..., bins of axis n_k, m). counts: the same without m. sets: number of
-        leading batch axes.
+    maxima: (bins of axis 1, ..., bins of axis n_k, m). counts: the same without m.
     """
-    axes = tuple(range(sets, counts.ndim))
-    around = maxima
-    for axis in axes:
-        narrower, around = around, around.copy()
-        for to, off in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
-            before = (slice(None),) * axis
-            wider = around[(*before, to)]
-            np.maximum(wider, narrower[(*before, off)], out=wider)
+    from scipy.ndimage import maximum_filter  # heavy to load, and only learning needs it
+
+    around = maximum_filter(maxima, (*[3] * counts.ndim, 1), mode="nearest")
     nothing_near = around.max(axis=-1, keepdims=True) == 0
-    around = np.where(nothing_near, maxima.max(axis=axes, keepdims=True), around)
+    everywhere = maxima.max(axis=tuple(range(counts.ndim)), keepdims=True)
+    around = np.where(nothing_near, everywhere, around)
     trust = np.minimum(1.0, counts / _TRUSTED)[..., None]
     return np.maximum(maxima, around * (1.0 - (1.0 - least) * trust))
 
