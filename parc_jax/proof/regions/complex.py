@@ -63,13 +63,6 @@ class SignBits:
         for bits, sign in ((self.plus, Sign.PLUS), (self.minus, Sign.MINUS)):
             bits.data[: len(codes), word] |= ((codes & sign) != 0).astype(np.uint64) << bit
 
-    def codes(self, vertices: np.ndarray, column: int) -> np.ndarray:
-        """`Sign` uint8 (len(vertices),) at a column."""
-        word, bit = _place(column)
-        plus = (self.plus.data[vertices, word] >> bit) & np.uint64(1)
-        minus = (self.minus.data[vertices, word] >> bit) & np.uint64(1)
-        return plus.astype(np.uint8) * Sign.PLUS + minus.astype(np.uint8) * Sign.MINUS
-
     def is_plus(self, first: int, last: int) -> np.ndarray:
         """Bool (V, last - first): strictly positive at the columns first..last-1."""
         return unpack(self.plus.view, last)[:, first:]

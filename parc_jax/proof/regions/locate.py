@@ -12,13 +12,6 @@ from parc_jax.proof.regions.exact import ExactNetwork
 from parc_jax.proof.regions.rounding import forward_error
 from parc_jax.proof.regions.storage import hash_words, pack
 
-
-def proportional(p: np.ndarray, q: np.ndarray) -> bool:
-    """q = c p for a rational c, zero included; exact numbers, p is not zero."""
-    at = next(k for k, v in enumerate(p) if v)
-    return all(x * q[at] == y * p[at] for x, y in zip(p, q, strict=True))
-
-
 CHUNK = 1 << 13  # points treated at once, so that the working set stays in cache
 
 

@@ -2,23 +2,16 @@
 rationals elsewhere.
 """
 
-from fractions import Fraction
-
 import numpy as np
 from jaxtyping import Float, Int
 
 from parc_jax.proof.regions.complex import Budget, Complex, Sign
 from parc_jax.proof.regions.cut import Hyperplane
 from parc_jax.proof.regions.exact import ExactNetwork, sign_of
-from parc_jax.proof.regions.locate import proportional
 from parc_jax.proof.regions.rounding import LayerBound
-from parc_jax.proof.regions.storage import unpack
 
 # [unit coordinates] a new vertex with a bound rho above this is computed exactly at once
 POOR = 2.0**-10
-
-
-_OPPOSITE = np.array([Sign.ZERO, Sign.MINUS, Sign.PLUS])  # by sign
 
 
 class SignOracle:
@@ -60,7 +53,6 @@ class SignOracle:
         self.first_column = first_column
         self.lip = lip
         self.rows: dict[int, np.ndarray] = {}
-        self.twins = _twins(W, b)
 
     def codes(self, j: int) -> tuple[np.ndarray, Hyperplane]:
         """`Sign` (V,) uint8 of neuron j of the open layer at all vertices, and its hyperplane."""
@@ -96,21 +88,7 @@ class SignOracle:
     def _decide(self, vertices: Int[np.ndarray, " v"], j: int) -> np.ndarray:
         if not self.W[j].any():
             return np.full(len(vertices), sign_of(self.b[j]))
-        if j in self.twins:
-            other, same = self.twins[j]
-            codes = self.lattice.bits.codes(vertices, self.first_column + other)
-            return codes if same else _OPPOSITE[codes]
-        codes = np.zeros(len(vertices), np.uint8)
-        fed = np.ones(len(vertices), bool)
-        if self.layer:
-            # every incoming neuron is 0 there: the pre-activation is the bias
-            before = self.first_column - self.W.shape[1]
-            on = unpack(self.lattice.bits.plus.data[vertices], self.first_column)[:, before:]
-            fed = (on & (self.W[j] != 0)).any(axis=1)
-            codes[~fed] = sign_of(self.b[j])
-        for i in np.flatnonzero(fed):
-            codes[i] = self._row(int(vertices[i]), self.first_column + j)[j]
-        return codes
+        return np.array([self._row(int(v), self.first_column + j)[j] for v in vertices], np.uint8)
 
     def _repair(self, new: Int[np.ndarray, " v"], n_columns: int) -> None:
         for v in new[~(self.lattice.rho.data[new] <= POOR)]:
@@ -147,22 +125,3 @@ class SignOracle:
         on = np.zeros(self.exact.first_neuron[-1], bool)
         on[: n_columns - n_rows] = plus[n_rows:]
         return on, np.flatnonzero(zero)
-
-
-def _twins(
-    W: Float[np.ndarray, "w inputs"], b: Float[np.ndarray, " w"]
-) -> dict[int, tuple[int, bool]]:
-    """Neurons whose (W, b) is an exact multiple of an earlier one's: {j: (earlier i, same
-    sign)}.
-    """
-    table = np.column_stack([W, b])
-    size = np.abs(table).max(axis=1)
-    unit = table / np.where(size > 0, size, 1.0)[:, None]
-    length = np.linalg.norm(unit, axis=1)
-    cosine = np.abs(unit @ unit.T) / np.maximum(length[:, None] * length, 1e-300)
-    exact = np.vectorize(Fraction, otypes=[object])
-    twins: dict[int, tuple[int, bool]] = {}
-    for i, j in zip(*np.nonzero(np.triu(cosine > 1 - 1e-9, 1)), strict=True):
-        if j not in twins and i not in twins and proportional(exact(table[i]), exact(table[j])):
-            twins[int(j)] = (int(i), bool(np.dot(unit[i], unit[j]) > 0))
-    return twins
