@@ -193,6 +193,8 @@ ANSWER = """
 import sys, jax, parc_jax as pj
 from sims.drift_parking import problem
 planner = pj.Planner(pj.load("tests/data/drift_4x8.npz"))
+one = planner.solve(problem(), jax.random.PRNGKey(0), pj.Settings(samples=1, samples_only=True))
+assert "Safe: " in one.summary() and "scipy" not in sys.modules  # which takes as long as the search
 assert planner.solve(problem(), jax.random.PRNGKey(0), pj.Settings(samples_only=True)).status.found
 heavy = {"mujoco", "brax", "crazyflow", "jsbsim", "vehiclemodels", "gymnasium", "torch"}
 sys.exit(" ".join(heavy & set(sys.modules)) or 0)

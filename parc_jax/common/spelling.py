@@ -18,7 +18,8 @@ LONGEST_DECIMAL = 80  # characters of a decimal that a person still reads; beyon
 def hex_text(values):
     """Floats of any shape as nested lists of hexadecimal floats, a single one as a string."""
     values = np.asarray(values, np.float64)
-    return values.item().hex() if values.ndim == 0 else [hex_text(v) for v in values]
+    texts = np.array([x.hex() for x in values.ravel().tolist()], object)
+    return texts.reshape(values.shape).tolist()  # all at once: a tube is ten thousands of numbers
 
 
 def hex_floats(values):

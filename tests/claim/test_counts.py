@@ -10,6 +10,7 @@ from scipy.special import bdtr
 
 import parc_jax
 from parc_jax.common.errors import InputError
+from parc_jax.learning.bound import counts
 from parc_jax.learning.bound.counts import (
     as_probability,
     clopper_pearson,
@@ -82,9 +83,16 @@ def test_probabilities_are_the_decimals_the_user_wrote():
             as_probability("eps", bad)
 
 
-def test_one_bound_on_a_probability_serves_everybody():
+def test_one_bound_on_a_probability_serves_everybody(monkeypatch):
     """Against the binomial tail itself; and no second inversion anywhere in the package."""
-    for failures, n, delta in ((0, 10, 0.05), (3, 50, 1e-3), (49, 50, 1e-6), (120, 9_000, 1e-9)):
+    few = (0, 10, 0.05), (3, 50, 1e-3), (49, 50, 1e-6), (41, 300, 1e-9)
+    for failures, n, delta in few:
+        assert exact_tail(n, clopper_pearson(failures, n, delta), failures) <= delta
+        summed = float(clopper_pearson(failures, n, delta))
+        monkeypatch.setattr(counts, "FEW", 0)
+        assert float(clopper_pearson(failures, n, delta)) == pytest.approx(summed, rel=1e-8)
+        monkeypatch.undo()
+    for failures, n, delta in (*few, (120, 9_000, 1e-9)):
         high = float(clopper_pearson(failures, n, delta))
         assert 0.9 * delta < bdtr(failures, n, high) <= delta  # never on the small side
         low = least_probability(n - failures, n, delta)

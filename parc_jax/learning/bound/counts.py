@@ -19,6 +19,7 @@ MOST = "most"  # discards: as many as the runs, eps and delta allow
 _OUTWARD = 1.0 + 1e-9
 # the same of scipy's tail with discards, which is off by 4e-9 of itself at a million runs
 _TAIL_OUTWARD = 1.0 + 1e-7
+FEW = 500  # trials, whose tail is summed here: scipy takes longer to load than a first query
 SURE = 0.9  # probability, by what the training runs show, that so many discards suffice
 MOST_SHARE = 0.1  # of the holdout, but for failed runs: a tube that more may leave is hardly one
 
@@ -86,16 +87,27 @@ def clopper_pearson(failures: int, n: int, delta: float) -> Fraction:
     """Upper bound, rounded up, with confidence 1 - delta on a probability of which n independent
     trials showed `failures`; 1 - delta^(1/n) for none. [T6] Raises InputError.
     """
-    from scipy.special import betainccinv
-
     if not 0 <= failures <= n or n < 1:
         raise InputError(
             f"clopper_pearson: expected 0 <= failures <= n, n >= 1; got {failures} of {n}."
         )
     if failures == n:
         return Fraction(1)
-    bound = float(betainccinv(failures + 1, n - failures, delta)) * _OUTWARD
-    return min(Fraction(1), Fraction(bound))
+    return min(Fraction(1), Fraction(_rare_at(failures, n, delta) * _OUTWARD))
+
+
+def _rare_at(failures: int, n: int, delta: float) -> float:
+    """The probability at which n trials show so few failures with probability delta."""
+    if n > FEW:
+        from scipy.special import betainccinv
+
+        return float(betainccinv(failures + 1, n - failures, delta))
+    ways = [math.comb(n, i) for i in range(failures + 1)]
+    low, high = 0.0, 1.0
+    while low < (p := (low + high) / 2) < high:
+        tail = sum(w * p**i * (1 - p) ** (n - i) for i, w in enumerate(ways))
+        low, high = (p, high) if tail > delta else (low, p)
+    return high
 
 
 def least_probability(successes: int, n: int, delta: float) -> float:
