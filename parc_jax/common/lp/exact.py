@@ -188,6 +188,13 @@ class Basis:
             return None
         return [column[row] for row in self._row_of]
 
+    def meet(self, bounds: Sequence[Fraction]) -> list[Fraction]:
+        """The point x with v_i . x = bounds_i for all vectors, in order of adding; of a full
+        basis.
+        """
+        rows = [self._matrix[row] for row in self._row_of]
+        return _product(zip(*rows, strict=True), bounds)
+
 
 def _product(matrix, vector) -> list[Fraction]:
     return [sum((m * v for m, v in zip(row, vector, strict=True)), Fraction(0)) for row in matrix]

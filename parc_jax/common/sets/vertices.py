@@ -12,17 +12,13 @@ from parc_jax.common.lp.exact import row_bounds
 from parc_jax.common.lp.solve import minimise
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.hull import halfspace_intersection
+from parc_jax.common.sets.hull import OFF, corners_of_many, halfspace_intersection
 from parc_jax.common.tolerances import TOLERANCES
 
 MAX_N = 6
 # [size of the set] thinner sets are treated as flat: their vertices move by at most this much
 _FLAT = 1e-9
 _SAME = 1e-10  # [size of the set] vertices closer than this are one
-# [1] of the terms of a bound that is a sum of two rows: far more than their rounding
-ROUNDING = 2.0**-44
-STEEPEST = 2.0**20  # [1] weights of two rows, beyond which they are too nearly parallel
-TIGHT = 1e-9  # [largest bound] to which a corner must meet all rows, or LPs are asked
 
 
 class Ball(NamedTuple):
@@ -208,31 +204,9 @@ def _by_pairs(s: HPolytope) -> Box | None:
 
 
 def _of_polygon(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Lower and upper bounds (2,) of the polygon A x <= b.
-
-    A direction w that is a nonnegative sum of two rows is bounded by the same sum of their
-    offsets, and for one pair of rows that is the support: the pair of the corner farthest along w.
-    """
-    i, j = np.triu_indices(len(b), 1)
-    cross = A[i, 0] * A[j, 1] - A[i, 1] * A[j, 0]
-    i, j, cross = (x[cross != 0] for x in (i, j, cross))
-    w = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])[:, None]
-    weight_i = (w[..., 0] * A[j, 1] - w[..., 1] * A[j, 0]) / cross
-    weight_j = (A[i, 0] * w[..., 1] - A[i, 1] * w[..., 0]) / cross
-    steep = weight_i * np.abs(A[i]).sum(axis=1) + weight_j * np.abs(A[j]).sum(axis=1)
-    fits = (weight_i >= 0) & (weight_j >= 0) & (steep <= STEEPEST)
-    if not fits.any(axis=1).all():
+    """Lower and upper bounds (2,) of the polygon A x <= b, where its corners are known."""
+    (corners,) = corners_of_many([HPolytope(A, b)])
+    if corners is None:
         return None
-    bound = np.where(fits, weight_i * b[i] + weight_j * b[j], np.inf)
-    size = 2 * np.abs(bound.min(axis=1)).max()
-    corner = (
-        np.stack([b[i] * A[j, 1] - b[j] * A[i, 1], A[i, 0] * b[j] - A[j, 0] * b[i]], axis=1)
-        / cross[:, None]
-    )
-    inside = (corner @ A.T <= b + TIGHT * (size * np.abs(A).sum(axis=1) + np.abs(b))).all(axis=1)
-    attained = fits & inside & (bound <= bound.min(axis=1)[:, None] + TIGHT * size)
-    if not attained.any(axis=1).all():
-        return None
-    lost = ROUNDING * (weight_i * np.abs(b[i]) + weight_j * np.abs(b[j]) + steep * size)
-    proved = np.where(fits, bound + lost, np.inf).min(axis=1)
-    return -proved[2:], proved[:2]
+    off = 2 * OFF * np.abs(corners).max()  # twice, for the sum
+    return corners.min(axis=0) - off, corners.max(axis=0) + off

@@ -9,12 +9,14 @@ cuts, and forms depend only on signs decided earlier), so the point is a rationa
 """
 
 from collections.abc import Sequence
-from math import gcd
+from fractions import Fraction
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from parc_jax.common.errors import SoundnessError
+from parc_jax.common.lp.exact import Basis
+from parc_jax.common.sets.rational import whole
 from parc_jax.proof.regions.complex import Sign
 
 CACHED_FORMS = 4096  # patterns whose integer forms are kept
@@ -111,17 +113,15 @@ class ExactNetwork:
     ) -> tuple[list[int], int]:
         """The point on all given domain rows and zero neurons, as integers over a positive q, in
         lowest terms.
-
-        Elimination without fractions: six to eight times faster here than `lp.rational.Basis`.
         """
-        basis: list[tuple[int, list[int]]] = []
+        basis, bounds = Basis(self.n), []
         for form in self._through(tight_rows, zero_neurons, on):
-            row = _reduce(list(form), basis, self.n)
-            pivot = next((c for c in range(self.n) if row[c]), None)
-            if pivot is not None:
-                basis.append((pivot, row))
-            if len(basis) == self.n:
-                return _solve(basis, self.n)
+            *normal, constant = map(Fraction, form)
+            if basis.add(normal):
+                bounds.append(-constant)
+            if basis.full:
+                *point, q = whole((*basis.meet(bounds), Fraction(1)))
+                return point, q
         raise SoundnessError(
             f"exact vertex: its {len(tight_rows) + len(zero_neurons)} hyperplanes have rank "
             f"{len(basis)} < {self.n}. "
@@ -158,29 +158,3 @@ def _integers(array: np.ndarray) -> tuple[np.ndarray, int]:
     values = np.empty(array.size, dtype=object)
     values[:] = [p << (shift - d.bit_length() + 1) for p, d in ratios]
     return values.reshape(array.shape), shift
-
-
-def _reduce(row: list[int], basis: list[tuple[int, list[int]]], n: int) -> list[int]:
-    """Eliminate the pivots of `basis` from an integer row, in lowest terms (a multiple, sign
-    irrelevant).
-    """
-    for pivot, other in basis:
-        if row[pivot]:
-            row = [other[pivot] * x - row[pivot] * y for x, y in zip(row, other, strict=True)]
-    d = gcd(*row[:n], row[n])
-    return [x // d for x in row] if d > 1 else row
-
-
-def _solve(basis: list[tuple[int, list[int]]], n: int) -> tuple[list[int], int]:
-    """Back substitution of n reduced rows g.x + c = 0."""
-    point = [0] * n  # numerators over q, for the pivots already solved
-    q = 1
-    for pivot, row in reversed(basis):
-        rest = row[n] * q + sum(row[c] * point[c] for c in range(n) if c != pivot)
-        point = [x * row[pivot] for x in point]
-        point[pivot] = -rest
-        q *= row[pivot]
-        d = gcd(*point, q)
-        point = [x // d for x in point]
-        q //= d
-    return ([-x for x in point], -q) if q < 0 else (point, q)
