@@ -25,6 +25,7 @@ from parc_jax.proof.certificate.prove import corridor_of
 from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.polytopes import Polytopes
+from parc_jax.safe_set.separation.pruning import spans_of
 from parc_jax.safe_set.verdict.scene import unpruned_scene
 
 FILES = Path(__file__).with_name("page")
@@ -155,7 +156,7 @@ def _plans(answer, polytopes) -> dict:
     """Samples, corridors and polytopes, with their directions by number."""
     n_p, problem = answer.model.n_p, answer.problem
     scene = unpruned_scene(answer.scene)
-    active = _active(problem, len(problem.parts), answer.model.time.n_steps)
+    active = scene.obstacles.active[: int(scene.count)]
     numbers: dict[bytes, int] = {}
     directions: list[list] = []  # each once: the runs of every obstacle and part of the body
 
@@ -225,18 +226,6 @@ def _runs(w: np.ndarray, support: np.ndarray, active: np.ndarray) -> list[list]:
     return runs
 
 
-def _steps(problem, n_steps: int) -> list[tuple[int, int]]:
-    """First and last interval of every obstacle."""
-    return [span or (0, n_steps - 1) for span in problem.all_spans]
-
-
-def _active(problem, n_parts: int, n_steps: int) -> np.ndarray:
-    """(pairs, T) bool: the intervals in which each pair of obstacle and part counts."""
-    first, last = np.reshape(_steps(problem, n_steps), (-1, 2, 1)).swapaxes(0, 1)
-    t = np.arange(n_steps)
-    return ((first <= t) & (t <= last)).repeat(n_parts, axis=0)
-
-
 def _faces(faces) -> dict:
     """Faces of the errors, where there are any instead of boxes."""
     return {
@@ -258,7 +247,7 @@ def _part(part, n_p: int) -> dict:
 
 def _obstacles(problem, n_steps: int, views) -> list[dict]:
     """Corners, an outline for every view, first and last interval."""
-    pairs = zip(map(vertices, problem.obstacles), _steps(problem, n_steps), strict=True)
+    pairs = zip(map(vertices, problem.obstacles), spans_of(problem, n_steps), strict=True)
     return [
         {
             "vertices": v.tolist(),
