@@ -9,27 +9,34 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, least, single
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop import candidates as listed
 from parc_jax.drive.loop.commitment import ROUNDED
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.bound.bins import open_bin_of
+from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.model import TrajectoryModel, check_model, float_slack
 from parc_jax.learning.network.predict import predict
 from parc_jax.learning.system import System
 from parc_jax.problem.body import Disc
 from parc_jax.problem.robust.pose import pose_of
 from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.safe_set.separation import segment
 from parc_jax.safe_set.separation.pairs import Obstacles
 from parc_jax.safe_set.verdict.outline import require_same
-from parc_jax.safe_set.verdict.rounds import Judge, Limits, Proposals, no_plans
+from parc_jax.safe_set.verdict.pointwise import prediction
 from parc_jax.safe_set.verdict.scene import CORNERS, SceneArrays
+
+AT_ONCE = 16  # environments whose alternatives are looked at in one round
+NEAREST = 2  # obstacles whose gaps have a direction for each interval, not boxes alone
+RANKED, EVERY, FAN = 4, 2, 16  # what ranking looks at: nearest obstacles, of knots, directions
+SEEN = 1e-3  # [m] by which ranking may take a clearance for too small
 
 
 class UnderWay(NamedTuple):
     """The manoeuvre under way in each environment: k (b, n_k), the pose (b, 2 or 3) where it began,
-    steps (b,) ago, its clearance (b,) [m], given (b, n_given) as measured last and finite.
+    steps (b,) ago, its clearance (b,) [m] at least, given (b, n_given) as measured last and finite.
     certified (b,) bool: there is one; where not, that environment must be reset again.
     """
 
@@ -39,6 +46,26 @@ class UnderWay(NamedTuple):
     clearance: jax.Array
     given: jax.Array
     certified: jax.Array
+
+
+class Seen(NamedTuple):
+    """What is measured, as of `BatchShield.step`."""
+
+    pose: jax.Array
+    given: jax.Array
+    corners: jax.Array
+    active: jax.Array
+
+
+class Asked(NamedTuple):
+    """Of what may take over: proposed (n_chosen,); ahead, the share of the brake under way that is
+    left; brake (n_chosen,), what it does now; least [m] of clearance.
+    """
+
+    proposed: jax.Array
+    ahead: jax.Array
+    brake: jax.Array
+    least: jax.Array
 
 
 class Driven(NamedTuple):
@@ -57,7 +84,8 @@ class Driven(NamedTuple):
 class BatchShield:
     """`Shield` for batches of functional environments, as Brax and MJX have them: `start` after a
     reset and `step` before each step are pure functions, so that a loop of both is one jitted call.
-    It decides as `Shield` does, by the same verdicts, without certificates. [T38]
+    It decides as `Shield` does, without certificates. Of a clearance it knows a lower bound, since
+    its directions are not searched for: near the least that is asked it may be warier. [T14, T38]
 
     model, system, every, room: as of `Shield`; candidates and rest as by default there. radius: [m]
         of the robot, a disc.
@@ -92,6 +120,15 @@ class BatchShield:
         self._rows = listed.listed_candidates(model, given, rows)
         listed.require_rest(model, self._rows, given)
         self._room, self._far, self._radius = as_float64("numbers", [room, far, radius], (3,))
+        # ranking: knots from 1 on, and what errors take of any direction
+        knots = np.arange(1, model.time.n_steps + 1, EVERY)
+        kept = (2 * knots[:, None] - [2, 1]).ravel()
+        weights, biases = ((*x[:-1], x[-1][kept]) for x in (model.net.weights, model.net.biases))
+        self._few = model.net.replace(weights=weights, biases=biases)
+        angles = np.linspace(0, 2 * np.pi, FAN, endpoint=False)
+        ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        taken = np.array([model.tube.errors.support(way) for way in ways]).min(axis=0)
+        self._taken = taken[:, knots - 1, 0].astype(np.float32)
         # seen from the robot: a goal that holds every end, no obstacle yet
         here = pose_of(np.zeros(2 + (model.rotation is not None)), model)
         scenes = Scenes(model, Disc(float(self._radius)), None, Uncertainty())
@@ -101,16 +138,12 @@ class BatchShield:
 
     def start(self, pose: Any, given: Any, corners: Any, active: Any) -> UnderWay:
         """Certify a stop in each environment. Arguments as of `step`."""
-        rest = jnp.asarray(self._rows[0])
-
-        def one(now: tuple):
-            pose, given = now[:2]
-            zero = jnp.zeros(())
-            none = UnderWay(rest, pose, zero, zero, given, zero > 0)
-            new, _, reason = self._decide(none, *now, rest[self._chosen])
-            return new._replace(certified=reason == 0)
-
-        return _each(one, pose, given, corners, active)
+        seen = _seen(pose, given, corners, active)
+        rest, zero = jnp.asarray(self._rows[:1]), jnp.zeros(len(seen.pose))
+        k = jnp.broadcast_to(rest, (len(zero), rest.shape[1]))
+        none = UnderWay(k, seen.pose, zero, zero, seen.given, zero > 0)
+        new, _, reason = self._decide(none, seen, k[:, self._chosen])
+        return new._replace(certified=reason == 0)
 
     def step(
         self, under_way: UnderWay, pose: Any, given: Any, corners: Any, active: Any, action: Any
@@ -118,67 +151,134 @@ class BatchShield:
         """The nearest certified manoeuvre of each environment, or the one under way.
 
         pose (b, 2 or 3), given (b, n_given): measured now. corners (b, o, v, 2) [m] of convex
-        obstacles in the world, one repeated where there are fewer; active (b, o) bool.
-        action (b, m): proposed by the policy.
+        obstacles in the world, counter-clockwise, one repeated where there are fewer; active (b, o)
+        bool. action (b, m): proposed by the policy.
         """
+        seen, action = _seen(pose, given, corners, active), jnp.asarray(action)
+        last = UnderWay(*map(jnp.asarray, under_way))
+        finite = jnp.isfinite(action).all(axis=1, keepdims=True)
+        proposed = jnp.where(finite, jax.vmap(self._ask)(action), jnp.nan)
+        new, changed, reason = self._decide(last, seen, proposed)
+        driven = jax.vmap(self._act)(new.k, new.steps * self._every, new.given)
+        return new._replace(steps=new.steps + 1), Driven(driven, changed, reason)
 
-        def one(now: tuple):
-            *seen, action = now
-            proposed = jnp.where(jnp.isfinite(action).all(), self._ask(action), jnp.nan)
-            new, changed, reason = self._decide(*seen, proposed)
-            driven = self._act(new.k, new.steps * self._every, new.given)
-            return new._replace(steps=new.steps + 1), Driven(driven, changed, reason)
+    def _decide(self, last: UnderWay, seen: Seen, proposed: jax.Array):
+        """The manoeuvre under way from now on, whether another than the proposed one, a reason.
 
-        return _each(one, under_way, pose, given, corners, active, action)
+        Boxes show most proposals safe, directions some more. Of the other environments all
+        manoeuvres are ranked in float32; then the nearest is judged, until one is safe or none is
+        left.
+        """
+        finite = jnp.isfinite(seen.given).all(axis=1, keepdims=True)
+        last = last._replace(given=jnp.where(finite, seen.given, last.given))
+        reason, asked = jax.vmap(self._asked)(last, seen, proposed)
+        k = jax.vmap(self._manoeuvre, (0, 0, None))(seen.given, proposed, 0)
+        clear = jax.vmap(lambda *of: self._clearance(*of, 0))(seen, k)
+        far = jnp.full((len(k), len(self._rows)), jnp.inf).at[:, 0].set(0.0)
 
-    def _decide(self, last: UnderWay, pose, given, corners, active, proposed):
-        """The manoeuvre under way from now on, whether another than the proposed one, a reason."""
+        def judged(state: tuple, of: tuple):
+            (_, far, *_), (seen, asked) = state, of
+            i = far.argmin()
+            k = self._manoeuvre(seen.given, asked.proposed, i)
+            gap, far = self._clearance(seen, k, NEAREST), far.at[i].set(jnp.inf)
+            safe = (gap > 0) & (gap >= asked.least)
+            return ~safe & jnp.isfinite(far).any(), far, k, jnp.where(safe, gap, -jnp.inf)
+
+        def ranked(state: tuple, of: tuple):
+            far = self._ranked(*of)
+            return jnp.zeros((), bool), far, *state[2:]
+
+        may, good = reason == 0, (reason == 0) & (clear > 0) & (clear >= self._room)
+        state = may & ~good, far, k, jnp.where(good, clear, -jnp.inf)
+        for one in (judged, ranked, judged):
+            *_, clear = state = _while_open(one, state, (seen, asked))
+            state = may & ~(clear > 0), *state[1:]
+        _, _, k, clear = state
+        good = clear > 0
+        new = UnderWay(k, seen.pose, jnp.zeros(len(k)), clear, last.given, last.certified)
+        pairs = zip(new, last, strict=True)
+        new = UnderWay(*(jnp.where(good.reshape(-1, *[1] * (x.ndim - 1)), x, y) for x, y in pairs))
+        same = good & (new.k[:, self._chosen] == proposed).all(axis=1)
+        return new, ~same, jnp.where(good, 0, jnp.where(reason > 0, reason, 4))
+
+    def _asked(self, last: UnderWay, seen: Seen, proposed: jax.Array):
+        """In one environment: why nothing may begin, 0 where it may, and what is asked of it."""
         model, chosen, axes = self._model, self._chosen, self._given
         lo, hi = jnp.asarray(model.domain.lo), jnp.asarray(model.domain.hi)
-        last = last._replace(given=jnp.where(jnp.isfinite(given).all(), given, last.given))
         seconds, fresh = last.steps * self._every, last.steps == 0  # a stop may be replaced at once
-        scene, near = self._scene(pose, corners, active)
-        asked = ((lo[chosen] <= proposed) & (proposed <= hi[chosen])).all()
-        seen = ((lo[axes] <= given) & (given <= hi[axes])).all() & near
-        inside = fresh | (self._outside(last, pose, seconds) <= 0)
-        k = jnp.asarray(self._rows).at[0, chosen].set(proposed).at[:, axes].set(given[None])
-
-        def distance(k):
-            return jnp.linalg.norm((k - proposed[None]) / (hi - lo)[None, chosen], axis=1)
-
+        meant = ((lo[chosen] <= proposed) & (proposed <= hi[chosen])).all()
+        near = (jnp.abs(_from_robot(seen)) <= self._far).all(axis=(1, 2)) | ~seen.active
+        known = ((lo[axes] <= seen.given) & (seen.given <= hi[axes])).all() & near.all()
+        inside = fresh | (self._outside(last, seen.pose, seconds) <= 0)
         # as of `Shield`: what is nearer than the brake under way, with enough room
         ahead = jnp.where(fresh, 0.0, jnp.maximum(0.0, 1.0 - seconds / model.time.t_f))
-        least = ahead * jnp.minimum(self._room, last.clearance)
-        brake = distance(self._ask(self._act(last.k, seconds, last.given))[None])
-        far = distance(k[:, chosen]).at[0].set(0.0)
-        far = far.at[1:].set(jnp.where((ahead > 0) & ~(far[1:] * ahead < brake), jnp.inf, far[1:]))
-        order = jnp.argsort(far)
-        k, worth = k[order], jnp.isfinite(far[order]) & asked & seen & inside
-        bins = jax.vmap(open_bin_of, (None, 0))(model.tube.edges, k)[:, None]
-        plans = Proposals(jnp.zeros((len(k), 2)), k, bins, 1, worth)
-        judge = Judge(model.net, model.tube, scene)
-        # ends with the first that has enough
-        safe = judge.in_turn(plans, no_plans(scene, len(k)), Limits(len(k), least))
-        i = jnp.maximum(safe.count - 1, 0)
-        clear = safe.clearance[i]
-        good = (safe.count > 0) & (clear > 0) & (clear >= least)
-        new = UnderWay(safe.plans[i, 2:], pose, 0 * seconds, clear, given, last.certified)
-        new = jax.tree.map(lambda one, other: jnp.where(good, one, other), new, last)
-        reason = jnp.select([good, ~asked, ~seen, ~inside], [0, 1, 2, 3], 4)
-        return new, ~(good & (new.k[chosen] == proposed).all()), reason
+        brake = self._ask(self._act(last.k, seconds, last.given))
+        asked = Asked(proposed, ahead, brake, ahead * jnp.minimum(self._room, last.clearance))
+        return jnp.select([~meant, ~known, ~inside], [1, 2, 3], 0), asked
 
-    def _scene(self, pose, corners, active) -> tuple[SceneArrays, jax.Array]:
-        """The obstacles as seen from the robot, and whether all are near enough."""
-        away, n = _turned(corners - pose[None, None, :2], pose), len(active)
-        near = (jnp.abs(away) <= self._far).all(axis=(1, 2)) | ~active
+    def _manoeuvre(self, given, proposed, i):
+        """(n_k,) of number i; 0 is the proposed one."""
+        own = jnp.where(i == 0, proposed, jnp.asarray(self._rows[:, self._chosen])[i])
+        k = jnp.zeros(self._rows.shape[1])
+        return k.at[self._given].set(given).at[self._chosen].set(own)
+
+    def _ranked(self, seen: Seen, asked: Asked) -> jax.Array:
+        """(candidates,) how far each is from the proposed one; infinite for one that is no nearer
+        than the brake under way, or seems to have less than the least clearance. It only proposes.
+        """
+        lo, hi, n = self._model.domain.lo, self._model.domain.hi, len(self._rows)
+        k = jax.vmap(self._manoeuvre, (None, None, 0))(seen.given, asked.proposed, np.arange(n))
+        options = jnp.concatenate([k[:, self._chosen], asked.brake[None]])
+        away = (options - asked.proposed[None]) / (hi - lo)[None, self._chosen]
+        far = jnp.linalg.norm(away, axis=1).at[0].set(0.0)
+        far, brake = far[:-1], far[-1]
+        nearer = ((asked.ahead <= 0) | (far * asked.ahead < brake)).at[0].set(True)
+        knots = jax.vmap(jax.tree.map(single, self._few))(single(k)).reshape(n, -1, 1, 2)
+        bins = jax.vmap(open_bin_of, (None, 0))(self._model.tube.edges, k)
+        corners = _from_robot(seen)
+        middle = jnp.where(seen.active[:, None], corners.mean(axis=1), self._far)
+        near = jax.lax.top_k(-(middle**2).sum(axis=1), min(RANKED, len(middle)))[1]
+        corners, middle = single(corners[near]), single(middle[near])
+        # a disc within each: as wide as its sides are near
+        sides = (corners + jnp.roll(corners, 1, axis=1)) / 2 - middle[:, None]
+        within = jnp.sqrt((sides**2).sum(axis=-1).min(axis=1)) + single(self._radius)
+        away = jnp.sqrt(((knots - middle[None, None]) ** 2).sum(axis=-1)) - within[None, None]
+        gap = (away.min(axis=2, initial=jnp.inf) - jnp.asarray(self._taken)[bins]).min(axis=1)
+        may = gap.astype(k.dtype) + SEEN >= asked.least
+        return jnp.where(nearer & may, far, jnp.inf)
+
+    def _clearance(self, seen: Seen, k: jax.Array, nearest: int) -> jax.Array:
+        """[m] no more than the clearance of one manoeuvre, -inf for one that is not safe whatever
+        stands around: by boxes, and of so many obstacles by a direction for each interval.
+        """
+        net, tube, scene = self._model.net, self._model.tube, self._scene(seen)
+        pairs, slack, n = scene.obstacles, scene.slack, min(nearest, len(seen.active))
+        found = prediction(net, tube, scene, jnp.zeros(2), k)
+        path, inside = found.path, found.reaches & jnp.isfinite(found.path).all()
+        around = ErrorBox(jnp.asarray(tube.interval)[found.bin][:, None])
+        away = pairs.away(path, around) - 4 * slack
+        if n:
+            o = jax.lax.top_k(-away, n)[1]
+            over_time = jax.vmap(segment.separation, (0, 0, None, None))
+            gaps = jax.vmap(over_time, (None, None, 0, 0))
+            gap, w = gaps(path[:-1], path[1:], pairs.vertices[o], pairs.radius[o])
+            taken = tube.during(found.bin).support(-w[:, :, None])[..., 0]
+            gap = gap - taken - slack * jnp.abs(w).sum(axis=-1)
+            gap = least(jnp.where(pairs.active[o], gap, jnp.inf), axis=1)
+            away = away.at[o].max(gap)
+        return jnp.where(inside, least(away), -jnp.inf)
+
+    def _scene(self, seen: Seen) -> SceneArrays:
+        """The obstacles as seen from the robot."""
+        n = len(seen.active)
         pairs = Obstacles(
-            vertices=jnp.where(active[:, None, None], away, 0.0),
+            vertices=jnp.where(seen.active[:, None, None], _from_robot(seen), 0.0),
             signs=jnp.zeros((n, 0, 2)),
             radius=jnp.full(n, self._radius + ROUNDED),
             points=jnp.zeros((n, 1), jnp.int32),
-            active=jnp.broadcast_to(active[:, None], (n, self._model.time.n_steps)),
+            active=jnp.broadcast_to(seen.active[:, None], (n, self._model.time.n_steps)),
         )
-        return self._empty.replace(obstacles=pairs, count=jnp.int32(n)), near.all()
+        return self._empty.replace(obstacles=pairs, count=jnp.int32(n))
 
     def _outside(self, last: UnderWay, pose, seconds) -> jax.Array:
         """[m] of the pose beyond the tube of the manoeuvre under way, as of `outside_tube`."""
@@ -191,11 +291,31 @@ class BatchShield:
         return (jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way) - allowed).max()
 
 
-def _each(one: Callable, *of: Any):
-    """One after another: the search of each ends by itself. Raises InputError."""
+def _seen(*of: Any) -> Seen:
+    """Raises InputError."""
     if not jax.config.jax_enable_x64:
         raise InputError("BatchShield: expected float64; use it within `jax.enable_x64(True)`.")
-    return jax.lax.map(one, jax.tree.map(jnp.asarray, of))
+    return Seen(*map(jnp.asarray, of))
+
+
+def _while_open(one: Callable, state: tuple, of: Any) -> tuple:
+    """The state, rows of environments, of which the first (b,) bool says where `one` is asked
+    again: (state, of) -> state, of one environment; some at once, until it is nowhere.
+    """
+    n = len(state[0])
+
+    def some(state: tuple):
+        at = jnp.nonzero(state[0], size=min(AT_ONCE, n), fill_value=n)[0]
+        rows = jax.tree.map(lambda x: x.at[at].get(mode="clip"), (state, of))
+        new = jax.vmap(one)(*rows)
+        return tuple(x.at[at].set(y, mode="drop") for x, y in zip(state, new, strict=True))
+
+    return jax.lax.while_loop(lambda state: state[0].any(), some, state)
+
+
+def _from_robot(seen: Seen) -> jax.Array:
+    """(o, v, 2) corners in the frame of the robot."""
+    return _turned(seen.corners - seen.pose[None, None, :2], seen.pose)
 
 
 def _turned(away, pose):

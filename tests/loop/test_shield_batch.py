@@ -59,7 +59,8 @@ def test_it_decides_as_the_shield_of_one_environment(batch):
                 assert np.allclose(driven.action[i], told["driven"], atol=1e-6)
                 assert bool(driven.changed[i]) == told["changed"] and info["cost"] == 0
                 assert (driven.reason[i] == 0) == (told["reason"] == "")
-                assert float(under_way.clearance[i]) == pytest.approx(told["clearance"], abs=1e-8)
+                clear = float(under_way.clearance[i])  # a lower bound, of some centimetres here
+                assert told["clearance"] - 0.05 < clear < told["clearance"] + 1e-8
                 changed.append(told["changed"])
             places = [env.unwrapped.place for env in envs]
             seen = [np.array(places), np.array([env.unwrapped.speed for env in envs])]
