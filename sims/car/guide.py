@@ -2,12 +2,13 @@
 
 from functools import cache
 
+import jax.numpy as jnp
 import numpy as np
 
 from sims.car.manoeuvre import STEP, TORQUE, engine
 from sims.car.sensing import CUT
-from sims.point.guide import Guide
-from sims.point.world import SUBSTEPS, World
+from sims.point.guide import Guide, Known, summed
+from sims.point.world import SUBSTEPS
 
 SHARES = np.linspace(-1.0, 1.0, 9)  # of the greatest torque, for which it is tried out
 LAG, STOP = 0.06, 0.1  # [s] of its speeds; of its speed that a stop takes
@@ -15,49 +16,52 @@ TURNS, BACKWARDS = 1.3, 0.3  # [rad/s] on the spot; [s] that going backwards los
 
 
 class CarGuide(Guide):
-    """A policy for one world of the Car at a time. Plans are a thrust and a turn to the left."""
+    """A policy for some worlds of the Car. Plans are a thrust and a turn to the left."""
 
     fast = 0.75
     knots, knot, held = 20, 0.08, 0.24
     cut = CUT
 
-    def _action(self, plan: np.ndarray) -> np.ndarray:
+    @classmethod
+    def _action(cls, plan):
         return wheels(plan) * TORQUE
 
-    def _roll(self, plans: np.ndarray, world: World) -> tuple[np.ndarray, ...]:
-        (_, back, turning), (x, y, heading) = world.speeds, world.pose
+    @classmethod
+    def _roll(cls, plans, known: Known):
+        (_, back, turning), (x, y, heading) = known.speeds, known.pose
         wanted = _tabled(wheels(plans.transpose(0, 2, 1)))  # (n, knots, 2)
-        now, share = np.array([-back, turning]), 1 - np.exp(-self.knot / LAG)
-        speeds = np.empty_like(wanted)
-        for i in range(self.knots):
+        now, share, speeds = jnp.array([-back, turning]), 1 - np.exp(-cls.knot / LAG), []
+        for i in range(cls.knots):
             now = now + share * (wanted[:, i] - now)
-            speeds[:, i] = now
-        ahead, turning = speeds.transpose(2, 0, 1)
-        heading = heading + self.knot * np.cumsum(turning, axis=1)
-        axis = np.stack([np.sin(heading), -np.cos(heading)])  # its front is along -y
+            speeds.append(now)
+        ahead, turning = jnp.stack(speeds, axis=1).transpose(2, 0, 1)
+        heading = heading + cls.knot * summed(turning)
+        axis = jnp.stack([jnp.sin(heading), -jnp.cos(heading)])  # its front is along -y
         velocity = ahead * axis
-        place = np.array([x, y])[:, None, None] + self.knot * np.cumsum(velocity, axis=-1)
+        place = jnp.array([x, y])[:, None, None] + cls.knot * summed(velocity)
         return place, velocity, axis
 
-    def _stop(self, velocity: np.ndarray, axis: np.ndarray) -> np.ndarray:
-        return np.full(velocity.shape[1:], STOP)
+    @classmethod
+    def _stop(cls, velocity, axis):
+        return jnp.full(velocity.shape[1:], STOP)
 
-    def _lost(self, velocity, axis, away) -> np.ndarray:
-        off = np.arccos(np.clip(-(axis * away).sum(axis=0), -1.0, 1.0))
-        return np.minimum(off, np.pi - off + TURNS * BACKWARDS) / TURNS
+    @classmethod
+    def _lost(cls, velocity, axis, away):
+        off = jnp.arccos(jnp.clip(-(axis * away).sum(axis=0), -1.0, 1.0))
+        return jnp.minimum(off, np.pi - off + TURNS * BACKWARDS) / TURNS
 
 
-def wheels(plans: np.ndarray) -> np.ndarray:
+def wheels(plans):
     """Torques (..., 2) left, right as shares of the greatest, of thrusts and turns (..., 2)."""
     thrust, turn = plans[..., 0], plans[..., 1]
-    return np.clip(np.stack([thrust + turn, thrust - turn], axis=-1), -1.0, 1.0)
+    return jnp.clip(jnp.stack([thrust + turn, thrust - turn], axis=-1), -1.0, 1.0)
 
 
-def _tabled(torques: np.ndarray) -> np.ndarray:
+def _tabled(torques):
     """Speeds (..., 2) ahead [m/s], turning [rad/s] that torques (..., 2) end in."""
-    table, n = steady(), len(SHARES)
-    at = np.clip((torques + 1) / 2 * (n - 1), 0, n - 1.001)
-    (i, j), (a, b) = np.moveaxis(at.astype(int), -1, 0), np.moveaxis(at % 1.0, -1, 0)[..., None]
+    table, n = jnp.asarray(steady(), torques.dtype), len(SHARES)
+    at = jnp.clip((torques + 1) / 2 * (n - 1), 0, n - 1.001)
+    (i, j), (a, b) = jnp.moveaxis(at.astype(int), -1, 0), jnp.moveaxis(at % 1.0, -1, 0)[..., None]
     first = (1 - b) * table[i, j] + b * table[i, j + 1]
     return (1 - a) * first + a * ((1 - b) * table[i + 1, j] + b * table[i + 1, j + 1])
 

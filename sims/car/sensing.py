@@ -5,6 +5,8 @@ so the radius is the robot's, and the hazard its middle. A vase is its box, wide
 robot's outline is beyond that radius.
 """
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 import parc_jax as pj
@@ -32,6 +34,17 @@ def door() -> dict:
     }
 
 
+def batch_door() -> dict:
+    """Arguments of `pj.drive.BatchShield`: the same, of arrays."""
+    same = {name: door()[name] for name in ("system", "every", "ask", "act", "room")}
+    return same | {"radius": RADIUS, "far": sensing.FAR}
+
+
+def corners(world) -> np.ndarray:
+    """(o, 4, 2) [m] of all obstacles, for `BatchShield.step`."""
+    return sensing.corners(world, CUT)
+
+
 def sense(env, observation) -> pj.drive.Sensed:
     """Pose, speeds, and what stands in the way, from the true state."""
     world = env.unwrapped.world
@@ -44,4 +57,5 @@ def sense(env, observation) -> pj.drive.Sensed:
 
 def ask(action: np.ndarray) -> np.ndarray:
     """Torques (2,) of the manoeuvre that begins with an action, as shares of the greatest."""
-    return np.clip(action / manoeuvre.TORQUE, -1.0, 1.0)
+    xp = jnp if isinstance(action, jax.Array) else np
+    return xp.clip(action / manoeuvre.TORQUE, -1.0, 1.0)

@@ -1,6 +1,7 @@
 """Episodes of Goal tasks with and without the shield, judged from true states:
 
     python -m sims.point.episodes --episodes 100 [--robot Car | --lidar] [--bare] [--level 2]
+    python -m sims.point.episodes --episodes 1000 --batch 100 [--robot Car] [--bare] [--level 2]
     python -m sims.point.episodes --policy runs/point/behind.policy
 
 The driver knows the map (`Guide`), and so does the shield; with --lidar a Point's sensors are all
@@ -19,16 +20,15 @@ import jax
 import numpy as np
 
 import parc_jax as pj
-from sims import car, point
-from sims.car.guide import CarGuide
+from parc_jax.common.keys import Stage, key_data, stream
+from parc_jax.drive.loop.episodes import task_of
 from sims.point import lidar
 from sims.point.environment import Goal
-from sims.point.guide import Guide
 from sims.point.judge import judge
+from sims.point.together import DRIVEN as ROBOTS
+from sims.point.together import Together
 from sims.point.train import Trained
 from sims.point.world import STEPS
-
-ROBOTS = {"Point": (point, Guide), "Car": (car, CarGuide)}
 
 
 def any_seed(seed) -> int:
@@ -59,14 +59,14 @@ class Drive:
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
         env = made(self.robot, self.level, self.bare, self.sensed)
         seen, _ = env.reset(seed=world_seed)
-        guide = (lidar.WaryGuide if self.sensed else ROBOTS[self.robot][1])(seed)
+        guide = (lidar.WaryGuide if self.sensed else ROBOTS[self.robot][1])([seed])
         policy = None if self.policy is None else Trained(self.policy)
         world = env.unwrapped.world
         known, off = env.get_wrapper_attr("memory") if self.sensed else world, 0.0
         gained, cost, took, changed, reasons = 0.0, 0.0, [], 0, Counter()
         ended = False
         for _ in range(STEPS):
-            action = guide(known) if policy is None else policy(seen)
+            action = guide([known])[0] if policy is None else policy(seen)
             begin = time.process_time()
             seen, reward, ended, over, info = env.step(action)
             took.append(time.process_time() - begin)
@@ -125,6 +125,8 @@ class Options:
     looks: tuple[int, ...] = ()
     """All numbers of episodes at which the sentence may be told; by default `episodes` alone."""
     jobs: int = 1
+    batch: int = 0
+    """Worlds that are driven in step, by one call of the shield for all; 0 drives one by one."""
     quiet: bool = False
 
 
@@ -141,11 +143,17 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
         save.mkdir(parents=True, exist_ok=True)
     content = "" if options.bare else content_of(Path(module.__file__).with_name("model.npz"))
     content += "" if options.policy is None else content_of(options.policy)
-    about = (options.robot, options.level, options.bare, options.lidar)
-    how = Drive(*about, content, save, options.policy)
-    asked = {"folder": options.out / name, "workers": options.jobs, "quiet": options.quiet}
-    asked["looks"] = options.looks
-    key = jax.random.PRNGKey(options.seed)
+    about, key = (options.robot, options.level, options.bare), jax.random.PRNGKey(options.seed)
+    how: Drive | Together = Drive(*about, options.lidar, content, save, options.policy)
+    if options.batch:
+        if options.lidar or options.save or options.policy is not None:
+            raise pj.InputError("--batch: expected the driver with the map, and no certificates.")
+        words = key_data(stream(key, Stage.EPISODE))
+        tasks = [task_of(words, i) for i in range(options.episodes)]
+        seeds = [(any_seed(one.of_world), one.of_drive) for one in tasks]
+        how, name = Together(*about, content, seeds, options.batch), name + "_together"
+    asked = {"folder": options.out / name, "quiet": options.quiet, "looks": options.looks}
+    asked["workers"] = 0 if options.batch else options.jobs
     done = pj.drive.drive_episodes(how, any_seed, key, options.episodes, **asked)
     told = [one.told for one in done.driven if not one.failed]
     gained = np.array([one["return"] for one in told])
@@ -163,12 +171,14 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     if not options.bare:
         changed, stopped = (sum(one[name] for one in told) for name in ("changed", "stopped"))
         ms = np.array([one["ms"] for one in told])
+        own = np.array([one.get("shield_ms", [np.nan] * 3) for one in told])
         said += [
             f"changed {100 * changed / steps:.1f} % of actions, nothing new certified in "
             f"{100 * stopped / steps:.1f} % of steps; "
             f"{sum(one['committed'] for one in told):,} commitments",
-            f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.1f} ms, "
-            f"95 % {np.median(ms[:, 1]):.1f} ms in the middle episode",
+            f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.3g} ms, "
+            f"95 % {np.median(ms[:, 1]):.3g} ms in the middle episode; of the shield in a batch, "
+            f"median {np.median(own[:, 0]):.3g} ms, 95 % {np.median(own[:, 1]):.3g} ms",
             f"assumed: a robot creeps by at most {100 * module.sensing.REST:g} cm after a "
             "manoeuvre, by which every obstacle is grown",
         ]

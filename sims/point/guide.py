@@ -2,9 +2,16 @@
 ones that meet the goal soonest. It promises nothing: a shield behind it does.
 """
 
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from sims.point.manoeuvre import MASS_AHEAD, THRUST
 from sims.point.sensing import CUT
@@ -20,9 +27,25 @@ RISK, DEEP = 23.0, 0.05  # [s/m] of plans too near to anything, from [m] of it o
 TURN_LATE, NEXT = 0.15, 0.016  # [s] lost by an axis across the way; by leaving the middle, per m/s
 
 
+NEAR, AWAY = 2.0, 1e3  # [m] from the robot on which a disc is left out; where one is put then
+
+
+class Known(NamedTuple):
+    """Of a world: pose, speeds, the goal (2,), the way to it from each cell, discs (m, 2) that are
+    near; hold (knots,): which action of a plan is driven then.
+    """
+
+    pose: jax.Array
+    speeds: jax.Array
+    goal: jax.Array
+    far: jax.Array
+    discs: jax.Array
+    hold: jax.Array
+
+
 class Guide:
-    """A policy for one world of the Point at a time: `guide(world)` is the action (2,). seed: of
-    its draws.
+    """A policy for some worlds of the Point, all of them driven in step: `guide(worlds)` is the
+    actions (n, 2). seeds: of its draws, for each world.
     """
 
     keep = 0.27  # [m] from the middles of hazards, and from corners of vases
@@ -30,157 +53,207 @@ class Guide:
     knots, knot, held = 24, 0.04, 0.16  # [s] from knot to knot of a plan; an action is held for
     cut = CUT  # [m] by which a vase is smaller, as its shield has it
 
-    def __init__(self, seed=0):
-        n = round(2 * HALF / CELL) + 1
-        axis = np.linspace(-HALF, HALF, n)
-        self._cells = np.stack(np.meshgrid(axis, axis, indexing="ij"), -1).reshape(-1, 2)
-        self._n, self._goal, self._known = n, np.full(2, np.nan), 0
-        index = np.arange(n * n).reshape(n, n)
-        pairs = []
-        for i, j in ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1)):
-            one = index[: n - i, max(0, -j) : n - max(0, j)]
-            pairs.append(np.stack([one, index[i:, max(0, j) : n + min(0, j)]], -1).reshape(-1, 2))
-        self._pairs = np.concatenate(pairs)
-        self._lengths = np.linalg.norm(np.subtract(*self._cells[self._pairs.T]), axis=1)
-        self._draw = np.random.default_rng(seed)
-        self._holds = round(self.knots * self.knot / self.held) + 1  # the first is under way
-        self._best, self._held = np.zeros((self._holds, 2)), 0.0
+    def __init__(self, seeds: Sequence):
+        words = [np.random.SeedSequence(np.ravel(one).tolist()).generate_state(2) for one in seeds]
+        n, size = len(words), len(cells()[0])
+        self._keys, self._best = jnp.array(words), np.zeros((n, self._holds(), 2), np.float32)
+        self._goals, self._discs = np.full((n, 2), np.nan), [np.zeros((0, 2))] * n
+        self._far, self._held = np.zeros((n, size, size), np.float32), 0.0
 
-    def __call__(self, world: World) -> np.ndarray:
-        """The action (2,)."""
-        boxes = world.vase_boxes()
-        middles = boxes.mean(axis=1, keepdims=True)
-        corners = middles + (1 - self.cut / VASE) * (boxes - middles)
-        discs = np.concatenate([world.hazards, corners.reshape(-1, 2)])
-        goal = world.layout["goal"]
-        if not np.array_equal(goal, self._goal) or len(discs) != self._known:
-            self._known = len(discs)
-            self._goal, self._far = goal.copy(), self._field(goal, discs)
-        near = discs[np.linalg.norm(discs - world.place, axis=1) < 2.0]
-        plans = self._proposals()
-        cost = self._cost(plans, world, near)
-        top = plans[np.argsort(cost)[:TOP]]
-        more = self._around(top[self._draw.integers(0, TOP, REFINED)], 0.25)
-        plans = np.concatenate([plans, more])
-        cost = np.concatenate([cost, self._cost(more, world, near)])
-        self._best = plans[int(np.argmin(cost))].copy()
-        action, step = self._action(self._best[0]), world.robot.step
+    def __call__(self, worlds: Sequence[World]) -> np.ndarray:
+        """The actions (n, 2)."""
+        near = []
+        for i, world in enumerate(worlds):
+            boxes = world.vase_boxes()
+            middles = boxes.mean(axis=1, keepdims=True)
+            corners = middles + (1 - self.cut / VASE) * (boxes - middles)
+            discs = np.concatenate([world.hazards, corners.reshape(-1, 2)])
+            goal = world.layout["goal"]
+            if not np.array_equal(goal, self._goals[i]) or len(discs) != len(self._discs[i]):
+                self._discs[i], self._goals[i] = discs, goal
+                self._far[i] = self._field(goal, discs)
+            near.append(discs[np.linalg.norm(discs - world.place, axis=1) < NEAR])
+        discs = np.full((len(near), -max(map(len, near)) // 8 * -8, 2), AWAY)
+        for row, some in zip(discs, near, strict=True):
+            row[: len(some)] = some
+        hold = (self.knot * np.arange(self.knots) + self._held) / self.held + 1e-9
+        hold = np.minimum(hold.astype(int), self._holds() - 1)
+        known = [np.array([world.pose for world in worlds])]
+        known += [np.array([world.speeds for world in worlds]), self._goals, self._far, discs]
+        known = Known(*known, np.tile(hold, (len(near), 1)))
+        self._keys, best, action = compiled(type(self))(self._keys, self._best, known)
+        self._best, step = np.array(best), worlds[0].robot.step
         self._held += step
         if self._held > self.held - step / 2:
-            self._held, self._best[:-1] = 0.0, self._best[1:]
-        return action
+            self._held, self._best[:, :-1] = 0.0, self._best[:, 1:]
+        return np.array(action, np.float64)
 
-    def _proposals(self) -> np.ndarray:
-        """(DRAWN, HOLDS, 2) shares of the greatest thrust, and turning: the best of the step before
+    @classmethod
+    def _holds(cls) -> int:
+        return round(cls.knots * cls.knot / cls.held) + 1  # the first is under way
+
+    @classmethod
+    def drive(cls, key, best, known: Known):
+        """In one world: a new key, the best plan (holds, 2), its first action (2,)."""
+        key, *own = jax.random.split(key, 4)
+        plans = cls._proposals(own[0], best)
+        cost = cls._cost(plans, known)
+        top = plans[jax.lax.top_k(-cost, TOP)[1]]
+        more = around(own[1], top[jax.random.randint(own[2], (REFINED,), 0, TOP)], 0.25)
+        plans = jnp.concatenate([plans, more])
+        best = plans[jnp.concatenate([cost, cls._cost(more, known)]).argmin()]
+        return key, best, cls._action(best[0])
+
+    @classmethod
+    def _proposals(cls, key, best):
+        """(DRAWN, holds, 2) shares of the greatest thrust, and turning: the best of the step before
         and plans around it, the rest anew: full thrust, seldom another way or none, and turns.
         """
-        draw, size = self._draw, (DRAWN // 2, self._holds)
-        turning = draw.choice([-1.0, 0.0, 1.0], size) * draw.uniform(0.3, 1.0, size)
-        on = draw.random(size) < 0.5
-        for i in range(1, self._holds):
-            turning[:, i] = np.where(on[:, i], turning[:, i - 1], turning[:, i])
-        way = np.where(draw.random((len(turning), 1)) < 0.5, 1.0, -1.0)
-        way = way * (1 - 2 * (np.cumsum(draw.random(size) < 0.12, axis=1) % 2))
-        thrust = way * (draw.random(size) > 0.15)
-        near = self._around(np.repeat(self._best[None], DRAWN - len(turning), axis=0), 0.4)
-        near[0] = self._best
-        return np.concatenate([np.stack([thrust, turning], -1), near])
+        size = DRAWN // 2, cls._holds()
+        key, *own = jax.random.split(key, 7)
+        turning = jax.random.randint(own[0], size, -1, 2) * jax.random.uniform(
+            own[1], size, minval=0.3
+        )
+        on = jax.random.bernoulli(own[2], 0.5, size)
+        turns = [turning[:, 0]]
+        for i in range(1, size[1]):
+            turns.append(jnp.where(on[:, i], turns[-1], turning[:, i]))
+        way = jnp.where(jax.random.bernoulli(own[3], 0.5, (len(turning), 1)), 1, -1)
+        way = way * (1 - 2 * (jnp.cumsum(jax.random.bernoulli(own[4], 0.12, size), axis=1) % 2))
+        thrust = way * jax.random.bernoulli(own[5], 0.85, size)
+        near = around(key, jnp.repeat(best[None], DRAWN - size[0], axis=0), 0.4).at[0].set(best)
+        return jnp.concatenate([jnp.stack([thrust, jnp.stack(turns, 1)], -1), near])
 
-    def _around(self, plans: np.ndarray, far: float) -> np.ndarray:
-        some = self._draw.random((*plans.shape[:2], 1)) < 0.4
-        return np.clip(plans + some * self._draw.normal(0, far, plans.shape), -1, 1)
+    @classmethod
+    def _action(cls, plan):
+        return plan * jnp.array([THRUST, 1.0])
 
-    def _action(self, plan: np.ndarray) -> np.ndarray:
-        return plan * [THRUST, 1.0]
-
-    def _roll(self, plans: np.ndarray, world: World) -> tuple[np.ndarray, ...]:
+    @classmethod
+    def _roll(cls, plans, known: Known):
         """Places, velocities and axes (2, n, knots) ahead, of a point with drag that turns at
         once. plans (n, 2, knots).
         """
-        pose, (ahead, aside, turning) = world.pose, world.speeds
+        pose, (ahead, aside, turning) = known.pose, known.speeds
         thrust, turn = plans[:, 0], plans[:, 1]
         # velocity at each knot of the one at the start and of all pushes before it
-        at, less = np.arange(self.knots), np.exp(-self.knot / LAG)
+        at, less = np.arange(cls.knots), np.exp(-cls.knot / LAG)
         kept = less ** (at + 1)
-        pushed = np.tril(less ** np.maximum(at[:, None] - at, 0.0)) * (1 - less) * self.fast
-        heading = pose[2] + np.cumsum(TURNS * self.knot * turn, axis=1)
-        halfway = heading - TURNS * self.knot / 2 * turn
-        cos, sin = np.cos(pose[2]), np.sin(pose[2])
+        pushed = np.tril(less ** np.maximum(at[:, None] - at, 0.0)) * (1 - less) * cls.fast
+        heading = pose[2] + TURNS * cls.knot * summed(turn)
+        halfway = heading - TURNS * cls.knot / 2 * turn
+        cos, sin = jnp.cos(pose[2]), jnp.sin(pose[2])
         aside = aside + MASS_AHEAD * turning
-        axis = np.stack([np.cos(heading), np.sin(heading)])
+        axis = jnp.stack([jnp.cos(heading), jnp.sin(heading)])
         # of the middle of its mass
-        begin = np.array([cos * ahead - sin * aside, sin * ahead + cos * aside])[:, None, None]
-        push = thrust * np.stack([np.cos(halfway), np.sin(halfway)])
+        begin = jnp.array([cos * ahead - sin * aside, sin * ahead + cos * aside])[:, None, None]
+        push = thrust * jnp.stack([jnp.cos(halfway), jnp.sin(halfway)])
         velocity = begin * kept + push @ pushed.T
-        first = np.broadcast_to(begin, (2, len(plans), 1))
-        mean = (velocity + np.concatenate([first, velocity[..., :-1]], axis=-1)) / 2
-        start = (pose[:2] + MASS_AHEAD * np.array([cos, sin]))[:, None, None]
-        return start + self.knot * np.cumsum(mean, axis=-1) - MASS_AHEAD * axis, velocity, axis
+        first = jnp.broadcast_to(begin, (2, len(plans), 1))
+        mean = (velocity + jnp.concatenate([first, velocity[..., :-1]], axis=-1)) / 2
+        start = (pose[:2] + MASS_AHEAD * jnp.array([cos, sin]))[:, None, None]
+        return start + cls.knot * summed(mean) - MASS_AHEAD * axis, velocity, axis
 
-    def _cost(self, plans: np.ndarray, world: World, discs: np.ndarray) -> np.ndarray:
+    @classmethod
+    def _cost(cls, plans, known: Known):
         """(n,) [s] until the goal is met."""
-        hold = ((self.knot * np.arange(self.knots) + self._held) / self.held + 1e-9).astype(int)
-        plans = plans[:, np.minimum(hold, self._holds - 1)].transpose(0, 2, 1)
-        place, velocity, axis = self._roll(plans, world)
-        met = np.hypot(*(place - self._goal[:, None, None])) < GOAL - 0.01
+        plans = plans[:, known.hold].transpose(0, 2, 1)
+        place, velocity, axis = cls._roll(plans, known)
+        met = jnp.hypot(*(place - known.goal[:, None, None])) < GOAL - 0.01
         meets = met.any(axis=1)
-        last = np.where(meets, met.argmax(axis=1), self.knots - 1)
-        rows = np.arange(len(plans))
+        last = jnp.where(meets, met.argmax(axis=1), cls.knots - 1)
+        rows = jnp.arange(len(plans))
         end, speed, nose = (x[:, rows, last] for x in (place, velocity, axis))
-        left = self._left(end, speed, nose)
-        out = np.einsum("in,in->n", end, speed) / np.maximum(np.hypot(*end), 1e-6)
-        cost = self.knot * (last + 1) + np.where(meets, NEXT * out, left)
-        if len(discs):
-            until = np.arange(self.knots) <= last[:, None] + 2
-            deep = self._deep(place, velocity, axis, discs, until)
-            cost += np.where(deep > DEEP, RISK, RISK / 8) * deep
-        return cost
+        left = cls._left(end, speed, nose, known.far)
+        out = (end * speed).sum(axis=0) / jnp.maximum(jnp.hypot(*end), 1e-6)
+        cost = cls.knot * (last + 1) + jnp.where(meets, NEXT * out, left)
+        until = jnp.arange(cls.knots) <= last[:, None] + 2
+        deep = cls._deep(place, velocity, axis, known.discs, until)
+        return cost + jnp.where(deep > DEEP, RISK, RISK / 8) * deep
 
-    def _deep(self, place, velocity, axis, discs, until) -> np.ndarray:
+    @classmethod
+    def _deep(cls, place, velocity, axis, discs, until):
         """(n,) [m] by which a plan, or a stop from it, is too near to anything."""
-        stop = self._stop(velocity, axis)
-        deep = 0.0
+        stop = cls._stop(velocity, axis)
+        deep = jnp.zeros(len(until))
         for share in (0.0, 0.5, 1.0):
             at = place + share * stop * velocity
-            gap = np.full(at.shape[1:], np.inf)
+            gap = jnp.full(at.shape[1:], jnp.inf)
             for x, y in discs:
-                np.minimum(gap, (at[0] - x) ** 2 + (at[1] - y) ** 2, out=gap)
-            over = np.maximum(self.keep - np.sqrt(gap), 0.0) * until
+                gap = jnp.minimum(gap, (at[0] - x) ** 2 + (at[1] - y) ** 2)
+            over = jnp.maximum(cls.keep - jnp.sqrt(gap), 0.0) * until
             deep = deep + over.max(axis=1) + 0.02 * (over > 0).any(axis=1)
         return deep
 
-    def _stop(self, velocity: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    @classmethod
+    def _stop(cls, velocity, axis):
         """(n, knots) [s] of its speed that a stop takes."""
-        fast = np.maximum(np.hypot(*velocity), 1e-6)
-        off = np.arccos(np.clip(np.abs((velocity * axis).sum(axis=0)) / fast, 0, 1))
+        fast = jnp.maximum(jnp.hypot(*velocity), 1e-6)
+        off = jnp.arccos(jnp.clip(jnp.abs((velocity * axis).sum(axis=0)) / fast, 0, 1))
         straight, aside = STOP
-        return straight + aside * off / (np.pi / 2) * np.minimum(2 * fast, 1.0)
+        return straight + aside * off / (np.pi / 2) * jnp.minimum(2 * fast, 1.0)
 
-    def _left(self, place, velocity, axis) -> np.ndarray:
+    @classmethod
+    def _left(cls, place, velocity, axis, far):
         """(n,) [s] to the goal from there."""
-        at = np.clip((place + HALF) / CELL, 0, self._n - 1.001)
+        at = jnp.clip((place + HALF) / CELL, 0, len(far) - 1.001)
         (i, j), (a, b) = at.astype(int), at % 1.0
-        far = self._far
         f00, f10, f01, f11 = far[i, j], far[i + 1, j], far[i, j + 1], far[i + 1, j + 1]
         left = (1 - a) * ((1 - b) * f00 + b * f01) + a * ((1 - b) * f10 + b * f11)
-        away = np.stack(
+        away = jnp.stack(
             [(1 - b) * (f10 - f00) + b * (f11 - f01), (1 - a) * (f01 - f00) + a * (f11 - f10)]
         )
-        away /= np.maximum(np.hypot(*away), 1e-9)
-        return np.maximum(left - GOAL, 0.0) / self.fast + self._lost(velocity, axis, away)
+        away = away / jnp.maximum(jnp.hypot(*away), 1e-9)
+        return jnp.maximum(left - GOAL, 0.0) / cls.fast + cls._lost(velocity, axis, away)
 
-    def _lost(self, velocity, axis, away) -> np.ndarray:
+    @classmethod
+    def _lost(cls, velocity, axis, away):
         """(n,) [s] by not being on the way yet, which leads against away (2, n)."""
         along = -(velocity * away).sum(axis=0)
         across = axis[0] * away[1] - axis[1] * away[0]
-        return LAG * (1 - along / self.fast) + TURN_LATE * across**2
+        return LAG * (1 - along / cls.fast) + TURN_LATE * across**2
 
-    def _field(self, goal: np.ndarray, discs: np.ndarray) -> np.ndarray:
+    @classmethod
+    def _field(cls, goal: np.ndarray, discs: np.ndarray) -> np.ndarray:
         """[m] way from each cell to the goal, hardly ever through what is too near to anything."""
-        away = np.linalg.norm(self._cells[:, None] - discs, axis=-1)
-        away = away.min(axis=1)[self._pairs].min(axis=1) - self.keep
-        weight = self._lengths * np.select([away < -CELL / 8, away < WIDE], [BLOCKED, NARROW], 1.0)
-        size = (len(self._cells), len(self._cells))
-        graph = coo_array((weight, self._pairs.T), size).tocsr()
-        start = int(np.argmin(np.linalg.norm(self._cells - goal, axis=1)))
-        return dijkstra(graph, directed=False, indices=start).reshape(self._n, self._n)
+        index, places, pairs, lengths = cells()
+        away = np.full(len(places), np.inf)
+        if len(discs):
+            most = cls.keep + WIDE + CELL
+            away = cKDTree(discs).query(places, distance_upper_bound=most)[0]
+        away = away[pairs].min(axis=1) - cls.keep
+        weight = lengths * np.select([away < -CELL / 8, away < WIDE], [BLOCKED, NARROW], 1.0)
+        graph = coo_array((weight, pairs.T), (index.size, index.size)).tocsr()
+        start = int(np.argmin(np.linalg.norm(places - goal, axis=1)))
+        return dijkstra(graph, directed=False, indices=start).reshape(index.shape)
+
+
+@cache
+def cells():
+    """Numbers (n, n) of cells, their places (n n, 2) [m], neighbours (e, 2), lengths (e,) [m]."""
+    n = round(2 * HALF / CELL) + 1
+    axis, index = np.linspace(-HALF, HALF, n), np.arange(n * n).reshape(n, n)
+    places = np.stack(np.meshgrid(axis, axis, indexing="ij"), -1).reshape(-1, 2)
+    pairs = []
+    for i, j in ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1)):
+        one = index[: n - i, max(0, -j) : n - max(0, j)]
+        pairs.append(np.stack([one, index[i:, max(0, j) : n + min(0, j)]], -1).reshape(-1, 2))
+    every = np.concatenate(pairs)
+    return index, places, every, np.linalg.norm(np.subtract(*places[every.T]), axis=1)
+
+
+@cache
+def compiled(guide: type[Guide]):
+    """Its decisions in many worlds, one after another: none depends on how many there are."""
+    return jax.jit(lambda *of: jax.lax.map(lambda one: guide.drive(*one), of))
+
+
+def around(key, plans, far: float):
+    """Plans (n, holds, 2), some of whose actions are changed."""
+    first, second = jax.random.split(key)
+    some = jax.random.bernoulli(first, 0.4, (*plans.shape[:2], 1))
+    return jnp.clip(plans + some * far * jax.random.normal(second, plans.shape), -1, 1)
+
+
+def summed(x):
+    """Sums along the last axis."""
+    return x @ jnp.triu(jnp.ones((x.shape[-1], x.shape[-1]), x.dtype))

@@ -53,12 +53,12 @@ def batch_door() -> dict:
     return same | {"radius": RADIUS, "ask": ask, "act": act, "far": FAR}
 
 
-def corners(world) -> np.ndarray:
-    """(o, 4, 2) [m] of all obstacles, for `BatchShield.step`."""
+def corners(world, cut: float = CUT) -> np.ndarray:
+    """(o, 4, 2) [m] of all obstacles, for `BatchShield.step`. cut: [m] as CUT."""
     dots = world.hazards[:, None] + DOT * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     boxes = world.vase_boxes()
     middles = boxes.mean(axis=1, keepdims=True)
-    return np.concatenate([dots, middles + (1 - CUT / VASE) * (boxes - middles)])
+    return np.concatenate([dots, middles + (1 - cut / VASE) * (boxes - middles)])
 
 
 def sense(env, observation) -> pj.drive.Sensed:

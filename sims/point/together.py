@@ -1,0 +1,133 @@
+"""Episodes of a Goal task driven in step: many worlds of MuJoCo, one call of the driver and one of
+the shield for all of them at each step. Judged as `sims.point.episodes` does.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from types import SimpleNamespace
+
+import jax
+import numpy as np
+
+import parc_jax as pj
+from sims import car, point
+from sims.car.guide import CarGuide
+from sims.point.guide import Guide
+from sims.point.judge import judge
+from sims.point.world import LEVELS, ROBOTS, STEPS, World
+
+DRIVEN = {"Point": (point, Guide), "Car": (car, CarGuide)}
+
+
+@dataclass(frozen=True)
+class Together:
+    """Drives an episode, and with it those that are asked for next: `pj.drive.drive_episodes` takes
+    it. _tasks: pairs of a world's seed and the driver's, in that order; _batch: how many at once.
+    """
+
+    robot: str
+    level: int
+    bare: bool
+    content: str
+    _tasks: Sequence[tuple]
+    _batch: int
+    _done: dict = field(default_factory=dict)
+
+    def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
+        if tuple(seed) not in self._done:
+            at = [tuple(own) for _, own in self._tasks].index(tuple(seed))
+            some = self._tasks[at : at + self._batch]
+            found = self.drive(*zip(*some, strict=True))
+            self._done.update(zip((tuple(own) for _, own in some), found, strict=True))
+        return self._done.pop(tuple(seed))
+
+    def drive(self, world_seeds: Sequence[int], seeds: Sequence) -> list[pj.drive.Outcome]:
+        """Of one episode for each pair of seeds."""
+        module, guide = DRIVEN[self.robot]
+        worlds = [World(LEVELS[self.level], int(one), ROBOTS[self.robot]) for one in world_seeds]
+        for world in worlds:  # as the environment does at a reset
+            world.costs()
+            world.forward()
+        n, driver, model = len(worlds), guide(seeds), module.model()
+        gained, cost, changed, stopped = np.zeros((4, n))
+        begun: list[list] = [[] for _ in worlds]
+        ended, steps, took = np.zeros(n, bool), np.zeros(n, int), []
+        under_way, step = None, None
+        if not self.bare:
+            start, step = shield_of(self.robot)
+            with jax.enable_x64(True):
+                under_way = start(*measured(module, worlds))
+            if not under_way.certified.all():
+                raise RuntimeError("expected a certified stop where each world begins")
+        for t in range(STEPS):
+            driven = driver(worlds)
+            begin = time.process_time()
+            if step is not None:
+                with jax.enable_x64(True):
+                    under_way, told = step(under_way, *measured(module, worlds), driven)
+                under_way, told = jax.tree.map(np.asarray, (under_way, told))
+                driven, new = told.action, told.reason == 0
+                changed += told.changed & ~ended
+                stopped += ~new & ~ended
+                for i in np.flatnonzero(new & ~ended):
+                    begun[i].append((t, under_way.k[i]))
+            middle = time.process_time()
+            for i in np.flatnonzero(~ended):
+                reward, info = worlds[i].step(driven[i])
+                worlds[i].forward()  # as the environment does to tell what is observed
+                gained[i] += reward
+                cost[i] += info["cost_sum"]
+                ended[i], steps[i] = info.get("ended", False), t + 1
+            took.append((middle - begin, time.process_time() - middle))
+        each = 1e3 * np.array(took).T / n
+        outcomes = []
+        for i, world in enumerate(worlds):
+            path = np.array(world.trace)
+            found = judge(path, world.hazards)
+            told = {
+                "seed": int(world_seeds[i]),
+                "return": round(gained[i], 3),
+                "cost": cost[i],
+                "contact": found.contact,
+                "depth": round(found.depth, 4),
+                "nearest": round(found.nearest, 4),
+                "steps": steps[i],
+                "odometry_off": 0.0,
+                "changed": changed[i],
+                "committed": len(begun[i]),
+                "stopped": stopped[i],
+                "ms": np.quantile(each.sum(axis=0), [0.5, 0.95, 1.0]).round(4),
+                "shield_ms": np.quantile(each[0], [0.5, 0.95, 1.0]).round(4),
+            }
+            left = None if self.bare else left_tube(model, begun[i], path, world.robot.step)
+            outcomes.append(pj.drive.Outcome(found.ever or cost[i] > 0, left, told))
+        return outcomes
+
+
+@cache
+def shield_of(robot: str):
+    """Its two functions, compiled once in a process."""
+    module = DRIVEN[robot][0]
+    shield = pj.drive.BatchShield(module.model(), **module.sensing.batch_door())
+    return jax.jit(shield.start), jax.jit(shield.step)
+
+
+def measured(module, worlds: Sequence[World]):
+    """Poses, speeds, corners of obstacles, and which of these there are."""
+    poses, speeds = ([getattr(world, of) for world in worlds] for of in ("pose", "speeds"))
+    corners = np.array([module.sensing.corners(world) for world in worlds])
+    return np.array(poses), np.array(speeds), corners, np.ones(corners.shape[:2], bool)
+
+
+def left_tube(model, begun: Sequence[tuple], path: np.ndarray, every: float) -> bool:
+    """Whether a tube was left: of manoeuvres that began at a step, with their k (n_k,)."""
+    asked = SimpleNamespace(
+        query=SimpleNamespace(model=model), pose=SimpleNamespace(heading=float(path[0, 2]))
+    )
+    made = [
+        SimpleNamespace(asked=asked, number=i, begin=every * t, k=k)
+        for i, (t, k) in enumerate(begun)
+    ]
+    return pj.drive.left_tube(made, path[:, :2], path[:, 2])
