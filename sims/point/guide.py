@@ -56,7 +56,10 @@ class Guide:
     def __init__(self, seeds: Sequence):
         words = [np.random.SeedSequence(np.ravel(one).tolist()).generate_state(2) for one in seeds]
         n, size = len(words), len(cells()[0])
-        self._keys, self._best = jnp.array(words), np.zeros((n, self._holds(), 2), np.float32)
+        self._keys, self._best = (
+            np.array(words, np.uint32),
+            np.zeros((n, self._holds(), 2), np.float32),
+        )
         self._goals, self._discs = np.full((n, 2), np.nan), [np.zeros((0, 2))] * n
         self._far, self._held = np.zeros((n, size, size), np.float32), 0.0
 
@@ -81,7 +84,14 @@ class Guide:
         known = [np.array([world.pose for world in worlds])]
         known += [np.array([world.speeds for world in worlds]), self._goals, self._far, discs]
         known = Known(*known, np.tile(hold, (len(near), 1)))
-        self._keys, best, action = compiled(type(self))(self._keys, self._best, known)
+        # it promises nothing: float32, whatever is set elsewhere
+        with (
+            jax.enable_x64(False),
+            jax.numpy_dtype_promotion("standard"),
+            jax.numpy_rank_promotion("allow"),
+        ):
+            keys, best, action = compiled(type(self))(self._keys, self._best, known)
+        self._keys = np.asarray(keys)
         self._best, step = np.array(best), worlds[0].robot.step
         self._held += step
         if self._held > self.held - step / 2:

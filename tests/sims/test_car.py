@@ -72,9 +72,9 @@ def test_behind_the_shield_nothing_is_touched():
 
 
 def test_the_driver_meets_goals_round_hazards():
-    true, drive, met = world.World(world.LEVELS[1], 0, world.CAR), CarGuide(5), 0
+    true, drive, met = world.World(world.LEVELS[1], 0, world.CAR), CarGuide([5]), 0
     for _ in range(250):
-        _, info = true.step(drive(true))
+        _, info = true.step(drive([true])[0])
         met += info.get("goal_met", False)
         assert info["cost_hazards"] == 0
     assert met >= 2

@@ -17,12 +17,14 @@ from parc_jax.safe_set.verdict.outline import require_same
 need("gymnasium")
 from sims import point  # noqa: E402
 from sims.point import (  # noqa: E402
+    episodes,
     film,
     guide,
     judge,
     lidar,
     manoeuvre,
     sensing,
+    together,
     train,
     world,
 )
@@ -83,14 +85,27 @@ def test_the_driver_meets_goals_round_hazards():
     """The same for the same seed; without a shield, in a world where it once got stuck."""
     ends = []
     for _ in range(2):
-        true, drive, met = world.World(world.LEVELS[1], 17), guide.Guide(5), 0
+        true, drive, met = world.World(world.LEVELS[1], 17), guide.Guide([5]), 0
         for _ in range(250):
-            _, info = true.step(drive(true))
+            _, info = true.step(drive([true])[0])
             met += info.get("goal_met", False)
             assert info["cost_hazards"] == 0
         assert met >= 2
         ends.append(true.pose)
     assert (ends[0] == ends[1]).all()
+
+
+def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch):
+    for module in (episodes, together):
+        monkeypatch.setattr(module, "STEPS", 50)
+    worlds, seeds = [17, 18], [np.array([3, i], np.uint32) for i in range(2)]
+    found = together.Together("Point", 1, False, "", (), 0).drive(worlds, seeds)
+    for one, world_seed, seed in zip(found, worlds, seeds, strict=True):
+        alone = episodes.Drive("Point", 1, False, False)(world_seed, seed)
+        assert not one.touched and one.left is False and alone.left is False
+        assert one.told["return"] == pytest.approx(alone.told["return"], abs=2e-3)
+        for name in ("cost", "steps", "changed", "committed", "stopped", "nearest"):
+            assert one.told[name] == alone.told[name]
 
 
 def test_its_manoeuvres_come_to_rest():
