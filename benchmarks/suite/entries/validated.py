@@ -25,7 +25,7 @@ from parc_jax.safe_set.corridors.build import greedy
 from parc_jax.safe_set.corridors.corridors import Corridors
 from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.polytopes import cut_around
-from parc_jax.safe_set.corridors.sampling import points
+from parc_jax.safe_set.corridors.sampling import Points, joined, points
 from parc_jax.safe_set.corridors.search import Cover, corridors_around
 from parc_jax.safe_set.corridors.stopping import nothing_covered
 from parc_jax.safe_set.verdict.pointwise import predictions, verdicts
@@ -37,12 +37,14 @@ MOST = 8000  # runs of training and of the profile, each
 BINS = {1: 8, 2: 4, 3: 2, 4: 2, 5: 1, 6: 1}  # per axis of what a network reads
 MATTERS = 0.1  # share of a network's error that the start explains, from which it reads that too
 FAR_OFF = 0.005  # of the runs of a profile are left out, the farthest from the network
-# by the dimensions of plans: layers of a network, the smaller the fewer polytopes hold them; plans
-# around which these are cut
+# by the dimensions of plans: layers of a network, the smaller the fewer polytopes hold them; safe
+# plans around which there are corridors
 HIDDEN = {4: (16, 16), 5: (6, 6), 6: (6,)}
-SEEDS = {4: 16000, 5: 4000, 6: 2000}
+SEEDS = {4: 16000, 5: 500, 6: 500}
 PER_RUN = 2  # of these for each run that is allowed, at most: runs show no more
-DRAWS, RARE, LONGEST = 1 << 13, 8, 80  # plans judged together; times where none is safe, at most
+MANY = 4000  # plans in corridors, around which polytopes are cut, at least
+AT_ONCE = 512  # judged together
+DRAWS, RARE, LONGEST = 1 << 13, 8, 80  # plans drawn together; times where none is safe, at most
 PIECES = 1500  # polytopes: the largest
 POOL = 20_000  # plans drawn to tell which polytopes and which scales hold what
 EVEN = 0.8  # of the runs of the design are of plans as they are drawn
@@ -132,13 +134,19 @@ class Nested:
         query = pj.Planner(learnt.model).prepare(asked).scene.nominal.query
         self.scenes = [_at_scale(query, scale, learnt.between) for scale in SCALES]
         self.cut: list[SafePolytope] = []
-        seeds = self._seeds(rng, *task.bounds(scene))
-        self.first = seeds[0] if len(seeds) else None
-        if not len(seeds):
+        self.first: np.ndarray | None = None
+        bounds, small = task.bounds(scene), self.scenes[-1]
+        plans = self._safe(rng, *bounds)
+        if not len(plans.k):
             return
-        small, (p0, k) = self.scenes[-1], self._split(seeds)
-        plans = points(p0, k, verdicts(small, p0, k))
+        self.first = np.append(plans.p0[0], plans.k[0][-len(task.k_lo) :])
         corridors = Corridors(small.model.tube, corridors_around(small, rng, plans))
+        for _ in range(RARE):  # what is in a corridor is safe, and need not be judged
+            if len(plans.k) >= MANY:
+                break
+            more = self._reaching(rng, *bounds)
+            kept = corridors.kept(more.path, more.bin).any(axis=1)
+            plans = joined([plans, more.at(np.flatnonzero(kept)[: MANY - len(plans.k)])])
         cut = cut_around(small, corridors, np.zeros(len(corridors)), plans)
         spelled = [engine.spelled(self._rows(one, small), self._inner(one)) for one in cut]
         some = [i for i, one in enumerate(spelled) if one is not None]
@@ -206,16 +214,25 @@ class Nested:
         A[:, : self.n_p] += cut.A[:, : self.n_p]
         return HPolytope(A, cut.b)
 
-    def _seeds(self, rng, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-        small, most, found, draws = self.scenes[-1], min(SEEDS[len(lo)], self.most), [], 0
-        while draws < RARE or (any(map(len, found)) and draws < LONGEST):
-            z = rng.uniform(lo, hi, (DRAWS, len(lo)))
-            z = z[predictions(small, *self._split(z)).reaches]  # which is most of what is refused
-            found += [z[verdicts(small, *self._split(z)).safe]] if len(z) else []
+    def _safe(self, rng, lo: np.ndarray, hi: np.ndarray) -> Points:
+        """Plans that are safe under the smallest tube, evenly drawn; none where they are rare."""
+        small, most, draws = self.scenes[-1], min(SEEDS[len(lo)], self.most), 0
+        found = [self._reaching(rng, lo, hi).at(slice(0))]
+        while draws < RARE or (sum(len(one.k) for one in found) and draws < LONGEST):
+            z = self._reaching(rng, lo, hi)
+            for first in range(0, len(z.k), AT_ONCE):
+                some = z.at(slice(first, first + AT_ONCE))
+                found.append(some.at(verdicts(small, some.p0, some.k).safe))
+                if sum(len(one.k) for one in found) >= most:
+                    return joined(found).at(slice(most))
             draws += 1
-            if sum(map(len, found)) >= most:
-                break
-        return np.concatenate([*found, np.empty((0, len(lo)))])[:most]
+        return joined(found)
+
+    def _reaching(self, rng, lo: np.ndarray, hi: np.ndarray) -> Points:
+        """What of evenly drawn plans reaches the goal: most of what is not safe does not."""
+        p0, k = self._split(rng.uniform(lo, hi, (DRAWS, len(lo))))
+        seen = predictions(self.scenes[-1], p0, k)
+        return points(p0, k, seen).at(seen.reaches)
 
 
 def _within(rows: HPolytope, lo: np.ndarray, hi: np.ndarray) -> HPolytope:
