@@ -214,7 +214,6 @@ class Planner:
         settings: Settings | None = None,
         *,
         draws: int = 4096,
-        pool: int = 256,
         numbers=None,
         warm=None,
         whole: Sequence[int] = (),
@@ -227,7 +226,6 @@ class Planner:
         settings: by default `Settings.fast()`; of its fields samples (safe plans per problem) and
             proof (exact check of every best plan, some ten milliseconds each) count here.
         draws: most plans to propose per problem; solved ones stop early.
-        pool: values of k shared by all, drawn anew after 1, 4, 16 ... rounds.
         numbers: (s,) a number per problem, by default 0, 1, ...: with the key it decides an answer,
             which so does not depend on the rest of the batch.
         warm: an earlier BatchAnswer of the same problems, or plans.
@@ -249,7 +247,7 @@ class Planner:
             problems, model = nominal_problems(problems, model, self._robust_models)
         begin = time.perf_counter()
         best, draws, seconds = search_batch(
-            model, problems, key, settings.samples, draws, pool, numbers, warm, mesh
+            model, problems, key, settings.samples, draws, numbers, warm, mesh
         )
         found = best.clearance[:, 0] > 0
         searched = time.perf_counter()

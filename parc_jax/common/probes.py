@@ -8,7 +8,6 @@ notice them.
 import hashlib
 import json
 import os
-import subprocess
 import sys
 from functools import lru_cache
 from pathlib import Path
@@ -23,7 +22,6 @@ from parc_jax.common.errors import SoundnessError
 
 SIZES = (16_385, 20_000, 32_769)  # batch sizes at which jaxlib 0.10.2 returns wrong rows
 REDUCED = (1000, 16)  # numbers of which JAX 0.12 loses NaN in the largest and the least
-HANG_LIMIT_S = 60.0
 NAMES = {"float64", "nan", "subnormals", "full precision dots", "batched rows"}
 
 
@@ -124,36 +122,6 @@ def probe_options(options: dict[str, str | bool]) -> Finding:
     return Finding(
         "options", not wrong, "; ".join(wrong) or "the compiler knows all that are used."
     )
-
-
-def probe_hang() -> Finding:
-    """Batched factorisations side by side finish, in a process with a time limit (jaxlib 0.10
-    hangs).
-    """
-    try:
-        done = subprocess.run(
-            [sys.executable, "-c", _HANG], timeout=HANG_LIMIT_S, capture_output=True, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return Finding(
-            "no hang", False, f"four batched factorisations did not finish in {HANG_LIMIT_S:.0f} s."
-        )
-    ok = done.returncode == 0
-    return Finding(
-        "no hang", ok, "four batched factorisations finish." if ok else done.stderr.decode()[-200:]
-    )
-
-
-_HANG = """
-import jax, jax.numpy as jnp
-@jax.jit
-def run(A):
-    def step(c, _):
-        ys = [jnp.linalg.cholesky(A[i] + c[i]) for i in range(4)]
-        return jnp.stack([y.mean() * 1e-9 for y in ys]), None
-    return jax.lax.scan(step, jnp.zeros(4), None, length=50)[0]
-jax.block_until_ready(run(jnp.broadcast_to(jnp.eye(12) * 4, (4, 512, 12, 12))))
-"""
 
 
 @lru_cache(maxsize=1)

@@ -190,7 +190,7 @@ def doctor() -> int:
     from importlib import metadata
 
     from parc_jax.common.backend import backend
-    from parc_jax.common.probes import probe_all, probe_hang, probe_options
+    from parc_jax.common.probes import probe_all, probe_options
     from parc_jax.common.traced import QUICK
     from parc_jax.safe_set.corridors.first import COMPILER
 
@@ -200,7 +200,7 @@ def doctor() -> int:
         except metadata.PackageNotFoundError:
             print(f"  {name:12} missing: pip install {name}")
     options = probe_options(dict(backend().compiler) | (COMPILER or {}) | QUICK)
-    findings = [*probe_all(), options, probe_hang()]
+    findings = [*probe_all(), options]
     for finding in findings:
         print(f"  {'ok  ' if finding.ok else 'FAIL'} {finding.name}: {finding.detail}")
     fit = all(finding.ok for finding in findings)

@@ -176,8 +176,7 @@ def _by_pairs(s: HPolytope) -> Box | None:
     polytope, and where LPs have to tell: unbounded, empty or nearly so.
     """
     involved = s.A != 0
-    lo = np.full(s.n, -np.inf)
-    hi = np.full(s.n, np.inf)
+    lo, hi = row_bounds(s.A, s.b)
     for axis in range(s.n):
         rows = involved[:, axis]
         pair = np.flatnonzero(involved[rows].any(axis=0))
@@ -191,15 +190,7 @@ def _by_pairs(s: HPolytope) -> Box | None:
         found = _of_polygon(s.A[rows][:, pair], s.b[rows])
         if found is None:
             return None
-        lo[pair], hi[pair] = found
-    alone = np.count_nonzero(involved, axis=1) == 1
-    for row, offset in zip(s.A[alone], s.b[alone], strict=True):
-        axis = int(np.flatnonzero(row)[0])
-        bound = offset / row[axis]
-        if row[axis] > 0:
-            hi[axis] = min(hi[axis], np.nextafter(bound, np.inf))
-        else:
-            lo[axis] = max(lo[axis], np.nextafter(bound, -np.inf))
+        lo[pair], hi[pair] = np.maximum(lo[pair], found[0]), np.minimum(hi[pair], found[1])
     return Box(lo, hi) if (lo <= hi).all() else None
 
 

@@ -26,6 +26,7 @@ from parc_jax.safe_set.separation.pruning import prune
 from parc_jax.safe_set.verdict.rounds import Best
 from parc_jax.safe_set.verdict.scene import SceneArrays, lowered, padded_to_class, size_class
 
+POOL = 256  # values of k that all scenes share, drawn anew after 1, 4, 16 ... rounds
 FEW = 4  # obstacles, up to which pruning costs more than it saves
 
 Problems = Sequence[Problem] | BoxScenes
@@ -91,7 +92,6 @@ def search_batch(
     key: jax.Array,
     samples: int,
     draws: int,
-    pool: int,
     numbers: ArrayLike | None,
     warm: Any,
     mesh: jax.sharding.Mesh | None,
@@ -101,10 +101,8 @@ def search_batch(
     Returns plans (s, samples, n_p + n_k) and clearances (s, samples) [m], NaN where fewer were
     found; plans proposed (s,); seconds of the lowering to arrays. Raises InputError.
     """
-    if samples < 1 or draws < 1 or pool < 1:
-        raise InputError(
-            f"solve_batch: expected samples, draws, pool >= 1; got {samples}, {draws}, {pool}."
-        )
+    if samples < 1 or draws < 1:
+        raise InputError(f"solve_batch: expected samples, draws >= 1; got {samples}, {draws}.")
     begin = time.perf_counter()
     classes = _size_classes(problems, model)
     s = sum(len(one.rows) for one in classes)
@@ -134,7 +132,7 @@ def search_batch(
             with x64():
                 pass_key = jax.random.fold_in(pool_key, number)
                 k_box = (model.domain.lo, model.domain.hi)
-                items = jax.device_get(make_pool(model.net, model.tube, pass_key, *k_box, pool))
+                items = jax.device_get(make_pool(model.net, model.tube, pass_key, *k_box, POOL))
             order = np.arange(PROPOSED, dtype=np.int32)
             shared = (about, items, key_data(scene_key), order, *map(np.int32, span))
             of = rows[left]

@@ -12,7 +12,6 @@ from parc_jax.common.shapes import Index, Knot, Path
 from parc_jax.learning.bound.error_set import ErrorBox, at
 from parc_jax.learning.network.predict import moved_to
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.safe_set.verdict.pointwise import clearance
 from parc_jax.safe_set.verdict.scene import Scene, Tabled
 from parc_jax.safe_set.verdict.screen import along_facets, facet_gap
 
@@ -66,8 +65,6 @@ def _nearest(scene: Tabled, path: np.ndarray, enough: float) -> np.ndarray:
     least is measured first, then those for which they promise less than that. Runs that facets
     promise to be farther away than `enough` are not measured: the promise is their distance.
     """
-    if scene.obstacles.closed:
-        return map_rows(CHUNK, partial(_clearances, scene), path)
     promised = map_rows(CHUNK, partial(_promised, scene), path)
     each = promised.reshape(len(path), -1)
     least = each.argmin(axis=1)
@@ -103,13 +100,6 @@ def _distances(scene: Tabled, start: Knot, end: Knot, o: Index):
     """Distance [m] of pair o between two records."""
     n_p = scene.obstacles.vertices.shape[-1]
     return scene.obstacles.gap(o, start, end, at(_still(1, start, n_p), 0))[0]
-
-
-@jax.jit
-@partial(jax.vmap, in_axes=(None, 0))
-def _clearances(scene: Tabled, path: Path):
-    """Distance [m] of a path, in closed form."""
-    return clearance(scene, path, _still(len(path) - 1, path, scene.z_lo.shape[0]))
 
 
 def _still(n: int, path: Float[ArrayLike, "*_ n_c"], n_p: int) -> ErrorBox:
