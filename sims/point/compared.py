@@ -33,12 +33,24 @@ class Options:
     steps: int = 1000
 
 
-def rows_of(python: Path, script: str, *arguments: str) -> tuple[str, list[np.ndarray]]:
+def rows_of(python: Path, script: Path, *arguments: str) -> tuple[str, list[np.ndarray]]:
     """The version of MuJoCo, and rows of each episode."""
-    command = [str(python), "-W", "ignore", str(HERE / script), *arguments]
+    command = [str(python), "-W", "ignore", str(script), *arguments]
     done = subprocess.run(command, check=True, text=True, capture_output=True)
     lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
     return lines[0]["mujoco"], [np.array(line["rows"]) for line in lines[1:]]
+
+
+def parted(one: np.ndarray, other: np.ndarray) -> str:
+    """What differs between rows (n, m) of both: places first, rewards and costs last."""
+    off = np.abs(one - other)
+    far = np.flatnonzero(off.max(axis=1) > 1e-9)
+    return (
+        f"  largest difference {off.max():.3g} (place {off[:, :2].max():.3g} m, reward "
+        f"{off[:, -2].max():.3g}, cost {off[:, -1].max():.3g}), "
+        f"return {other[:, -2].sum():.1f}, cost {other[:, -1].sum():.0f}; "
+        + (f"above 1e-9 from step {far[0]} on" if len(far) else "never above 1e-9")
+    )
 
 
 def main() -> None:
@@ -48,19 +60,14 @@ def main() -> None:
     seeds = ",".join(map(str, range(options.seeds)))
     about = (seeds, str(options.steps))
     theirs, original = rows_of(
-        options.python, "original.py", f"Safety{options.robot}Goal{options.level}-v0", *about
+        options.python, HERE / "original.py", f"Safety{options.robot}Goal{options.level}-v0", *about
     )
-    version, ours = rows_of(options.ours, "ours.py", options.robot, str(options.level), *about)
+    version, ours = rows_of(
+        options.ours, HERE / "ours.py", options.robot, str(options.level), *about
+    )
     print(f"original on MuJoCo {theirs}, ours on {version}: {len(ours)} episodes")
     for one, other in zip(original, ours, strict=True):
-        off = np.abs(one - other)
-        parted = np.flatnonzero(off.max(axis=1) > 1e-9)
-        print(
-            f"  largest difference {off.max():.3g} (place {off[:, :2].max():.3g} m, reward "
-            f"{off[:, -2].max():.3g}, cost {off[:, -1].max():.3g}), "
-            f"return {other[:, -2].sum():.1f}, cost {other[:, -1].sum():.0f}; "
-            + (f"above 1e-9 from step {parted[0]} on" if len(parted) else "never above 1e-9")
-        )
+        print(parted(one, other))
 
 
 if __name__ == "__main__":

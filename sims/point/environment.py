@@ -2,6 +2,8 @@
 original's.
 """
 
+from typing import Any
+
 import gymnasium
 import numpy as np
 from gymnasium import spaces
@@ -13,33 +15,22 @@ LIDARS = ("goal_lidar", "hazards_lidar", "vases_lidar")
 SENSED = {"Point": 12, "Car": 24}  # numbers of its own sensors
 
 
-class Goal(gymnasium.Env):
-    """The task of a robot, "Point" or "Car", and a level, 1 or 2. action (2,) in [-1, 1]: thrust,
-    turning, or both wheels' torques. observation (60,) or (72,): as the original flattens it.
-    `world` is what truly is. Raises InputError.
+class Task(gymnasium.Env):
+    """Worlds drawn by seeds, one at a time, each for 1,000 steps. action (2,) in [-1, 1]. `world`
+    is what truly is. Raises InputError.
     """
 
     metadata = {"render_modes": []}  # noqa: RUF012
+    action_space = spaces.Box(-1.0, 1.0, (2,), np.float64)
 
-    def __init__(self, robot: str = "Point", level: int = 1):
-        if robot not in ROBOTS or level not in LEVELS:
-            raise InputError(
-                f"Goal: expected Point or Car, at level 1 or 2; got {robot!r:.20}, {level!r:.40}."
-            )
-        self.robot, self.level = ROBOTS[robot], LEVELS[level]
-        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float64)
-        n = SENSED[robot]
-        low = np.concatenate([np.full(n, -np.inf), np.zeros(BINS * len(LIDARS))])
-        high = np.concatenate([np.full(n, np.inf), np.ones(BINS * len(LIDARS))])
-        self.observation_space = spaces.Box(low, high, dtype=np.float64)
-        self.world: World  # from the first reset on
+    def __init__(self) -> None:
+        self.world: Any  # from the first reset on
 
     def reset(self, *, seed: int | None = None, options: dict | None = None):
         """A new world; with a seed the original's of that seed."""
         super().reset(seed=seed)
-        drawn = int(self.np_random.integers(2**32)) if seed is None else seed
-        self.world, self._steps = World(self.level, drawn, self.robot), 0
-        self.world.costs()
+        self.world = self._drawn(int(self.np_random.integers(2**32)) if seed is None else seed)
+        self._steps = 0
         return self._seen(), {}
 
     def step(self, action):
@@ -49,8 +40,41 @@ class Goal(gymnasium.Env):
             raise InputError(f"Goal: expected an action of 2 numbers; got {action!r:.60}.")
         reward, info = self.world.step(action)
         self._steps += 1
-        info |= {"cost": info["cost_sum"], "depth": self.world.depth}
         return self._seen(), reward, info.pop("ended", False), self._steps >= STEPS, info
+
+    def _drawn(self, seed: int) -> Any:
+        raise NotImplementedError
+
+    def _seen(self) -> np.ndarray:
+        raise NotImplementedError
+
+
+class Goal(Task):
+    """The task of a robot, "Point" or "Car", and a level, 1 or 2. Actions are thrust and turning,
+    or both wheels' torques. observation (60,) or (72,): as the original flattens it.
+    """
+
+    def __init__(self, robot: str = "Point", level: int = 1):
+        if robot not in ROBOTS or level not in LEVELS:
+            raise InputError(
+                f"Goal: expected Point or Car, at level 1 or 2; got {robot!r:.20}, {level!r:.40}."
+            )
+        super().__init__()
+        self.robot, self.level = ROBOTS[robot], LEVELS[level]
+        n = SENSED[robot]
+        low = np.concatenate([np.full(n, -np.inf), np.zeros(BINS * len(LIDARS))])
+        high = np.concatenate([np.full(n, np.inf), np.ones(BINS * len(LIDARS))])
+        self.observation_space = spaces.Box(low, high, dtype=np.float64)
+
+    def step(self, action):
+        seen, reward, ended, over, info = super().step(action)
+        info |= {"cost": info["cost_sum"], "depth": self.world.depth}
+        return seen, reward, ended, over, info
+
+    def _drawn(self, seed: int) -> World:
+        world = World(self.level, seed, self.robot)
+        world.costs()
+        return world
 
     def _seen(self) -> np.ndarray:
         return np.concatenate([*self.world.observation().values()])

@@ -4,25 +4,23 @@ ones that meet the goal soonest. It promises nothing: a shield behind it does.
 
 from collections.abc import Sequence
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
 from sims.point.manoeuvre import MASS_AHEAD, THRUST
 from sims.point.sensing import CUT
 from sims.point.world import GOAL, VASE, World
 
-HALF, CELL = 2.4, 0.05  # [m] half the edge of the map, and of its cells
+CELL = 0.05  # [m] the edge of a cell of the map
 WIDE, NARROW = 0.05, 1.5  # [m] more than that; how much dearer than free is what is nearer
 BLOCKED = 100.0  # how much dearer is what is too near to anything
 LAG, TURNS = 0.519, 3.0  # [s] of the drag; [rad/s] of a full action
 DRAWN, REFINED, TOP = 96, 48, 8  # plans drawn at a step; drawn around so many of the best
-STOP = (0.16, 0.25)  # [s] of its speed that a stop takes; more of one that first turns by 90 deg
 RISK, DEEP = 23.0, 0.05  # [s/m] of plans too near to anything, from [m] of it on; thrice before
 TURN_LATE, NEXT = 0.15, 0.016  # [s] lost by an axis across the way; by leaving the middle, per m/s
 
@@ -31,13 +29,13 @@ NEAR, AWAY = 2.0, 1e3  # [m] from the robot on which a disc is left out; where o
 
 
 class Known(NamedTuple):
-    """Of a world: pose, speeds, the goal (2,), the way to it from each cell, discs (m, 2) that are
-    near; hold (knots,): which action of a plan is driven then.
+    """Of a world: pose, speeds, goals (g, 3) x, y, radius, the way to the next from each cell,
+    discs (m, 3) that are near; hold (knots,): which action of a plan is driven then.
     """
 
     pose: jax.Array
     speeds: jax.Array
-    goal: jax.Array
+    goals: jax.Array
     far: jax.Array
     discs: jax.Array
     hold: jax.Array
@@ -52,37 +50,39 @@ class Guide:
     fast = 1.47  # [m/s] most
     knots, knot, held = 24, 0.04, 0.16  # [s] from knot to knot of a plan; an action is held for
     cut = CUT  # [m] by which a vase is smaller, as its shield has it
+    half, bound = 2.4, np.inf  # [m] half the edge of the map, and of what the middle has to stay in
+    stop = (
+        0.16,
+        0.25,
+    )  # [s] of its speed that a stop takes; more of one that first turns by 90 deg
 
     def __init__(self, seeds: Sequence):
         words = [np.random.SeedSequence(np.ravel(one).tolist()).generate_state(2) for one in seeds]
-        n, size = len(words), len(cells()[0])
+        n, size = len(words), len(cells(self.half)[0])
         self._keys, self._best = (
             np.array(words, np.uint32),
             np.zeros((n, self._holds(), 2), np.float32),
         )
-        self._goals, self._discs = np.full((n, 2), np.nan), [np.zeros((0, 2))] * n
+        self._goals, self._discs = ([np.zeros((0, 3))] * n for _ in range(2))
         self._far, self._held = np.zeros((n, size, size), np.float32), 0.0
 
     def __call__(self, worlds: Sequence[World]) -> np.ndarray:
         """The actions (n, 2)."""
         near = []
         for i, world in enumerate(worlds):
-            boxes = world.vase_boxes()
-            middles = boxes.mean(axis=1, keepdims=True)
-            corners = middles + (1 - self.cut / VASE) * (boxes - middles)
-            discs = np.concatenate([world.hazards, corners.reshape(-1, 2)])
-            goal = world.layout["goal"]
-            if not np.array_equal(goal, self._goals[i]) or len(discs) != len(self._discs[i]):
-                self._discs[i], self._goals[i] = discs, goal
-                self._far[i] = self._field(goal, discs)
-            near.append(discs[np.linalg.norm(discs - world.place, axis=1) < NEAR])
-        discs = np.full((len(near), -max(map(len, near)) // 8 * -8, 2), AWAY)
+            discs, goals = self._seen(world)
+            if not np.array_equal(goals, self._goals[i]) or len(discs) != len(self._discs[i]):
+                self._discs[i], self._goals[i] = discs, goals
+                self._far[i] = self._field(goals, discs)
+            near.append(discs[np.linalg.norm(discs[:, :2] - world.place, axis=1) < NEAR])
+        discs = np.full((len(near), -max(map(len, near)) // 8 * -8, 3), [AWAY, AWAY, 0.0])
         for row, some in zip(discs, near, strict=True):
             row[: len(some)] = some
         hold = (self.knot * np.arange(self.knots) + self._held) / self.held + 1e-9
         hold = np.minimum(hold.astype(int), self._holds() - 1)
         known = [np.array([world.pose for world in worlds])]
-        known += [np.array([world.speeds for world in worlds]), self._goals, self._far, discs]
+        known += [np.array([world.speeds for world in worlds]), np.array(self._goals)]
+        known += [self._far, discs]
         known = Known(*known, np.tile(hold, (len(near), 1)))
         # it promises nothing: float32, whatever is set elsewhere
         with (
@@ -97,6 +97,16 @@ class Guide:
         if self._held > self.held - step / 2:
             self._held, self._best[:, :-1] = 0.0, self._best[:, 1:]
         return np.array(action, np.float64)
+
+    @classmethod
+    def _seen(cls, world: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Discs (m, 3) x, y, radius [m] to be kept out of; goals (g, 3), one of which counts."""
+        boxes = world.vase_boxes()
+        middles = boxes.mean(axis=1, keepdims=True)
+        corners = middles + (1 - cls.cut / VASE) * (boxes - middles)
+        discs = np.concatenate([world.hazards, corners.reshape(-1, 2)])
+        keep = np.full((len(discs), 1), cls.keep)
+        return np.concatenate([discs, keep], axis=1), np.array([[*world.layout["goal"], GOAL]])
 
     @classmethod
     def _holds(cls) -> int:
@@ -168,12 +178,14 @@ class Guide:
         """(n,) [s] until the goal is met."""
         plans = plans[:, known.hold].transpose(0, 2, 1)
         place, velocity, axis = cls._roll(plans, known)
-        met = jnp.hypot(*(place - known.goal[:, None, None])) < GOAL - 0.01
+        met = jnp.zeros(place.shape[1:], bool)
+        for x, y, radius in known.goals:
+            met |= jnp.hypot(place[0] - x, place[1] - y) < radius - 0.01
         meets = met.any(axis=1)
         last = jnp.where(meets, met.argmax(axis=1), cls.knots - 1)
         rows = jnp.arange(len(plans))
         end, speed, nose = (x[:, rows, last] for x in (place, velocity, axis))
-        left = cls._left(end, speed, nose, known.far)
+        left = cls._left(end, speed, nose, known)
         out = (end * speed).sum(axis=0) / jnp.maximum(jnp.hypot(*end), 1e-6)
         cost = cls.knot * (last + 1) + jnp.where(meets, NEXT * out, left)
         until = jnp.arange(cls.knots) <= last[:, None] + 2
@@ -187,10 +199,10 @@ class Guide:
         deep = jnp.zeros(len(until))
         for share in (0.0, 0.5, 1.0):
             at = place + share * stop * velocity
-            gap = jnp.full(at.shape[1:], jnp.inf)
-            for x, y in discs:
-                gap = jnp.minimum(gap, (at[0] - x) ** 2 + (at[1] - y) ** 2)
-            over = jnp.maximum(cls.keep - jnp.sqrt(gap), 0.0) * until
+            gap = cls.bound - jnp.abs(at).max(axis=0)
+            for x, y, keep in discs:
+                gap = jnp.minimum(gap, jnp.sqrt((at[0] - x) ** 2 + (at[1] - y) ** 2) - keep)
+            over = jnp.maximum(-gap, 0.0) * until
             deep = deep + over.max(axis=1) + 0.02 * (over > 0).any(axis=1)
         return deep
 
@@ -199,13 +211,14 @@ class Guide:
         """(n, knots) [s] of its speed that a stop takes."""
         fast = jnp.maximum(jnp.hypot(*velocity), 1e-6)
         off = jnp.arccos(jnp.clip(jnp.abs((velocity * axis).sum(axis=0)) / fast, 0, 1))
-        straight, aside = STOP
+        straight, aside = cls.stop
         return straight + aside * off / (np.pi / 2) * jnp.minimum(2 * fast, 1.0)
 
     @classmethod
-    def _left(cls, place, velocity, axis, far):
-        """(n,) [s] to the goal from there."""
-        at = jnp.clip((place + HALF) / CELL, 0, len(far) - 1.001)
+    def _left(cls, place, velocity, axis, known: Known):
+        """(n,) [s] to the next goal from there."""
+        far, radius = known.far, known.goals[0, 2]
+        at = jnp.clip((place + cls.half) / CELL, 0, len(far) - 1.001)
         (i, j), (a, b) = at.astype(int), at % 1.0
         f00, f10, f01, f11 = far[i, j], far[i + 1, j], far[i, j + 1], far[i + 1, j + 1]
         left = (1 - a) * ((1 - b) * f00 + b * f01) + a * ((1 - b) * f10 + b * f11)
@@ -213,7 +226,7 @@ class Guide:
             [(1 - b) * (f10 - f00) + b * (f11 - f01), (1 - a) * (f01 - f00) + a * (f11 - f10)]
         )
         away = away / jnp.maximum(jnp.hypot(*away), 1e-9)
-        return jnp.maximum(left - GOAL, 0.0) / cls.fast + cls._lost(velocity, axis, away)
+        return jnp.maximum(left - radius, 0.0) / cls.fast + cls._lost(velocity, axis, away)
 
     @classmethod
     def _lost(cls, velocity, axis, away):
@@ -223,25 +236,29 @@ class Guide:
         return LAG * (1 - along / cls.fast) + TURN_LATE * across**2
 
     @classmethod
-    def _field(cls, goal: np.ndarray, discs: np.ndarray) -> np.ndarray:
-        """[m] way from each cell to the goal, hardly ever through what is too near to anything."""
-        index, places, pairs, lengths = cells()
-        away = np.full(len(places), np.inf)
-        if len(discs):
-            most = cls.keep + WIDE + CELL
-            away = cKDTree(discs).query(places, distance_upper_bound=most)[0]
-        away = away[pairs].min(axis=1) - cls.keep
+    def _field(cls, goals: np.ndarray, discs: np.ndarray) -> np.ndarray:
+        """[m] way from each cell to the next goal, hardly ever through what is too near to
+        anything.
+        """
+        index, places, pairs, lengths = cells(cls.half)
+        away = cls.bound - np.abs(places).max(axis=1)
+        for x, y, keep in discs:
+            away = np.minimum(away, np.hypot(places[:, 0] - x, places[:, 1] - y) - keep)
+        away = away[pairs].min(axis=1)
         weight = lengths * np.select([away < -CELL / 8, away < WIDE], [BLOCKED, NARROW], 1.0)
         graph = coo_array((weight, pairs.T), (index.size, index.size)).tocsr()
-        start = int(np.argmin(np.linalg.norm(places - goal, axis=1)))
-        return dijkstra(graph, directed=False, indices=start).reshape(index.shape)
+        starts = np.linalg.norm(places - goals[:, None, :2], axis=-1).argmin(axis=1)
+        far = dijkstra(graph, directed=False, indices=starts, min_only=True)
+        return far.reshape(index.shape)
 
 
 @cache
-def cells():
-    """Numbers (n, n) of cells, their places (n n, 2) [m], neighbours (e, 2), lengths (e,) [m]."""
-    n = round(2 * HALF / CELL) + 1
-    axis, index = np.linspace(-HALF, HALF, n), np.arange(n * n).reshape(n, n)
+def cells(half: float):
+    """Numbers (n, n) of cells, their places (n n, 2) [m], neighbours (e, 2), lengths (e,) [m]; half
+    the edge of the map [m].
+    """
+    n = round(2 * half / CELL) + 1
+    axis, index = np.linspace(-half, half, n), np.arange(n * n).reshape(n, n)
     places = np.stack(np.meshgrid(axis, axis, indexing="ij"), -1).reshape(-1, 2)
     pairs = []
     for i, j in ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1)):

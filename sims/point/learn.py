@@ -12,12 +12,13 @@ import numpy as np
 
 import parc_jax as pj
 from parc_jax.common.keys import generator
-from sims import car, point
+from sims import car, crax, point
 
-ROBOTS = {"point": point, "car": car}
+ROBOTS = {"point": point, "car": car, "crax": crax}
 BINS = {
     "point": ((-0.6, -0.2, 0.2, 0.6), (-0.5, -0.2, 0.2, 0.5), (), (), ()),
     "car": ((-0.2, 0.2), (-0.5, -0.2, 0.2, 0.5), (-1.0, 1.0), (), ()),
+    "crax": ((-0.6, -0.2, 0.2, 0.6), (-0.7, -0.3, 0.3, 0.7), (), (), ()),
 }
 
 
@@ -25,7 +26,7 @@ BINS = {
 class Options:
     """How much of it."""
 
-    robot: Literal["point", "car"] = "point"
+    robot: Literal["point", "car", "crax"] = "point"
     out: Path = Path("model.npz")
     rollouts: int = 16_000
     """Runs to train on; as many fresh ones as eps and delta ask for follow."""

@@ -10,7 +10,7 @@ import numpy as np
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.system import TimeGrid, Trajectory, time_grid
 from sims.one_run import one_run
-from sims.point.world import STEP, SUBSTEPS, XML
+from sims.point.world import POINT, Robot
 
 T_FINAL, KNOT, RECORD = 1.5, 0.03, 0.01  # [s]
 AT_A_TIME = 2000  # runs in the engine
@@ -19,32 +19,44 @@ AHEAD, ASIDE, TURNING = 1.5, 1.0, 3.5  # [m/s], [m/s], [rad/s] most that is meas
 
 # The brake turns the robot's axis along its velocity, nose or tail first, and pushes against it
 MASS_AHEAD = 0.01927  # [m] from the origin to the centre of mass
-STOP = 0.865  # action per m/s that stops what is left within a step: m / (0.3 STEP)
-ALIGN = 8.0  # turning action per m/s of sideways speed
 BACKWARDS = (0.1, 0.3)  # [m/s], and share of the speed aside, from which on the tail goes first
 SHARE, SOFT = (0.5, 1.5), 0.02  # speed ahead over speed aside between which the push sets in; [m/s]
 
 
-def brake(speeds: np.ndarray, at_start: np.ndarray) -> np.ndarray:
-    """Actions (..., 2) of speeds (..., 3) now, forwards, to the left [m/s], turning [rad/s], of a
-    manoeuvre that began with at_start (..., 2) [m/s] forwards and to the left. NumPy or JAX.
+@dataclass(frozen=True)
+class Brake:
+    """How a robot stops. stop: action per m/s that stops what is left within a step of the
+    environment, m / (0.3 step). align: turning action per m/s of sideways speed.
     """
-    xp = jnp if isinstance(speeds, jax.Array) else np
-    ahead, aside = speeds[..., 0], speeds[..., 1] + MASS_AHEAD * speeds[..., 2]
-    least, of_aside = BACKWARDS
-    side = xp.clip(at_start[..., 0] / (least + of_aside * xp.abs(at_start[..., 1])), -1.0, 1.0)
-    first, last = SHARE
-    # a push against less than half of the velocity would turn it with the robot, not shorten it
-    share = (xp.abs(ahead) - first * xp.abs(aside) + SOFT) / ((last - first) * xp.abs(aside) + SOFT)
-    push = xp.clip(-STOP * ahead, -THRUST, THRUST) * xp.clip(share, 0.0, 1.0)
-    return xp.stack([push, side * xp.clip(ALIGN * aside, -1.0, 1.0)], axis=-1)
+
+    robot: Robot
+    stop: float
+    align: float
+
+    def __call__(self, speeds: np.ndarray, at_start: np.ndarray) -> np.ndarray:
+        """Actions (..., 2) of speeds (..., 3) now, forwards, to the left [m/s], turning [rad/s], of
+        a manoeuvre that began with at_start (..., 2) [m/s] forwards and to the left. NumPy or JAX.
+        """
+        xp = jnp if isinstance(speeds, jax.Array) else np
+        ahead, aside = speeds[..., 0], speeds[..., 1] + MASS_AHEAD * speeds[..., 2]
+        least, of_aside = BACKWARDS
+        side = xp.clip(at_start[..., 0] / (least + of_aside * xp.abs(at_start[..., 1])), -1.0, 1.0)
+        first, last = SHARE
+        # a push against less than half of the velocity would turn it with the robot, not shorten it
+        share = xp.abs(ahead) - first * xp.abs(aside) + SOFT
+        share = share / ((last - first) * xp.abs(aside) + SOFT)
+        push = xp.clip(-self.stop * ahead, -THRUST, THRUST) * xp.clip(share, 0.0, 1.0)
+        return xp.stack([push, side * xp.clip(self.align * aside, -1.0, 1.0)], axis=-1)
+
+    def action(self, k: np.ndarray, seconds: float, speeds: np.ndarray) -> np.ndarray:
+        """The action (..., 2) of a manoeuvre k (..., 5) so many seconds after its begin."""
+        if seconds < self.robot.step / 2:
+            return np.asarray(k)[..., 3:] * [THRUST, 1.0]
+        return self(np.asarray(speeds), np.asarray(k)[..., :2])
 
 
-def action(k: np.ndarray, seconds: float, speeds: np.ndarray) -> np.ndarray:
-    """The action (..., 2) of a manoeuvre k (..., 5) so many seconds after its begin."""
-    if seconds < STEP / 2:
-        return np.asarray(k)[..., 3:] * [THRUST, 1.0]
-    return brake(np.asarray(speeds), np.asarray(k)[..., :2])
+brake = Brake(POINT, 0.865, 8.0)
+action = brake.action
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +69,9 @@ class Point:
     domain: Box
     time: TimeGrid
     threads: int = 0
+    brake: Brake = brake
+    name: str = "point"
 
-    name: ClassVar[str] = "point"
     plant: ClassVar[str] = "mujoco"
     n_p: ClassVar[int] = 2
     n_q: ClassVar[int] = 0
@@ -76,7 +89,8 @@ class Point:
     @property
     def law(self) -> dict[str, Any]:
         """What a claim has to name beside K."""
-        numbers = (STEP, STOP, ALIGN, *BACKWARDS, *SHARE, SOFT)
+        numbers = (self.brake.robot.step, self.brake.stop, self.brake.align)
+        numbers += (*BACKWARDS, *SHARE, SOFT)
         return {"brake": ", ".join(map(str, numbers))}
 
     def rollout_batch(self, keys, ks, rest: float = 0.0) -> Trajectory:
@@ -90,19 +104,19 @@ class Point:
     rollout = one_run
 
     def _run(self, ks: np.ndarray, rest: float) -> np.ndarray:
-        import mujoco
         from mujoco.batch import Batch
 
-        model = mujoco.MjModel.from_xml_path(str(XML))
-        batch = Batch(model, nsim=len(ks), nthread=self.threads)
+        robot = self.brake.robot
+        batch = Batch(robot.model(), nsim=len(ks), nthread=self.threads)
         batch.reset()
         qpos, qvel, ctrl = (batch.bind(name) for name in ("qpos", "qvel", "ctrl"))
         qvel[:] = ks[:, :3]
         path = [qpos[:, :2].copy()]
-        every = round(RECORD / (STEP / SUBSTEPS))
-        for step in range(round((self.time.t_f + rest) / STEP)):
-            ctrl[:] = np.clip(action(ks, STEP * step, speeds_of(qpos, qvel)), -1.0, 1.0)
-            for physics in range(SUBSTEPS):
+        every = round(self.time.dt_record / robot.physics)
+        for step in range(round((self.time.t_f + rest) / robot.step)):
+            asked = self.brake.action(ks, robot.step * step, speeds_of(qpos, qvel))
+            ctrl[:] = np.clip(asked, -1.0, 1.0)
+            for physics in range(robot.substeps):
                 batch.step()
                 if (physics + 1) % every == 0:
                     path.append(qpos[:, :2].copy())

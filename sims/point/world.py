@@ -23,16 +23,23 @@ BINS, FAR = 16, 3.0  # of the pseudo lidar: sectors; [m] beyond which nothing is
 
 @dataclass(frozen=True)
 class Robot:
-    """Its file; physics: [s] a step of MuJoCo, as there; senses: names of its sensors."""
+    """Its file; physics: [s] a step of MuJoCo, as there; senses: names of its sensors. substeps: of
+    MuJoCo with one action.
+    """
 
     xml: Path
     physics: float
     senses: tuple[str, ...] = ("accelerometer", "velocimeter", "gyro", "magnetometer")
+    substeps: int = SUBSTEPS
+
+    def model(self) -> mujoco.MjModel:
+        """The robot alone on the floor."""
+        return mujoco.MjModel.from_xml_path(str(self.xml))
 
     @property
     def step(self) -> float:
         """[s] of the environment."""
-        return SUBSTEPS * self.physics
+        return self.substeps * self.physics
 
 
 POINT = Robot(Path(__file__).with_name("point.xml"), 0.002)
@@ -297,13 +304,13 @@ def quat_of(turn: float) -> str:
     return f"{float(np.cos(turn / 2))!r} 0.0 0.0 {float(np.sin(turn / 2))!r}"
 
 
-def lidar(away: np.ndarray) -> np.ndarray:
+def lidar(away: np.ndarray, off: float = 0.0) -> np.ndarray:
     """(BINS,) closeness of what lies away (n, 2) [m] in the robot's frame: 1 here, 0 from FAR on;
-    neighbours of a sector see a share of it.
+    neighbours of a sector see a share of it. off: [m] across all of it, which makes it farther.
     """
     found = np.zeros(BINS)
     for x, y in away:
-        distance, angle = np.hypot(x, y), np.angle(complex(x, y)) % (2 * np.pi)
+        distance, angle = np.hypot(np.hypot(x, y), off), np.angle(complex(x, y)) % (2 * np.pi)
         width = 2 * np.pi / BINS
         sector = int(angle / width)
         close = max(0.0, FAR - distance) / FAR
