@@ -119,11 +119,15 @@ def load_bags(
         domain,
         k_law,
         {
+            "pose": f"{pose}, {_edges(recordings)}",
+            "command": f"{command}, {', '.join(k)}",
+            "clock": clock,
             "begin": f"{after:g} s after a new command",
             "records": f"straight between poses, {bridge:g} s apart at most",
-            "cut short": f"{dropped:,} dropped" if short == "dropped" else short,
+            "cut short": short,
         }
-        | ({"given but not measured": f"{unknown:,} left out"} if given else {}),
+        | ({"given": f"in the messages of the pose, {', '.join(given)}"} if given else {}),
+        {"dropped": dropped, "given but not measured": unknown},
         time=time,
         groups=groups,
         rotation=(TURNS,),

@@ -56,7 +56,7 @@ def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path)
     asked = ASKED | {"domain": pj.box([0, 0.2, -1], [2, 2, 1]), "given": (given,), "robot": robot}
     runs = pj.exchange.load_bags(bag(tmp_path), GRID, **asked)
     assert runs.given == (0,) and runs.labels.k == (given, *K)
-    assert "given but not measured = 0 left out" in runs.law.describe()
+    assert "given = in the messages of the pose, twist.twist.linear.x" in runs.law.describe()
     before = np.append(0.0, COMMANDS[:-1, 0])
     # the speed when the command comes; the last pose before it had the old one
     assert (np.isclose(runs.k[:, 0], before) | np.isclose(runs.k[:, 0], COMMANDS[:, 0])).all()
@@ -89,9 +89,10 @@ def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
     assert "3 commands: 0 without what is given, 1 outside of K, 1 cut short" in caplog.text
     dropped = pj.exchange.load_bags(path, long, **ASKED, short="dropped")
     assert np.array_equal(dropped.k, commands[1:]) and not dropped.failed.any()
-    for one, word in ((runs, "failed"), (dropped, "1 dropped")):
+    for one, word in ((runs, "failed"), (dropped, "dropped, dropped = 1 left out")):
         said = one.law.describe()
-        assert "begin = 0 s after a new command, cut short = " + word in said
+        assert f"command = /cmd_vel, {', '.join(K)}, cut short = {word}" in said
+        assert "clock = header" in said and "pose = /odom, odom -> base_link" in said
         assert "records = straight between poses, 0.1 s apart at most" in said
 
 

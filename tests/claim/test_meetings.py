@@ -121,6 +121,24 @@ def test_runs_that_meet_others_agree_or_say_it(meeting, entry):
     assert (other == said) == (entry in LEFT[meeting]), other
 
 
+CUT = {"pose": "/odom", "cut short": "failed"}
+
+
+def cut(runs, **changes):
+    """The same, as cut out of bags."""
+    told = [(f"parc_jax:{name}", value) for name, value in (CUT | changes).items()]
+    return logged(runs, parameters=(*runs.law.parameters, *told))
+
+
+@pytest.mark.parametrize("entry", CUT)
+def test_watched_runs_are_cut_out_of_logs_as_those_of_the_claim(entry):
+    """Dropped ones would be silent; poses of another topic are another robot's."""
+    watch = pj.monitor(claim_of(cut(HELD), TRAIN), NET)
+    assert watch.observe(cut(NEW, dropped="3 left out")).seen == watch.observe(NEW).seen == N
+    with pytest.raises(pj.InputError, match=f"premises that agree; {entry} is"):
+        watch.observe(cut(NEW, **{entry: "other"}))
+
+
 NETS = {
     "monitor": lambda net: pj.monitor(CLAIM, net),
     "bound again": lambda net: pj.learning.update(CLAIM, net, TRAIN, NEW),

@@ -8,7 +8,7 @@ import numpy as np
 
 from parc_jax.common.arrays import in_chunks
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import ASSUMED, MEASURED, Premises, premises, text_of
+from parc_jax.common.premises import ASSUMED, MEASURED, Premises, agree, premises, text_of
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
@@ -280,7 +280,11 @@ def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
     about, runs = claim.subject, batch.subject
     logged = any(one.system.startswith(LOG) for one in (about, runs))
     free = ("K", *STATED) if logged else ("K",)
-    about.agree(f"{batch.name}: runs of the claim about {about.system}", runs, free)
+    where = f"{batch.name}: runs of the claim about {about.system}"
+    about.agree(where, runs, free)
+    cuts = claim.law.cut, batch.law.cut
+    if all(cut.entries for cut in cuts):  # runs of a simulator are not cut out of anything
+        agree(where, *cuts)
     outside = ~about.domain.contains(batch.k)
     if outside.any():
         raise InputError(

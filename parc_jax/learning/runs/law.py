@@ -33,6 +33,7 @@ LOG = "file:"  # begins the generator of runs that were logged
 TO_ALL, TO_TRAINING = "the smallest box of these runs", "the smallest box of the training runs"
 SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
 GIVEN = "given "  # begins that of values
+LEFT = " left out"  # ends the number of windows that are no runs
 EVEN = "a uniform draw"  # as of `told_of_part`
 SAID = {"p": "axes", "q": "goal states", "k": "parameters"}  # parts of labels, in words
 STATED = ("system", "rotation", "given")  # of a subject, what a log does not state
@@ -74,6 +75,13 @@ class LawSpec:
     def fitted(self) -> str | None:
         """Runs that K was fitted to, in words; None where it was declared."""
         return dict(self.parameters).get(FITTED)
+
+    @property
+    def cut(self) -> Premises:
+        """How its runs were cut out of what was logged; none where nobody says."""
+        ours = [pair for pair in self.parameters if pair[0].startswith(OURS)]
+        how = [pair for pair in ours if pair[0] not in (BOX, FITTED) and not pair[1].endswith(LEFT)]
+        return premises((name.removeprefix(OURS), MEASURED, value) for name, value in how)
 
     def describe(self) -> str:
         """One phrase for people."""

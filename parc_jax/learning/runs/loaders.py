@@ -12,7 +12,7 @@ from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
-from parc_jax.learning.runs.law import FITTED, LOG, OURS, TO_ALL, law_spec, words_of
+from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec, words_of
 from parc_jax.learning.runs.tables import folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
@@ -148,16 +148,18 @@ def recorded(
     domain: Box | None,
     k_law: str,
     cut: Mapping[str, str] | None = None,
+    left_out: Mapping[str, int] | None = None,
     **about,
 ) -> RolloutBatch:
     """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
     columns or point by point, from any start. domain, k_law: as of `load_rollouts`. cut: how runs
-    were made of what was logged, by name, for their law. about: as of `rollout_batch`. Raises
-    InputError.
+    were made of what was logged, by name, for their law; left_out: how many were not, by the
+    reason. about: as of `rollout_batch`. Raises InputError.
     """
     require_finite_k(k)
     fitted = {FITTED: TO_ALL} if domain is None else {}
     fitted |= {f"{OURS}{name}": words for name, words in (cut or {}).items()}
+    fitted |= {f"{OURS}{name}": f"{n:,}{LEFT}" for name, n in (left_out or {}).items() if n}
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
     law = law_spec(f"{LOG}{Path(owner).name}", domain, k_law, fitted)
     places = p.reshape(*p.shape[:2], len(points), -1)
