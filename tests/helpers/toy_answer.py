@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 from toy_models import line_model
 
+from parc_jax.app.study.replay import Replay
 from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -58,6 +59,6 @@ def toy_replay(answer, shift=0.01):
     share = np.linspace(0, 1, steps + 1)[None, :, None]
     path = P0[:, None] + share * K[:, None] + shift * share
     touched = np.arange(n) == n - 1
-    return SimpleNamespace(
-        path=path, q=K[:, :1], reached=np.ones(n, bool), touched=touched, failed=touched
-    )
+    away, inside = np.where(touched, -0.1, 0.1), np.ones(n, bool)
+    of = answer.samples, answer.scene
+    return Replay(inside, touched, inside, away, path, K[:, :1], *of)

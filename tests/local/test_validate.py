@@ -23,7 +23,7 @@ from parc_jax.drive.local import trials
 from parc_jax.drive.local import validate as module
 from parc_jax.drive.local.nested import first_set, fixed_sequence, level, nested_sets
 from parc_jax.drive.local.validation import Validate
-from parc_jax.learning.bound.claim import check_claim
+from parc_jax.learning.bound.claim import check_claim, derived
 from parc_jax.learning.bound.counts import NoStatement, required_runs
 from parc_jax.learning.bound.fresh import ledger_of, used_by
 from parc_jax.learning.runs.collect import collect, stream_rollouts
@@ -270,9 +270,16 @@ def test_a_set_of_another_scene_is_not_explained_beside_an_answer(answer, tmp_pa
     answer.validation.answer.save(tmp_path / VALIDATED_SET)
     answer.save(tmp_path / "answer.json")
     assert "The validated set:" in explained(tmp_path)
-    toy.planner().solve(toy.problem(0.7), KEY, toy.SETTINGS).save(tmp_path / "answer.json")
-    with pytest.raises(InputError, match=r"validated.json: expected a set of the network and"):
-        explained(tmp_path)
+    other = answer.model.replace(claim=derived(answer.model.claim, evidence={"bound": "anew"}))
+    scene, at = toy.problem(0.62), np.array([0.05, 0.0])
+    for changed in (
+        toy.planner().solve(toy.problem(0.7), KEY, toy.SETTINGS),
+        pj.Planner(other).solve(scene, KEY, toy.SETTINGS),
+        toy.planner().solve(scene, KEY, toy.SETTINGS, at=at),
+    ):
+        changed.save(tmp_path / "answer.json")
+        with pytest.raises(InputError, match=r"json: expected a set of the claim, problem and"):
+            explained(tmp_path)
 
 
 def test_every_number_of_the_claim_is_in_its_hash(answer):

@@ -11,11 +11,14 @@ from toy_answer import K, toy_answer, toy_replay
 
 from parc_jax.app.plot import shapes
 from parc_jax.app.plot.errors import errors
+from parc_jax.app.plot.regions import region_verdicts
 from parc_jax.app.plot.samples import samples
 from parc_jax.checker.claim import words_of
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.system import time_grid
+from parc_jax.proof.regions import enumerate_regions
 
 
 @pytest.fixture(scope="module")
@@ -83,3 +86,19 @@ def test_errors_draw_both_kinds_on_one_scale(answer):
     other = derived(claimed, subject=replace(claimed.subject, time=time_grid(0.5, 2.0, 0.5)))
     with pytest.raises(InputError, match="claim and assumed: expected premises that agree; time"):
         errors(other, answer.model.claim)
+
+
+def test_a_picture_is_of_one_answer(answer):
+    """In another scene the same plans reach and touch something else."""
+    seen = toy_replay(answer)
+    samples(answer, seen)
+    for other in (
+        seen._replace(scene=toy_answer().scene),
+        seen._replace(plans=seen.plans + 1e-9),
+    ):
+        with pytest.raises(InputError, match="replay of the 4 samples of this answer; got one of"):
+            samples(answer, other)
+    K = answer.model.domain
+    part = enumerate_regions(answer.model.net, box(K.lo, K.lo + 0.5 * (K.hi - K.lo)))
+    with pytest.raises(InputError, match="those of the answer's network over its K"):
+        region_verdicts(answer, part)

@@ -12,7 +12,7 @@ from parc_jax.common.lp.exact import gamma, row_bounds
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.vertices import chebyshev_center
-from parc_jax.common.spelling import counted
+from parc_jax.common.spelling import counted, hex_text
 from parc_jax.common.status import OfRegion
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.proof.regions.table import RegionTable
@@ -30,9 +30,12 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
     robots of one reference point only. NOT_FOUND: neither. Raises InputError.
     """
     model = answer.model
-    if table.net.hash != model.net.hash:
+    own, other = (
+        [one.net.hash, hex_text([one.domain.lo, one.domain.hi])] for one in (model, table)
+    )
+    if own != other:
         raise InputError(
-            "regions: expected the regions of the answer's network; these belong to another one."
+            "regions: expected those of the answer's network over its K; these are of others."
         )
     verdict = np.full(table.count, int(OfRegion.NOT_FOUND))
     plans_k = [*answer.samples[:, model.n_p :], *(c.k for c in answer.corridors)]

@@ -27,11 +27,11 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
     Returns the figure or the Axes. Raises InputError.
     """
     count, n_p = min(len(answer.samples), most), answer.model.n_p
-    starts = answer.samples[:, :n_p]
-    if replay is not None and not np.array_equal(replay.path[:, 0, :n_p], starts):
+    its = None if replay is None else (replay.scene is answer.scene, replay.plans)
+    if its is not None and not (its[0] and np.array_equal(its[1], answer.samples)):
         raise InputError(
-            f"samples: expected a replay of the {len(starts)} samples; got one of "
-            f"{len(replay.path)} plans, whose runs start elsewhere."
+            f"samples: expected a replay of the {len(answer.samples)} samples of this answer; got "
+            f"one of {len(its[1])} plans, or in another scene."
         )
     if not count:
         raise InputError(

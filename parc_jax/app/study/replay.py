@@ -34,6 +34,7 @@ class Replay(NamedTuple):
 
     clearance (n,) [m]: smallest distance of the body from an obstacle over the recorded path, not
     positive when touched. path (n, n_record + 1, n_c), q (n, n_q): the true runs, started at p0.
+    plans (n, n_p + n_k), scene: of what, and where.
     """
 
     reached: np.ndarray
@@ -42,6 +43,8 @@ class Replay(NamedTuple):
     clearance: np.ndarray
     path: np.ndarray
     q: np.ndarray
+    plans: np.ndarray
+    scene: Scene
 
     @property
     def failed(self) -> np.ndarray:
@@ -62,7 +65,8 @@ def replay(
     """
     runs, inside = _executed(system, scene, plans, key, quiet)
     path, reached, distance = outcomes(unpruned_scene(scene), runs, plans[:, : scene.model.n_p])
-    out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
+    seen = reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q)
+    out = Replay(*seen, plans, scene)
     # the proof covers runs inside the tube, so one that fails there refutes it
     _refuse_contradictions(plans, out.inside & out.failed)
     return out

@@ -81,12 +81,12 @@ def explained(place: Path) -> str:
     lines = [answer.details()]
     if folder and (place / VALIDATED_SET).is_file():
         tested = load_answer(place / VALIDATED_SET)
-        about = [
-            [one.model.net.hash, problem_part(one.problem, one.model)] for one in (answer, tested)
-        ]
-        if about[0] != about[1]:
+        of = answer.model.claim.hash, tested.model.claim.evidence.get("of")
+        poses = [str(one.scene.nominal.pose) for one in (answer, tested)]
+        scenes = [problem_part(one.problem, one.model) for one in (answer, tested)]
+        if not of[0] == of[1] or poses[0] != poses[1] or scenes[0] != scenes[1]:
             raise InputError(
-                f"{place / VALIDATED_SET}: expected a set of the network and problem of "
+                f"{place / VALIDATED_SET}: expected a set of the claim, problem and pose of "
                 "answer.json; got one of others. Explain each file by itself."
             )
         lines += ["", "The validated set:", tested.details()]
@@ -134,7 +134,8 @@ def figures(outcome: Studied, repeats: int, out: Path) -> list[Path]:
     from parc_jax.app.plot.errors import errors
     from parc_jax.app.plot.of_answer import figures_of
 
-    first = outcome.runs and Replay(*(part[::repeats] for part in outcome.runs))
+    runs = outcome.runs
+    first = runs and Replay(*(part[::repeats] for part in runs[:-1]), runs.scene)
     drawn = []
     for name, draw in figures_of(outcome.answer, first, outcome.table).items():
         drawn.append(out / f"{name}.png")
