@@ -153,13 +153,13 @@ def test_rows_that_never_come_have_failed_where_somebody_says_so(claim):
     runs = collect(plant(exact), KEY, 40, quiet=True)
     watch = monitor(claim, NET, share=1.0).observe(runs.select(slice(0, 15)))
     said = watch.details()
-    assert not watch.alarm and said.startswith("No alarm. Of 15 runs 0 left the tube; by the claim")
+    assert not watch.alarm and said.startswith("No alarm. Of 15 runs, drawn from plant (k")
     assert "Rows that are not here, 25 of plant: nothing was bet on them. Those that fail" in said
     assert "at most 0.02. The bets won 1 of 1e+03 that ring" in said
     assert "rings with probability at most 0.001." in said and "k as declared: share = 1.0" in said
     closed = watch.closed()
     assert closed.alarm and (closed.seen, closed.left) == (40, 25)
-    assert closed.details().startswith("ALARM: the claim is refuted. Of 40 runs 25 left the tube")
+    assert closed.details().startswith("ALARM: the claim is refuted. Of 40 runs, drawn from pl")
     assert "25 of them are rows that never came, each counted as failed." in closed.details()
     with pytest.raises(InputError, match=r"25 more came, .* or counted as failed by `closed`"):
         closed.observe(runs.select(slice(15, 40)))
@@ -239,6 +239,7 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
         "alpha": {"alpha": 0.01},
         "seen": {"seen": 17},
         "left": {"left": 1},
+        "laws": {"laws": frozenset()},
         "largest": {"peak": 7.0},
         "alarm": {"peak": 1e4},
         "counted as failed": {"failed": 1},

@@ -39,7 +39,8 @@ class Monitor:
     a true claim. declared: the law of k that the caller declared, in words. ids, groups, spans: of
     the observed runs, their recordings, and their files with the first and the last row of each.
     missing: rows of these files, by file, that were not observed, among which those that failed may
-    be. failed: of them, those that `closed` counted. lost: of the runs, those made again.
+    be. failed: of them, those that `closed` counted. lost: of the runs, those made again. laws: of
+    the observed runs, in words.
     """
 
     claim: ErrorClaim
@@ -59,6 +60,7 @@ class Monitor:
     failed: int = 0
     lost: tuple[int | str, ...] = ()
     unnamed: bool = False
+    laws: frozenset[str] = frozenset()
 
     @property
     def e_value(self) -> float:
@@ -80,6 +82,7 @@ class Monitor:
             "rate": rounded_up(str(self.rate), DIGITS),
             "alpha": rounded_up(str(self.alpha), DIGITS),
             "seen": f"{self.seen:,} {claim.unit.many}",
+            "laws": sorted(self.laws) or "whose law nobody told",
             "left": self.left,
             "largest": f"{self.peak:.3g} of {1 / self.alpha:.3g}",
             "alarm": int(self.alarm),
@@ -112,10 +115,10 @@ class Monitor:
             )
         rests = [f"{e.name}({text_of(e.value)})" for e in p if e.standing == ASSUMED]
         return (
-            f"{'ALARM: the claim is refuted' if p['alarm'] else 'No alarm'}. Of {p['seen']} "
-            f"{p['left']:,} left the tube; by the claim {p['claim']} each does with probability at "
-            f"most {p['rate']}. The bets won {p['largest']} that ring, at most.{gone} If the claim "
-            f"is true an alarm ever rings with probability at most {p['alpha']}. Assumes: "
+            f"{'ALARM: the claim is refuted' if p['alarm'] else 'No alarm'}. Of {p['seen']}, "
+            f"{text_of(p['laws'])}, {p['left']:,} left the tube; by the claim {p['claim']} each "
+            f"does with probability at most {p['rate']}. The bets won {p['largest']} that ring, at "
+            f"most.{gone} If the claim is true an alarm ever rings with probability at most {p['alpha']}. Assumes: "
             f"{', '.join([*(x for x in rests if not x.startswith('MISSING')), SAME])}."
         )
 
@@ -259,6 +262,7 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
         "missing": {**watch.missing, source: gone},
         "lost": (*watch.lost, *lost_among(batch.lost).values()),
         "unnamed": watch.unnamed or watch.claim.subject.unordered(batch.subject),
+        "laws": watch.laws | {f"drawn from {batch.law.describe()}"},
     }
     return replace(watch, ids=watch.ids | set(ids), **about)
 
