@@ -113,13 +113,14 @@ class Monitor:
                 "that failed may be among them, so silence says nothing of these; `closed` counts "
                 "them as failed."
             )
-        rests = [f"{e.name}({text_of(e.value)})" for e in p if e.standing == ASSUMED]
+        told = [e for e in p if e.standing == ASSUMED and e.name != "MISSING"]
+        rests = ", ".join([*(f"{e.name}({text_of(e.value)})" for e in told), SAME])
         return (
             f"{'ALARM: the claim is refuted' if p['alarm'] else 'No alarm'}. Of {p['seen']}, "
             f"{text_of(p['laws'])}, {p['left']:,} left the tube; by the claim {p['claim']} each "
             f"does with probability at most {p['rate']}. The bets won {p['largest']} that ring, at "
-            f"most.{gone} If the claim is true an alarm ever rings with probability at most {p['alpha']}. Assumes: "
-            f"{', '.join([*(x for x in rests if not x.startswith('MISSING')), SAME])}."
+            f"most.{gone} If the claim is true an alarm ever rings with probability at most "
+            f"{p['alpha']}. Assumes: {rests}."
         )
 
     def closed(self) -> "Monitor":
