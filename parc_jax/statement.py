@@ -302,7 +302,8 @@ def details(answer, drawn: str, polytopes: int) -> str:
             ended = None
     else:
         none = nothing_found(why_none(answer.scene))
-        lines = [none if uncertainty is None else uncertainty.of_none(none)]
+        none = none if uncertainty is None else uncertainty.of_none(none)
+        lines = [none, scene, *tube]
     if ended is not None:
         lines.append(ended.sentence)
     lines += [] if answer.validation is None else [answer.validation.details()]

@@ -112,8 +112,10 @@ def solve(
     answer = planner.solve(problem, key_of(shell.seed), settings, at=place, validate=asked)
     answer.save(out)
     wider = None if answer.validation is None else answer.validation.answer
+    beside = out.with_suffix(".validated.json")
+    beside.unlink(missing_ok=True)  # of an earlier answer
     if wider is not None:
-        wider.save(out.with_suffix(".validated.json"))
+        wider.save(beside)
     print(as_json(answer, out, cold_s) if shell.json else verdict(answer, out, shell.quiet))
     return 0 if answer.status.found or wider is not None else 1
 
