@@ -54,9 +54,12 @@ def test_bad_uncertainty_is_one_sentence(shell, options, sentence):
     assert code == 2 and sentence in complained and complained.count("\n") == 1
 
 
-def test_an_answer_under_uncertainty(shell):
+def test_an_answer_under_uncertainty(shell, tmp_path):
+    stale = tmp_path / "of.validated.json"  # of an earlier answer of that name
+    stale.touch()
     options = ("--uncertainty-start", 0.02, 0.01, "--sensing-eps", "0.001", "--target", 0.3)
-    code, said, _ = shell(*options, "--budget", 2)
+    code, said, _ = shell(*options, "--budget", 2, "--out", stale.with_name("of.json"))
+    assert not stale.exists()
     assert code == 0 and "every start within ±0.02, ±0.01 m" in said
     assert "lies outside of its uncertainty with probability at most 0.001" in said
 
