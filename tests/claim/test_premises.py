@@ -172,6 +172,7 @@ BESIDE = {
     ("app/live.py", "discard"),
     ("app/live.py", "eps"),
     ("app/live_page.py", "eps"),
+    ("app/study/report.py", "evidence"),
     ("drive/local/choice.py", "assumptions"),
     ("drive/local/nested.py", "evidence"),
     ("drive/local/trials.py", "evidence"),

@@ -146,8 +146,10 @@ def test_sizes_are_of_all_training_runs_and_failed_ones_have_none():
 
 
 def test_a_simulator_of_something_else_is_refused():
-    runs = slipping.recorded(TRAIN)
+    runs, named = slipping.recorded(TRAIN), ("speed [m/s]", "turn [rad/s]")
+    runs = runs.replace(labels=runs.subject.with_labels({"k": named}).labels)
     for change, why in (
+        ({"k_labels": named[::-1]}, "agree; parameters is speed .*, beside turn"),
         ({"time": time_grid(0.5, 2.0, 0.125)}, "agree; time is"),
         ({"points": ("reference",)}, "agree; points is"),
         ({"n_q": 0}, "goal states: 1, parameters: 2, beside"),

@@ -94,7 +94,11 @@ def _run(system, k: np.ndarray, key: jax.Array) -> np.ndarray:
 def require_like(prior, runs: RolloutBatch) -> None:
     """Refuse a simulator that does not fit these runs. Raises InputError."""
     where = f"prior {prior.name}: the recorded runs and the simulator"
-    runs.subject.agree(where, subject_of(prior), ("K", *STATED, *SAID.values()))
+    both = own, other = runs.subject, subject_of(prior)
+    # a simulator may call coordinates otherwise, but not have the same ones in another order
+    names = {part: [sorted(getattr(one.labels, part)) for one in both] for part in SAID}
+    free = [SAID[part] for part, (one, two) in names.items() if one != two]
+    own.agree(where, other, ("K", *STATED, *free))
     if not prior.domain.contains(np.stack([runs.domain.lo, runs.domain.hi])).all():
         raise InputError(
             f"prior {prior.name}: expected a domain that holds that of the recorded runs, "
