@@ -7,24 +7,28 @@ import ctypes
 import hashlib
 import os
 import platform
+import threading
+import time
 from pathlib import Path
 
 WORTH_KEEPING_S = 0.005  # [s] of compiling: reading a program takes less
-LONG_S = 0.3  # [s] of compiling, after which memory is handed back in a few milliseconds
+EVERY_S = 0.5  # [s] memory is handed back, in a few milliseconds
+M_ARENA_MAX = -8  # of malloc.h: as many as eight times the cores leave hundreds of MB in holes
 
 
 def spare_memory() -> None:
-    """Have glibc, where it is the library, hand back what a long compilation used."""
-    import jax
-
+    """Have glibc, where it is the library, keep an arena per core and hand back what is free."""
     with contextlib.suppress(OSError, AttributeError):  # no glibc
-        trim = ctypes.CDLL(None).malloc_trim
+        glibc = ctypes.CDLL(None)
+        trim = glibc.malloc_trim
+        glibc.mallopt(M_ARENA_MAX, os.cpu_count() or 1)
 
-        def hand_back(event: str, seconds: float, **_) -> None:
-            if event.endswith("backend_compile_duration") and seconds > LONG_S:
+        def hand_back() -> None:
+            while True:
+                time.sleep(EVERY_S)
                 trim(0)
 
-        jax.monitoring.register_event_duration_secs_listener(hand_back)
+        threading.Thread(target=hand_back, daemon=True).start()
 
 
 def keep_compiled() -> None:

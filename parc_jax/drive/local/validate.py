@@ -115,6 +115,7 @@ def validated(
     if not passed:
         return replace(answer, validation=Validation(None, steps, asked))
     chosen = sets[first + passed - 1]
+    del sets  # what they know takes hundreds of MB
     about = chosen, steps[:passed], asked, look, source, trial, tests
     under = query.of(_accepted_model(query.model, *about))
     found = replace(_as_answer(under, chosen, settings, own, after), looks=answer.looks)
@@ -201,9 +202,10 @@ def _as_answer(
     drawn = draw_safe_plans(scene, key, rng, COVERED_BY, settings.confidence, limit, chosen.within)
     held = plans.has(drawn.points)
     rule = stopping_rule(settings.target, settings.confidence)
+    some = rng.permutation(np.flatnonzero(held))[: settings.samples]
     cover = drawn._replace(
-        points=drawn.points.at(held),
+        points=drawn.points.at(some),
         coverage=rule.after(held).coverage,
         corridors=plans.corridors.all,
-    ).pick(rng, settings.samples)
+    )
     return answered(scene, cover, None, settings, begin)

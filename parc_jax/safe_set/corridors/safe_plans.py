@@ -42,6 +42,7 @@ SPREADS = np.cumprod(np.full(25, 0.75))
 NAMED = ("clearance", "room")
 Objective = str | Sequence[float] | np.ndarray | Callable
 ENDS = 400  # drawn predicted ends that a start of one k is looked for among
+PREDICTED = 4096  # plans whose paths are held at a time
 ROWS = 100  # k whose starts are judged together, for memory
 
 
@@ -83,10 +84,10 @@ class SafePlans:
             size = 1.2 * left * tally.drawn / max(n - left, 1)
             some = int(np.clip(size, FIRST_DRAW, LARGEST_DRAW))
             one = draw(self.scene, rng, some, self.within)
-            inside = one.safe.at(self.has(one.safe))
-            parts.append(np.concatenate([inside.p0, inside.k], axis=1))
+            held = self.has(one.safe)  # paths are large, and not copied
+            parts.append(np.concatenate([one.safe.p0[held], one.safe.k[held]], axis=1))
             tally = tally.plus(one)
-            left -= len(inside.k)
+            left -= len(parts[-1])
             if left == n and tally.drawn >= HOPELESS:
                 raise InputError(
                     f"sample: expected a set that one of {HOPELESS:,} draws meets; this one is too "
@@ -161,9 +162,11 @@ def members(
     has: membership of plans that reach; the corridor that holds one shows that it touches nothing,
     so no distance is measured.
     """
-    e = predictions(scene, p0, k)
-    out = e.reaches
-    out[out] = has(points(p0, k, e).at(out))
+    out = np.zeros(len(k), bool)
+    for rows in slices(len(k), PREDICTED):
+        e = predictions(scene, p0[rows], k[rows])
+        reaching = points(p0[rows], k[rows], e).at(e.reaches)
+        out[rows.start + np.flatnonzero(e.reaches)] = has(reaching)
     return out
 
 
