@@ -1,5 +1,5 @@
 """A cache of compiled programs, in a private folder per jaxlib version and processor; memory that
-compiling took is handed back.
+is free is handed back.
 """
 
 import contextlib

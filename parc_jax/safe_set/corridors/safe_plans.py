@@ -165,8 +165,9 @@ def members(
     out = np.zeros(len(k), bool)
     for rows in slices(len(k), PREDICTED):
         e = predictions(scene, p0[rows], k[rows])
-        reaching = points(p0[rows], k[rows], e).at(e.reaches)
-        out[rows.start + np.flatnonzero(e.reaches)] = has(reaching)
+        reach = e.reaches
+        held = has(points(p0[rows], k[rows], e).at(reach))
+        out[rows.start + np.flatnonzero(reach)] = held
     return out
 
 
