@@ -10,6 +10,7 @@ from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -18,6 +19,7 @@ from toy_episodes import Toy, law, no_outcome
 from toy_models import line_model
 
 import parc_jax as pj
+from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data, stream
 from parc_jax.drive.loop.episodes import ABOUT, LINES, task_of
@@ -146,21 +148,23 @@ def lines(folder):
     return [json.loads(line) for line in (folder / LINES).read_text().splitlines()]
 
 
+@dataclass(frozen=True)
 class Stopped:
-    """Ctrl-C, at some episode, once."""
+    """Ctrl-C, once, in the episode after so many lines of a folder."""
 
-    def __init__(self, at):
-        self._left = at
+    folder: Path
+    at: int
 
     def __call__(self, world, seed):
-        self._left -= 1
-        if self._left == 0:
+        stopped = self.folder / "stopped"
+        if len(lines(self.folder)) == self.at and not stopped.exists():
+            stopped.touch()
             raise KeyboardInterrupt
         return Toy(left=0.8)(world, seed)
 
 
 def test_a_stopped_run_goes_on_and_counts_every_episode_once(tmp_path):
-    drive = Stopped(at=13)
+    drive = Stopped(tmp_path, 12)
     with pytest.raises(KeyboardInterrupt):
         asked(drive, 30, folder=tmp_path)
     assert [one["number"] for one in lines(tmp_path)] == list(range(12))
@@ -168,7 +172,7 @@ def test_a_stopped_run_goes_on_and_counts_every_episode_once(tmp_path):
         file.write('{"number": 12, "touched": false, "le')  # killed while it wrote
     done = asked(drive, 30, folder=tmp_path)
     assert [one["number"] for one in lines(tmp_path)] == list(range(30))
-    assert done.driven == asked(Stopped(0), 30).driven
+    assert done.driven == asked(Toy(left=0.8), 30).driven
     os.truncate(tmp_path / LINES, 0)
     assert asked(drive, 30, folder=tmp_path).driven == done.driven
 
@@ -211,6 +215,45 @@ def test_a_drive_of_another_value_of_any_library_is_another(tmp_path, one, other
     assert asked(Driven(speed=copy.deepcopy(one)), 6, folder=tmp_path).n == 6
     with pytest.raises(InputError, match="the same drive"):
         asked(Driven(speed=other), 6, folder=tmp_path)
+
+
+class Hidden(Toy):
+    """Holds what decides where a digest might not look."""
+
+    def __init__(self, held):
+        object.__setattr__(self, "_held", held)
+
+
+def long(last: float) -> list:
+    """More parts than are read of a system."""
+    return [[float(i)] for i in range(20_001)] + [[last]]
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (lambda: 0.1, lambda: 0.2),
+        (lambda: np.ones(3), lambda: np.zeros(3)),
+        (lambda: {"workers": {"_speed": 1.0}}, lambda: {"workers": {"_speed": 2.0}}),
+        (lambda: Hidden(1.0), lambda: Hidden(2.0)),
+        (lambda: SimpleNamespace(workers=1), lambda: SimpleNamespace(workers=2)),
+        (lambda: np.random.default_rng(1), lambda: np.random.default_rng(2)),
+        (lambda: long(1.0), lambda: long(2.0)),
+    ],
+    ids=["number", "array", "mapping", "nested", "workers", "generator", "long"],
+)
+def test_a_drive_of_other_private_content_is_another(tmp_path, one, other):
+    asked(Hidden(one()), 6, folder=tmp_path)
+    assert asked(Hidden(one()), 6, folder=tmp_path).n == 6
+    with pytest.raises(InputError, match="the same drive"):
+        asked(Hidden(other()), 6, folder=tmp_path)
+
+
+def test_what_is_made_of_the_rest_when_it_is_asked_for_is_no_content(tmp_path):
+    model = line_model(4, 0.01)
+    asked(Hidden(model), 6, folder=tmp_path)
+    _ = once(model, lambda model: object())
+    assert asked(Hidden(model), 6, folder=tmp_path).n == 6
 
 
 @pytest.mark.parametrize(

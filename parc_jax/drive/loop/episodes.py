@@ -20,7 +20,7 @@ from parc_jax.learning.bound.counts import as_probability, clopper_pearson
 from parc_jax.learning.runs.chunks import cores, refuse_other_work
 from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.systems.content import lasting_digest, with_digest
+from parc_jax.learning.systems.content import whole_digest, with_digest
 from parc_jax.statement import about_episodes
 
 FORMAT = "parc_jax.episodes/2"
@@ -105,8 +105,8 @@ def drive_episodes(
         randomness comes from seeds, which depend on key and number of the episode alone and meet no
         other stream.
     folder: gets a line for each episode when it ends; a killed run continues there. Episodes of
-        another drive, law or key are refused; attributes of objects with a leading underscore are
-        not compared.
+        another drive, law or key are refused: all attributes are compared, and all data; of what
+        cannot be pickled the kind alone.
     workers: processes, None for one per core, 0 for none; each gets drive and law once, pickled.
     delta: error probability of all looks together. looks: all numbers n at which the claim may ever
         be evaluated, declared before the first episode, each with its share of delta; by default n
@@ -136,8 +136,8 @@ def drive_episodes(
     if folder is not None:
         meta = {
             "format": FORMAT,
-            "drive": lasting_digest(drive),
-            "law": lasting_digest(law),
+            "drive": whole_digest(drive),
+            "law": whole_digest(law),
             "seed": list(seed_of(key)),
             "delta": str(delta),
             "looks": declared,

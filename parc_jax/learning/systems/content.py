@@ -6,6 +6,7 @@ this has changed, though name and law are the same. Loads NumPy alone, for worke
 
 import dis
 import hashlib
+import pickle
 import sys
 import types
 from collections.abc import Iterator, Mapping
@@ -21,7 +22,7 @@ from parc_jax.learning.systems.user_code import is_own
 
 # speed and labels, which change no number
 OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels", "k_labels")
-_MOST = 20_000  # objects read; those beyond count as opaque
+_MOST = 20_000  # objects read before each chunk of runs; those beyond count as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
@@ -45,11 +46,6 @@ def content_of(system) -> Content:
     return Content(reader.digest(system), reader.held)
 
 
-def lasting_digest(x) -> str:
-    """Of code and data that a function or an object reaches, the same in another process."""
-    return Reader(lasting=True).digest(x)
-
-
 def told_whole(x) -> str:
     """A text that values of other content do not have: of what `str` may shorten, as an array, its
     beginning and a digest.
@@ -59,14 +55,21 @@ def told_whole(x) -> str:
 
 
 def with_digest(text: str, x) -> str:
-    """The beginning of a text, and a digest of all content of x, private attributes as well."""
+    """The beginning of a text, and a digest of all content of x."""
     begins = " ".join(text.split())[:_BEGINS]
-    return f"{begins}, content {Reader(lasting=True, private=True).digest(x)[:12]}"
+    return f"{begins}, content {whole_digest(x)[:12]}"
+
+
+def whole_digest(x) -> str:
+    """Of code and data that a function or an object reaches, private attributes as well, the same
+    in another process.
+    """
+    return Reader(lasting=True, private=True).digest(x)
 
 
 class Reader:
     """Digests of objects by content. lasting: the digest is the same in another process. private:
-    such a one, also of attributes that begin with "_".
+    such a one, of all attributes, and of opaque objects as they are pickled.
     """
 
     def __init__(self, lasting: bool, private: bool = False):
@@ -88,17 +91,22 @@ class Reader:
             slots = cls.__dict__.get("__slots__", ())
             names |= dict.fromkeys((slots,) if isinstance(slots, str) else slots)
         for name in names:
-            hidden = name in OPERATIONAL or (name.startswith("_") and not self.private)
-            if self.lasting and hidden:
-                continue
-            if hasattr(x, name):
+            if hasattr(x, name) and not (self.lasting and self._hidden(x, name)):
                 yield name, getattr(x, name)
+
+    def _hidden(self, x, name: str) -> bool:
+        # made from the others, once they are asked for, by `once` and here
+        if name == "_made" or isinstance(getattr(type(x), name, None), cached_property):
+            return True
+        if self.private:  # values of libraries have caches of their own, and tell all in `repr`
+            return name.startswith("_") and _is_value(x)
+        return name.startswith("_") or name in OPERATIONAL
 
     def _once(self, key, x, parts) -> str:
         if key in self._cached:
             return self._cached[key]
         self.held.append(x)
-        if len(self.held) > _MOST:
+        if len(self.held) > _MOST and not self.lasting:
             return self._opaque(x)
         self._cached[key] = "itself"  # a cycle
         digest = hashlib.blake2b(digest_size=16)
@@ -110,7 +118,12 @@ class Reader:
 
     def _opaque(self, x) -> str:
         name = _name_of(type(x))
-        return name if self.lasting else f"{name} {id(x)}"
+        if not self.lasting:
+            return f"{name} {id(x)}"
+        try:
+            return f"{name} {hashlib.sha256(pickle.dumps(x)).hexdigest()}" if self.private else name
+        except Exception:  # hooks of an object may raise anything
+            return name
 
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__
