@@ -62,7 +62,7 @@ class Driver:
         one = drive(world, system, loop, key, **asked, explain=self.film is not None)
         new = [step.committed for step in one.steps if step.new]
         points = centre_and_corners(one.path[:, :2], one.path[:, 2], *system.size)
-        left = pj.drive.left_tube(new, points, one.path[:, 2])
+        left = bool(new) and pj.drive.left_tube(new, points, one.path[:, 2])
         told = told_of(one) | {"left": left} | self.told
         if self.prove:
             told["proved"] = all(each.proved() for each in new)

@@ -105,7 +105,7 @@ def drive(world: World, key, seen: np.random.Generator) -> Drive:
     distance = clearances(world, path, system.size)
     begun = [step.committed for step in steps if step.new]
     points = centre_and_corners(path[:, :2], path[:, 2], *system.size)
-    left = pj.drive.left_tube(begun, points, path[:, 2])
+    left = bool(begun) and pj.drive.left_tube(begun, points, path[:, 2])
     cause = "" if distance.min() > 0 else cause_of(world, path, begun, claims, distance, left)
     arrived = reached(robot.pose) and not cause
     seconds, nearest = robot.time, float(distance.min())

@@ -142,7 +142,7 @@ class Driver:
             "committed": len(new),
             "cycles": len(steps),
         }
-        left = pj.drive.left_tube(new, points, path[:, 2])
+        left = bool(new) and pj.drive.left_tube(new, points, path[:, 2])
         return pj.drive.Outcome(met.under_way, left, told, new)
 
 

@@ -154,7 +154,8 @@ def _rest(arrived: np.ndarray, jackals: list[Driven]) -> bool:
 
 def _left(steps: list, path: np.ndarray, size) -> bool:
     begun = [step.committed for step in steps if step.new]
-    return pj.drive.left_tube(begun, centre_and_corners(path[:, :2], path[:, 2], *size), path[:, 2])
+    points = centre_and_corners(path[:, :2], path[:, 2], *size)
+    return bool(begun) and pj.drive.left_tube(begun, points, path[:, 2])
 
 
 def outline(pose: np.ndarray, size):

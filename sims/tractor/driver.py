@@ -99,7 +99,7 @@ class Driver:
             "committed": len(new),
             "why": steps[-1].reason,
         }
-        left = pj.drive.left_tube(new, places(path), path[:, 2])
+        left = bool(new) and pj.drive.left_tube(new, places(path), path[:, 2])
         return pj.drive.Outcome(clearance <= 0, left, told, new)
 
 

@@ -1,11 +1,11 @@
 """Where a robot may be that is under way is an obstacle of all others. [T45]"""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from episodes import driven
+from episodes import PATIENT, driven
+from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.learning.network.predict import trajectories
@@ -34,7 +34,7 @@ def places(one, seconds: float, rng, n: int = 50) -> np.ndarray:
 @pytest.mark.parametrize("every", [1, 3])
 def test_a_robot_under_way_and_at_rest_is_inside_of_what_is_reserved(turning, every):
     rng = np.random.default_rng(every)
-    for one in driven(turning, 3):
+    for one in (driven(turning, n)[-1] for n in (1, 2, 3)):
         time = one.asked.query.model.time
         for later in (0.0, 0.13, 0.5, 0.77, 1.0, 9.0):
             at = float(one.begin) + later * time.t_f
@@ -54,14 +54,37 @@ def test_a_robot_under_way_and_at_rest_is_inside_of_what_is_reserved(turning, ev
 
 def test_who_decides_before_the_other_was_measured_is_refused():
     first, second, *_ = driven(False, 2)
-    time = first.asked.query.model.time
+    time, now = first.asked.query.model.time, float(second.begin)
     with pytest.raises(pj.InputError, match="decides later"):
         pj.drive.reserved(second, float(first.begin), time)
-    lost = replace(first, seen_outside=[first.begin])
-    with pytest.raises(pj.InputError, match="seen outside: nobody knows where it goes"):
-        pj.drive.reserved(lost, float(second.begin), time)
     with pytest.raises(pj.InputError, match="every >= 1"):
-        pj.drive.reserved(first, float(second.begin), time, every=0)
+        pj.drive.reserved(second, now, time, every=0)
+    second.seen_outside.append(second.begin)
+    with pytest.raises(pj.InputError, match="seen outside: nobody knows where it goes"):
+        pj.drive.reserved(second, now, time)
+
+
+def test_what_a_robot_has_left_for_another_manoeuvre_reserves_nothing():
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+    left = "has under way, `loop.under_way`; its loop has left number 0"
+
+    def one(robot):
+        return robot.step(np.zeros(2), [0.1], (), lambda seen: -seen.path[:, -1, 0]).committed
+
+    first = one(loop)
+    pj.drive.reserved(first, 0.0, model.time)
+    other = loop.another()  # begins nothing in its place
+    pj.drive.reserved(first, 0.0, model.time)
+    first_of_other = one(other)
+    loop.restart()
+    with pytest.raises(pj.InputError, match=left):
+        pj.drive.reserved(first, 0.0, model.time)
+    pj.drive.reserved(first_of_other, 0.0, model.time)
+    loop.restart(first)
+    pj.drive.reserved(first, 0.0, model.time)
+    with pytest.raises(pj.InputError, match=left):
+        pj.drive.reserved(driven(False, 2)[0], 0.5, model.time)
 
 
 @pytest.mark.parametrize(("dt", "share"), [(1.0, 0.4), (0.7, 0.21)])

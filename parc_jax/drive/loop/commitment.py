@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, part_of
 from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import MEASURED, Premises, premises
+from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.learning.bound.measure import allowance, score_arrays
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import parts_of
@@ -45,7 +45,7 @@ class Commitment:
     tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose. drift:
     [m] that was allowed for since the one before, as of `Loop.step`. seen_outside: [s] of the
     clock when a pose was outside of its tube; the loop adds them, and files tell of the first.
-    episode: one object for all commitments of an episode of one loop.
+    episode: one list for all commitments of an episode of one loop, of the one under way.
     """
 
     number: int
@@ -57,7 +57,7 @@ class Commitment:
     asked: NominalProblem
     drift: float = 0.0
     seen_outside: list[Fraction] = field(default_factory=list)
-    episode: object = None
+    episode: list["Commitment"] = field(default_factory=list)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{x:.3g}" for x in self.k)
@@ -65,6 +65,11 @@ class Commitment:
             f"<Commitment {self.number}: k = ({values}) from {float(self.begin):g} s to its end at "
             f"{float(self.end):g} s, {self.clearance:.3f} m clear>"
         )
+
+    @property
+    def under_way(self) -> bool:
+        """Whether its robot still drives it: its loop, in this process, began nothing else."""
+        return self in self.episode
 
     def proved(self) -> bool:
         """Check it exactly, in some milliseconds."""
@@ -127,24 +132,48 @@ def copies_of(asked: NominalProblem) -> int:
     return asked.model.n_points // asked.query.model.n_points
 
 
+def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
+    """Raises InputError unless these are commitments of one episode of one loop, in their order,
+    at least one, and none left out in between.
+    """
+    if not commitments:
+        raise InputError(f"{where}: expected at least one commitment; got none.")
+    for one, other in pairwise(commitments):
+        agree(f"{where}: commitments of one loop", one.shared, other.shared)
+        if other.number != one.number + 1:
+            raise InputError(
+                f"{where}: expected all that a loop committed to in between, which was driven; got "
+                f"commitment {other.number} after {one.number}."
+            )
+        if one.episode is not other.episode:
+            raise InputError(
+                f"{where}: expected commitments of one episode of one robot's loop; got number "
+                f"{other.number} of another."
+            )
+
+
 def left_tube(
     commitments: Sequence[Commitment], path: ArrayLike, heading: ArrayLike | None = None
 ) -> bool:
     """Test whether the robot left a tube in an episode, at any record of the executed part of a
     manoeuvre. A run that rounding might have put outside, or that is not finite, counts as left.
 
-    commitments: of one loop, in their order. path: true places of its reference points
+    commitments: all of an episode of one loop, in their order, at least one. path: true places of its reference points
     (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the time
     between records of the model. heading (n,) [rad]: of a robot whose poses have one.
     The last manoeuvre counts up to the end of the path. Other goal states (q) are not tested, which
     only `end` rests on. Raises InputError.
     """
-    if not commitments:
-        return False
+    require_whole("left_tube", commitments)
+    if (first := commitments[0].number) != 0:
+        raise InputError(
+            f"left_tube: expected all commitments of an episode, from number 0 on; the first is "
+            f"number {first}: of those before nobody would know whether their tube was left."
+        )
     model = commitments[0].asked.query.model
-    if any(one.asked.query.model is not model for one in commitments):
-        raise InputError("left_tube: expected commitments of one loop; got some of another model.")
     turns = commitments[0].asked.pose.heading is not None
+    if turns and heading is None:
+        raise InputError("left_tube: expected the heading at each record; got none.")
     # places that are not finite are outside of every tube
     path, points, n_p = np.asarray(path, np.float64), model.n_points, model.n_p
     shapes = [(points, n_p)] + [(n_p,)] * (points == 1)

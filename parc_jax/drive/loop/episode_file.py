@@ -1,6 +1,5 @@
 """An episode as a file: written for the checker, read again for pictures and bags. [T37]"""
 
-import itertools
 import json
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
@@ -14,9 +13,9 @@ from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.episode import EPISODE, KIND, PARTS, summary_of_episode
 from parc_jax.checker.rests_on import known_premises, seconds
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import ASSUMED, MEASURED, agree, premises
+from parc_jax.common.premises import ASSUMED, MEASURED, premises
 from parc_jax.common.spelling import hex_text, nearest_floats, plain
-from parc_jax.drive.loop.commitment import Commitment, copies_of
+from parc_jax.drive.loop.commitment import Commitment, copies_of, require_whole
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
@@ -39,21 +38,10 @@ def episode_part(
     with this margin. assumed: further assumptions by name, such as the time of a scan: text, whole
     numbers or lists of such. Raises InputError.
     """
-    if not commitments:
-        raise InputError("episode: expected at least one commitment; got none.")
+    require_whole("episode", commitments)
     if not (np.isfinite(drift) and drift >= 0):
         raise InputError(f"episode: expected a drift >= 0 m; got {drift!r:.40}.")
-    for one, other in itertools.pairwise(commitments):
-        agree("episode: commitments of one loop", one.shared, other.shared)
     manoeuvres = [manoeuvre_part(one) for one in commitments]
-    numbers = [one.number for one in commitments]
-    if numbers != [*range(numbers[0], numbers[0] + len(numbers))]:
-        raise InputError(
-            "episode: expected all that a loop committed to in between, which was driven; got "
-            f"commitments {', '.join(map(str, numbers)):.80}."
-        )
-    if any(one.episode is not commitments[0].episode for one in commitments):
-        raise InputError("episode: expected commitments of one robot's loop; got some of another.")
     drift = max(drift, *(one.drift for one in commitments))
     part = head_part(commitments[0].asked, drift) | {"manoeuvres": manoeuvres}
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]

@@ -152,7 +152,7 @@ class Loop:
         require_rest(model, self.candidates, self.given)
         self.under_way: Commitment | None = None
         self._before: Commitment | None = None
-        self._n, self._episode = 0, object()
+        self._n, self._episode = 0, list[Commitment]()
         # compile everything that a step may need
         pose = np.zeros(model.n_p + (model.rotation is not None))
         scene = self._scenes.scene(pose_of(pose, model), ())
@@ -237,8 +237,7 @@ class Loop:
                 until = at + self.lasts
                 about = clear, judged, scene.nominal, float(drift)
                 one = Commitment(self._n, at, until, chosen, *about, episode=self._episode)
-                self._before, self.under_way = self.under_way, one
-                self._n += 1
+                self._begin(one)
                 return Step(one, True)
         more = ""
         if judged < len(order):
@@ -257,6 +256,7 @@ class Loop:
     def another(self) -> "Loop":
         """A loop for another robot of the same kind, at rest; what was compiled serves both."""
         made = copy(self)
+        made._episode = []
         made.restart()
         return made
 
@@ -267,9 +267,10 @@ class Loop:
         if first is not None:
             one = replace(first, asked=self._scenes.scene(first.asked.pose, ()).nominal)
             agree("restart: a manoeuvre of this loop", first.shared, one.shared)
-        self.under_way, self._before = first, None
-        self._n = 0 if first is None else first.number + 1
-        self._episode = object() if first is None else first.episode
+        self._episode.clear()  # what it had under way is so no more
+        self.under_way, self._n = None, 0
+        self._episode = [] if first is None else first.episode
+        self._begin(first)
 
     def go_on(self, reason: str, gone: "shapely.Geometry | None" = None) -> Step:
         """Continue the manoeuvre under way to its stop, for a reason of the caller: an invalid
@@ -279,6 +280,11 @@ class Loop:
         if self.under_way is not None and gone is not None and leads_to(self.under_way, gone):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
         return Step(self.under_way, False, reason)
+
+    def _begin(self, one: Commitment | None) -> None:
+        self._before, self.under_way = self.under_way, one
+        if one is not None:
+            self._episode[:], self._n = [one], one.number + 1
 
     def _time(self, at: float | None) -> Fraction:
         """[s] of the clock, exact, after the manoeuvre under way began. Raises InputError."""

@@ -41,6 +41,11 @@ def reserved(
             f"when the manoeuvre began; got {every!r} and {float(age + commitment.begin):g} s. Of "
             "two robots the one that is measured later decides later."
         )
+    if not commitment.under_way:
+        raise InputError(
+            f"reserved: expected the manoeuvre that its robot has under way, `loop.under_way`; its "
+            f"loop has left number {commitment.number} for another, or for another episode."
+        )
     if commitment.seen_outside:
         since = float(commitment.seen_outside[0])
         raise InputError(
