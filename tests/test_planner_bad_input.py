@@ -15,7 +15,7 @@ from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.system import time_grid
 from parc_jax.planner import Planner
 from parc_jax.problem.body import Disc, Polygon
-from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.problem import Span, reach_avoid
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -64,6 +64,12 @@ PROBLEMS = {
     "span of fractions": (
         lambda: reach_avoid(GOAL, [OBSTACLE], 0.1, spans=[(0.5, 1.5)]),
         "whole numbers",
+    ),
+    "spans of two moments": (
+        lambda: reach_avoid(
+            GOAL, [OBSTACLE] * 2, 0.1, spans=[Span((0, 1), at=0.0), Span((0, 1), at=0.6)]
+        ),
+        "one moment.* some were made for 0.0 s of the clock, others for 0.6 s",
     ),
     "span of one number": (lambda: reach_avoid(GOAL, [OBSTACLE], 0.1, spans=[3]), "whole numbers"),
     "time runs backwards": (lambda: time_grid(0.1, -1.0), "0 < dt_record <= dt <= t_f"),

@@ -27,7 +27,9 @@ def driven(turning: bool, n: int = 4, spans=None):
     block = pj.box([30.0, 30.0], [31.0, 31.0])
     out = []
     for i in range(n):
-        asked = {"at": seconds * i, "spans": spans}
+        now = seconds * i
+        made = spans and [pj.problem.Span(span, model.time.dt, now) for span in spans]
+        asked = {"at": now, "spans": made}
         step = loop.step(pose, [0.1], [block], lambda seen: -seen.path[:, -1, 0], **asked)
         assert step.new, step.reason
         out.append(step.committed)

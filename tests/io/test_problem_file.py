@@ -12,7 +12,7 @@ from toy_models import line_model, random_polygon
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.problem.body import Part, Polygon, body_of, hull
-from parc_jax.problem.problem import goal_of_points, reach_avoid
+from parc_jax.problem.problem import Span, goal_of_points, reach_avoid
 from parc_jax.problem.problem_file import load_problem, problem_of_text, problem_text, save_problem
 from parc_jax.proof.certificate.write import problem_part
 
@@ -37,6 +37,9 @@ def scenes(rng):
     yield reach_avoid(
         goal, [box([1.0, 0.0], [2.0, 1.0])], 0.25, box([-1.0, -1.0], [0.0, 0.1]), spans=[(1, 2)]
     )
+    blocks = [box([1.0, 0.0], [2.0, 1.0])] * 3
+    made = [Span((0, 1), 0.25), Span((1, 2), at=3.1), Span((2, 3), 0.25, 3.1)]
+    yield reach_avoid(goal, blocks, 0.25, spans=made)
     triangle = Polygon(np.array([[0.1, 0.0], [0.0, 0.1], [-0.1, -0.3]]))
     yield reach_avoid(
         goal,
@@ -51,6 +54,8 @@ def test_a_scene_survives_its_file(rng, tmp_path, suffix):
     for number, problem in enumerate(scenes(rng)):
         again = load_problem(save_problem(tmp_path / f"{number}.{suffix}", problem))
         assert problem_part(again, line_model()) == problem_part(problem, line_model())
+        for one, other in zip(problem.all_spans, again.all_spans, strict=True):
+            assert one == other and getattr(one, "__dict__", {}) == getattr(other, "__dict__", {})
 
 
 def test_decimals_are_the_floats_nearest_to_them():
@@ -81,6 +86,8 @@ WRONG = [
     ("hi = [31.3, -15.2, 1.0]", "hi = [31.3000000000000000001, -15.2, 1.0]", "Round it"),
     ("hi = [27.2335, -15.006]", "hi = [27.2335, -15.006, 0.0]", "expected shape (2,); got (3,)"),
     ("steps = [0, 3]", "steps = [3, 0]", "0 <= first <= last"),
+    ("steps = [0, 3]", "steps = 3", "whole numbers 0 <= first <= last"),
+    ("steps = [0, 3]", "steps = [0, 3]\nat = '1'", "obstacle 0 at: expected finite numbers"),
     ("[goal]", "[gaol]", "'gaol'. Is it misspelled?"),
     ("[body]\nradius = 0.1", "", "expected an entry 'body'"),
     ("[goal]", "[goal", "expected a scene in TOML"),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from compilations import compiled_by
 from toy_models import line_model, model_of, resting, told, toy_case, uniform_tube
+from toy_movers import straight
 
 import parc_jax as pj
 from parc_jax import checker
@@ -62,14 +63,59 @@ def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
 def test_what_moves_is_kept_away_from_until_the_rest(line):
     """A wall that comes at 0.1 m/s at most: the farther the later, so it takes room at the rest."""
     loop, time = loop_of(line), line.time
-    toward, spans = pj.problem.moving(WALL, [0.0, 0.0], (0, time.n_steps - 1), time.dt, off_by=0.1)
+    whole = (0, time.n_steps - 1)
+    toward, spans = pj.problem.moving(WALL, [0.0, 0.0], whole, time.dt, at=0.0, off_by=0.1)
     step = loop.step([0.0, 0.0], [0.25], toward, forward, spans=spans)
     every = np.sort(even_candidates(line, (1,), 256)[:, 0])
     free = every[every < 0.45 - 0.1 * time.t_f - 0.11]
     assert step.new and step.committed.k.tolist() == [free[-1], 0.25] and step.committed.proved()
-    gone = afresh(loop, [0.0, 0.0], [0.25], toward[:1], forward, spans=[(0, 0)])
+    first = [pj.problem.Span((0, 0), time.dt, 0.0)]
+    gone = afresh(loop, [0.0, 0.0], [0.25], toward[:1], forward, spans=first)
     assert gone.committed.k[0] > 0.5  # what is there in the first interval alone
-    assert not afresh(loop, [0.0, 0.0], [0.25], toward, forward, spans=[(0, 0)]).new
+    assert not afresh(loop, [0.0, 0.0], [0.25], toward, forward, spans=first).new
+
+
+def test_what_moves_is_told_for_this_moment_and_these_intervals(line):
+    """Of every source of spans: those of the moment are taken, others are refused in words."""
+    dt, whole = line.time.dt, (0, line.time.n_steps - 1)
+    other = loop_of(line)
+    first = other.step([9.0, 0.0], [0.25], [], forward).committed
+    seen = pj.problem.see_mover(0.1 * np.arange(-2, 1), np.full((3, 2), 5.0), 0.1)
+    walks = straight()
+
+    def grid(step):
+        return pj.learning.time_grid(step, line.time.t_f, step)
+
+    sources = {
+        "moving": lambda at, step: pj.problem.moving(
+            WALL, [0.0, 0.0], whole, step, at=at, off_by=0.1
+        ),
+        "movers": lambda at, step: pj.problem.mover_obstacles(
+            walks, [seen], 0.3, grid(step), at, until=0.5
+        )[:2],
+        "reserved": lambda at, step: pj.drive.reserved(first, at, grid(step)),
+    }
+    loop = loop_of(line)
+
+    def refused(made, at):
+        loop.restart()
+        asked = ([0.0, 0.0], [0.25], made[0], forward)
+        return loop.step(*asked, at=at, spans=made[1]).reason
+
+    for make in sources.values():
+        assert not refused(make(0.25, dt), 0.25)
+        assert "moment of this pose, 0.75 s of the clock; it was made for 0.25 s" in refused(
+            make(0.25, dt), 0.75
+        )
+        assert f"expected intervals of {dt!r} s" in refused(make(0.25, dt / 2), 0.25)
+    for made in ((0, 1), pj.problem.Span((0, 1), dt), pj.problem.Span((0, 1), dt, np.nan)):
+        assert "moment" in refused(([WALL], [made]), 0.25)
+    # its robot decides once more at the same moment
+    made = sources["reserved"](0.5, dt)
+    assert not refused(made, 0.5)
+    other.step(np.add(first.asked.pose.place, [0.5, 0.125]), [0.25], [], forward, at=0.5)
+    assert other.under_way is not first
+    assert "its robot has left number 0 since" in refused(made, 0.5)
 
 
 def test_the_uncertainty_of_the_start_is_one_number_or_one_per_axis(line):
@@ -141,9 +187,9 @@ def test_nothing_compiles_after_the_first_step_whatever_is_around(line):
     def drive():
         for n in (0, 1, 9, 100):
             around = [pj.box(c - 0.01, c + 0.01) for c in rng.uniform(-2, 2, (n, 2))]
-            loop.step([0.0, 0.0], [rng.uniform(-1, 1)], around, forward)
-            spans = [(i % 4, 3) for i in range(n)]
-            loop.step([0.0, 0.0], [rng.uniform(-1, 1)], around, forward, spans=spans)
+            spans = [pj.problem.Span((i % 4, 3), line.time.dt, 0.0) for i in range(n)]
+            for made in (None, spans):
+                afresh(loop, [0.0, 0.0], [rng.uniform(-1, 1)], around, forward, spans=made)
         for turned in (0.0, 0.1):
             angle = turned + np.pi / 4 * np.arange(8)
             octagon = pj.hpolytope(np.stack([np.cos(angle), np.sin(angle)], axis=1), np.ones(8))

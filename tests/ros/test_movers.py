@@ -104,7 +104,7 @@ def test_outlines_hold_every_disc_wherever_it_goes_and_who_is_far_away_is_none()
     far = 2.0 + RADIUS + SPEED * (time.t_f + 0.5)
     places = np.concatenate([draw.uniform(-2.4, 2.4, (6, 2)), [[far + 0.01, 0.0]]])
     places = places[np.abs(places).max(axis=1) > 0.5]
-    obstacles, spans = among(Movers(10**9, places), (), pose, 15 * 10**8, d, time)
+    obstacles, spans = among(Movers(10**9, places), (), pose, 15 * 10**8, d, time, 0.5)
     each = len(obstacles) // (len(places) - 1)
     assert [t for a, b in spans[:each] for t in range(a, b + 1)] == list(range(time.n_steps))
     angles = np.linspace(0, 2 * np.pi, 33)
@@ -115,7 +115,7 @@ def test_outlines_hold_every_disc_wherever_it_goes_and_who_is_far_away_is_none()
         assert (rim @ part.A.T <= part.b).all()
         assert (rim @ part.A.T > part.b - 2e-9).any()
     near = Movers(10**9, np.array([[far - 0.01, 0.0]]))
-    assert len(among(near, ("wall",), pose, 15 * 10**8, d, time)[0]) == 1 + each
+    assert len(among(near, ("wall",), pose, 15 * 10**8, d, time, 0.5)[0]) == 1 + each
 
 
 @pytest.mark.parametrize(

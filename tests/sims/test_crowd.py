@@ -20,7 +20,7 @@ def test_nobody_is_faster_than_is_declared_or_leaves_the_field():
 @pytest.mark.soundness
 def test_outlines_hold_every_disc_until_the_rest():
     discs = crowd.crowd(SEED)
-    obstacles, spans = crowd.outlines(discs[100], 12, 0.1)
+    obstacles, spans = crowd.outlines(discs[100], 12, 0.1, 2.0)
     per_disc = len(obstacles) // crowd.DISCS
     assert [t for a, b in spans[:per_disc] for t in range(a, b + 1)] == list(range(12))
     angles = np.linspace(0, 2 * np.pi, 33)
