@@ -10,6 +10,7 @@ from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import VALIDATED, confidence_of
+from parc_jax.problem.problem import Span
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
@@ -49,16 +50,18 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
     )
 
 
-def about_spans(spans: Sequence[tuple[int, int] | None], steps: int) -> str:
-    """How many obstacles exist for some intervals of a plan of so many steps alone; empty for
-    none. spans: of each obstacle its first and last interval, None for all.
+def about_spans(spans: Sequence[Span | None], steps: int) -> str:
+    """How many obstacles exist for some intervals of a plan of so many steps alone, and when such a
+    plan has to begin; empty for none. spans: of each obstacle, None for all.
     """
     some, of = sum(x is not None and tuple(x) != (0, steps - 1) for x in spans), len(spans)
     if not some:
         return ""
+    moments = [x.at for x in spans if x is not None and x.at is not None]
+    begins = f" that begins at {moments[0]!r} s of a clock" if moments else ""
     return (
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
-        "intervals of a plan alone: nothing is said of them at other times."
+        f"intervals of a plan{begins} alone: nothing is said of them at other times."
     )
 
 

@@ -304,7 +304,7 @@ class Pilot:
         scene = self._ways(self.pose)
         gone = None if self.seen is None else self._remembered().gone
         if not isinstance(scene, str):
-            scene = self._with_movers(scene)
+            scene = self._with_movers(scene, (self._stamp - self._first) / 1e9)
         if isinstance(scene, str):
             return self.loop.go_on(scene, gone)
         obstacles, spans = scene
@@ -324,13 +324,13 @@ class Pilot:
             return self.seen
         return self.seen.drifted(self.pose[:2], d.drift, d.drift_heading)
 
-    def _with_movers(self, ways: Sequence[HPolytope]):
-        """Obstacles and their spans, or a sentence why there are none."""
+    def _with_movers(self, ways: Sequence[HPolytope], now: float):
+        """Obstacles and their spans, or a sentence why there are none. now: [s] of the clock."""
         if not self.driving.mover_radius:
             return ways, None
         if self.movers is None:
             return "nobody has said yet where those are who move"
-        return among(self.movers, ways, self.pose, self._stamp, self.driving, self.model.time)
+        return among(self.movers, ways, self.pose, self._stamp, self.driving, self.model.time, now)
 
     def _ways(self, pose: np.ndarray):
         """Obstacles around a pose, or a sentence why there are none."""

@@ -1,6 +1,7 @@
 """What the room offers: the one list, for type checkers and for `__init__.py`."""
 
 from parc_jax.problem.body import hull as hull
+from parc_jax.problem.problem import Span as Span
 from parc_jax.problem.problem import goal_of_points as goal_of_points
 from parc_jax.problem.world.free_space import FreeSpace as FreeSpace
 from parc_jax.problem.world.free_space import free_place as free_place

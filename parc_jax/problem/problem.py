@@ -2,6 +2,8 @@
 
 import dataclasses
 from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +17,25 @@ from parc_jax.common.spelling import counted
 from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
 from parc_jax.problem.uncertainty import Uncertainty
+
+SAME = Fraction(1, 10**9)  # [s] moments of a clock that are one; who makes spans allows for it
+
+
+class Span(tuple):
+    """First and last interval in which an obstacle exists, and what that was made for.
+
+    pair: whole numbers. dt: [s] of an interval. at: [s] of a clock at which the intervals begin.
+    of: the commitment whose places the obstacle has. Each of these None where it is not stated.
+    """
+
+    dt: float | None
+    at: float | None
+    of: Any
+
+    def __new__(cls, pair, dt: float | None = None, at: float | None = None, of: Any = None):
+        self = super().__new__(cls, pair)
+        self.dt, self.at, self.of = dt, at, of
+        return self
 
 
 @struct.dataclass
@@ -35,7 +56,7 @@ class Problem:
     obstacles: closed polytopes over p.
     body: Disc or Polygon about the first reference point, or a Body of several parts.
     start: polytope over p0, or None for anywhere.
-    spans: per obstacle (first, last) interval in which it exists, or None for always.
+    spans: per obstacle the Span in which it exists, or None for always.
     uncertainty: uncertainty that safe plans are robust to; `Query.nominal` reduces it.
     points: names of the reference points that the goal is about, in its order; a model with others,
         or in another order, is refused. () = not given.
@@ -45,12 +66,12 @@ class Problem:
     obstacles: tuple[HPolytope, ...]
     body: Disc | Polygon | Body
     start: HPolytope | None = None
-    spans: tuple[tuple[int, int] | None, ...] = struct.field(pytree_node=False, default=())
+    spans: tuple[Span | None, ...] = struct.field(pytree_node=False, default=())
     uncertainty: Uncertainty | None = struct.field(pytree_node=False, default=None)
     points: tuple[str, ...] = struct.field(pytree_node=False, default=())
 
     @property
-    def all_spans(self) -> tuple[tuple[int, int] | None, ...]:
+    def all_spans(self) -> tuple[Span | None, ...]:
         """`spans`, one entry per obstacle also if none were given."""
         return self.spans or (None,) * len(self.obstacles)
 
@@ -93,7 +114,9 @@ def reach_avoid(
     spans: Sequence | None = None,
     uncertainty: Uncertainty | None = None,
 ) -> Problem:
-    """A validated problem. Boxes become polytopes, a number [m] a disc. Raises InputError."""
+    """A validated problem. Boxes become polytopes, a number [m] a disc, pairs spans. Raises
+    InputError.
+    """
     points = goal.points if isinstance(goal, GoalOfPoints) else ()
     goal = _polytope("goal", goal)
     obstacles = tuple(_polytope("obstacle", o) for o in obstacles)
@@ -125,6 +148,13 @@ def reach_avoid(
             raise InputError(
                 f"span of obstacle {j}: expected whole numbers 0 <= first <= last; got {span}."
             )
+    spans = tuple(s if s is None or isinstance(s, Span) else Span(s) for s in spans)
+    moments = [s.at for s in spans if s is not None and s.at is not None]
+    if moments and not max(moments) - min(moments) <= SAME:
+        raise InputError(
+            f"spans: expected obstacles told for one moment, when the plan begins; some were made "
+            f"for {min(moments)!r} s of the clock, others for {max(moments)!r} s."
+        )
     if uncertainty is not None:
         if not isinstance(uncertainty, Uncertainty):
             kind = type(uncertainty).__name__
@@ -156,13 +186,18 @@ def require_points(problem: Problem, points: Sequence[str]) -> None:
         )
 
 
-def require_dimensions(problem: Problem, n_p: int, n_q: int, points: Sequence[str]) -> None:
-    """Raises InputError where the problem has other dimensions or points than a robot's model.
-
-    n_p, n_q: dimensions of the workspace and of the further goal states.
-    points: names of the robot's reference points.
+def require_dimensions(problem: Problem, robot: Any) -> None:
+    """Raises InputError where the problem has other dimensions, points or intervals than a robot.
+    robot: a model, or an `Outline`.
     """
+    n_p, n_q, points = robot.n_p, robot.n_q, robot.points
     require_points(problem, points)
+    for j, span in enumerate(problem.all_spans):
+        if span is not None and span.dt not in (None, robot.time.dt):
+            raise InputError(
+                f"span of obstacle {j}: expected intervals of {robot.time.dt!r} s, those of this "
+                f"model; it was made for intervals of {span.dt!r} s. Make it with model.time."
+            )
     n_y = len(points) * n_p + n_q
     if problem.goal.n != n_y:
         of_all, hint = "", "Give bounds for every one of them."

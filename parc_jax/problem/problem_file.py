@@ -18,7 +18,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.system import check_points
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
-from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid, require_points
+from parc_jax.problem.problem import Problem, Span, goal_of_points, reach_avoid, require_points
 from parc_jax.problem.scene_values import (
     grown_set_of,
     numbers_of,
@@ -42,7 +42,7 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
         ...] over p: where these reference points end; and [goal.q] alike over q. With [goal.q] and
         without points, all of them end there.
     [[obstacles]] over p: lo, hi; or A, b; or vertices = [[x, y], ...], whose hull it is; optionally
-        steps = [first, last], the intervals in which it exists.
+        steps = [first, last], the intervals in which it exists; dt, at: as of `Span`.
     [body]       radius [m], or vertices = [[x, y], ...], about the first reference point; a polygon
         does not turn with the robot. With points = ["nose", ...] it is the hull of these reference
         points, grown by the radius or the vertices, if any. In place of points also disc or ball
@@ -161,7 +161,7 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
     obstacles = data.get("obstacles", [])
     if not isinstance(obstacles, list):
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
-    further = ("steps", "uncertainty")
+    further = ("steps", "dt", "at", "uncertainty")
     sets = [grown_set_of(f"obstacle {i}", part, further) for i, part in enumerate(obstacles)]
     body = _body(data["body"])
     if points is not None:
@@ -169,9 +169,20 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
     start = None if data.get("start") is None else set_of("start", data["start"])
     goal = _goal(data["goal"], points)
     uncertainty = uncertainty_of(data, obstacles)
-    spans = [tuple(s) if s else None for s in (part.get("steps") for part in obstacles)]
+    spans = [_span(f"obstacle {i}", part) for i, part in enumerate(obstacles)]
     problem = reach_avoid(goal, sets, body, start, spans, uncertainty)
     return replace(problem, points=made_for) if made_for else problem
+
+
+def _span(name: str, part: dict) -> Span | None:
+    if "steps" not in part:
+        return None
+    dt, at = (
+        float(numbers_of(f"{name} {word}", part[word], 0)) if word in part else None
+        for word in ("dt", "at")
+    )
+    pair = part["steps"]
+    return Span(pair if isinstance(pair, list) else (pair,), dt, at)
 
 
 def _goal(part, points: Sequence[str] | None) -> HPolytope:
@@ -243,6 +254,7 @@ def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None)
     obstacles = []
     for part, span, error in zip(problem.obstacles, problem.all_spans, errors, strict=True):
         steps = {} if span is None else {"steps": [int(i) for i in span]}
+        steps |= {name: x for name in ("dt", "at") if (x := getattr(span, name, None)) is not None}
         own = {} if error is None else {"uncertainty": error}
         obstacles.append(written_set(part) | steps | own)
     by_point = None if points is None else _goal_by_point(problem, points)

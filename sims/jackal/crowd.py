@@ -57,12 +57,14 @@ def _velocities(draw) -> np.ndarray:
     return speed[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def outlines(discs: np.ndarray, n_steps: int, dt: float) -> tuple[list, list]:
-    """Where discs (m, 2) [m] may be until a manoeuvre rests: obstacles and their spans."""
+def outlines(discs: np.ndarray, n_steps: int, dt: float, at: float) -> tuple[list, list]:
+    """Where discs (m, 2) [m], there at [s], may be until a manoeuvre rests: obstacles and their
+    spans.
+    """
     obstacles, spans = [], []
     for disc in discs:
         now = pj.hpolytope(NORMALS, NORMALS @ disc + RADIUS)
-        known = {"every": EVERY, "off_by": FASTEST}
+        known = {"at": at, "every": EVERY, "off_by": FASTEST}
         parts, when = pj.problem.moving(now, [0.0, 0.0], (0, n_steps - 1), dt, **known)
         obstacles += parts
         spans += when
@@ -118,7 +120,7 @@ class Driver:
             if distance_to_cylinders(here, system.size, now, RADIUS)[0] <= 0:
                 break
             around = now[np.linalg.norm(now - here[:2], axis=1) < SEEN]
-            obstacles, spans = outlines(around, grid.n_steps, grid.dt)
+            obstacles, spans = outlines(around, grid.n_steps, grid.dt, jackal.time)
             asked = {"at": jackal.time, "spans": spans}
             step = loop.step(here, jackal.measured, obstacles, liking(around), **asked)
             if step.new:

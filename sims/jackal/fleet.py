@@ -122,11 +122,11 @@ def drive(seed: int, robots: int = ROBOTS) -> Yard:
                 steps[i].append(loops[i].go_on("somebody was seen outside of its tube"))
                 continue
             begin = process_time()
-            obstacles, spans = list(border), [(0, grid.n_steps - 1)] * len(border)
+            obstacles, spans = list(border), [None] * len(border)
             for j, other in enumerate(loops):
                 if j == i:
                     continue
-                parts, when = [stands[j]], [(0, grid.n_steps - 1)]
+                parts, when = [stands[j]], [None]
                 if other.under_way is not None:
                     parts, when = pj.drive.reserved(other.under_way, now, grid, every=EVERY)
                 obstacles += parts

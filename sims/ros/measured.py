@@ -99,8 +99,11 @@ def movers_in(message: Any) -> Movers:
     return Movers(stamp, places)
 
 
-def among(movers: Movers, ways: Sequence, pose: np.ndarray, at: int, d: Any, time: TimeGrid):
-    """Obstacles and spans of a manoeuvre from a pose (x, y, ..) at the time `at` [ns].
+def among(
+    movers: Movers, ways: Sequence, pose: np.ndarray, at: int, d: Any, time: TimeGrid, now: float
+):
+    """Obstacles and spans of a manoeuvre from a pose (x, y, ..) at the time `at` [ns], which is
+    `now` [s] by the clock of the loop.
 
     ways: obstacles that stand still. d: `mover_radius`, `mover_speed` and `reach` as of the
     settings of a pilot (`sims.driving`). The manoeuvre stays within the square of half width
@@ -118,9 +121,10 @@ def among(movers: Movers, ways: Sequence, pose: np.ndarray, at: int, d: Any, tim
         )
     obstacles, spans = list(ways), [None] * len(ways)
     for place in movers.places[away <= d.reach + radius + d.mover_speed * time.t_f]:
-        now = hpolytope(NORMALS, NORMALS @ place + radius)
+        disc = hpolytope(NORMALS, NORMALS @ place + radius)
         whole = (0, time.n_steps - 1)
-        parts, when = moving(now, [0.0, 0.0], whole, time.dt, every=EVERY, off_by=d.mover_speed)
+        known = {"at": now, "every": EVERY, "off_by": d.mover_speed}
+        parts, when = moving(disc, [0.0, 0.0], whole, time.dt, **known)
         obstacles += parts
         spans += when
     return obstacles, spans

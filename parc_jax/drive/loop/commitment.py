@@ -158,9 +158,9 @@ def left_tube(
     """Test whether the robot left a tube in an episode, at any record of the executed part of a
     manoeuvre. A run that rounding might have put outside, or that is not finite, counts as left.
 
-    commitments: all of an episode of one loop, in their order, at least one. path: true places of its reference points
-    (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the time
-    between records of the model. heading (n,) [rad]: of a robot whose poses have one.
+    commitments: all of an episode of one loop, in their order. path: true places of its reference
+    points (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the
+    time between records of the model. heading (n,) [rad]: of a robot whose poses have one.
     The last manoeuvre counts up to the end of the path. Other goal states (q) are not tested, which
     only `end` rests on. Raises InputError.
     """

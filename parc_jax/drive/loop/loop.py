@@ -183,8 +183,8 @@ class Loop:
         left out. at: [s] of the loop's clock at which the pose was measured; None for the first
         moment at which the manoeuvre under way may be left; nothing begins earlier. measured: the
         reading of `clock` at that moment, from which the deadline counts; None for
-        now. spans: intervals, counted from the pose, in which each obstacle exists, as of
-        `reach_avoid`; those of `moving` move. After the manoeuvre's rest nothing is claimed of
+        now. spans: of each obstacle the intervals in which it exists, made for this moment: a Span
+        with `at`, as of `moving`; None for always. After the manoeuvre's rest nothing is claimed of
         them: they may run into a robot that rests [T38]. drift: [m] by which the pose may be off
         against that at which the manoeuvre under way began, beside the uncertainty of both, as
         odometry may. gone: as of `FreeSpace.gone`, for the sentence. least: [m] of clearance
@@ -204,7 +204,7 @@ class Loop:
                 here = here._replace(heading=math.remainder(here.heading, 2 * math.pi))
             k = self._all_of_k(self._with_command(given, at))
             self._require_inside(here, at, k[0], drift)
-            scene = self._scenes.scene(here, obstacles, spans, goal)
+            scene = self._scenes.scene(here, obstacles, spans, goal, at)
         except InputError as error:
             step = self.go_on(str(error).rstrip("."), gone)
             return replace(step, left=isinstance(error, LeftTube))

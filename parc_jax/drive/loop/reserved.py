@@ -10,16 +10,15 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.drive.loop.commitment import Commitment
-from parc_jax.learning.bound.error_set import at as errors_at
-from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TimeGrid
-from parc_jax.problem.body import Disc, numbered
+from parc_jax.problem.problem import SAME, Span
 from parc_jax.problem.uncertainty import Uncertainty
-from parc_jax.problem.world.moving import Span
+from parc_jax.problem.world.movers import reach_of
+from parc_jax.problem.world.moving import spans_of
 
 SIDES = 8  # of a polytope that holds the robot
-SLACK = 1e-6  # [m] outwards, more than floats round places within 1e5 m by
-SAME = Fraction(1, 10**9)  # [s] moments that are one: SLACK is more than anybody drives in it
+# [m] outwards, more than floats round places within 1e5 m by, and anybody drives in SAME
+SLACK = 1e-6
 
 
 def reserved(
@@ -52,12 +51,22 @@ def reserved(
             f"reserved: expected a robot inside of its tube; at {since:g} s it was seen outside: "
             "nobody knows where it goes. Stop until it has begun again."
         )
-    A, reach = _reach(commitment)
-    dt, step = Fraction(commitment.asked.model.time.dt), Fraction(time.dt)
+    asked = commitment.asked
+    model, pose, known = asked.query.model, asked.pose, asked.query.problem.uncertainty
+    if model.n_p != 2:
+        raise InputError(f"reserved: expected a robot in the plane; got {model.n_p} axes.")
+    A = _directions(pose.heading or 0.0)
+    # of the nominal model: a point for each vertex realisation
+    reach = reach_of(asked.model, commitment.k, asked.problem.body, _directions(0.0))
+    # NaN would be no bound: `hpolytope` refuses it
+    reach += A @ pose.place + np.abs(A) @ (known or Uncertainty()).shifts(2)
+    reach += SLACK * (1 + np.abs(A).sum(axis=1))
+    dt, step = Fraction(model.time.dt), Fraction(time.dt)
     # the first interval by whose begin it rests
     rests = min(max(math.ceil((len(reach) - 1) * dt / step - age / step), 0), time.n_steps)
-    spans = [(i, min(i + every, rests) - 1) for i in range(0, rests, every)]
-    spans += [(rests, time.n_steps - 1)] * (rests < time.n_steps)
+    told = time.dt, float(age + commitment.begin), commitment
+    spans = spans_of(0, rests - 1, every, *told)
+    spans += spans_of(rests, time.n_steps - 1, time.n_steps, *told)
     obstacles = []
     for first, last in spans:
         begin = min(math.floor((age + first * step + SAME) / dt), len(reach) - 1)
@@ -67,35 +76,7 @@ def reserved(
     return obstacles, spans
 
 
-def _reach(commitment: Commitment) -> tuple[np.ndarray, np.ndarray]:
-    """Normals A (SIDES, 2), and the offsets (T + 1, SIDES) of all of the body in each interval, and
-    at rest. Raises InputError outside of the plane.
-    """
-    asked, pose = commitment.asked, commitment.asked.pose
-    model, known = asked.model, asked.query.problem.uncertainty or Uncertainty()
-    if model.n_p != 2:
-        raise InputError(f"reserved: expected a robot in the plane; got {model.n_p} axes.")
-    heading = pose.heading or 0.0
-    own = 2 * np.pi / SIDES * np.arange(SIDES)  # in the frame of the manoeuvre
-    w = np.stack([np.cos(own), np.sin(own)], axis=1)
-    A = np.stack([np.cos(own + heading), np.sin(own + heading)], axis=1)
-    knots = trajectories(model.net, model.layout, commitment.k[None])[0][0]
-    bins = np.atleast_1d(model.tube.bins_of(commitment.k[None])[0])
-    reach = np.full((len(knots), SIDES), -np.inf)
-    for part in numbered(asked.problem.body, model.points):
-        shape = part.shape
-        if isinstance(shape, Disc):
-            grown = np.full(SIDES, shape.radius)
-        else:
-            grown = (w @ shape.vertices.T).max(axis=1)
-        for point in part.points:
-            along = knots[:, 2 * point : 2 * point + 2] @ w.T
-            errors = errors_at(model.tube.errors, (bins, slice(None), point))
-            # (T, SIDES) of any bin
-            lost = np.asarray(errors.support(w[:, None, None])).max(axis=1).T
-            during = np.maximum(along[:-1], along[1:]) + lost
-            rest = along[-1:] + lost[-1:]
-            reach = np.maximum(reach, np.concatenate([during, rest]) + grown)
-    moved = A @ pose.place + np.abs(A) @ known.shifts(2)
-    # NaN would be no bound: `hpolytope` refuses it
-    return A, reach + moved + SLACK * (1 + np.abs(w).sum(axis=1))
+def _directions(heading: float) -> np.ndarray:
+    """(SIDES, 2) in the frame of a manoeuvre with this heading, seen from the world."""
+    angles = heading + 2 * np.pi / SIDES * np.arange(SIDES)
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.rounding import rounding_bound
 from parc_jax.problem.body import Body, Disc, Polygon
-from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.problem import SAME, Span, reach_avoid
 from parc_jax.problem.robust.nominal import Query
 from parc_jax.problem.robust.pose import ROUNDING, Pose
 from parc_jax.problem.robust.vertex_model import copied_problem
@@ -57,8 +58,11 @@ class Scenes:
         obstacles: Sequence,
         spans: Sequence | None = None,
         goal: HPolytope | None = None,
+        at: Fraction = Fraction(0),
     ) -> Scene:
-        """The scene at a measured pose. goal: as of `Loop.step`. Raises InputError."""
+        """The scene at a pose that was measured at [s] of the clock. spans, goal: as of
+        `Loop.step`. Raises InputError.
+        """
         # given parameters are exact at every step: they come with the candidates
         uncertainty = replace(self.uncertainty, given={axis: FREE for axis in self.model.given})
         # a goal of one row, a placeholder until the problem is in the robot's frame
@@ -66,6 +70,9 @@ class Scenes:
         anything = hpolytope(row, [1e6]) if goal is None else goal
         # the model tells the workspace, which a goal of all points does not
         problem = reach_avoid(anything, obstacles, self.body, spans=spans)
+        for j, span in enumerate(problem.all_spans):
+            if span is not None:
+                _require_now(f"span of obstacle {j}", span, at)
         problem = replace(problem, uncertainty=uncertainty)
         nominal = Query(problem, self.model, pose).nominal(self._models)
         if goal is not None:  # one that `Query` has turned and shrunk
@@ -97,6 +104,21 @@ class Scenes:
         # of the predictions alone: it explains, the verdicts above decided
         met = (np.concatenate(parts) @ self.end.A.T <= self.end.b).all(axis=1).any()
         return "" if met else ": none ends where a manoeuvre may end"
+
+
+def _require_now(name: str, span: Span, at: Fraction) -> None:
+    """Raises InputError for what was made for another moment, or is of what nobody drives now."""
+    if span.at is None or not abs(span.at - float(at)) <= SAME:
+        made = "says none" if span.at is None else f"was made for {span.at:g} s"
+        raise InputError(
+            f"{name}: expected one for the moment of this pose, {float(at):g} s of the clock; it "
+            f"{made}. Make it anew at every step, with `at`."
+        )
+    if span.of is not None and not span.of.under_way:
+        raise InputError(
+            f"{name}: expected places of a manoeuvre under way; its robot has left number "
+            f"{span.of.number} since. Make it anew when that robot has decided."
+        )
 
 
 def moved_goal(goal: HPolytope, model: TrajectoryModel, place: np.ndarray) -> HPolytope:

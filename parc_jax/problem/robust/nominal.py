@@ -80,7 +80,7 @@ class Query:
             uncertainty, problem = None, replace(problem, uncertainty=None)
         if uncertainty is None and pose is None:
             return NominalProblem(problem, model, query=self)
-        require_dimensions(problem, model.n_p, model.n_q, model.points)
+        require_dimensions(problem, model)
         robust, promise, at = model, None, None
         if uncertainty is not None:
             executions = executions_of(uncertainty, model)

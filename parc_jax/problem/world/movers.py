@@ -24,7 +24,9 @@ from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.loaders import recorded
 from parc_jax.learning.system import ONE_POINT, TimeGrid
-from parc_jax.problem.world.moving import Span
+from parc_jax.problem.body import Body, Disc, Polygon, numbered
+from parc_jax.problem.problem import Span
+from parc_jax.problem.world.moving import spans_of
 
 SIDES = 8  # of the polytope that holds a mover
 SLACK = 1e-6  # [m] outwards, more than floats round a place within 1e5 m by
@@ -183,13 +185,12 @@ def mover_obstacles(
     the manoeuvre. every: intervals of the robot per polytope.
     """
     steps = time.n_steps if until is None else math.ceil(until / time.dt - SAME)
-    spans = [(i, min(i + every, steps) - 1) for i in range(0, steps, every)]
     if not (radius > 0 and every >= 1 and 1 <= steps <= time.n_steps):
         raise InputError(
             f"mover_obstacles: expected a radius above 0 m, every >= 1 and until within the "
             f"manoeuvre, {time.t_f:g} s; got {radius!r}, {every!r} and {until!r}."
         )
-    obstacles = []
+    obstacles, spans = [], spans_of(0, steps - 1, every, time.dt, float(at))
     for mover in movers:
         age = at - mover.at
         if not -SAME <= age <= model.time.t_f - steps * time.dt + SAME:
@@ -234,17 +235,35 @@ def _polytopes(
     """Of one mover, for spans that begin and end (s, 2) [s] after it was seen."""
     angles = mover.heading + 2 * np.pi / SIDES * np.arange(SIDES)
     A = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    w = _turned(A, -mover.heading)  # the same in the frame of the mover
-    grid, tube = model.time, model.tube
-    knots = trajectories(model.net, model.layout, mover.k[None])[0][0]
-    # (T, SIDES) the most that prediction and tube reach during each interval, in any of its bins
-    bins = np.atleast_1d(tube.bins_of(mover.k[None])[0])
-    off = errors_at(tube.errors, (bins, slice(None), 0))
-    lost = np.asarray(off.support(w[:, None, None])).max(axis=1).T
-    far = np.maximum(knots[:-1] @ w.T, knots[1:] @ w.T) + lost
-    out = A @ mover.place + radius * np.linalg.norm(A, axis=1) + SLACK
-    dt, found = grid.dt, []
+    # the same directions in the frame of the mover
+    far = reach_of(model, mover.k, Disc(radius), _turned(A, -mover.heading))
+    out = A @ mover.place + SLACK + SAME * model.domain.hi[0]  # who goes as fast as its law has
+    dt, found = model.time.dt, []
     for begin, end in ends:
         first, last = math.floor((begin + SAME) / dt), math.ceil((end - SAME) / dt)
-        found.append(hpolytope(A, out + far[min(first, grid.n_steps - 1) : last].max(axis=0)))
+        found.append(hpolytope(A, out + far[min(first, len(far) - 2) : last].max(axis=0)))
     return found
+
+
+def reach_of(
+    model: TrajectoryModel, k: np.ndarray, body: Disc | Polygon | Body, w: np.ndarray
+) -> np.ndarray:
+    """(T + 1, s) how far all of a body may reach along unit directions w (s, n_p) during each
+    interval of a manoeuvre k (n_k,), and at its end, all errors of the tube included; in the frame
+    of the manoeuvre.
+    """
+    knots = trajectories(model.net, model.layout, k[None])[0][0]
+    knots = np.concatenate([knots, knots[-1:]]).reshape(len(knots) + 1, model.n_points, -1)
+    bins = np.atleast_1d(model.tube.bins_of(k[None])[0])
+    reach = np.full((len(knots) - 1, len(w)), -np.inf)
+    for part in numbered(body, model.points):
+        shape = part.shape
+        grown = shape.radius if isinstance(shape, Disc) else (w @ shape.vertices.T).max(axis=1)
+        for point in part.points:
+            along = knots[:, point] @ w.T
+            errors = errors_at(model.tube.errors, (bins, slice(None), point))
+            # (T, s) of any bin; at rest those of the last interval
+            lost = np.asarray(errors.support(w[:, None, None])).max(axis=1).T
+            lost = np.concatenate([lost, lost[-1:]])
+            reach = np.maximum(reach, np.maximum(along[:-1], along[1:]) + lost + grown)
+    return reach

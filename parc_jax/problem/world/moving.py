@@ -2,6 +2,7 @@
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,16 +13,16 @@ from parc_jax.common.lp.exact import round_up
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.rational import Point, convex_polygon, exact_support, rational_vertices
-
-Span = tuple[int, int]
+from parc_jax.problem.problem import SAME, Span
 
 
 def moving(
     obstacle: Box | HPolytope,
     velocity: ArrayLike,
-    span: Span,
+    span: tuple[int, int],
     dt: float,
     *,
+    at: float | None = None,
     every: int = 1,
     off_by: float = 0.0,
 ) -> tuple[list[HPolytope], list[Span]]:
@@ -30,13 +31,15 @@ def moving(
 
     obstacle: Box or HPolytope [m] as it stands at time 0 of the manoeuvre, its floats taken as they
     are. velocity: (n_p,) [m/s]. span: first and last interval in which it exists. dt: [s] of an
-    interval, `model.time.dt`. every: intervals per returned polytope; more makes fewer and larger
-    ones. off_by: [m/s] by which its true velocity differs from this one, at most, whenever; with a
-    velocity of zeros its greatest speed. After t seconds it is within off_by * t [m] of where it
-    would be. Each polytope contains all places of the obstacle during its intervals, ends
-    included; offsets are rounded up. A path that bends is several calls; a union is several
-    obstacles. [T38]
+    interval, `model.time.dt`. at: [s] of the clock when it stands so, which a loop compares with
+    the moment of its pose; None for whenever a plan begins. every: intervals per returned polytope;
+    more makes fewer and larger ones. off_by: [m/s] by which its true velocity differs from this
+    one, at most, whenever; with a velocity of zeros its greatest speed. After t seconds it is
+    within off_by * t [m] of where it would be. Each polytope contains all places of the obstacle
+    during its intervals and SAME around them; offsets are rounded up. A path that bends is several
+    calls; a union is several obstacles. [T38]
     """
+    at = None if at is None else float(as_float64("moving at", at, ()))
     poly = from_box(obstacle) if isinstance(obstacle, Box) else obstacle
     v = as_float64("velocity", velocity, (poly.n,))
     first, last = span
@@ -53,13 +56,20 @@ def moving(
             "moving: expected an obstacle with points in it; its rows contradict each other."
         )
     A = np.concatenate([poly.A, _sides(vertices, v)]) if v.any() else poly.A
-    spans = [(t, min(t + every - 1, last)) for t in range(first, last + 1, every)]
+    spans = spans_of(first, last, every, dt, at)
     rows = [(exact_support(vertices, w), _fastest(w, v, off_by)) for w in A]
     step = Fraction(float(dt))
-    ends = [(first * step, (last + 1) * step) for first, last in spans]
+    ends = [(first * step - SAME, (last + 1) * step + SAME) for first, last in spans]
     # w . x grows evenly, so it reaches most at one of the ends of a span
     bounds = [[round_up(now + max(rate * t for t in end)) for now, rate in rows] for end in ends]
     return [hpolytope(A, b) for b in bounds], spans
+
+
+def spans_of(
+    first: int, last: int, every: int, dt: float, at: float | None, of: Any = None
+) -> list[Span]:
+    """Spans of so many intervals each, from the first to the last. Arguments as of `Span`."""
+    return [Span((t, min(t + every - 1, last)), dt, at, of) for t in range(first, last + 1, every)]
 
 
 def _sides(vertices: list[Point], v: np.ndarray) -> np.ndarray:

@@ -97,7 +97,7 @@ def prune(problem: Problem, model: TrajectoryModel) -> Apart | None:
 
     Raises InputError where the problem does not fit the model.
     """
-    require_dimensions(problem, model.n_p, model.n_q, model.points)
+    require_dimensions(problem, model)
     return apart(problem, model, *extent_in(problem, model))
 
 

@@ -74,7 +74,7 @@ def require_fit(problem: Problem, robot: Outline | TrajectoryModel) -> None:
     """Refuse a problem that does not fit this robot: goal, body, obstacles, uncertainty. All
     that a query refuses later, so that nothing is run or learned for it. Raises InputError.
     """
-    require_dimensions(problem, robot.n_p, robot.n_q, robot.points)
+    require_dimensions(problem, robot)
     numbered(problem.body, robot.points)
     for j in range(len(problem.obstacles)):
         exists(problem, j, robot.time.n_steps)

@@ -185,7 +185,7 @@ def lowered(nominal: NominalProblem, apart: Apart | None = None) -> Scene:
             "scene: expected a nominal problem; this one is under uncertainty. Ask a planner, or "
             "reduce it by `Query.nominal`."
         )
-    require_dimensions(problem, model.n_p, model.n_q, model.points)
+    require_dimensions(problem, model)
     box_lo, box_hi = goal_box(problem.goal, model.layout)
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
     kept = None if apart is None else apart.kept
