@@ -79,14 +79,17 @@ def test_what_a_manoeuvre_would_have_done_after_it_was_left_does_not_count():
         (lambda done, path: (done, path[:2]), "from 0 to 0.25 s; number 1 began at 0.5 s"),
         (lambda done, path: ([], path), "at least one commitment; got none"),
         # what is unknown of the others is never "not left"
-        (lambda done, path: (done[1:], path), "from number 0 on; the first is number 1"),
+        (lambda done, path: (done[1:], path), "from number 0 on; got number 1 first"),
         (
             lambda done, path: (done[::2], path),
-            "committed to in between.* got commitment 2 after 0",
+            "committed to in between.* got number 2 after 0",
         ),
-        (lambda done, path: ([*done[:2], driven(False)[0][2]], path), "number 2 of another"),
+        (
+            lambda done, path: ([*done[:2], driven(False)[0][2]], path),
+            "got number 2 of another after 1",
+        ),
         (lambda done, path: ([*done, *driven(True)[0]], path), "frame is .*, beside"),
-        (lambda done, path: (driven(True)[0], path), "the heading at each record; got none"),
+        (lambda done, path: (driven(True)[0], path), r"heading: expected shape \(9,\); got \(\)"),
     ],
 )
 def test_what_makes_no_sense_is_told(spoilt, words):

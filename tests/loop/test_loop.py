@@ -115,7 +115,7 @@ def test_what_moves_is_told_for_this_moment_and_these_intervals(line):
     assert not refused(made, 0.5)
     other.step(np.add(first.asked.pose.place, [0.5, 0.125]), [0.25], [], forward, at=0.5)
     assert other.under_way is not first
-    assert "its robot has left number 0 since" in refused(made, 0.5)
+    assert "made for number 0 of a robot that has left that since" in refused(made, 0.5)
 
 
 def test_the_uncertainty_of_the_start_is_one_number_or_one_per_axis(line):

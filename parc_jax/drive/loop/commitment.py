@@ -127,6 +127,10 @@ class Step:
     left: bool = False
 
 
+class LeftTube(InputError):
+    """A pose to which the manoeuvre under way cannot have led."""
+
+
 def copies_of(asked: NominalProblem) -> int:
     """Vertex realisations: points of the nominal problem for each point of the robot."""
     return asked.model.n_points // asked.query.model.n_points
@@ -140,15 +144,11 @@ def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
         raise InputError(f"{where}: expected at least one commitment; got none.")
     for one, other in pairwise(commitments):
         agree(f"{where}: commitments of one loop", one.shared, other.shared)
-        if other.number != one.number + 1:
+        if other.number != one.number + 1 or one.episode is not other.episode:
+            of = "" if one.episode is other.episode else " of another"
             raise InputError(
-                f"{where}: expected all that a loop committed to in between, which was driven; got "
-                f"commitment {other.number} after {one.number}."
-            )
-        if one.episode is not other.episode:
-            raise InputError(
-                f"{where}: expected commitments of one episode of one robot's loop; got number "
-                f"{other.number} of another."
+                f"{where}: expected all that one robot's loop committed to in between in one "
+                f"episode; got number {other.number}{of} after {one.number}."
             )
 
 
@@ -167,13 +167,11 @@ def left_tube(
     require_whole("left_tube", commitments)
     if (first := commitments[0].number) != 0:
         raise InputError(
-            f"left_tube: expected all commitments of an episode, from number 0 on; the first is "
-            f"number {first}: of those before nobody would know whether their tube was left."
+            f"left_tube: expected all commitments of an episode, from number 0 on; got number "
+            f"{first} first. Nobody knows whether the tubes of those before were left."
         )
     model = commitments[0].asked.query.model
     turns = commitments[0].asked.pose.heading is not None
-    if turns and heading is None:
-        raise InputError("left_tube: expected the heading at each record; got none.")
     # places that are not finite are outside of every tube
     path, points, n_p = np.asarray(path, np.float64), model.n_points, model.n_p
     shapes = [(points, n_p)] + [(n_p,)] * (points == 1)
@@ -183,8 +181,8 @@ def left_tube(
             f"more, (n, {points}, {n_p}); got shape {path.shape}."
         )
     path = path.reshape(len(path), points, n_p)
-    heading = np.zeros(len(path)) if heading is None else heading
-    heading = as_float64("left_tube: heading", np.where(turns, heading, 0.0), (len(path),))
+    heading = heading if turns else np.zeros(len(path))
+    heading = as_float64("left_tube: heading", heading, (len(path),))
     step, begin = model.time.dt_record, []
     for one in commitments:  # the record at which each began
         exact = float(one.begin) / step

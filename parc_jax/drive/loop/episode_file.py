@@ -41,9 +41,9 @@ def episode_part(
     require_whole("episode", commitments)
     if not (np.isfinite(drift) and drift >= 0):
         raise InputError(f"episode: expected a drift >= 0 m; got {drift!r:.40}.")
-    manoeuvres = [manoeuvre_part(one) for one in commitments]
     drift = max(drift, *(one.drift for one in commitments))
-    part = head_part(commitments[0].asked, drift) | {"manoeuvres": manoeuvres}
+    part = head_part(commitments[0].asked, drift)
+    part |= {"manoeuvres": [manoeuvre_part(one) for one in commitments]}
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]
     if eps := getattr(commitments[0].asked.query.problem.uncertainty, "sensing_eps", 0):
         said = f"all that is measured is within its bounds but for a probability of {eps}"

@@ -30,7 +30,7 @@ from parc_jax.drive.loop.candidates import (
     outlook,
     require_rest,
 )
-from parc_jax.drive.loop.commitment import Commitment, Step, leads_to, outside_tube
+from parc_jax.drive.loop.commitment import Commitment, LeftTube, Step, leads_to, outside_tube
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
@@ -73,10 +73,6 @@ class Effort:
                 "Effort: expected at least one candidate, one to judge, one look, room of 0 m or "
                 f"more and a deadline above 0 s; got {self}."
             )
-
-
-class LeftTube(InputError):
-    """A pose to which the manoeuvre under way cannot have led."""
 
 
 class Loop:
@@ -150,9 +146,8 @@ class Loop:
         if candidates is not None:
             self.candidates = listed_candidates(model, self.given, candidates)
         require_rest(model, self.candidates, self.given)
-        self.under_way: Commitment | None = None
-        self._before: Commitment | None = None
-        self._n, self._episode = 0, list[Commitment]()
+        self._episode: list[Commitment] = []
+        self.restart()
         # compile everything that a step may need
         pose = np.zeros(model.n_p + (model.rotation is not None))
         scene = self._scenes.scene(pose_of(pose, model), ())
@@ -234,10 +229,11 @@ class Loop:
             if i >= 0 and safe.clearance[i] >= least:
                 chosen, clear = k[rows[safe.rows[i]]], float(safe.clearance[i])
                 chosen.setflags(write=False)  # a certificate is written from it
-                until = at + self.lasts
                 about = clear, judged, scene.nominal, float(drift)
-                one = Commitment(self._n, at, until, chosen, *about, episode=self._episode)
-                self._begin(one)
+                number = 0 if self.under_way is None else self.under_way.number + 1
+                one = Commitment(number, at, at + self.lasts, chosen, *about, episode=self._episode)
+                self._before, self.under_way = self.under_way, one
+                self._episode[:] = [one]
                 return Step(one, True)
         more = ""
         if judged < len(order):
@@ -268,9 +264,9 @@ class Loop:
             one = replace(first, asked=self._scenes.scene(first.asked.pose, ()).nominal)
             agree("restart: a manoeuvre of this loop", first.shared, one.shared)
         self._episode.clear()  # what it had under way is so no more
-        self.under_way, self._n = None, 0
+        self.under_way, self._before = first, None
         self._episode = [] if first is None else first.episode
-        self._begin(first)
+        self._episode[:] = [] if first is None else [first]
 
     def go_on(self, reason: str, gone: "shapely.Geometry | None" = None) -> Step:
         """Continue the manoeuvre under way to its stop, for a reason of the caller: an invalid
@@ -280,11 +276,6 @@ class Loop:
         if self.under_way is not None and gone is not None and leads_to(self.under_way, gone):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
         return Step(self.under_way, False, reason)
-
-    def _begin(self, one: Commitment | None) -> None:
-        self._before, self.under_way = self.under_way, one
-        if one is not None:
-            self._episode[:], self._n = [one], one.number + 1
 
     def _time(self, at: float | None) -> Fraction:
         """[s] of the clock, exact, after the manoeuvre under way began. Raises InputError."""

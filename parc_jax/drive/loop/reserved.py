@@ -8,17 +8,13 @@ from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.learning.system import TimeGrid
 from parc_jax.problem.problem import SAME, Span
 from parc_jax.problem.uncertainty import Uncertainty
-from parc_jax.problem.world.movers import reach_of
+from parc_jax.problem.world.movers import SLACK, directions, polytopes, reach_of
 from parc_jax.problem.world.moving import spans_of
-
-SIDES = 8  # of a polytope that holds the robot
-# [m] outwards, more than floats round places within 1e5 m by, and anybody drives in SAME
-SLACK = 1e-6
 
 
 def reserved(
@@ -55,9 +51,9 @@ def reserved(
     model, pose, known = asked.query.model, asked.pose, asked.query.problem.uncertainty
     if model.n_p != 2:
         raise InputError(f"reserved: expected a robot in the plane; got {model.n_p} axes.")
-    A = _directions(pose.heading or 0.0)
+    A = directions(pose.heading or 0.0)
     # of the nominal model: a point for each vertex realisation
-    reach = reach_of(asked.model, commitment.k, asked.problem.body, _directions(0.0))
+    reach = reach_of(asked.model, commitment.k, asked.problem.body, directions(0.0))
     # NaN would be no bound: `hpolytope` refuses it
     reach += A @ pose.place + np.abs(A) @ (known or Uncertainty()).shifts(2)
     reach += SLACK * (1 + np.abs(A).sum(axis=1))
@@ -67,16 +63,6 @@ def reserved(
     told = time.dt, float(age + commitment.begin), commitment
     spans = spans_of(0, rests - 1, every, *told)
     spans += spans_of(rests, time.n_steps - 1, time.n_steps, *told)
-    obstacles = []
-    for first, last in spans:
-        begin = min(math.floor((age + first * step + SAME) / dt), len(reach) - 1)
-        end = math.ceil((age + (last + 1) * step - SAME) / dt)
-        end = len(reach) if last == time.n_steps - 1 else max(end, begin + 1)
-        obstacles.append(hpolytope(A, reach[begin:end].max(axis=0)))
-    return obstacles, spans
-
-
-def _directions(heading: float) -> np.ndarray:
-    """(SIDES, 2) in the frame of a manoeuvre with this heading, seen from the world."""
-    angles = heading + 2 * np.pi / SIDES * np.arange(SIDES)
-    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    ends = [(age + first * step, age + (last + 1) * step) for first, last in spans]
+    ends[-1] = ends[-1][0], len(reach) * dt  # and for ever
+    return polytopes(A, reach, dt, ends), spans

@@ -109,16 +109,15 @@ class Scenes:
 def _require_now(name: str, span: Span, at: Fraction) -> None:
     """Raises InputError for what was made for another moment, or is of what nobody drives now."""
     if span.at is None or not abs(span.at - float(at)) <= SAME:
-        made = "says none" if span.at is None else f"was made for {span.at:g} s"
-        raise InputError(
-            f"{name}: expected one for the moment of this pose, {float(at):g} s of the clock; it "
-            f"{made}. Make it anew at every step, with `at`."
-        )
-    if span.of is not None and not span.of.under_way:
-        raise InputError(
-            f"{name}: expected places of a manoeuvre under way; its robot has left number "
-            f"{span.of.number} since. Make it anew when that robot has decided."
-        )
+        fault = "says none" if span.at is None else f"was made for {span.at:g} s"
+    elif span.of is not None and not span.of.under_way:
+        fault = f"was made for number {span.of.number} of a robot that has left that since"
+    else:
+        return
+    raise InputError(
+        f"{name}: expected one for the moment of this pose, {float(at):g} s of the clock; it "
+        f"{fault}. Make it anew at every step, with `at`, when all others have decided."
+    )
 
 
 def moved_goal(goal: HPolytope, model: TrajectoryModel, place: np.ndarray) -> HPolytope:

@@ -5,7 +5,7 @@ ignore the robot, and to come from the law of the tracks.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -25,13 +25,13 @@ from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.loaders import recorded
 from parc_jax.learning.system import ONE_POINT, TimeGrid
 from parc_jax.problem.body import Body, Disc, Polygon, numbered
-from parc_jax.problem.problem import Span
+from parc_jax.problem.problem import SAME, Span
 from parc_jax.problem.world.moving import spans_of
 
 SIDES = 8  # of the polytope that holds a mover
-SLACK = 1e-6  # [m] outwards, more than floats round a place within 1e5 m by
+SLACK = 1e-6  # [m] outwards: more than floats round a place within 1e5 m by and SAME takes away
 TURN = 3.15  # [rad] a bit more than half a turn
-SAME = 1e-6  # [s] moments of a clock that are one
+ABOUT = 1e-6  # [s] times of tracks that are one
 
 
 class Mover(NamedTuple):
@@ -65,7 +65,7 @@ def see_mover(times: ArrayLike, places: ArrayLike, step: float) -> Mover:
     times = as_float64("see_mover times", times, (3,))
     places = as_float64("see_mover places", places, (3, 2))
     gaps = np.diff(times)
-    if not (np.abs(gaps - step) <= SAME).all():
+    if not (np.abs(gaps - step) <= ABOUT).all():
         raise InputError(
             f"see_mover: expected places {step:g} s apart, as of the tracks that the model was "
             f"learned from; these are {gaps[0]:g} and {gaps[1]:g} s apart."
@@ -126,7 +126,7 @@ def mover_runs(
         times = as_float64("track times", times, (None,))
         places = as_float64("track places", places, (len(times), 2))
         gaps = np.diff(times)
-        if len(times) < 2 or not (0 < gaps.min() <= gaps.max() <= bridge + SAME):
+        if len(times) < 2 or not (0 < gaps.min() <= gaps.max() <= bridge + ABOUT):
             raise InputError(
                 f"track {number}: expected at least two increasing times, {bridge:g} s apart at "
                 f"most (bridge); it has a gap of {gaps.max(initial=0.0):.3g} s. Leave out what was "
@@ -138,7 +138,7 @@ def mover_runs(
                 f"track {number}: expected at most {most:g} m/s; it jumps with {fastest:.3g} m/s. "
                 "Cut it there: it is two movers, or one that was lost."
             )
-        first, last = times[0] + 2 * step, times[-1] - time.t_f + SAME
+        first, last = times[0] + 2 * step, times[-1] - time.t_f + ABOUT
         if not first < last:
             raise InputError(
                 f"track {number}: expected at least {2 * step + time.t_f:g} s of it, two steps and "
@@ -184,7 +184,7 @@ def mover_obstacles(
     until: [s] after that, to which they are obstacles, up to a whole interval; None = as long as
     the manoeuvre. every: intervals of the robot per polytope.
     """
-    steps = time.n_steps if until is None else math.ceil(until / time.dt - SAME)
+    steps = time.n_steps if until is None else math.ceil(until / time.dt - ABOUT)
     if not (radius > 0 and every >= 1 and 1 <= steps <= time.n_steps):
         raise InputError(
             f"mover_obstacles: expected a radius above 0 m, every >= 1 and until within the "
@@ -193,7 +193,7 @@ def mover_obstacles(
     obstacles, spans = [], spans_of(0, steps - 1, every, time.dt, float(at))
     for mover in movers:
         age = at - mover.at
-        if not -SAME <= age <= model.time.t_f - steps * time.dt + SAME:
+        if not -ABOUT <= age <= model.time.t_f - steps * time.dt + ABOUT:
             raise InputError(
                 f"mover_obstacles: expected a mover that was seen at the pose or up to "
                 f"{model.time.t_f - steps * time.dt:.2g} s before it, by one clock; this one was "
@@ -210,7 +210,10 @@ def mover_obstacles(
                 f"{model.domain.hi[0]:.3g} m/s; this one goes {mover.k[0]:.3g} m/s."
             )
         ends = max(age, 0.0) + time.dt * (np.array(spans) + np.array([0, 1]))
-        obstacles += _polytopes(model, mover, radius, ends)
+        A = directions(mover.heading)
+        reach = reach_of(model, mover.k, Disc(radius), directions(0.0)) + A @ mover.place
+        reach += SLACK + ABOUT * model.domain.hi[0]  # who goes as fast as its law has
+        obstacles += polytopes(A, reach, model.time.dt, ends.tolist())
     n, eps, p = len(movers), model.claim.eps, model.claim.premises
     if eps is None:
         held = f"each stays in its tube, which is {str(p['tube']).partition(',')[0]}, not shown"
@@ -229,20 +232,10 @@ def mover_obstacles(
     return Moving(obstacles, spans * n, steps * time.dt, said)
 
 
-def _polytopes(
-    model: TrajectoryModel, mover: Mover, radius: float, ends: np.ndarray
-) -> list[HPolytope]:
-    """Of one mover, for spans that begin and end (s, 2) [s] after it was seen."""
-    angles = mover.heading + 2 * np.pi / SIDES * np.arange(SIDES)
-    A = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    # the same directions in the frame of the mover
-    far = reach_of(model, mover.k, Disc(radius), _turned(A, -mover.heading))
-    out = A @ mover.place + SLACK + SAME * model.domain.hi[0]  # who goes as fast as its law has
-    dt, found = model.time.dt, []
-    for begin, end in ends:
-        first, last = math.floor((begin + SAME) / dt), math.ceil((end - SAME) / dt)
-        found.append(hpolytope(A, out + far[min(first, len(far) - 2) : last].max(axis=0)))
-    return found
+def directions(heading: float) -> np.ndarray:
+    """(SIDES, 2) in the frame of who has this heading, seen from the world."""
+    angles = heading + 2 * np.pi / SIDES * np.arange(SIDES)
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
 def reach_of(
@@ -267,3 +260,16 @@ def reach_of(
             lost = np.concatenate([lost, lost[-1:]])
             reach = np.maximum(reach, np.maximum(along[:-1], along[1:]) + lost + grown)
     return reach
+
+
+def polytopes(A: np.ndarray, reach: np.ndarray, dt: float, ends: Iterable) -> list[HPolytope]:
+    """All places within reach (T + 1, s) along normals A (s, 2), a row for each interval of dt [s]
+    and one for ever after, for spans that begin and end at [s]; what is within SAME of a knot is
+    there.
+    """
+    found = []
+    for begin, end in ends:
+        first = min(math.floor((begin + SAME) / dt), len(reach) - 1)
+        last = max(math.ceil((end - SAME) / dt), first + 1)
+        found.append(hpolytope(A, reach[first:last].max(axis=0)))
+    return found
