@@ -450,8 +450,8 @@ CARRIED = (
     ),
     Fault(
         "manoeuvres_of_two_loops_in_one_file",
-        "episode_part",
-        'agree("episode: commitments of one loop", one.shared, other.shared)',
+        "require_whole",
+        'agree(f"{where}: commitments of one loop", one.shared, other.shared)',
         "pass",
         "tests/loop/test_log.py::test_a_manoeuvre_and_the_next_agree_on_all_that_they_share",
     ),

@@ -85,6 +85,23 @@ ROBOT = (
         ),
     ),
     Fault(
+        "spans_of_another_moment",
+        "_require_now",
+        "if span.at is None or not abs(span.at - float(at)) <= SAME:",
+        "if span.at is None:",
+        ("tests/loop/test_loop.py::test_what_moves_is_told_for_this_moment_and_these_intervals"),
+    ),
+    Fault(
+        "what_was_left_is_reserved",
+        "reserved",
+        "if not commitment.under_way:",
+        "if False:",
+        (
+            "tests/loop/test_reserved.py"
+            "::test_what_a_robot_has_left_for_another_manoeuvre_reserves_nothing"
+        ),
+    ),
+    Fault(
         "header_sees_one_end_of_an_interval",
         "parc_jax/drive/onboard/safe_set.h",
         "if (!(at_start > least && at_end > least))",
