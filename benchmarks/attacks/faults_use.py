@@ -93,7 +93,7 @@ ROBOT = (
     ),
     Fault(
         "what_was_left_is_reserved",
-        "reserved",
+        "reserved.reserved",
         "if not commitment.under_way:",
         "if False:",
         (
