@@ -74,3 +74,28 @@ class Driving(Options):
                 "mover_radius: expected above 0 m, since mover_speed says that somebody moves; "
                 "got 0."
             )
+
+    @property
+    def premises(self) -> dict[str, str]:
+        """Premises of manoeuvres beside model and tube: by name, in words with their numbers."""
+        standing = "a map: its free cells are free, and stay so"
+        if self.sensor is not None:
+            x, y, turned = self.sensor
+            standing = (
+                f"a lidar at ({x!r}, {y!r}) m, {turned!r} rad on the robot: ranges within "
+                f"±{self.noise!r} m, nothing narrower than {self.width!r} m; what it sees no more "
+                f"stays{f' for {self.age!r} s' if self.age else ''}, and before the start "
+                f"{self.margin!r} m around the robot were looked at"
+            )
+        size, speed = self.mover_radius, self.mover_speed
+        moving = f"all are told, within {size!r} m, no faster than {speed!r} m/s"
+        return {
+            "measured poses": (
+                f"in the frame {self.frame!r}, within ±{self.uncertainty_start!r} m along each "
+                f"axis and ±{self.uncertainty_heading!r} rad of the truth, from the stamp to where "
+                f"the manoeuvre begins; the frame drifts {self.drift!r} m and turns by "
+                f"{self.drift_heading!r} rad at most from one manoeuvre to the next"
+            ),
+            "what stands": standing,
+            "who moves": moving if size else "nobody",
+        }

@@ -20,6 +20,7 @@ from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.candidates import Outlook, moved_last
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
+from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
@@ -123,7 +124,13 @@ class Pilot:
         require_frame(message, self.driving.frame, "movers")
         if not self.driving.mover_radius:
             raise InputError("movers: expected a pilot that knows their size; set mover_radius.")
-        self.movers = measured.movers_in(message)
+        movers = measured.movers_in(message)
+        if self.movers is not None and movers.stamp < self.movers.stamp:
+            raise InputError(
+                f"movers: expected stamps that do not fall; got {movers.stamp} ns after "
+                f"{self.movers.stamp} ns. An older message does not have who came since."
+            )
+        self.movers = movers
 
     def hear_pose(self, message: Any) -> Step | None:
         """An Odometry, or any pose with a header, in the frame of all. Returns the step that it
@@ -189,28 +196,7 @@ class Pilot:
     @property
     def premises(self) -> dict[str, str]:
         """Premises of manoeuvres beside model and tube: by name, in words with their numbers."""
-        d = self.driving
-        standing = "a map: its free cells are free, and stay so"
-        if d.sensor is not None:
-            x, y, turned = d.sensor
-            standing = (
-                f"a lidar at ({x!r}, {y!r}) m, {turned!r} rad on the robot: ranges within "
-                f"±{d.noise!r} m, nothing narrower than {d.width!r} m; what it sees no more stays"
-                f"{f' for {d.age!r} s' if d.age else ''}, and before the start {d.margin!r} m "
-                "around the robot were looked at"
-            )
-        size, speed = d.mover_radius, d.mover_speed
-        moving = f"all are told, within {size!r} m, no faster than {speed!r} m/s"
-        return {
-            "measured poses": (
-                f"in the frame {d.frame!r}, within ±{d.uncertainty_start!r} m along each axis and "
-                f"±{d.uncertainty_heading!r} rad of the truth, from the stamp to where the "
-                f"manoeuvre begins; the frame drifts {d.drift!r} m and turns by "
-                f"{d.drift_heading!r} rad at most from one manoeuvre to the next"
-            ),
-            "what stands": standing,
-            "who moves": moving if size else "nobody",
-        }
+        return self.driving.premises
 
     def statement(self, step: Step) -> str:
         """The guarantee of a step, and its premises."""
@@ -223,12 +209,17 @@ class Pilot:
         moves = any(span is not None for span in now.asked.problem.all_spans)
         after = "; who moves may run into it there" if moves else ""
         last = moved_last(self.model, now.k[None])[0][0]
+        body, n = "; ".join(now.shared["body"]), len(now.asked.problem.obstacles)
+        told = [f"{name_of(self.model.labels.k[i])} = {now.k[i]!r}" for i in self.loop.given]
+        known = [f"its measured start is exact: {', '.join(told)}"] if told else []
+        if self._scanned is not None:
+            known.append(f"the last scan is {(self._stamp - self._scanned) / 1e9!r} s older")
         return (
-            f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside "
-            "the tube and every pose inside the uncertainty nothing is touched. Assumed: that it "
-            f"rests at its end, where its prediction moves by {rounded_up(last, 2)} m in the last "
-            f"{self.model.time.dt:g} s{after}; {self.assumed}. (E) "
-            f"{now.asked.model.claim.details()}"
+            f"{begun}, a body ({body}) among {n} obstacles. Proved in float64 with a margin that "
+            "covers rounding: for every run inside the tube and every pose inside the uncertainty "
+            "nothing is touched. Assumed: that it rests at its end, where its prediction moves by "
+            f"{rounded_up(last, 2)} m in the last {self.model.time.dt:g} s{after}; "
+            f"{'; '.join([*known, self.assumed])}. (E) {now.asked.model.claim.details()}"
         )
 
     def _look(self) -> None:

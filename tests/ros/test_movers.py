@@ -92,6 +92,8 @@ def test_nothing_is_begun_before_all_are_told_or_where_they_may_be():
     committed, reason = stepped(6)
     assert committed is not None and not reason and not any(committed.asked.problem.all_spans)
     one.hear_movers(discs((2.5, 1.0), at=at + 7 * 10**9))
+    with pytest.raises(InputError, match="movers: expected stamps that do not fall"):
+        one.hear_movers(discs(at=at))
     there = sliding.after(np.zeros(2), committed.k, 10)
     assert compiled_by(lambda: stepped(7, *there)) == 0 and len(one.driven) == 2
     assert any(one.driven[1].asked.problem.all_spans)

@@ -218,6 +218,12 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
         "nothing is touched. Assumed: that it rests at its end, where its prediction moves by"
         in said
     )
+    for words in (
+        "a body (point 0 grown by 0.2 m) among",
+        "its measured start is exact: ",
+        "; the last scan is 0.0 s older; ",
+    ):
+        assert words in said
     told = episode_part(one.driven, assumed=one.premises)["premises"]
     assert [[name, "assumed", value] for name, value in one.premises.items()] == told[-3:]
 

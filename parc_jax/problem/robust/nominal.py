@@ -97,7 +97,7 @@ class Query:
             problem = copied_problem(problem, model, n_v, n_r)
             # with a pose the obstacles have grown by the start box, so the tube need not
             start = uncertainty.shifts(model.n_p) * (pose is None)
-            key = (*uncertainty.of_model, pose is None)
+            key = (model.claim.hash, *uncertainty.of_model, pose is None)
             cache = {} if cache is None else cache
             if key not in cache:
                 while len(cache) >= CACHED:

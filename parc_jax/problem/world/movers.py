@@ -225,9 +225,9 @@ def mover_obstacles(
             f"{rounded_up(min(Fraction(1), n * eps))}"
         )
     said = (
-        f"Until {steps * time.dt:.3g} s after the pose, against {counted(n, 'mover')} within "
-        f"{radius:g} m: {held}, if they ignore the robot. Of whoever is not among them nothing is "
-        f"said. {assumes(p)}"
+        f"Until {steps * time.dt:.3g} s after the pose at {float(at)!r} s, against "
+        f"{counted(n, 'mover')} within {radius:g} m: {held}, if they ignore the robot. Of whoever "
+        f"is not among them nothing is said. {assumes(p)}"
     )
     return Moving(obstacles, spans * n, steps * time.dt, said)
 

@@ -15,7 +15,7 @@ from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.model import TrajectoryModel, float_slack
 from parc_jax.learning.runs.law import STATED, Subject
 from parc_jax.problem.body import Body, Disc, Polygon, numbered
-from parc_jax.problem.problem import Problem, reach_avoid
+from parc_jax.problem.problem import Problem, Span, reach_avoid
 from parc_jax.safe_set.separation.pairs import Obstacles, obstacles_of
 from parc_jax.safe_set.verdict.scene import (
     CORNERS,
@@ -62,7 +62,7 @@ class BoxScenes:
             [box(self.obstacle_lo[i, j], self.obstacle_hi[i, j]) for j in kept],
             self.body,
             start,
-            [tuple(int(t) for t in self.spans[i, j]) for j in kept],
+            [Span(self.spans[i, j].tolist(), self.of.time.dt) for j in kept],
         )
 
 
