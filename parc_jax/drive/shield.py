@@ -30,7 +30,9 @@ Metric = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 class Sensed(NamedTuple):
-    """What is known at a step. pose, given, obstacles, spans, drift: as of `Loop.step`."""
+    """What is known at a step. pose, given, obstacles, spans, drift: as of `Loop.step`, whose clock
+    counts from the reset.
+    """
 
     pose: ArrayLike
     given: ArrayLike
