@@ -100,7 +100,7 @@ def test_a_world_is_crossed_by_proved_manoeuvres(tmp_path):
     told = shell.episode("loop", 1, 0, tmp_path)
     assert told["reached"] and told["clearance"] > 0 and not told["left"] and not told["cause"]
     assert sum(told["claimed"].values()) > 50 and "0.6" in told["claimed"]
-    assert told["said"].startswith("Until 0.6 s after the pose, against ")
+    assert told["said"].startswith("Until 0.6 s after the pose at ")
     load_episode(tmp_path / "world_1_0.json")  # raises where the checker rejects it
 
 

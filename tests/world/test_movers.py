@@ -106,9 +106,7 @@ def test_obstacles_hold_all_of_a_tube_grown_by_the_mover(heading, age, every):
 def test_until_a_moment_nobody_is_an_obstacle_later():
     told = pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, ROBOT, 0.0, until=0.35)
     assert told.until == pytest.approx(0.4) and told.spans[-1][1] == 3
-    assert told.said.startswith(
-        "Until 0.4 s after the pose at 0.0 s, against 1 mover "
-    )
+    assert told.said.startswith("Until 0.4 s after the pose at 0.0 s, against 1 mover ")
     assert "which is DECLARED, not shown, if they ignore the robot" in told.said
 
 
