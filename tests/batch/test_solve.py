@@ -152,6 +152,7 @@ def test_arrays_of_boxes_are_laid_out_like_problems(body, rng):
             padded_to_class(scene_of(boxes.problem(i), model)),
             jax.tree.map(lambda x, i=i: x[i], stacked),
         )
+        assert {span.dt for span in boxes.problem(i).spans} <= {model.time.dt}
         kept = np.flatnonzero(present[i])
         a, b = one.obstacles, mine.obstacles
         np.testing.assert_allclose(

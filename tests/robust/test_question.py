@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from exact_oracle import exact_safe
 from toy_bodies import points_model
-from toy_models import anchored_plans, toy_case
+from toy_models import anchored_plans, line_model, toy_case
 from uncertain import NEARLY, corners_and_inside
 
 import parc_jax as pj
@@ -35,6 +35,16 @@ SMALL = Settings(samples=12, target=0.2, budget_s=300)
 TRIANGLE = hpolytope([[1.0, 1.0], [-1.0, 2.0], [0.0, -1.0]], [0.03, 0.02, 0.01])
 SQUARE = box([-0.02, -0.02], [0.02, 0.02])
 UNCERTAINTY = Uncertainty(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=[TRIANGLE, SQUARE])
+
+
+def test_robust_models_that_are_kept_are_of_the_model_that_is_asked():
+    """Whose tube is wider is not asked with the tube of another, whatever was kept."""
+    kept: dict = {}
+    for e in (0.01, 0.02):
+        model, problem = line_model(4, e), toy_case(0)[1]
+        asked = problem.replace(uncertainty=Uncertainty(start=0.05))
+        robust = query(asked, model).nominal(kept).model
+        assert np.allclose(robust.tube.interval, e + 0.05)
 
 
 def in_triangle(rng) -> np.ndarray:
