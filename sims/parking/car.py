@@ -243,8 +243,8 @@ class Car:
         return jnp.concatenate([jnp.stack(start[:5])[None], states])
 
 
-def system(law: Law | None = None) -> Car:
-    """The car, with what differs between its runs."""
-    most = np.array([TURN, 1.0, 1.0, 1.0])
+def system(law: Law | None = None, way: float = WAY) -> Car:
+    """The car, with what differs between its runs. way: [m] most that is asked for."""
+    most = np.array([TURN, root_of(way), 1.0, 1.0])
     grid = time_grid(1.0, SHARES + 2.0, 1.0 / EVERY)
     return Car(box(-most, most), grid, Law() if law is None else law)

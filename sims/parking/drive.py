@@ -19,12 +19,13 @@ from parc_jax.problem.robust.pose import pose_of
 from sims.parking import car as c
 from sims.parking.cases import NEAR, Case
 from sims.parking.guide import BUDGET, Guide
-from sims.parking.kinematics import MOST, compose, offset_from, reach_exactly
+from sims.parking.kinematics import LONGEST, MOST, compose, offset_from, reach_exactly
 from sims.rectangle import rectangle
 
 MODEL = Path(__file__).with_name("model.npz")
 GOAL = (0.1, np.radians(2.0))  # [m] along and across, [rad]: how far from the goal is in it
 AROUND, SPREAD = 384, (0.12, 0.12, 0.12)  # candidates around the way's own, and their spread
+WIDER = 3.0  # times as wide spread where no manoeuvre leads there exactly
 PER_RADIAN = 2.5  # [m] that a wrong heading counts as
 ROOMY = 0.9  # share of the goal that the tube of the last manoeuvre may take
 STEERED = 0.75  # share of the steering that it may ask for: what is left corrects where it begins
@@ -114,6 +115,7 @@ def guide_of(case: Case, model, within=GOAL, shift: float = 0.0, heading: float 
             model, k, within, offset_from(case.goal, aim), shift, heading
         ),
         aims=compose(case.goal, offsets),
+        longest=longest_of(model),
     )
     guide.require_reach()
     return guide
@@ -142,7 +144,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
             if share is None:
                 break
             guide.share = share
-            way, i = guide.search(pose), 0
+            way, i = guide.search(pose, wheels), 0
             tries += 1
             if way is None:
                 why = f"no way was found within {BUDGET - guide.left:,} of {BUDGET:,} poses"
@@ -199,11 +201,14 @@ def link(loop, around, pose, wheels, k, target, goal, at):
     if that is not None.
     """
     aim = offset_from(pose, target)
-    exact, _ = reach_exactly(aim[None], np.asarray(k, float)[None], predicted(loop.model, wheels))
+    k, longest = np.asarray(k, float)[None], longest_of(loop.model)
+    exact, there = reach_exactly(aim[None], k, predicted(loop.model, wheels), longest)
     draw = np.random.default_rng(0).normal(size=(AROUND - 1, 3)) * SPREAD
     draw *= np.random.default_rng(1).uniform(0, 1, (AROUND - 1, 1)) ** 2
-    near = np.concatenate([exact, exact + draw])
-    near = np.clip(near, -MOST, MOST)
+    # a target that none leads to exactly may be reached nearly by what was planned, or far from it
+    near = np.concatenate([exact, exact + draw] if there[0] else [k, k + WIDER * draw])
+    most = np.array([longest, MOST, MOST])
+    near = np.clip(near, -most, most)
     loop.candidates = listed_candidates(loop.model, loop.given, asked(near))
     here = shapely.Point(pose[:2])
     obstacles = [piece for piece, shape in around if shape.distance(here) < NEAR]
@@ -214,6 +219,11 @@ def link(loop, around, pose, wheels, k, target, goal, at):
         return np.maximum(off - 0.01, 0.0) + PER_RADIAN * np.abs(turned)
 
     return loop.step(pose, [wheels], obstacles, prefer, at=at, goal=goal)
+
+
+def longest_of(model) -> float:
+    """[m] of the longest manoeuvre that is asked of a model."""
+    return LONGEST / c.WAY * float(c.way_of(model.domain.hi[1]))
 
 
 def tube_of(model, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@ little room, to the start. It only proposes: what it gets wrong costs time, neve
 """
 
 import heapq
-from itertools import count
+from itertools import count, product
 from typing import NamedTuple
 
 import numpy as np
@@ -12,31 +12,38 @@ import parc_jax as pj
 from sims.parking import car as c
 from sims.parking.cases import Case
 from sims.parking.kinematics import (
+    LONGEST,
     MOST,
+    backwards,
     compose,
     ends,
     offset_from,
     reach_exactly,
     seconds,
+    stand,
     steering,
 )
 from sims.parking.space import BORDER, LIKED, TIGHT, Space
 
-WAYS = (0.2, 0.45, 0.9, 1.8, 3.2, 5.2, MOST[0])  # [m], forwards and backwards
-SHORT = (0.1, 0.3)  # [m] of a fine search, too
-TURNS = np.linspace(-MOST[1], MOST[1], 5)  # shares of the steering, first and last
+WAYS = (0.2, 0.45, 0.9, 1.8, 3.2, 5.2, LONGEST)  # [m], forwards and backwards
+SHORT = (0.05, 0.1, 0.3)  # [m] of a fine search, too
+TURNS = np.linspace(-MOST, MOST, 5)  # shares of the steering, first and last
 SAMPLED = 0.3  # [m] of way between poses that are looked at
 BLOCK, SECTORS = 0.35, 48  # [m] and number of headings of cells of which one pose is followed
 FINER = 16  # times as fine are these cells in a fine search, where it is tight
 WIDTH, LEAST = 0.08, 0.02  # [m] of a tube that nobody told, and of clearance beside a tube's
-DISLIKED = 8.0  # [s / m] that each m of clearance less than LIKED costs
+DISLIKED = 3.0  # [s / m] that each m of clearance less than LIKED costs
 SHOT = 9.0  # [m] from the start: it is tried to be reached at once
-SINGLE = 0.6  # [s] that each further manoeuvre costs beside its time
+SINGLE = 2.0  # [s] that each further manoeuvre costs beside its time
 # weights of what is thought to be left, most poses followed with each, and whether they are told
 # apart finely where it is tight: the next where none was found with the one before
-GREEDY = ((1.6, 400, False), (2.5, 2500, False), (1.6, 1500, True))
+GREEDY = ((1.1, 1000, False), (1.6, 400, False), (2.5, 2500, False), (1.6, 1500, True))
 BUDGET = 12_000  # poses followed in all searches of a case
-STOPS = 0.8  # [m] of way between poses from which a shorter way may go on
+STOPS = 1.5  # [m] of way between poses from which a shorter way may go on
+SPREADS = (0.0, 1.0, 1.0, 0.7, 0.5, 0.35, 0.25, 0.2)  # of poses near a way, one round after another
+DRAWN, NEARBY = (0.6, 0.4, 0.2), 6  # [m, m, rad] of such poses, and how many for each of the way
+DETOUR = 1.0  # [s] that a manoeuvre may take more than what it is in place of
+AVOIDED = 2.0  # [s / m] as DISLIKED, once a way is known
 
 
 class Way(NamedTuple):
@@ -51,25 +58,34 @@ class Way(NamedTuple):
 
 class Guide:
     """Ways of a case. share: of its tube's width by which a manoeuvre has to be clear. width: [m]
-    (b,) of the tubes of manoeuvres k (b, 3). aims (n, 3): poses at which a way may end, by default
-    the goal. sure: which of k (b, 3) may be the last, aimed at a pose (3,). left: poses that its
-    searches may still follow.
+    (b,) of the tubes of manoeuvres k (b, 3), of which longest: [m] is the longest. aims (n, 3):
+    poses at which a way may end, by default the goal. sure: which of k (b, 3) may be the last,
+    aimed at a pose (3,). left: poses that its searches may still follow.
     """
 
-    def __init__(self, case: Case, share: float = 1.0, width=None, sure=None, aims=None):
+    def __init__(
+        self,
+        case: Case,
+        share: float = 1.0,
+        width=None,
+        sure=None,
+        aims=None,
+        longest: float = LONGEST,
+    ):
         self.case, self.share, self.left = case, share, BUDGET
+        self._longest = longest
         self._aims = case.goal[None] if aims is None else aims
         self._width = (lambda k: np.full(len(k), WIDTH)) if width is None else width
         self.space = Space(case)
         self._sure = (lambda k, aim: np.ones(len(k), bool)) if sure is None else sure
-        listed = WAYS + SHORT
-        k = [(s * w, a, b) for w in listed for s in (1, -1) for a in TURNS for b in TURNS]
-        self.k = np.array(k)
+        ways = [way for way in WAYS + SHORT if way <= longest]
+        listed = product(ways, (1, -1), TURNS, TURNS)
+        self.k = np.array([(s * w, a, b) for w, s, a, b in listed])
         self._short = np.isin(np.abs(self.k[:, 0]), SHORT)
         self._seconds = seconds(self.k)
         self._steering = np.stack(steering(self.k), axis=1)
         self._ends = ends(self.k)[:, 0]
-        self._widths = self._width(self.k[:, [0, 2, 1]] * [-1, 1, 1])
+        self._widths = self._width(backwards(self.k))
         counts = samples_of(self.k)
         self._first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         self._last = self._first + counts - 1
@@ -85,8 +101,11 @@ class Guide:
                 "around start and goal obstacles part them."
             )
 
-    def search(self, start=None) -> Way | None:
-        """A way from a pose (3,), by default the start, to an aim; None where none was found."""
+    def search(self, start=None, wheels: float = 0.0) -> Way | None:
+        """A way from a pose (3,), by default the start, to an aim; None where none was found.
+        wheels: [rad] the steering there.
+        """
+        self._wheels = wheels
         start = self.case.start if start is None else np.asarray(start, float)
         ways = self.space.ways_from(start)
         for weight, most, fine in GREEDY:
@@ -125,7 +144,7 @@ class Guide:
             # the search goes back in time: a manoeuvre that is driven the other way leads here
             some = np.arange(len(self.k)) if fine else np.flatnonzero(~self._short)
             if final:
-                some = some[self._sure(self.k[some][:, [0, 2, 1]] * [-1, 1, 1], pose)]
+                some = some[self._sure(backwards(self.k[some]), pose)]
             poses = compose(pose, self._ends[some])
             here = self.space.around(poses, fine)
             fits = np.flatnonzero(here >= margins[some])
@@ -140,9 +159,8 @@ class Guide:
                 cell = self._cell(at, near)
                 if seen.get(cell, np.inf) <= sofar:
                     continue
-                way, first, last = self.k[j]
                 cells.append(cell)
-                nodes.append((at, self._steering[j, 1], np.array([-way, last, first]), i, sofar))
+                nodes.append((at, self._steering[j, 1], backwards(self.k[j : j + 1])[0], i, sofar))
                 heapq.heappush(heap, (sofar + rest, next(number), len(nodes) - 1))
         if best is None:
             return None
@@ -155,20 +173,32 @@ class Guide:
         return self._way(np.array(k), np.array(poses))
 
     def _shorter(self, way: Way, start) -> Way:
-        """A way of single manoeuvres between any poses of a way: the quickest."""
-        stops = [way.poses[:1]]
-        for pose, k in zip(way.poses[:-1], way.k, strict=True):
-            n = max(1, int(abs(k[0]) / STOPS))
-            stops.append(np.concatenate([compose(pose, ends(k[None], n)[0])]))
-            stops[-1][-1] = way.poses[len(stops) - 1]
-        stops = np.concatenate(stops)
-        begin, end = np.triu_indices(len(stops), 1)
-        k, there = joined(stops[begin], stops[end])
+        """The quickest way of single manoeuvres between poses along a way and near it; then near
+        that one, and so on.
+        """
+        draw = np.random.default_rng(0)
+        for spread in SPREADS:
+            way = self._quickest(way, start, *near(way, spread, draw, self._wheels))
+        return way
+
+    def _quickest(self, way: Way, start, stops, order, passed) -> Way:
+        """A way by some of the stops (s, 3), each earlier in their order (s,) than the next.
+        passed (s,): [s] about, when the way passes there.
+        """
+        begin, end = np.nonzero(order[:, None] < order)
+        most = passed[end] - passed[begin] + DETOUR
+        far = np.hypot(*(stops[end, :2] - stops[begin, :2]).T)
+        some = c.profile(np.maximum(far, 1e-3), 0.0)[1] < most
+        begin, end = begin[some], end[some]
+        k, there = joined(stops[begin], stops[end], self._longest)
         begin, end = np.tile(begin, len(k) // len(begin)), np.tile(end, len(k) // len(end))
         final = end == len(stops) - 1
-        there &= np.abs(k[:, 0]) > 0.05
+        there &= (np.abs(k[:, 0]) > 0.05) & (seconds(k) < passed[end] - passed[begin] + DETOUR)
         there[final] &= self._sure(k[final], stops[-1])
-        k, begin, end = k[there], begin[there], end[there]
+        n = len(way.k)  # what was found already, too
+        k = np.concatenate([k[there], way.k])
+        begin = np.concatenate([begin[there], np.arange(n)])
+        end = np.concatenate([end[there], [*range(1, n), len(stops) - 1]])
         clear = np.full(len(k), -1.0)
         margins = np.minimum(self.share * self._width(k) + LEAST, self._room(start, True))
         n = samples_of(k)
@@ -180,16 +210,16 @@ class Guide:
         some = clear >= margins
         k, begin, end, clear = k[some], begin[some], end[some], clear[some]
         first, last = steering(k)
-        drive = seconds(k) + SINGLE + DISLIKED * (LIKED - clear)
+        drive = seconds(k) + SINGLE + AVOIDED * (LIKED - clear)
         # of each edge the quickest way that ends with it
         took, before = np.full(len(k), np.inf), np.full(len(k), -1)
-        for e in np.argsort(begin, kind="stable"):
+        for e in np.argsort(order[begin], kind="stable"):
             if begin[e] == 0:
-                took[e] = drive[e] + abs(first[e]) / (c.MARGIN * c.RATE)
+                took[e] = drive[e] + stand(first[e] - self._wheels)
                 continue
             into = np.flatnonzero(end == begin[e])
             if len(into):
-                costs = took[into] + np.abs(last[into] - first[e]) / (c.MARGIN * c.RATE)
+                costs = took[into] + stand(last[into] - first[e])
                 best = int(np.argmin(costs))
                 took[e], before[e] = costs[best] + drive[e], into[best]
         finals = np.flatnonzero(end == len(stops) - 1)
@@ -223,8 +253,7 @@ class Guide:
         return np.minimum.reduceat(around, starts)
 
     def _cost(self, drive, steering, wheels):
-        stand = 0.0 if wheels is None else np.abs(steering - wheels) / (c.MARGIN * c.RATE)
-        return drive + stand + SINGLE
+        return drive + (0.0 if wheels is None else stand(steering - wheels)) + SINGLE
 
     def _cell(self, pose, tight):
         finer = FINER if tight else 1
@@ -236,7 +265,7 @@ class Guide:
         """The manoeuvre (3,) from the start to a pose, and its cost; None without one."""
         if np.hypot(*(pose[:2] - start[:2])) > SHOT:
             return None
-        k, there = joined(start[None], pose[None])
+        k, there = joined(start[None], pose[None], self._longest)
         margins = np.minimum(self.share * self._width(k[there]) + LEAST, room)
         for one, margin in zip(k[there], margins, strict=True):
             n = int(samples_of(one[None])[0])
@@ -244,25 +273,51 @@ class Guide:
             if least >= margin:
                 first, last = (float(x[0]) for x in steering(one[None]))
                 cost = self._cost(float(seconds(one[None])[0]), last, wheels)
-                cost += abs(first) / (c.MARGIN * c.RATE) + DISLIKED * (LIKED - least)
+                cost += stand(first - self._wheels) + DISLIKED * (LIKED - least)
                 return one, cost
         return None
 
 
-def joined(poses: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def near(way: Way, spread: float, draw, wheels: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Poses (s, 3) along a way, those where its manoeuvres begin first, and poses near both, drawn;
+    where they are in its order (s,), and [s] about, when it passes there (s,). Its end is the last.
+    """
+    first, last = steering(way.k)
+    stood = stand(first - np.concatenate([[wheels], last[:-1]]))
+    clock = np.concatenate([[0.0], np.cumsum(stood + seconds(way.k))])
+    poses, order = [way.poses[:-1]], [np.arange(len(way.k))]
+    for i, (pose, k) in enumerate(zip(way.poses[:-1], way.k, strict=True)):
+        n = max(1, int(abs(k[0]) / STOPS))
+        poses.append(compose(pose, ends(k[None], n)[0])[:-1])
+        order.append(i + np.arange(1, n) / n)
+    poses, order = np.concatenate(poses), np.concatenate(order)
+    if spread:
+        rows = np.tile(np.arange(1, len(poses)), NEARBY)
+        moves = spread * np.array(DRAWN) * draw.normal(size=(len(rows), 3))
+        poses = np.concatenate([poses, compose(poses[rows], moves)])
+        order = np.concatenate([order, order[rows]])
+    poses = np.concatenate([poses, way.poses[-1:]])
+    order = np.concatenate([order, [len(way.k)]])
+    return poses, order, np.interp(order, np.arange(len(clock)), clock)
+
+
+def joined(
+    poses: np.ndarray, others: np.ndarray, longest: float = LONGEST
+) -> tuple[np.ndarray, np.ndarray]:
     """Manoeuvres (3 n, 3) from poses (n, 3) to others (n, 3), three of each pair, one behind the
-    other; and (3 n,) whether they lead there.
+    other; and (3 n,) whether they lead there. longest: [m] of these.
     """
     target = offset_from(poses, others)
     far = np.hypot(target[:, 0], target[:, 1])
     way = np.copysign(np.maximum(far, 0.1), target[:, 0])
-    near = (far < c.WAY) & (np.abs(target[:, 2]) < c.BEND)
+    near = (far < longest) & (np.abs(target[:, 2]) < c.BEND)
     bend = target[:, 2] / way * c.WHEELBASE / np.tan(c.most_steering(way))
     guess = [np.stack([way, bend + a, bend - a], axis=1) for a in (-0.6, 0.0, 0.6)]
-    k = np.clip(np.concatenate(guess), -MOST, MOST)
+    most = np.array([longest, MOST, MOST])
+    k = np.clip(np.concatenate(guess), -most, most)
     near, target = np.tile(near, 3), np.tile(target, (3, 1))
     there = np.zeros(len(k), bool)
-    k[near], there[near] = reach_exactly(target[near], k[near])
+    k[near], there[near] = reach_exactly(target[near], k[near], longest=longest)
     return k, there
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from sims.parking import car as c
 
 # no farther to the edges of K than this: few runs come from there, so the network is worst there
-MOST = np.array([0.97 * c.WAY, 0.92, 0.92])
+LONGEST, MOST = 0.97 * c.WAY, 0.92  # [m], and share of the steering
 PARTS = 24  # arcs of which a way is made, at least
 
 
@@ -30,6 +30,16 @@ def steering(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(b,) [rad] first and last of manoeuvres k (b, 3)."""
     most = c.most_steering(k[:, 0])
     return most * k[:, 1], most * k[:, 2]
+
+
+def backwards(k: np.ndarray) -> np.ndarray:
+    """Manoeuvres (b, 3) that lead back from where k (b, 3) lead."""
+    return k[:, [0, 2, 1]] * [-1, 1, 1]
+
+
+def stand(turned):
+    """[s] that the car stands while its wheels turn by so much [rad]."""
+    return np.abs(turned) / (c.MARGIN * c.RATE)
 
 
 def compose(pose: np.ndarray, move: np.ndarray) -> np.ndarray:
@@ -58,18 +68,18 @@ def seconds(k: np.ndarray) -> np.ndarray:
 
 
 def reach_exactly(
-    targets: np.ndarray, k: np.ndarray, predict=ends
+    targets: np.ndarray, k: np.ndarray, predict=ends, longest: float = LONGEST
 ) -> tuple[np.ndarray, np.ndarray]:
     """Manoeuvres (b, 3) from the origin that end at targets (b, 3), near k (b, 3), by Newton's
-    method; and (b,) whether they do. predict: as `ends`.
+    method; and (b,) whether they do. predict: as `ends`. longest: [m] most of their way.
     """
-    step = np.diag([1e-3, 1e-3, 1e-3])
+    step, most = np.diag([1e-3, 1e-3, 1e-3]), np.array([longest, MOST, MOST])
     for _ in range(8):
         around = k[:, None] + np.concatenate([np.zeros((1, 3)), step])
         end = predict(around.reshape(-1, 3))[:, -1].reshape(-1, 4, 3)
         off = end[:, 0] - targets
         slope = np.moveaxis((end[:, 1:] - end[:, :1]) / 1e-3, 1, 2) + 1e-6 * np.eye(3)
         change = np.linalg.solve(slope, off[..., None])[..., 0]
-        k = np.clip(k - np.clip(change, -0.8, 0.8), -MOST, MOST)
+        k = np.clip(k - np.clip(change, -0.8, 0.8), -most, most)
     off = predict(k)[:, -1] - targets
     return k, np.abs(off).max(axis=1) < 0.003

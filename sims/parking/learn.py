@@ -6,7 +6,7 @@ from pathlib import Path
 import jax
 
 import parc_jax as pj
-from sims.parking.car import system
+from sims.parking.car import WAY, system
 
 
 @dataclass(frozen=True)
@@ -14,6 +14,8 @@ class Options:
     """How much of it."""
 
     out: Path = Path("model.npz")
+    way: float = WAY
+    """Metres of the longest manoeuvre."""
     rollouts: int = 60_000
     """Runs to train on; as many fresh ones as eps and delta ask for follow."""
     hidden: tuple[int, ...] = (48, 48, 48, 48)
@@ -26,7 +28,7 @@ class Options:
 def learn(options: Options) -> pj.types.TrajectoryModel:
     """Runs, network, bound."""
     return pj.learn(
-        system(),
+        system(way=options.way),
         jax.random.PRNGKey(options.seed),
         rollouts=options.rollouts,
         hidden=options.hidden,
