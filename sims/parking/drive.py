@@ -23,13 +23,15 @@ from sims.parking.kinematics import LONGEST, MOST, compose, offset_from, reach_e
 from sims.rectangle import rectangle
 
 MODEL = Path(__file__).with_name("model.npz")
+FINE = Path(__file__).with_name("fine.npz")  # of short manoeuvres, with a narrower tube
+NEAREST = 0.01  # [m] from its target that a manoeuvre may end, less with shorter manoeuvres
 GOAL = (0.1, np.radians(2.0))  # [m] along and across, [rad]: how far from the goal is in it
 AROUND, SPREAD = 384, (0.12, 0.12, 0.12)  # candidates around the way's own, and their spread
 WIDER = 3.0  # times as wide spread where no manoeuvre leads there exactly
 PER_RADIAN = 2.5  # [m] that a wrong heading counts as
 ROOMY = 0.9  # share of the goal that the tube of the last manoeuvre may take
 STEERED = 0.75  # share of the steering that it may ask for: what is left corrects where it begins
-LINKS = 40  # manoeuvres of a case
+LINKS = 80  # manoeuvres of a case
 # of the width of its tube a manoeuvre of a first way is clear, and of others when one fails
 CLEAR = (1.0, 0.6, 0.3)
 BETWEEN = 4  # poses of the judge from record to record
@@ -216,7 +218,7 @@ def link(loop, around, pose, wheels, k, target, goal, at):
     def prefer(seen) -> np.ndarray:
         off = np.linalg.norm(seen.path[:, -1] - target[:2], axis=1)
         turned = (seen.heading - target[2] + np.pi) % (2 * np.pi) - np.pi
-        return np.maximum(off - 0.01, 0.0) + PER_RADIAN * np.abs(turned)
+        return np.maximum(off - NEAREST * longest / LONGEST, 0.0) + PER_RADIAN * np.abs(turned)
 
     return loop.step(pose, [wheels], obstacles, prefer, at=at, goal=goal)
 

@@ -31,17 +31,26 @@ TURNS = np.linspace(-MOST, MOST, 5)  # shares of the steering, first and last
 SAMPLED = 0.3  # [m] of way between poses that are looked at
 BLOCK, SECTORS = 0.35, 48  # [m] and number of headings of cells of which one pose is followed
 FINER = 16  # times as fine are these cells in a fine search, where it is tight
-WIDTH, LEAST = 0.08, 0.02  # [m] of a tube that nobody told, and of clearance beside a tube's
+WIDTH = 0.08  # [m] of a tube that nobody told
+LEAST = 0.02  # [m] of clearance beside a tube's, less with shorter manoeuvres
 DISLIKED = 3.0  # [s / m] that each m of clearance less than LIKED costs
 SHOT = 9.0  # [m] from the start: it is tried to be reached at once
 SINGLE = 2.0  # [s] that each further manoeuvre costs beside its time
 # weights of what is thought to be left, most poses followed with each, and whether they are told
 # apart finely where it is tight: the next where none was found with the one before
-GREEDY = ((1.1, 1000, False), (1.6, 400, False), (2.5, 2500, False), (1.6, 1500, True))
+GREEDY = (
+    (1.1, 1000, False),
+    (1.6, 400, False),
+    (2.5, 2500, False),
+    (1.6, 1500, True),
+    (2.5, 5000, True),
+)
 BUDGET = 12_000  # poses followed in all searches of a case
 STOPS = 1.5  # [m] of way between poses from which a shorter way may go on
 SPREADS = (0.0, 1.0, 1.0, 0.7, 0.5, 0.35, 0.25, 0.2)  # of poses near a way, one round after another
-DRAWN, NEARBY = (0.6, 0.4, 0.2), 6  # [m, m, rad] of such poses, and how many for each of the way
+# [m, m, rad] of such poses, less with shorter manoeuvres, and how many for each of the way
+DRAWN, NEARBY = np.array([0.6, 0.4, 0.2]), 6
+REPLACED = 4  # manoeuvres that are tried to be replaced by one
 DETOUR = 1.0  # [s] that a manoeuvre may take more than what it is in place of
 AVOIDED = 2.0  # [s / m] as DISLIKED, once a way is known
 
@@ -73,7 +82,7 @@ class Guide:
         longest: float = LONGEST,
     ):
         self.case, self.share, self.left = case, share, BUDGET
-        self._longest = longest
+        self._longest, self._scale = longest, longest / LONGEST
         self._aims = case.goal[None] if aims is None else aims
         self._width = (lambda k: np.full(len(k), WIDTH)) if width is None else width
         self.space = Space(case)
@@ -122,7 +131,7 @@ class Guide:
         nodes = [(aim, None, None, -1, 0.0) for aim in aims]
         cells = [(*self._cell(aim, fine), i) for i, aim in enumerate(aims)]
         heap = [(0.0, next(number), i) for i in range(len(aims))]
-        margins = np.minimum(self.share * self._widths + LEAST, room)
+        margins = np.minimum(self.share * self._widths + self._scale * LEAST, room)
         most = min(most, self.left)
         while heap and most > 0:
             bound, _, i = heapq.heappop(heap)
@@ -178,14 +187,15 @@ class Guide:
         """
         draw = np.random.default_rng(0)
         for spread in SPREADS:
-            way = self._quickest(way, start, *near(way, spread, draw, self._wheels))
+            way = self._quickest(way, start, *near(way, spread * self._scale, draw, self._wheels))
         return way
 
     def _quickest(self, way: Way, start, stops, order, passed) -> Way:
         """A way by some of the stops (s, 3), each earlier in their order (s,) than the next.
         passed (s,): [s] about, when the way passes there.
         """
-        begin, end = np.nonzero(order[:, None] < order)
+        further = order - order[:, None]
+        begin, end = np.nonzero((further > 0) & (further <= REPLACED))
         most = passed[end] - passed[begin] + DETOUR
         far = np.hypot(*(stops[end, :2] - stops[begin, :2]).T)
         some = c.profile(np.maximum(far, 1e-3), 0.0)[1] < most
@@ -200,7 +210,9 @@ class Guide:
         begin = np.concatenate([begin[there], np.arange(n)])
         end = np.concatenate([end[there], [*range(1, n), len(stops) - 1]])
         clear = np.full(len(k), -1.0)
-        margins = np.minimum(self.share * self._width(k) + LEAST, self._room(start, True))
+        margins = np.minimum(
+            self.share * self._width(k) + self._scale * LEAST, self._room(start, True)
+        )
         n = samples_of(k)
         for m in np.unique(n):
             some = np.flatnonzero(n == m)
@@ -266,7 +278,7 @@ class Guide:
         if np.hypot(*(pose[:2] - start[:2])) > SHOT:
             return None
         k, there = joined(start[None], pose[None], self._longest)
-        margins = np.minimum(self.share * self._width(k[there]) + LEAST, room)
+        margins = np.minimum(self.share * self._width(k[there]) + self._scale * LEAST, room)
         for one, margin in zip(k[there], margins, strict=True):
             n = int(samples_of(one[None])[0])
             least = float(self.space.around(compose(start, ends(one[None], n)[0])).min())
@@ -293,7 +305,7 @@ def near(way: Way, spread: float, draw, wheels: float) -> tuple[np.ndarray, np.n
     poses, order = np.concatenate(poses), np.concatenate(order)
     if spread:
         rows = np.tile(np.arange(1, len(poses)), NEARBY)
-        moves = spread * np.array(DRAWN) * draw.normal(size=(len(rows), 3))
+        moves = spread * DRAWN * draw.normal(size=(len(rows), 3))
         poses = np.concatenate([poses, compose(poses[rows], moves)])
         order = np.concatenate([order, order[rows]])
     poses = np.concatenate([poses, way.poses[-1:]])

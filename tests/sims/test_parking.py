@@ -134,6 +134,39 @@ def test_a_way_of_the_guide_leads_from_the_start_to_the_goal():
     assert np.abs(kinematics.offset_from(pose, case.goal)).max() < 0.1
 
 
+def test_a_way_is_made_quicker_and_is_still_clear(monkeypatch):
+    def lasts(way):
+        first, last = kinematics.steering(way.k)
+        turned = first - np.concatenate([[0.0], last[:-1]])
+        return kinematics.seconds(way.k).sum() + kinematics.stand(turned).sum()
+
+    model = drive.model()
+    quick = drive.guide_of(cases.case(5), model).search()
+    monkeypatch.setattr(guide, "SPREADS", ())
+    searcher = drive.guide_of(cases.case(5), model)
+    found = searcher.search()
+    assert lasts(quick) < lasts(found) - 1.0  # [s]
+    pose = searcher.case.start
+    for k, width in zip(quick.k, drive.tube_of(model, quick.k)[0], strict=True):
+        poses = kinematics.compose(pose, kinematics.ends(k[None], 40)[0])
+        assert drive.judged(searcher.case, poses) > min(width, 0.1)
+        pose = poses[-1]
+    assert np.abs(kinematics.offset_from(pose, searcher.case.goal)).max() < 0.02
+
+
+def test_a_last_manoeuvre_that_cannot_correct_all_still_ends_in_the_goal():
+    """A stroke of 45 cm brings a car that is 3 cm beside its way back by no more than a few mm, and
+    the goal has 10 cm on either side.
+    """
+    known, k = cases.case(1), np.array([0.45, 0.0, -0.46])
+    begin = kinematics.compose(known.goal, kinematics.ends(kinematics.backwards(k[None]))[0, 0])
+    pose = kinematics.compose(begin, np.array([0.0, 0.03, 0.03]))
+    goal, around = drive.goal_of(known, pose), drive.pieces_of(known)
+    loop = drive.loop_of()
+    loop.restart()
+    assert drive.link(loop, around, pose, 0.0, k, known.goal, goal, 0.0).new
+
+
 def test_in_a_wider_goal_a_way_ends_where_it_suits():
     case, within = cases.case(1), (0.25, np.radians(5.0))
     way = drive.guide_of(case, drive.model(), within).search()
