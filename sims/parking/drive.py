@@ -23,7 +23,6 @@ from sims.parking.kinematics import LONGEST, MOST, compose, offset_from, reach_e
 from sims.rectangle import rectangle
 
 MODEL = Path(__file__).with_name("model.npz")
-FINE = Path(__file__).with_name("fine.npz")  # of short manoeuvres, with a narrower tube
 NEAREST = 0.01  # [m] from its target that a manoeuvre may end, less with shorter manoeuvres
 GOAL = (0.1, np.radians(2.0))  # [m] along and across, [rad]: how far from the goal is in it
 AROUND, SPREAD = 384, (0.12, 0.12, 0.12)  # candidates around the way's own, and their spread

@@ -2,7 +2,7 @@
 
 import json as as_json
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import jax
@@ -11,7 +11,7 @@ import numpy as np
 import parc_jax as pj
 from parc_jax.drive.loop.episode_file import load_episode
 from sims.parking.cases import FILE, case, numbers
-from sims.parking.drive import FINE, GOAL, MODEL, Parked, drive, loop_of
+from sims.parking.drive import GOAL, MODEL, Parked, drive, loop_of
 from sims.parking.film import draw, sheet
 
 SHIPPED = {1: 10.8, 2: 14.4, 4: 38.3, 5: 8.9}  # [s] of a public planner; 4 and 5 touch
@@ -72,12 +72,7 @@ def park(number: int, options: Options) -> tuple[Parked, str]:
     known = case(number, options.file)
     loop = loop_of(options.model, options.start, options.heading)
     within = options.within[0], float(np.radians(options.within[1]))
-    key = jax.random.PRNGKey(options.seed + number)
-    one = drive(known, loop, key, within=within)
-    if not one.commitments and options.model == MODEL:  # no way with tubes as wide as these
-        planned, loop = one.planned, loop_of(FINE, options.start, options.heading)
-        one = drive(known, loop, key, within=within)
-        one = replace(one, planned=one.planned + planned)
+    one = drive(known, loop, jax.random.PRNGKey(options.seed + number), within=within)
     size, checked = "", ""
     if one.commitments:
         place = options.out / f"case_{number}.json"
