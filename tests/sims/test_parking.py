@@ -240,7 +240,7 @@ def test_another_search_looks_for_the_place_where_the_car_is():
     # close to the goal, far from the start of the case
     searcher = guide.Guide(cases.case(10))
     assert searcher.search([9.48, -22.78, -5.58]) is not None
-    assert guide.BUDGET - searcher.left < 300  # poses
+    assert guide.BUDGET - searcher.left < 500  # poses
 
 
 @pytest.mark.slow
