@@ -109,7 +109,7 @@ class BranchAndBound:
             if node.leaf is None and node.split is None:
                 margins = np.concatenate([seen.goal[i], seen.start[i], seen.hit[i]])
                 tube, n_p = self.model.tube, self.model.n_p
-                at = choose_split(node, margins, seen.effects[i], seen.slopes[i], tube, n_p)
+                at = choose_split(node, margins, seen.effects[i], tube, n_p)
                 children += node.cut(*at, n_p)
         return children
 

@@ -57,7 +57,6 @@ class Examined(NamedTuple):
     weights: (n, c, 2^n_p, n_points) of its mixtures of points, one at each corner of the box of z.
     at: (m, c, n_points, n_p) p - z of every vertex of k at that moment.
     effects: (n, g + s + c, n_p + n_k) how much a reason's margin moves along each side of the box.
-    slopes: (n, g + s + c, n_p) change of the margin per z, about.
     """
 
     goal: jax.Array
@@ -67,7 +66,6 @@ class Examined(NamedTuple):
     weights: jax.Array
     at: jax.Array
     effects: jax.Array
-    slopes: jax.Array
 
 
 class Known(NamedTuple):
@@ -188,8 +186,6 @@ def _examined(
     at, depth = contact_depth(scene, tried, known.places, known.owner, z_lo, z_hi)
     _, worst = _extremes(depth, known.owner, n)
 
-    rows = jnp.concatenate([goal_z, scene.start_A])
-    slopes = jnp.concatenate([jnp.broadcast_to(rows[None], (n, *rows.shape)), -tried.way], axis=1)
     effects = _effects_of_sides(
         [goal_z, scene.start_A],
         [moved_end, moved[:, :, 0, :n_p]],
@@ -204,7 +200,7 @@ def _examined(
     of_bounds = jnp.maximum(loose, 0)[:, :, None] * known.blame[:, None]
     effects = effects.at[:, :, n_p:].add(of_bins + of_bounds)
     which = jnp.stack([tried.obstacle, tried.interval, tried.share], axis=2)
-    return Examined(goal, start, -worst, which, tried.weights, at, effects, slopes)
+    return Examined(goal, start, -worst, which, tried.weights, at, effects)
 
 
 def _extremes(x: Float[ArrayLike, " b *_"], owner: Numbers, n: int):

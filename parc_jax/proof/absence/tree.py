@@ -6,14 +6,11 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common.spelling import hex_text
-from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.tube import Tube
 
 # a side of k is split before a side of z of equal effect: boxes that share k share their proof's
 # cells
 K_FIRST = 2.0
-
-CUT = 0.25  # smallest share of a box for which it is cut where a reason begins to hold
 
 
 class Node:
@@ -71,19 +68,14 @@ def choose_split(
     node: Node,
     margins: Float[np.ndarray, " r"],
     effects: Float[np.ndarray, "r n"],
-    slopes: Float[np.ndarray, "r n_p"],
     tube: Tube,
     n_p: int,
 ) -> tuple[int, float]:
-    """Axis and value. margins, effects, slopes: of the reasons, as in `Examined`.
+    """Axis and value. margins, effects: of the reasons, as in `Examined`.
 
-    If a cut across z leaves a large part in which one reason should hold, it is taken. Otherwise
-    the reason that is nearest to being proved, measured by the effects of the sides, decides; its
+    The reason that is nearest to being proved, measured by the effects of the sides, decides; its
     strongest side is split: at the middle, or at the edge between bins nearest to it.
     """
-    found = _cut_where_proved(node, margins, slopes, n_p)
-    if found is not None:
-        return found
     total = effects.sum(axis=1)
     ratio = np.where(total > 0, -margins / np.where(total > 0, total, 1), np.inf)
     reason = int(np.argmin(ratio))
@@ -94,25 +86,6 @@ def choose_split(
         if node.lo[axis] < middle < node.hi[axis]:
             return int(axis), middle
     raise ArithmeticError("a box has become too small to split")
-
-
-def _cut_where_proved(
-    node: Node, margins: Float[np.ndarray, " r"], slopes: Float[np.ndarray, "r n_p"], n_p: int
-) -> tuple[int, float] | None:
-    """Axis of z and value such that on one side of it, a share CUT of the box or more, a reason
-    should be proved.
-    """
-    size = (node.hi - node.lo)[:n_p]
-    with np.errstate(divide="ignore"):
-        lost = (2 * TOLERANCES.leaf_margin - margins)[:, None] / np.abs(slopes)
-    # reasons with a margin hold, but could not be spelled
-    lost = np.where(margins[:, None] < TOLERANCES.leaf_margin, lost, np.inf)
-    reason, axis = np.unravel_index(np.argmin(lost / size), lost.shape)
-    away = float(lost[reason, axis])
-    if away > (1 - CUT) * size[axis]:
-        return None
-    value = node.lo[axis] + away if slopes[reason, axis] > 0 else node.hi[axis] - away
-    return int(axis), float(value)
 
 
 def _middle(node: Node, axis: int, tube: Tube, n_p: int) -> float:
