@@ -187,15 +187,16 @@ class Nested:
         tube of a scale: no run inside of it touches anything or misses the goal.
         """
         scene, p0, k = self.scenes[scale], *self._split(plans)
-        seen = verdicts(scene, p0, k)
-        safe = points(p0, k, seen).at(seen.safe)
+        seen = predictions(scene, p0, k)
+        safe = points(p0, k, seen).at(seen.reaches)
         own = {id(one.corridor): one.corridor for one in self.cut}
         kept = Corridors(scene.model.tube, own.values()).kept(safe.path, safe.bin)
         some, corridors = [], list(own.values())
         for c in greedy(kept):
             j = int(kept[:, c].argmax())
             some.append(corridors[c]._replace(p0=safe.p0[j], k=safe.k[j]))
-        cover = Cover(0, 0, 0, 0.0, safe, nothing_covered(0.99), some).pick(rng, 1)
+        inside = safe.at(kept.any(axis=1))
+        cover = Cover(0, 0, 0, 0.0, inside, nothing_covered(0.99), some).pick(rng, 1)
         return answered(scene, cover, None, pj.Settings(), time.perf_counter())
 
     def _split(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
