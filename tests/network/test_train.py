@@ -16,7 +16,7 @@ from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.train import train, train_report, training_arrays
 from parc_jax.learning.runs.collect import collect
 
-SETTINGS = {"hidden": (8,), "seeds": 2, "steps": 150, "batch": 128}
+SETTINGS = {"hidden": (8,), "seeds": 2, "steps": 150}
 
 
 def bent(key, k, s):
