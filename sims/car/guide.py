@@ -7,7 +7,7 @@ import numpy as np
 
 from sims.car.manoeuvre import STEP, TORQUE, engine
 from sims.car.sensing import CUT
-from sims.point.guide import Guide, Known, summed
+from sims.point.guide import Guide, Known, lagged, summed
 from sims.point.world import SUBSTEPS
 
 SHARES = np.linspace(-1.0, 1.0, 9)  # of the greatest torque, for which it is tried out
@@ -29,12 +29,10 @@ class CarGuide(Guide):
     @classmethod
     def _roll(cls, plans, known: Known):
         (_, back, turning), (x, y, heading) = known.speeds, known.pose
-        wanted = _tabled(wheels(plans.transpose(0, 2, 1)))  # (n, knots, 2)
-        now, share, speeds = jnp.array([-back, turning]), 1 - np.exp(-cls.knot / LAG), []
-        for i in range(cls.knots):
-            now = now + share * (wanted[:, i] - now)
-            speeds.append(now)
-        ahead, turning = jnp.stack(speeds, axis=1).transpose(2, 0, 1)
+        wanted = _tabled(wheels(plans.transpose(0, 2, 1))).transpose(2, 0, 1)  # (2, n, knots)
+        kept, followed = lagged(cls.knots, cls.knot / LAG)
+        now = jnp.array([-back, turning])[:, None, None]
+        ahead, turning = now * kept + wanted @ followed
         heading = heading + cls.knot * summed(turning)
         axis = jnp.stack([jnp.sin(heading), -jnp.cos(heading)])  # its front is along -y
         velocity = ahead * axis

@@ -155,10 +155,7 @@ class Guide:
         """
         pose, (ahead, aside, turning) = known.pose, known.speeds
         thrust, turn = plans[:, 0], plans[:, 1]
-        # velocity at each knot of the one at the start and of all pushes before it
-        at, less = np.arange(cls.knots), np.exp(-cls.knot / LAG)
-        kept = less ** (at + 1)
-        pushed = np.tril(less ** np.maximum(at[:, None] - at, 0.0)) * (1 - less) * cls.fast
+        kept, pushed = lagged(cls.knots, cls.knot / LAG)
         heading = pose[2] + TURNS * cls.knot * summed(turn)
         halfway = heading - TURNS * cls.knot / 2 * turn
         cos, sin = jnp.cos(pose[2]), jnp.sin(pose[2])
@@ -167,7 +164,7 @@ class Guide:
         # of the middle of its mass
         begin = jnp.array([cos * ahead - sin * aside, sin * ahead + cos * aside])[:, None, None]
         push = thrust * jnp.stack([jnp.cos(halfway), jnp.sin(halfway)])
-        velocity = begin * kept + push @ pushed.T
+        velocity = begin * kept + cls.fast * (push @ pushed)
         first = jnp.broadcast_to(begin, (2, len(plans), 1))
         mean = (velocity + jnp.concatenate([first, velocity[..., :-1]], axis=-1)) / 2
         start = (pose[:2] + MASS_AHEAD * jnp.array([cos, sin]))[:, None, None]
@@ -195,16 +192,13 @@ class Guide:
     @classmethod
     def _deep(cls, place, velocity, axis, discs, until):
         """(n,) [m] by which a plan, or a stop from it, is too near to anything."""
-        stop = cls._stop(velocity, axis)
-        deep = jnp.zeros(len(until))
-        for share in (0.0, 0.5, 1.0):
-            at = place + share * stop * velocity
-            gap = cls.bound - jnp.abs(at).max(axis=0)
-            for x, y, keep in discs:
-                gap = jnp.minimum(gap, jnp.sqrt((at[0] - x) ** 2 + (at[1] - y) ** 2) - keep)
-            over = jnp.maximum(-gap, 0.0) * until
-            deep = deep + over.max(axis=1) + 0.02 * (over > 0).any(axis=1)
-        return deep
+        shares = np.array([0.0, 0.5, 1.0], np.float32)[:, None, None]
+        at = place[:, None] + shares * cls._stop(velocity, axis) * velocity[:, None]
+        gap = cls.bound - jnp.abs(at).max(axis=0)  # (shares, n, knots)
+        for x, y, keep in discs:
+            gap = jnp.minimum(gap, jnp.sqrt((at[0] - x) ** 2 + (at[1] - y) ** 2) - keep)
+        over = jnp.maximum(-gap, 0.0) * until
+        return (over.max(axis=2) + 0.02 * (over > 0).any(axis=2)).sum(axis=0)
 
     @classmethod
     def _stop(cls, velocity, axis):
@@ -279,6 +273,14 @@ def around(key, plans, far: float):
     first, second = jax.random.split(key)
     some = jax.random.bernoulli(first, 0.4, (*plans.shape[:2], 1))
     return jnp.clip(plans + some * far * jax.random.normal(second, plans.shape), -1, 1)
+
+
+def lagged(knots: int, step: float):
+    """Of speeds that follow what is wanted, in shares of the lag: what is left of the first one at
+    each knot (knots,), and what each of those that are wanted (knots, knots) adds to it.
+    """
+    at, less = np.arange(knots), np.exp(-step)
+    return less ** (at + 1), np.triu(less ** np.maximum(at - at[:, None], 0.0)) * (1 - less)
 
 
 def summed(x):
