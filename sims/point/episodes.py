@@ -21,7 +21,6 @@ import numpy as np
 
 import parc_jax as pj
 from parc_jax.common.keys import Stage, key_data, stream
-from parc_jax.drive.loop.episodes import task_of
 from sims.point import lidar
 from sims.point.environment import Goal
 from sims.point.judge import judge
@@ -148,10 +147,8 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     if options.batch:
         if options.lidar or options.save or options.policy is not None:
             raise pj.InputError("--batch: expected the driver with the map, and no certificates.")
-        words = key_data(stream(key, Stage.EPISODE))
-        tasks = [task_of(words, i) for i in range(options.episodes)]
-        seeds = [(any_seed(one.of_world), one.of_drive) for one in tasks]
-        how, name = Together(*about, content, seeds, options.batch), name + "_together"
+        words = tuple(map(int, key_data(stream(key, Stage.EPISODE)).ravel()))
+        how, name = Together(*about, content, any_seed, words, options.batch), name + "_together"
     asked = {"folder": options.out / name, "quiet": options.quiet, "looks": options.looks}
     asked["workers"] = 0 if options.batch else options.jobs
     done = pj.drive.drive_episodes(how, any_seed, key, options.episodes, **asked)

@@ -3,15 +3,17 @@ the shield for all of them at each step. Judged as `sims.point.episodes` does.
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import count
 from types import SimpleNamespace
 
 import jax
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.drive.loop.episodes import task_of
 from sims import car, point
 from sims.car.guide import CarGuide
 from sims.point.guide import Guide
@@ -24,23 +26,26 @@ DRIVEN = {"Point": (point, Guide), "Car": (car, CarGuide)}
 @dataclass(frozen=True)
 class Together:
     """Drives an episode, and with it those that are asked for next: `pj.drive.drive_episodes` takes
-    it. _tasks: pairs of a world's seed and the driver's, in that order; _batch: how many at once.
+    it. law: of worlds; words: of the stream of keys that all seeds are from; batch: how many.
     """
 
     robot: str
     level: int
     bare: bool
     content: str
-    _tasks: Sequence[tuple]
-    _batch: int
+    law: Callable
+    words: tuple[int, ...]
+    batch: int
     _done: dict = field(default_factory=dict)
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
         if tuple(seed) not in self._done:
-            at = [tuple(own) for _, own in self._tasks].index(tuple(seed))
-            some = self._tasks[at : at + self._batch]
-            found = self.drive(*zip(*some, strict=True))
-            self._done.update(zip((tuple(own) for _, own in some), found, strict=True))
+            words = np.array(self.words)
+            first = next(i for i in count() if tuple(task_of(words, i).of_drive) == tuple(seed))
+            tasks = [task_of(words, i) for i in range(first, first + self.batch)]
+            own = [one.of_drive for one in tasks]
+            found = self.drive([self.law(one.of_world) for one in tasks], own)
+            self._done.update(zip(map(tuple, own), found, strict=True))
         return self._done.pop(tuple(seed))
 
     def drive(self, world_seeds: Sequence[int], seeds: Sequence) -> list[pj.drive.Outcome]:

@@ -99,7 +99,7 @@ def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch):
     for module in (episodes, together):
         monkeypatch.setattr(module, "STEPS", 50)
     worlds, seeds = [17, 18], [np.array([3, i], np.uint32) for i in range(2)]
-    found = together.Together("Point", 1, False, "", (), 0).drive(worlds, seeds)
+    found = together.Together("Point", 1, False, "", episodes.any_seed, (), 2).drive(worlds, seeds)
     for one, world_seed, seed in zip(found, worlds, seeds, strict=True):
         alone = episodes.Drive("Point", 1, False, False)(world_seed, seed)
         assert not one.touched and one.left is False and alone.left is False
