@@ -195,8 +195,8 @@ def about_loops(driven: Sequence) -> str:
         f"(C) Of the manoeuvres of {_some([f'a loop ({loop})' for loop in loops])}, shown in "
         "float64 with a rounding margin: whatever happens inside the tubes, nothing is ever "
         "touched, while every pose is inside its uncertainty, what was said of obstacles is so, "
-        "and a robot rests where a manoeuvre ends. What moves is told of until that rest: it may "
-        f"run into a robot that rests.{more}"
+        "and a robot rests where a manoeuvre ends. What moves is told of for its intervals alone, "
+        f"until that rest at most: later it may run into a robot, also one that rests.{more}"
     )
 
 
@@ -264,6 +264,8 @@ def summary(answer, drawn: str) -> str:
         lines.append(drawn)
     elif answer.absence is not None:
         lines.append(answer.absence.details())
+    if spans := about_spans(asked.problem.all_spans, answer.model.time.n_steps):
+        lines.append(spans)
     if cover.ended is not None:
         lines.append(cover.ended.sentence)
     if asked.pose is not None:
@@ -289,13 +291,14 @@ def details(answer, drawn: str, polytopes: int) -> str:
     tube = [] if asked.pose is None else [about_pose(*asked.pose)]
     # in the words of the checker, which reads the same part
     scene = f"It is of {scene_of(problem_part(answer.problem, answer.model))}."
+    if spans := about_spans(asked.problem.all_spans, answer.model.time.n_steps):
+        scene += f" {spans}"
     if answer.status.found and uncertainty is not None:
         tube.append(about_uncertainty(uncertainty.words))
     tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")
     if answer.status.found:
         plans = about_plans(len(answer.samples), polytopes, len(answer.corridors), cover.proved)
-        spans = about_spans(asked.problem.all_spans, answer.model.time.n_steps)
-        lines = [f"(C) {plans} {scene} {spans}".rstrip()]
+        lines = [f"(C) {plans} {scene}"]
         if cover.within is not None:
             lines.append(about_place(cover.within, answer.model.n_k))
         lines += [*tube, drawn]

@@ -73,7 +73,7 @@ class Driven(NamedTuple):
     was proposed; reason (b,): 0 where a new one was committed to, 1 for an action that is not
     finite or asks for a manoeuvre outside of K, 2 for a measurement that is not finite or is
     outside of K, or an obstacle beyond `far`, 3 for a pose outside of the tube, 4 where none is
-    safe.
+    safe, 5 at a time at which the manoeuvre under way may not be left, as of `Loop`.
     """
 
     action: jax.Array
@@ -92,7 +92,7 @@ class BatchShield:
     ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.
     far: [m] the farthest corner of an obstacle from the robot, along an axis; beyond, none begins.
     All of it is float64: refused where `jax.enable_x64` does not hold. Raises InputError, also for
-    a model of several points.
+    a model of several points, and for `every` at which no run of its claim was left.
     """
 
     def __init__(
@@ -112,6 +112,7 @@ class BatchShield:
         if model.n_c != 2:
             raise InputError("BatchShield: expected a model of one reference point in the plane.")
         self._model, self._ask, self._act, self._every = model, ask, act, every
+        self._leaving = listed.leaving("every", model, every)
         given = listed.given_axes(model, None)
         chosen = [axis for axis in range(model.n_k) if axis not in given]
         self._given, self._chosen = np.array(given, int), np.array(chosen)
@@ -210,11 +211,12 @@ class BatchShield:
         near = (jnp.abs(_from_robot(seen)) <= self._far).all(axis=(1, 2)) | ~seen.active
         known = ((lo[axes] <= seen.given) & (seen.given <= hi[axes])).all() & near.all()
         inside = fresh | (self._outside(last, seen.pose, seconds) <= 0)
+        over = fresh | self._leaving.may(seconds)
         # as of `Shield`: what is nearer than the brake under way, with enough room
         ahead = jnp.where(fresh, 0.0, jnp.maximum(0.0, 1.0 - seconds / model.time.t_f))
         brake = self._ask(self._act(last.k, seconds, last.given))
         asked = Asked(proposed, ahead, brake, ahead * jnp.minimum(self._room, last.clearance))
-        return jnp.select([~meant, ~known, ~inside], [1, 2, 3], 0), asked
+        return jnp.select([~meant, ~known, ~inside, ~over], [1, 2, 3, 5], 0), asked
 
     def _manoeuvre(self, given, proposed, i):
         """(n_k,) of number i; 0 is the proposed one."""
@@ -295,7 +297,10 @@ def _seen(*of: Any) -> Seen:
     """Raises InputError."""
     if not jax.config.jax_enable_x64:
         raise InputError("BatchShield: expected float64; use it within `jax.enable_x64(True)`.")
-    return Seen(*map(jnp.asarray, of))
+    seen = Seen(*map(jnp.asarray, of))
+    if seen.active.dtype != bool:  # of integers, ~ is not "none there"
+        raise InputError(f"active: expected bool; got {seen.active.dtype}.")
+    return seen
 
 
 def _while_open(one: Callable, state: tuple, of: Any) -> tuple:

@@ -95,7 +95,23 @@ def test_a_scene_says_that_it_tells_of_an_obstacle_for_some_time_alone(answer):
     then = always.replace(spans=[pj.problem.Span((0, 2), 0.25, 3.5)])
     found = toy_query.planner().solve(then, jax.random.PRNGKey(0), pj.Settings(target=0.1))
     said = "told of for some intervals of a plan that begins at 3.5 s of a clock alone"
-    assert said in found.details() and said in found.choose().details()
+    assert said in found.details() and said in found.choose().details() and said in found.summary()
+
+
+@pytest.mark.parametrize("proved", [False, True])
+def test_that_there_is_no_plan_is_said_of_the_same_time_alone(proved, tmp_path):
+    on_the_goal = [pj.box([-0.5, -0.5], [0.5, 0.5])]
+    then = [pj.problem.Span((3, 3), 0.25, 3.5)]
+    asked = pj.reach_avoid(toy_query.GOAL, on_the_goal, 0.1, spans=then)
+    none = toy_query.planner().solve(asked, jax.random.PRNGKey(0), pj.Settings())
+    none = none if proved else replace(none, absence=None)
+    assert (none.status.label == "no-plan") == proved
+    said = "1 obstacle of 1 is told of for some intervals of a plan"
+    for text in (none.details(), none.summary()):
+        assert f"{said} that begins at 3.5 s of a clock alone" in text
+    if proved:
+        back = load_answer(none.save(tmp_path / "none.json"))
+        assert said in back.details() and said in back.summary()
 
 
 @pytest.mark.slow

@@ -64,6 +64,21 @@ def test_who_decides_before_the_other_was_measured_is_refused():
         pj.drive.reserved(second, now, time)
 
 
+def test_what_was_reserved_before_its_robot_was_seen_outside_is_void():
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+
+    def step(robot, place, at, obstacles=(), spans=None):
+        goes = lambda seen: -seen.path[:, -1, 0]  # noqa: E731
+        return robot.step(place, [0.1], obstacles, goes, at=at, spans=spans)
+
+    one = step(loop, np.zeros(2), 0.0).committed
+    obstacles, spans = pj.drive.reserved(one, 1.0, model.time)
+    assert step(loop, np.full(2, 5.0), 1.0).left and one.under_way
+    after = step(loop.another(), np.array([0.0, 9.0]), 1.0, obstacles, spans)
+    assert not after.new and "seen outside of its tube since: stop" in after.reason
+
+
 def test_what_a_robot_has_left_for_another_manoeuvre_reserves_nothing():
     model = line_model(4, 0.01, rests=True)
     loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)

@@ -1,5 +1,7 @@
 """The shield of a batch decides as that of one environment does."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 from needs import need
 
 import parc_jax as pj
+from parc_jax.learning.bound.claim import derived
 
 need("gymnasium")
 from platform_env import HELD, Platform, PlatformSystem, platform_model, shielded  # noqa: E402
@@ -14,11 +17,9 @@ from platform_env import HELD, Platform, PlatformSystem, platform_model, shielde
 POSTS = ([[1.0, -0.1], [-9.0, 3.0]], [[0.55, -0.1], [0.1, 0.6]], [[9.0, 9.0], [-0.7, -0.7]])
 
 
-@pytest.fixture(scope="module")
-def batch():
-    """The shield, and its two functions, compiled."""
-    made = pj.drive.BatchShield(
-        platform_model(),
+def shield_of(model):
+    return pj.drive.BatchShield(
+        model,
         system=PlatformSystem(),
         radius=0.2,
         every=HELD,
@@ -27,6 +28,12 @@ def batch():
         room=0.05,
         far=20.0,
     )
+
+
+@pytest.fixture(scope="module")
+def batch():
+    """The shield, and its two functions, compiled."""
+    made = shield_of(platform_model())
     return made, jax.jit(made.start), jax.jit(made.step)
 
 
@@ -103,5 +110,31 @@ def test_a_start_without_a_stop_is_not_certified_and_float32_is_refused(batch):
     seen = arrays(([[0.1, -0.1]] * 2, POSTS[0], POSTS[1]), np.zeros((3, 2)), np.zeros((3, 2)))
     with jax.enable_x64(True):
         assert start(*seen).certified.tolist() == [False, True, True]
+        with pytest.raises(pj.InputError, match="active: expected bool"):
+            made.start(*seen[:3], seen[3].astype(int))
     with jax.enable_x64(False), pytest.raises(pj.InputError, match="expected float64"):
         made.start(*seen)
+
+
+def test_a_manoeuvre_is_left_when_those_of_the_runs_were(batch):
+    model = platform_model()
+
+    def chained(first, last):
+        law = f"a chain of 2 manoeuvres before it, each left after {first:g} to {last:g} s"
+        claim = derived(model.claim, law=replace(model.claim.law, k_law=law))
+        return model.replace(claim=claim)
+
+    with pytest.raises(
+        pj.InputError, match=r"every: expected a manoeuvre to be left from 0\.\d+ s"
+    ):
+        shield_of(chained(2 * HELD, 3 * HELD))
+    far = np.full((3, 2, 2), 10.0)
+    pose, speed, corners, there = arrays(far, np.zeros((3, 2)), np.zeros((3, 2)))
+    step, rests = jax.jit(shield_of(chained(HELD, HELD)).step), model.time.t_f / HELD
+    with jax.enable_x64(True):
+        one = batch[1](pose, speed, corners, there)
+        for steps, reason in ((1, 0), (2, 5), (rests, 0)):
+            since = one._replace(steps=np.full(3, float(steps)))
+            new, driven = step(since, pose, speed, corners, there, 0.5 * there)
+            assert driven.reason.tolist() == [reason] * 3
+            assert new.steps.tolist() == [steps * (reason > 0) + 1] * 3

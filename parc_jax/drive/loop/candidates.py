@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -25,6 +25,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.system import TURNS
+from parc_jax.learning.systems.chained import hand_over_of
 from parc_jax.problem.robust.pose import Pose
 
 AT_ONCE = 64  # candidates predicted at a time
@@ -86,6 +87,51 @@ def listed_candidates(
     k = np.zeros((len(values), model.n_k))
     k[:, chosen] = values
     return k
+
+
+class Leaving(NamedTuple):
+    """When a manoeuvre may be left for the next. intervals: of the grid, after which it may at
+    first. first, last: [s] after its beginning; at its end, where it rests, it may as well. lasts:
+    [s] of all of it.
+    """
+
+    intervals: int
+    first: Fraction
+    last: Fraction
+    lasts: Fraction
+
+    def may(self, passed: Any) -> Any:
+        """Whether it may so many seconds after its beginning; also of a JAX array."""
+        first, last = float(self.first - SAME), float(self.last + SAME)
+        return (passed >= float(self.lasts - SAME)) | ((first <= passed) & (passed <= last))
+
+    def require(self, passed: Fraction, name: str) -> None:
+        """Raises InputError where it may not."""
+        if not self.may(passed):
+            raise InputError(
+                f"{name}: expected a manoeuvre to be left from {float(self.first):g} s to "
+                f"{float(self.last):g} s after its beginning, or at rest; this is after "
+                f"{float(passed):g} s."
+            )
+
+
+def leaving(name: str, model: TrajectoryModel, leave: float) -> Leaving:
+    """When manoeuvres of a model may be left, the first time after `leave` [s], which is called
+    `name`. Raises InputError, also for a time at which no run of the claim was left.
+    """
+    dt, n = Fraction(model.time.dt), model.time.n_steps
+    seconds = float(as_float64(name, leave, ()))
+    intervals = round(seconds / model.time.dt)
+    if not 0 < intervals <= n:
+        raise InputError(
+            f"{name}: expected a time to leave within a manoeuvre, {model.time.dt:g} to "
+            f"{model.time.t_f:g} s; got {leave!r}."
+        )
+    after, of_runs = intervals * dt, hand_over_of(model.claim.law.k_law)
+    if of_runs is None:
+        return Leaving(intervals, min(after, Fraction(seconds)), n * dt, n * dt)
+    Leaving(intervals, *of_runs, n * dt).require(after, name)
+    return Leaving(intervals, max(of_runs[0], after), of_runs[1], n * dt)
 
 
 class Outlook(NamedTuple):

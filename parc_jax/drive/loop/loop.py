@@ -20,12 +20,12 @@ from parc_jax.common.premises import agree
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.drive.loop.candidates import (
-    SAME,
     Outlook,
     Thinking,
     UnderWay,
     even_candidates,
     given_axes,
+    leaving,
     listed_candidates,
     outlook,
     require_rest,
@@ -34,7 +34,6 @@ from parc_jax.drive.loop.commitment import Commitment, LeftTube, Step, leads_to,
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
-from parc_jax.learning.systems.chained import hand_over_of
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.robust.pose import Pose, pose_of
 from parc_jax.problem.uncertainty import Uncertainty
@@ -118,20 +117,9 @@ class Loop:
         self.effort = Effort() if effort is None else effort
         self.given = given_axes(model, given)
         self._scenes = Scenes(model, body, end, self.uncertainty)
-        dt = Fraction(model.time.dt)
-        self.leave = round(leave / model.time.dt)
-        if not 0 < self.leave <= model.time.n_steps:
-            raise InputError(
-                f"Loop: expected a time to leave within a manoeuvre, {model.time.dt:g} to "
-                f"{model.time.t_f:g} s; got {leave!r}."
-            )
-        self.lasts, self.leave_after = dt * model.time.n_steps, dt * self.leave
-        of_runs = hand_over_of(model.claim.law.k_law)
-        self._leaves = (min(self.leave_after, Fraction(leave)), self.lasts)
-        if of_runs is not None:
-            self._leaves = of_runs
-            self._require_left(self.leave_after, "leave")
-            self._leaves = (max(of_runs[0], self.leave_after), of_runs[1])
+        self._leaving = leaving("leave", model, leave)
+        self.lasts = self._leaving.lasts
+        self.leave_after = self._leaving.intervals * Fraction(model.time.dt)
         self._command = None
         if thinking is not None:
             self._command = UnderWay(thinking, model, self.given)
@@ -203,7 +191,7 @@ class Loop:
         except InputError as error:
             step = self.go_on(str(error).rstrip("."), gone)
             return replace(step, left=isinstance(error, LeftTube))
-        cost = np.asarray(prefer(outlook(self.model, here, k, self.leave)), float)
+        cost = np.asarray(prefer(outlook(self.model, here, k, self._leaving.intervals)), float)
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
         order = np.argsort(cost, kind="stable")
@@ -289,20 +277,8 @@ class Loop:
                 f"began; got {at:g} s. Another episode begins with `restart`."
             )
         if last is not None:
-            self._require_left(now - last.begin, "at")
+            self._leaving.require(now - last.begin, "at")
         return now
-
-    def _require_left(self, passed: Fraction, name: str) -> None:
-        """Raises InputError for a time [s] into a manoeuvre at which it may not be left, or no run
-        of the claim was; at rest it may.
-        """
-        first, last = self._leaves
-        if passed >= self.lasts - SAME or first - SAME <= passed <= last + SAME:
-            return
-        raise InputError(
-            f"{name}: expected a manoeuvre to be left from {float(first):g} s to {float(last):g} s "
-            f"after its beginning, or at rest; this is after {float(passed):g} s."
-        )
 
     def _with_command(self, given: ArrayLike, at: Fraction):
         """Values of all given parameters: the measured ones, and the command under way. [T39]

@@ -112,6 +112,8 @@ def _require_now(name: str, span: Span, at: Fraction) -> None:
         fault = "says none" if span.at is None else f"was made for {span.at:g} s"
     elif span.of is not None and not span.of.under_way:
         fault = f"was made for number {span.of.number} of a robot that has left that since"
+    elif span.of is not None and span.of.seen_outside:
+        fault = "was made of a robot that was seen outside of its tube since: stop"
     else:
         return
     raise InputError(
