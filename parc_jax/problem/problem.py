@@ -37,6 +37,18 @@ class Span(tuple):
         self.dt, self.at, self.of = dt, at, of
         return self
 
+    @property
+    def void(self) -> str:
+        """Why its obstacle is not where the commitment's robot is, as the end of a sentence; empty
+        where it is.
+        """
+        if self.of is None:
+            return ""
+        if not self.of.under_way:
+            return f"was made for number {self.of.number} of a robot that has left that since"
+        outside = "was made of a robot that was seen outside of its tube since: stop"
+        return outside if self.of.seen_outside else ""
+
 
 @struct.dataclass
 class GoalOfPoints(HPolytope):

@@ -59,7 +59,9 @@ def test_the_summary_is_short_and_names_every_assumption():
 
 
 def test_where_nothing_was_found_nothing_is_promised():
-    assert nothing().details().split("\n") == [nothing_found(None), Ended.WORK.sentence]
+    none, scene, tube, ended = nothing().details().split("\n")
+    assert (none, ended) == (nothing_found(None), Ended.WORK.sentence)
+    assert scene.startswith("It is of a body") and tube.startswith("(E) ASSUMED")
     assert repr(nothing()) == "<Answer for <b>toy</b> & co: not-found>"
 
 

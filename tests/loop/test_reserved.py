@@ -2,6 +2,7 @@
 
 import math
 
+import jax
 import numpy as np
 import pytest
 from episodes import PATIENT, driven
@@ -76,7 +77,16 @@ def test_what_was_reserved_before_its_robot_was_seen_outside_is_void():
     obstacles, spans = pj.drive.reserved(one, 1.0, model.time)
     assert step(loop, np.full(2, 5.0), 1.0).left and one.under_way
     after = step(loop.another(), np.array([0.0, 9.0]), 1.0, obstacles, spans)
-    assert not after.new and "seen outside of its tube since: stop" in after.reason
+    void = "seen outside of its tube since: stop"
+    assert not after.new and void in after.reason
+    goal = pj.box([-0.2] * 3, [0.2] * 3)
+    planner, asked = pj.Planner(model), pj.reach_avoid(goal, obstacles, RADIUS, spans=spans)
+    for ask in (planner.solve, lambda *of: planner.solve_batch([of[0]], of[1])):
+        with pytest.raises(pj.InputError, match=f"span of obstacle 0: expected .* {void}"):
+            ask(asked, jax.random.PRNGKey(0))
+    loop.restart()
+    with pytest.raises(pj.InputError, match="a robot that has left that since"):
+        planner.solve(asked, jax.random.PRNGKey(0))
 
 
 def test_what_a_robot_has_left_for_another_manoeuvre_reserves_nothing():

@@ -73,6 +73,12 @@ class Query:
         Raises InputError if the uncertainty does not fit the model or leaves no goal.
         """
         problem, model, pose = self.problem, self.model, self.pose
+        for j, span in enumerate(problem.all_spans):
+            if span is not None and span.void:
+                raise InputError(
+                    f"span of obstacle {j}: expected places of a manoeuvre that is under way; it "
+                    f"{span.void}. Make it anew."
+                )
         uncertainty = problem.uncertainty
         if uncertainty is not None or model.given:
             require_given(uncertainty, model)
