@@ -17,6 +17,7 @@ from parc_jax.common.spelling import counted
 from parc_jax.learning.network.predict import Layout
 from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
 from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.problem.world.outlines import Edge
 
 SAME = Fraction(1, 10**9)  # [s] moments of a clock that are one; who makes spans allows for it
 
@@ -131,7 +132,7 @@ def reach_avoid(
     """
     points = goal.points if isinstance(goal, GoalOfPoints) else ()
     goal = _polytope("goal", goal)
-    obstacles = tuple(_polytope("obstacle", o) for o in obstacles)
+    obstacles = tuple(o if isinstance(o, Edge) else _polytope("obstacle", o) for o in obstacles)
     start = None if start is None else _polytope("start", start)
     if not isinstance(body, Body):
         body = shape("body", body)

@@ -86,7 +86,8 @@ class Drive:
             "stopped": sum(n for why, n in reasons.items() if why),
             "ms": [round(1e3 * float(q), 2) for q in np.quantile(took, [0.5, 0.95, 1.0])],
         }
-        return pj.drive.Outcome(found.ever or sum(costs) > 0, left, told)
+        done = () if self.bare else env.commitments
+        return pj.drive.Outcome(found.ever or sum(costs) > 0, left, told, done)
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,18 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from fractions import Fraction
 from itertools import count
-from types import SimpleNamespace
 
 import jax
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.drive.loop.episodes import task_of
+from parc_jax.drive.loop.scenes import Scenes
+from parc_jax.problem.body import Disc
+from parc_jax.problem.robust.pose import pose_of
 from sims import car, point
 from sims.car.guide import CarGuide
 from sims.point.guide import Guide
@@ -55,7 +59,7 @@ class Together:
         for world in worlds:  # as the environment does at a reset
             world.costs()
             world.forward()
-        n, driver, model = len(worlds), guide(seeds), module.model()
+        n, driver = len(worlds), guide(seeds)
         gained, cost, changed, stopped = np.zeros((4, n))
         begun: list[list] = [[] for _ in worlds]
         ended, steps, took = np.zeros(n, bool), np.zeros(n, int), []
@@ -106,8 +110,11 @@ class Together:
                 "ms": np.quantile(each.sum(axis=0), [0.5, 0.95, 1.0]).round(4),
                 "shield_ms": np.quantile(each[0], [0.5, 0.95, 1.0]).round(4),
             }
-            left = None if self.bare else left_tube(model, begun[i], path, world.robot.step)
-            outcomes.append(pj.drive.Outcome(found.ever or cost[i] > 0, left, told))
+            done, left = [], None
+            if not self.bare:
+                done = committed(module, begun[i], path[0], world.robot.step)
+                left = pj.drive.left_tube(done, path[:, :2], path[:, 2])
+            outcomes.append(pj.drive.Outcome(found.ever or cost[i] > 0, left, told, done))
         return outcomes
 
 
@@ -126,13 +133,16 @@ def measured(module, worlds: Sequence[World]):
     return np.array(poses), np.array(speeds), corners, np.ones(corners.shape[:2], bool)
 
 
-def left_tube(model, begun: Sequence[tuple], path: np.ndarray, every: float) -> bool:
-    """Whether a tube was left: of manoeuvres that began at a step, with their k (n_k,)."""
-    asked = SimpleNamespace(
-        query=SimpleNamespace(model=model), pose=SimpleNamespace(heading=float(path[0, 2]))
-    )
-    made = [
-        SimpleNamespace(asked=asked, number=i, begin=every * t, k=k)
-        for i, (t, k) in enumerate(begun)
+def committed(module, begun: Sequence[tuple], pose: np.ndarray, every: float) -> list[Commitment]:
+    """Manoeuvres of one episode that began at a step, each with its k (n_k,), as a loop would tell
+    of them. pose: where the episode began; obstacles are not kept, nor the room that was left.
+    """
+    model, disc = module.model(), Disc(module.sensing.batch_door()["radius"])
+    asked = Scenes(model, disc, None, pj.Uncertainty()).scene(pose_of(pose, model), ()).nominal
+    begins = [Fraction(every) * t for t, _ in begun]
+    lasts, episode = Fraction(model.time.dt) * model.time.n_steps, []
+    episode += [
+        Commitment(i, begin, begin + lasts, k, 0.0, 0, asked, episode=episode)
+        for i, (begin, (_, k)) in enumerate(zip(begins, begun, strict=True))
     ]
-    return pj.drive.left_tube(made, path[:, :2], path[:, 2])
+    return episode

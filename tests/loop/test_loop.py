@@ -430,3 +430,14 @@ def test_the_reason_names_the_obstacle_and_what_would_help(line):
         "to obstacle 0 at" in said and "takes 1.1 cm of it: without errors it lacks 5.1 cm" in said
     )
     assert said.split("What would help: ")[1].startswith("that obstacle farther away by 6.1 cm")
+
+
+def test_a_manoeuvre_that_was_replaced_begins_no_episode(line):
+    loop = loop_of(line)
+    first, second = (loop.step([x, 0.0], [0.25], [], forward).committed for x in (0.0, 0.125))
+    for _ in range(2):
+        with pytest.raises(InputError, match="restart: expected what this loop began last"):
+            loop.restart(first)
+        loop.restart()
+    loop.restart(second)
+    assert loop.under_way is second

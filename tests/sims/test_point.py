@@ -103,6 +103,8 @@ def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch):
     for one, world_seed, seed in zip(found, worlds, seeds, strict=True):
         alone = episodes.Drive("Point", 1, False, False)(world_seed, seed)
         assert not one.touched and one.left is False and alone.left is False
+        (loop,) = {made.loop for made in one.committed}
+        assert len(one.committed) == one.told["committed"] and "claim" in loop
         assert one.told["return"] == pytest.approx(alone.told["return"], abs=2e-3)
         for name in ("cost", "steps", "changed", "committed", "stopped", "nearest"):
             assert one.told[name] == alone.told[name]

@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 from exact_cover import exact, meets
 from needs import need
+from toy_models import line_model
 
+import parc_jax as pj
 from parc_jax.common.errors import InputError
 
 need("shapely")
 import shapely  # noqa: E402
 from lidar_worlds import Lidar, a_world  # noqa: E402
 
+from parc_jax.problem.robust.nominal import query  # noqa: E402
 from parc_jax.problem.world import free_space  # noqa: E402
 from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E402
 from parc_jax.problem.world.grid_map import occupancy_grid  # noqa: E402
@@ -117,6 +120,29 @@ def test_a_missing_piece_is_a_way_out():
         assert not any(meets(piece, *way) for i, piece in enumerate(pieces) if i != gone)
 
 
+def test_edges_of_free_space_are_for_a_robot_inside_of_it():
+    """Also among other obstacles, and for a problem as a planner takes it: beyond the edges
+    nothing stands that anybody knows of, so a robot there would be told that all is safe.
+    """
+    line = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(line, 0.1, leave=0.5, effort=pj.drive.Effort(64, deadline=300.0))
+    corners = [[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]]
+    edges = free_place(corners).obstacles()
+    wall = pj.box([0.45, -2.0], [0.5, 2.0])
+    for obstacles in (edges, [wall, *edges]):
+        for x, inside in ((0.0, True), (20.0, False)):
+            loop.restart()
+            step = loop.step([x, 0.0], [], obstacles, lambda seen: -seen.path[:, -1, 0])
+            assert step.new == inside
+        assert "expected a start inside the free space" in step.reason
+    goal = pj.box([-1.0, -1.0], [1.0, 1.0])
+    for start in (None, pj.box([3.0, 0.0], [5.0, 1.0])):  # anywhere, and partly outside
+        with pytest.raises(InputError, match="expected a start inside the free space"):
+            query(pj.reach_avoid(goal, edges, 0.1, start), line).nominal()
+    within = pj.reach_avoid(goal, edges, 0.1, pj.box([1.0, 0.0], [2.0, 1.0]))
+    assert query(within, line).nominal().problem.obstacles
+
+
 def test_what_is_proposed_is_not_believed(drives, monkeypatch):
     """Where the proposal is wrong, nothing is free, rather than too much."""
     _, steps, place = drives[0]
@@ -206,7 +232,6 @@ def test_a_body_in_uncertainty_keeps_its_own_place(drives):
         (lambda free: free.near((0, 0), -1.0), "reach >= 0 m; got -1"),
         (lambda free: free.near((0, 0), 1.0, tolerance=np.inf), "tolerance >= 0"),
         (lambda free: free.holds([0.0, 1.0]), "corners of the body"),
-        (lambda free: free.obstacles(-1.0), "half_width >= 0"),
         (lambda free: free_place(BODY, np.nan), "finite margin"),
         (lambda free: free.within((9, 9), 1.0).obstacles(), "this one is empty"),
     ],

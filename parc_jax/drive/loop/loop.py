@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from parc_jax.answer.why import why_of
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import agree
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.drive.loop.candidates import (
@@ -135,6 +134,7 @@ class Loop:
             self.candidates = listed_candidates(model, self.given, candidates)
         require_rest(model, self.candidates, self.given)
         self._episode: list[Commitment] = []
+        self._last: Commitment | None = None  # that began
         self.restart()
         # compile everything that a step may need
         pose = np.zeros(model.n_p + (model.rotation is not None))
@@ -220,7 +220,7 @@ class Loop:
                 about = clear, judged, scene.nominal, float(drift)
                 number = 0 if self.under_way is None else self.under_way.number + 1
                 one = Commitment(number, at, at + self.lasts, chosen, *about, episode=self._episode)
-                self._before, self.under_way = self.under_way, one
+                self._before, self.under_way, self._last = self.under_way, one, one
                 self._episode[:] = [one]
                 return Step(one, True)
         more = ""
@@ -240,17 +240,16 @@ class Loop:
     def another(self) -> "Loop":
         """A loop for another robot of the same kind, at rest; what was compiled serves both."""
         made = copy(self)
-        made._episode = []
+        made._episode, made._last = [], None
         made.restart()
         return made
 
     def restart(self, first: Commitment | None = None) -> None:
         """Another episode: the robot rests, at a place where it touches nothing; or begins with
-        the manoeuvre `first`, of this loop. Raises InputError for one of another loop.
+        the manoeuvre `first`. Raises InputError unless that is the last that this loop began.
         """
-        if first is not None:
-            one = replace(first, asked=self._scenes.scene(first.asked.pose, ()).nominal)
-            agree("restart: a manoeuvre of this loop", first.shared, one.shared)
+        if first not in (None, self._last):
+            raise InputError(f"restart: expected what this loop began last; got {first!r}.")
         self._episode.clear()  # what it had under way is so no more
         self.under_way, self._before = first, None
         self._episode = [] if first is None else first.episode

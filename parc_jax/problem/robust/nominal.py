@@ -23,7 +23,7 @@ from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
-from parc_jax.problem.problem import Problem, require_dimensions
+from parc_jax.problem.problem import Problem, finite_box, require_dimensions
 from parc_jax.problem.robust.pose import Pose, from_here, pose_of, require_rotation
 from parc_jax.problem.robust.realisations import (
     Robustness,
@@ -35,6 +35,7 @@ from parc_jax.problem.robust.realisations import (
 )
 from parc_jax.problem.robust.vertex_model import copied_model, copied_problem
 from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.problem.world.outlines import Edge
 
 CACHED = 16  # robust models that a planner caches
 UP = 1 + 2.0**-50  # pays for a sum of two products
@@ -70,7 +71,8 @@ class Query:
         Every plan that is safe for the result is safe for every realisation of the uncertainty.
         cache: robust models, keyed by uncertainty; updated in place.
         Returns the problem in the robot frame if the pose has a heading, else in the world frame.
-        Raises InputError if the uncertainty does not fit the model or leaves no goal.
+        Raises InputError if the uncertainty does not fit the model or leaves no goal, and where
+        obstacles are edges of free space in which not every start lies.
         """
         problem, model, pose = self.problem, self.model, self.pose
         for j, span in enumerate(problem.all_spans):
@@ -79,6 +81,7 @@ class Query:
                     f"span of obstacle {j}: expected places of a manoeuvre that is under way; it "
                     f"{span.void}. Make it anew."
                 )
+        _require_free(problem, pose)
         uncertainty = problem.uncertainty
         if uncertainty is not None or model.given:
             require_given(uncertainty, model)
@@ -145,6 +148,23 @@ class NominalProblem:
     at: np.ndarray | None = None
     pose: Pose | None = None
     query: Query | None = None
+
+
+def _require_free(problem: Problem, pose: Pose | None) -> None:
+    """Raises InputError unless every start lies in the free space of which obstacles are edges. No
+    verdict lets a body touch an edge, so one place of it, the first point, tells of all. [T41]
+    """
+    edges = {id(one.region): one for one in problem.obstacles if isinstance(one, Edge)}
+    if not edges:
+        return
+    starts = np.array([[-np.inf, np.inf]] * 2).T
+    if pose is not None:
+        starts = pose.place[None]
+    elif problem.start is not None:
+        lo, hi = finite_box(problem.start, "start")
+        starts = np.array([[x, y] for x in (lo[0], hi[0]) for y in (lo[1], hi[1])])
+    for edge in edges.values():
+        edge.require_inside(starts)
 
 
 def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:

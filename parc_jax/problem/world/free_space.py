@@ -9,10 +9,9 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import counted
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.problem.world.outlines import THIN, package, require_near, thin_pieces
+from parc_jax.problem.world.outlines import Edge, package, require_near, thin_pieces
 
 if TYPE_CHECKING:
     import shapely
@@ -266,11 +265,12 @@ class FreeSpace:
         border = self.region.boundary
         return bool(self.region.contains(body) and not shapely.dwithin(border, body, gap))
 
-    def obstacles(self, half_width: float = THIN) -> tuple[HPolytope, ...]:
-        """Convex pieces, one an edge, that cover its boundary: a body that lies in this region
-        at the start (`holds`) and touches none of them stays in it. [T41] Raises InputError.
+    def obstacles(self) -> tuple[Edge, ...]:
+        """Convex pieces, one an edge, that cover its boundary: a body that lies in this region at
+        the start and touches none of them stays in it; a pose elsewhere is refused. [T41] Raises
+        InputError.
         """
-        return tuple(thin_pieces(self._edges(), _length("half_width", half_width)))
+        return tuple(Edge(one.A, one.b, self.region) for one in thin_pieces(self._edges()))
 
     def _edges(self) -> np.ndarray:
         """(n, 2 ends, 2) edges of all rings. Raises InputError if there are none."""

@@ -6,14 +6,14 @@ import json
 from dataclasses import dataclass
 from fractions import Fraction
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from parc_jax.common import on_use
+from parc_jax.common import on_use, struct
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.common.sets.hpolytope import HPolytope
@@ -132,10 +132,27 @@ def convex_parts(polygon: "shapely.Polygon") -> list[list[Corner]]:
     return list(pieces.values())
 
 
-def thin_pieces(segments: npt.ArrayLike, half_width: float = THIN) -> list[HPolytope]:
-    """Each segment (n, 2 ends, 2) grown by a half width [m], as a rectangle of four rows, rounded
-    outward.
+@struct.dataclass
+class Edge(HPolytope):
+    """An obstacle along the boundary of a region of the plane, beyond which nothing is one: for a
+    start inside of it alone. region: a Shapely geometry [m].
     """
+
+    region: Any = struct.field(pytree_node=False, default=None)
+
+    def require_inside(self, starts: npt.ArrayLike) -> None:
+        """Raises InputError unless the hull of places (n, 2) [m] lies in the region. [T41]"""
+        hull = package("shapely", "free space").MultiPoint(np.asarray(starts)).convex_hull
+        if not (np.isfinite(hull.bounds).all() and self.region.contains(hull)):
+            x, y = np.mean(starts, axis=0)
+            raise InputError(
+                f"obstacles: expected a start inside the free space whose edges they are; got one "
+                f"around ({x:g}, {y:g}), where nothing is known. Take obstacles near this pose."
+            )
+
+
+def thin_pieces(segments: npt.ArrayLike) -> list[HPolytope]:
+    """Each segment (n, 2 ends, 2) grown by THIN, as a rectangle of four rows, rounded outward."""
     segments = np.asarray(segments, np.float64)
     along = segments[:, 1] - segments[:, 0]
     length = np.hypot(*along.T)[:, None]
@@ -143,7 +160,7 @@ def thin_pieces(segments: npt.ArrayLike, half_width: float = THIN) -> list[HPoly
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     A = np.stack([along, -along, across, -across], axis=1)
     ends = (A[:, :, None] * segments[:, None]).sum(axis=-1)
-    b = ends.max(axis=-1) + (half_width + TOLERANCES.outline)
+    b = ends.max(axis=-1) + (THIN + TOLERANCES.outline)
     return [HPolytope(rows, offsets) for rows, offsets in zip(A, b, strict=True)]
 
 
