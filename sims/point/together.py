@@ -5,8 +5,8 @@ the shield for all of them at each step. Judged as `sims.point.episodes` does.
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from fractions import Fraction
+from functools import cache
 from itertools import count
 
 import jax

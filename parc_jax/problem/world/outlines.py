@@ -142,12 +142,14 @@ class Edge(HPolytope):
 
     def require_inside(self, starts: npt.ArrayLike) -> None:
         """Raises InputError unless the hull of places (n, 2) [m] lies in the region. [T41]"""
-        hull = package("shapely", "free space").MultiPoint(np.asarray(starts)).convex_hull
-        if not (np.isfinite(hull.bounds).all() and self.region.contains(hull)):
-            x, y = np.mean(starts, axis=0)
+        starts, shapely = np.asarray(starts, np.float64), package("shapely", "free space")
+        known = np.isfinite(starts).all()
+        if not (known and self.region.contains(shapely.MultiPoint(starts).convex_hull)):
+            x, y = starts[0]
             raise InputError(
-                f"obstacles: expected a start inside the free space whose edges they are; got one "
-                f"around ({x:g}, {y:g}), where nothing is known. Take obstacles near this pose."
+                "obstacles: expected a start inside the free space whose edges they are; it may be "
+                f"({x:g}, {y:g}) or further. Take edges of free space around every start, or say "
+                "where it is: at."
             )
 
 
