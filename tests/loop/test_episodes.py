@@ -94,6 +94,7 @@ def test_the_sentence_names_law_driver_and_loops_by_content():
     said, claim = done.details(), loop_of(0.01).model.claim.hash[:12]
     idle = sum(not one.loops for one in done.driven)
     assert f"(C) Of the manoeuvres of a loop (toy, claim {claim}, premises" in said
+    assert "What moves is told of for its intervals alone, until that rest at most" in said
     assert 0 < idle < 8 and f"Of {idle} episodes without one nothing is shown" in said
     both = [
         pj.drive.drive_episodes(drive, of, KEY, 8, workers=0, quiet=True).details()
