@@ -325,7 +325,9 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
         "volume_of_all": cover.total_volume,
         "coverage": cover.coverage._asdict(),
     }
+    spans = [(getattr(s, "dt", None), getattr(s, "at", None)) for s in answer.problem.all_spans]
     optional = {
+        "spans": spans if any(x is not None for told in spans for x in told) else None,
         "polytope_coverage": None if polytopes is None else polytopes.coverage._asdict(),
         "within": None if cover.within is None else [hex_text(side) for side in cover.within],
         "doubt": None if uncertainty is None else uncertainty.to_json(),

@@ -111,7 +111,9 @@ def test_that_there_is_no_plan_is_said_of_the_same_time_alone(proved, tmp_path):
         assert f"{said} that begins at 3.5 s of a clock alone" in text
     if proved:
         back = load_answer(none.save(tmp_path / "none.json"))
+        (span,), said = back.problem.all_spans, f"{said} that begins at 3.5 s"
         assert said in back.details() and said in back.summary()
+        assert (span.dt, span.at) == (0.25, 3.5)
 
 
 @pytest.mark.slow

@@ -1,7 +1,5 @@
 """An answer again from its file, checked anew: for pictures, bags and further queries."""
 
-import json
-
 import numpy as np
 
 from parc_jax.answer.answer import Answer
@@ -12,7 +10,7 @@ from parc_jax.common.spelling import hex_floats, nearest_floats
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.problem.problem import Problem
+from parc_jax.problem.problem import Problem, Span
 from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.realisations import robustness_of_json
@@ -49,7 +47,9 @@ def load_answer(path) -> Answer:
         ) from None
     try:
         return _answer(data, report)
-    except (KeyError, TypeError, IndexError, AttributeError, json.JSONDecodeError) as error:
+    except InputError:
+        raise
+    except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
         raise InputError(
             f"{path}: expected a file of `Answer.save` (format {FORMAT}); {type(error).__name__}: "
             f"{error}."
@@ -59,6 +59,10 @@ def load_answer(path) -> Answer:
 def _answer(data: dict, report) -> Answer:
     model, problem = model_of_file(data), problem_of_file(data["problem"])
     meta = _meta(data["meta"], model)
+    if "spans" in meta:  # beside the intervals, for which moment and steps of what length
+        told = [[None if x is None else float(x) for x in one] for one in meta["spans"]]
+        pairs = zip(problem.all_spans, told, strict=True)
+        problem = problem.replace(spans=[s if s is None else Span(s, *of) for s, of in pairs])
     nominal = _nominal(problem, model, meta)
     scene = _scene(nominal, data)
     plans = [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]]
