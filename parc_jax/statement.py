@@ -55,14 +55,17 @@ def about_spans(spans: Sequence[Span | None], steps: int) -> str:
     plan has to begin; empty for none. spans: of each obstacle, None for all.
     """
     some, of = sum(x is not None and tuple(x) != (0, steps - 1) for x in spans), len(spans)
+    made = [x.of for x in spans if x is not None and x.of is not None]
+    whose = sorted({f"number {one.number} of a loop ({one.loop})" for one in made})
+    rests = f"That a robot is in the way rests on its manoeuvre: {_some(whose)}." if whose else ""
     if not some:
-        return ""
+        return rests
     moments = [x.at for x in spans if x is not None and x.at is not None]
     begins = f" that begins at {moments[0]!r} s of a clock" if moments else ""
     return (
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
-        f"intervals of a plan{begins} alone: nothing is said of them at other times."
-    )
+        f"intervals of a plan{begins} alone: nothing is said of them at other times. {rests}"
+    ).rstrip()
 
 
 def about_place(within: Place, n_k: int) -> str:
@@ -191,12 +194,14 @@ def about_loops(driven: Sequence) -> str:
         return "(C) is not said: no episode tells of a manoeuvre that a loop committed to."
     others = sum(not one.loops for one in driven)
     more = f" Of {counted(others, 'episode')} without one nothing is shown." if others else ""
+    short = [one.told_for for one in driven if one.loops and one.told_for is not None]
+    first = f", of some for the first {rounded_down(min(short))} s alone" if short else ""
     return (
         f"(C) Of the manoeuvres of {_some([f'a loop ({loop})' for loop in loops])}, shown in "
         "float64 with a rounding margin: whatever happens inside the tubes, nothing is ever "
         "touched, while every pose is inside its uncertainty, what was said of obstacles is so, "
         "and a robot rests where a manoeuvre ends. What moves is told of for its intervals alone, "
-        f"until that rest at most: later it may run into a robot, also one that rests.{more}"
+        f"until that rest at most{first}: later it may run into a robot, also one that rests.{more}"
     )
 
 

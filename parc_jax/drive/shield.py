@@ -70,7 +70,7 @@ class Shield(gymnasium.Wrapper):
     effort: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
 
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
-    is another than the proposed one; `certified_until` [s] since reset, when its stop ends;
+    is another than the proposed one; `certified_until` [s] since reset, its `told_until`;
     `clearance` [m], the least on all of it; `reason`, why nothing new was committed to, else empty;
     `left`, True where the pose is outside of the tube of the manoeuvre under way, False where it
     was not until another took over, once for each, else None: what `Monitor.bet` asks for.
@@ -296,7 +296,7 @@ class Shield(gymnasium.Wrapper):
         return np.linalg.norm((candidates - proposed) / (self._hi - self._lo), axis=1)
 
     def _about(self, one: Commitment) -> dict:
-        return {"certified_until": float(one.end), "clearance": one.clearance}
+        return {"certified_until": float(one.told_until), "clearance": one.clearance}
 
     def _require_actions(self) -> None:
         """Raises InputError where actions and manoeuvres of each other are not."""

@@ -15,7 +15,7 @@ from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, part_of
 from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
-from parc_jax.learning.bound.measure import allowance, score_arrays
+from parc_jax.learning.bound.measure import allowance, kept
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import parts_of
 from parc_jax.problem.robust.nominal import NominalProblem
@@ -43,8 +43,9 @@ class Commitment:
     number: from 0. begin, end: [s] of the loop's clock, from its pose to its end. k (n_k,): values
     measured at the start, and the command. clearance: [m] from everything, of every run inside the
     tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose. drift:
-    [m] that was allowed for since the one before, as of `Loop.step`. seen_outside: [s] of the
-    clock when a pose was outside of its tube; the loop adds them, and files tell of the first.
+    [m] that was allowed for since the one before, as of `Loop.step`. drifted: [m] all of that in
+    its episode. seen_outside: [s] of the clock when a pose was outside of its tube; the loop adds
+    them, and files tell of the first.
     episode: one list for all commitments of an episode of one loop, of the one under way.
     """
 
@@ -56,6 +57,7 @@ class Commitment:
     judged: int
     asked: NominalProblem
     drift: float = 0.0
+    drifted: float = 0.0
     seen_outside: list[Fraction] = field(default_factory=list)
     episode: list["Commitment"] = field(default_factory=list)
 
@@ -70,6 +72,17 @@ class Commitment:
     def under_way(self) -> bool:
         """Whether its robot still drives it: its loop, in this process, began nothing else."""
         return self in self.episode
+
+    @property
+    def told_until(self) -> Fraction:
+        """[s] of the clock up to which all that moves is told of: its end, or earlier where an
+        obstacle with a span ends without another in its place.
+        """
+        steps, spans = self.asked.model.time.n_steps, self.asked.problem.all_spans
+        told = [span for span in spans if span is not None]
+        there = [sum(first <= t <= last for first, last in told) for t in range(steps)]
+        ends = (t for t in range(1, steps) if there[t] < there[t - 1])
+        return self.begin + Fraction(self.asked.model.time.dt) * next(ends, steps)
 
     def proved(self) -> bool:
         """Check it exactly, in some milliseconds."""
@@ -152,6 +165,15 @@ def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
             )
 
 
+def require_shared(name: str, drifted: float) -> None:
+    """Raises InputError for poses that may have drifted [m] from the frame that robots share."""
+    if drifted:
+        raise InputError(
+            f"{name}: expected poses in a frame that both robots share; those of this one may have "
+            f"drifted by {drifted:g} m. Tell what they are off by as uncertainty of the start."
+        )
+
+
 def left_tube(
     commitments: Sequence[Commitment], path: ArrayLike, heading: ArrayLike | None = None
 ) -> bool:
@@ -205,12 +227,11 @@ def left_tube(
         away = path[first : first + n] - path[first, 0]
         p[i, :n] = turned(away, heading[first]).reshape(n, -1)
     slack = allowance(model.net, model.domain, model.layout)
-    score = []
     for i in range(0, len(k), AT_ONCE):
         some = np.minimum(np.arange(i, i + AT_ONCE), len(k) - 1)  # a short call repeats its last
-        score.append(score_arrays(model.net, slack, model.tube, k[some], p[some], q[some])[0])
-    # NaN fails the comparison: a run that is not finite has left
-    return not bool((np.concatenate(score) <= 1.0).all())
+        if not kept(model.net, slack, model.claim, k[some], p[some], q[some]).all():
+            return True
+    return False
 
 
 def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> float:

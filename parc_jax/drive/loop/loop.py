@@ -187,7 +187,8 @@ class Loop:
                 here = here._replace(heading=math.remainder(here.heading, 2 * math.pi))
             k = self._all_of_k(self._with_command(given, at))
             self._require_inside(here, at, k[0], drift)
-            scene = self._scenes.scene(here, obstacles, spans, goal, at)
+            drifted = float(drift) + (0.0 if self.under_way is None else self.under_way.drifted)
+            scene = self._scenes.scene(here, obstacles, spans, goal, at, drifted)
         except InputError as error:
             step = self.go_on(str(error).rstrip("."), gone)
             return replace(step, left=isinstance(error, LeftTube))
@@ -217,7 +218,7 @@ class Loop:
             if i >= 0 and safe.clearance[i] >= least:
                 chosen, clear = k[rows[safe.rows[i]]], float(safe.clearance[i])
                 chosen.setflags(write=False)  # a certificate is written from it
-                about = clear, judged, scene.nominal, float(drift)
+                about = clear, judged, scene.nominal, float(drift), drifted
                 number = 0 if self.under_way is None else self.under_way.number + 1
                 one = Commitment(number, at, at + self.lasts, chosen, *about, episode=self._episode)
                 self._before, self.under_way, self._last = self.under_way, one, one

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.drive.loop.commitment import Commitment
+from parc_jax.drive.loop.commitment import Commitment, require_shared
 from parc_jax.learning.system import TimeGrid
 from parc_jax.problem.problem import SAME, Span
 from parc_jax.problem.uncertainty import Uncertainty
@@ -47,6 +47,7 @@ def reserved(
             f"reserved: expected a robot inside of its tube; at {since:g} s it was seen outside: "
             "nobody knows where it goes. Stop until it has begun again."
         )
+    require_shared("reserved", commitment.drifted)
     asked = commitment.asked
     model, pose, known = asked.query.model, asked.pose, asked.query.problem.uncertainty
     if model.n_p != 2:

@@ -12,6 +12,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.drive.loop.candidates import AT_ONCE
+from parc_jax.drive.loop.commitment import require_shared
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.rounding import rounding_bound
@@ -59,9 +60,10 @@ class Scenes:
         spans: Sequence | None = None,
         goal: HPolytope | None = None,
         at: Fraction = Fraction(0),
+        drifted: float = 0.0,
     ) -> Scene:
         """The scene at a pose that was measured at [s] of the clock. spans, goal: as of
-        `Loop.step`. Raises InputError.
+        `Loop.step`. drifted: [m] as of a commitment. Raises InputError.
         """
         # given parameters are exact at every step: they come with the candidates
         uncertainty = replace(self.uncertainty, given={axis: FREE for axis in self.model.given})
@@ -73,6 +75,8 @@ class Scenes:
         for j, span in enumerate(problem.all_spans):
             if span is not None:
                 _require_now(f"span of obstacle {j}", span, at)
+                if span.of is not None:
+                    require_shared("drift", drifted)
         problem = replace(problem, uncertainty=uncertainty)
         nominal = Query(problem, self.model, pose).nominal(self._models)
         if goal is not None:  # one that `Query` has turned and shrunk

@@ -36,7 +36,8 @@ class Outcome(NamedTuple):
 
 class Driven(NamedTuple):
     """One stored episode. number: from 0. failed: why it has no outcome, else empty. loops: those
-    that committed to its manoeuvres, by content.
+    that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
+    for which what moves was told of; None where until the end of each, 0 where that is unknown.
     """
 
     number: int
@@ -45,6 +46,7 @@ class Driven(NamedTuple):
     failed: str
     told: dict
     loops: list[str]
+    told_for: float | None = 0.0
 
     @property
     def bad(self) -> bool:
@@ -79,7 +81,9 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         told = json.loads(json.dumps(dict(told), default=_of_numpy))
         left = None if left is None else bool(left)
         loops = sorted({one.loop for one in committed})
-        return Driven(task.number, bool(touched), left, "", told, loops)
+        short = [one.told_until - one.begin for one in committed if one.told_until < one.end]
+        least = float(min(short)) if short else None
+        return Driven(task.number, bool(touched), left, "", told, loops, least)
     except Exception as error:
         place = own_place(error)
         where = f"in {place}: " if place else ""

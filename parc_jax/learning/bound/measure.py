@@ -16,7 +16,7 @@ from parc_jax.common.arrays import dot, in_chunks, map_rows, most, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.shapes import ManyParams, Params, Path, Paths, State, States
-from parc_jax.learning.bound.claim import check_edges
+from parc_jax.learning.bound.claim import ErrorClaim, check_edges
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, Unit
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import Layout, layout_of, predict
@@ -237,6 +237,21 @@ def score_arrays(
     ]
     ratio = np.maximum.reduce(each)
     return ratio.max(axis=1), ratio.argmax(axis=1).astype(np.int32)
+
+
+def kept(
+    net: ReLUNetwork, slack: Errors, claim: ErrorClaim, k: ManyParams, p: Paths, q: States
+) -> np.ndarray:
+    """(n,) bool: runs within the tube at all records, less its part for the time between them, in
+    every bin they touch, as in calibration. slack: their `allowance`. NaN is outside.
+    """
+    tube, fits = claim.tube, np.ones(len(k), bool)
+    between, _ = tube.halves_around(claim.intersample or 0.0, 0.0)
+    held = (tube.halves[0] - between, tube.halves[1])
+    for bins in tube.bins_of(k).T:
+        for size, half in zip(sizes(net, slack, tube, bins, k, p, q), held, strict=True):
+            fits &= (size <= half[bins]).reshape(len(k), -1).all(axis=1)
+    return fits
 
 
 def sizes(

@@ -14,7 +14,7 @@ from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
 from parc_jax.learning.bound.fresh import SEEN, ledger_of, left_out_beside, not_named, used_by
-from parc_jax.learning.bound.measure import allowance, chunk_size, sizes
+from parc_jax.learning.bound.measure import allowance, chunk_size, kept
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
 from parc_jax.learning.bound.settings import GAP, intersample_of
@@ -204,26 +204,15 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
 
 
 def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:
-    """(n,) bool: runs within the tube at all records, in every bin they touch, as in
-    calibration.
-    """
+    """(n,) bool: runs within the tube at all records, as of `kept`."""
     check_network(claim, net)
     _require_same_robot(claim, batch)
-    tube = claim.tube
-    slack = allowance(net, batch.domain, tube.layout)
-    between, _ = tube.halves_around(claim.intersample or 0.0, 0.0)
-    held = (tube.halves[0] - between, tube.halves[1])
-
-    def inside(rows: np.ndarray):
-        runs = batch.k[rows], batch.p[rows], batch.q[rows]
-        fits = np.ones(len(rows), bool)
-        for bins in tube.bins_of(batch.k[rows]).T:
-            needed = sizes(net, slack, tube, bins, *runs)
-            for size, half in zip(needed, held, strict=True):
-                fits &= (size <= half[bins]).reshape(len(rows), -1).all(axis=1)
-        return fits
-
-    return in_chunks(batch.n, chunk_size(batch.n), inside)
+    slack = allowance(net, batch.domain, claim.tube.layout)
+    return in_chunks(
+        batch.n,
+        chunk_size(batch.n),
+        lambda rows: kept(net, slack, claim, batch.k[rows], batch.p[rows], batch.q[rows]),
+    )
 
 
 def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
