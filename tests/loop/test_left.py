@@ -12,6 +12,7 @@ from toy_models import line_model, told
 import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.commitment import leads_to, outside_tube
+from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import hull
@@ -23,9 +24,12 @@ WAY = (0.0, 0.25, 0.5, 1.0, 1.0)  # of it at each record
 HALF = 2  # records, of four, after which a manoeuvre is left
 
 
-def driven(turning: bool):
-    """Commitments, path and headings of three manoeuvres, the last one up to its rest."""
+def driven(turning: bool, between: float = 0.0):
+    """Commitments, path and headings of three manoeuvres, the last one up to its rest.
+    between: [m] of the tube for the time between records.
+    """
     model = line_model(4, WIDE, rests=True)
+    model = model.replace(claim=derived(model.claim, intersample=(between, between)))
     if turning:
         model = told(model, rotation=(TURNS,))
     loop = pj.drive.Loop(
@@ -61,6 +65,14 @@ def test_a_robot_where_it_should_be_is_inside_and_one_pushed_aside_is_not(turnin
             )
     if turning:
         assert pj.drive.left_tube(done, path, heading + 0.1)
+
+
+def test_what_pays_for_the_time_between_records_is_not_for_the_records():
+    done, path, _ = driven(False, 0.4 * WIDE)
+    for off, left in ((0.5 * WIDE, False), (0.7 * WIDE, True)):
+        aside = path.copy()
+        aside[3, 1] += off
+        assert pj.drive.left_tube(done, aside) == left
 
 
 def test_what_a_manoeuvre_would_have_done_after_it_was_left_does_not_count():

@@ -89,6 +89,39 @@ def test_what_was_reserved_before_its_robot_was_seen_outside_is_void():
         planner.solve(asked, jax.random.PRNGKey(0))
 
 
+def test_robots_whose_poses_drifted_share_no_frame():
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+
+    def step(robot, at, drift=0.0, obstacles=(), spans=None):
+        here = np.zeros(2) if robot.under_way is None else robot.under_way.k * at
+        goes = {"at": at, "spans": spans, "drift": drift}
+        return robot.step(here, [0.1], obstacles, lambda seen: -seen.path[:, -1, 0], **goes)
+
+    first = step(loop, 0.0).committed
+    obstacles, spans = pj.drive.reserved(first, 0.0, model.time)
+    far = [type(one)(one.A, one.b + one.A @ [30.0, 30.0]) for one in obstacles]
+    assert step(loop.another(), 0.0, obstacles=far, spans=spans).new
+    refused = step(loop.another(), 0.0, 0.5, far, spans)
+    assert not refused.new and "frame that both robots share" in refused.reason
+    assert step(loop, 1.0, 0.5).new
+    for at in (1.0, 2.0):  # that the last step did not drift is no help
+        with pytest.raises(pj.InputError, match=r"drifted by 0\.5 m"):
+            pj.drive.reserved(loop.under_way, at, model.time)
+        assert at == 2.0 or step(loop, 2.0).new
+
+
+def test_plans_beside_a_robot_say_whose_manoeuvre_they_rest_on():
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+    one = loop.step(np.zeros(2), [0.1], (), lambda seen: -seen.path[:, -1, 0], at=0.0).committed
+    for later in (0.0, 9.0):  # at rest it is there for the whole plan
+        obstacles, spans = pj.drive.reserved(one, later, model.time)
+        asked = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), obstacles, RADIUS, spans=spans)
+        answer = pj.Planner(model).solve(asked, jax.random.PRNGKey(0), pj.Settings.fast())
+        assert f"rests on its manoeuvre: number 0 of a loop ({one.loop})." in answer.details()
+
+
 def test_what_a_robot_has_left_for_another_manoeuvre_reserves_nothing():
     model = line_model(4, 0.01, rests=True)
     loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)

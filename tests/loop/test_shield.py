@@ -44,6 +44,19 @@ def test_a_policy_that_drives_at_a_post_never_touches_it(model, tmp_path):
     assert report.manoeuvres == len(numbers)
 
 
+def test_what_is_certified_ends_where_what_moves_is_told_of_no_more(model):
+    def seen(env, now):
+        at = env.unwrapped.clock
+        post = pj.box([9.0, 9.0], [9.2, 9.2])
+        parts, spans = pj.problem.moving(post, [0.1, 0.0], (0, 4), model.time.dt, at=at)
+        return pj.drive.Sensed(now[:2], now[2:], parts, spans)
+
+    world = Platform(posts=[[9.0, 9.0]])
+    world.clock = 0.0
+    _, info = shielded(world, model, sense=seen).reset(seed=0)
+    assert info["shield"]["certified_until"] == pytest.approx(0.5)
+
+
 def test_what_is_free_is_driven_as_proposed(model):
     env = shielded(Platform(posts=[[9.0, 9.0]]), model)
     env.reset(seed=0)
