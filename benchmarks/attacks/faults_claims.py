@@ -289,9 +289,9 @@ CLAIMED = (
     ),
     Fault(
         "monitor_does_not_see_what_is_outside",
-        "inside_tube.inside",
-        "(len(rows), -1).all",
-        "(len(rows), -1).any",
+        "measure.kept",
+        "(len(k), -1).all",
+        "(len(k), -1).any",
         "tests/claim/test_monitor.py::test_a_run_that_leaves_the_tube_between_knots_has_left",
     ),
     Fault(
