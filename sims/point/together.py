@@ -70,6 +70,7 @@ class Together:
                 under_way = start(*measured(module, worlds))
             if not under_way.certified.all():
                 raise RuntimeError("expected a certified stop where each world begins")
+            begun = [[(0, k)] for k in np.asarray(under_way.k)]
         for t in range(STEPS):
             driven = driver(worlds)
             begin = time.process_time()
@@ -81,6 +82,8 @@ class Together:
                 changed += told.changed & ~ended
                 stopped += ~new & ~ended
                 for i in np.flatnonzero(new & ~ended):
+                    if not t:  # in the place of the stop at the start
+                        begun[i].clear()
                     begun[i].append((t, under_way.k[i]))
             middle = time.process_time()
             for i in np.flatnonzero(~ended):
