@@ -145,7 +145,6 @@ def test_methods_of_the_context_raise_nothing_but_rejected():
         for method in (
             context.check_sample,
             context.check_set,
-            context.set_rows,
             checker.check_answer,
         ):
             with pytest.raises(checker.Rejected):

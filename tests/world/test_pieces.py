@@ -64,13 +64,13 @@ def test_a_triangle_that_is_lost_is_noticed(monkeypatch):
 def test_a_thin_piece_holds_its_segment_exactly_and_no_more_than_its_width(rng):
     segments = rng.uniform(-1e3, 1e3, (40, 2, 2))
     segments[0, 1] = segments[0, 0]  # a point
-    for (p, q), piece in zip(segments, thin_pieces(segments, 0.01), strict=True):
+    for (p, q), piece in zip(segments, thin_pieces(segments), strict=True):
         corners = np.array(rational_vertices(piece), float)
         line = shapely.LineString([p, q])
         for one in exact([p, q]):
             assert all(a[0] * one[0] + a[1] * one[1] <= b for a, b in rows(piece))
         far = max(line.distance(shapely.Point(c)) for c in corners)
-        assert 0.01 <= far <= 0.01 * np.sqrt(2) + 1e-6
+        assert pieces.THIN <= far <= pieces.THIN * np.sqrt(2) + 1e-6
 
 
 def test_geojson_and_lines_are_read():
