@@ -210,6 +210,7 @@ class BatchShield:
         meant = ((lo[chosen] <= proposed) & (proposed <= hi[chosen])).all()
         near = (jnp.abs(_from_robot(seen)) <= self._far).all(axis=(1, 2)) | ~seen.active
         known = ((lo[axes] <= seen.given) & (seen.given <= hi[axes])).all() & near.all()
+        known &= jnp.isfinite(seen.pose).all()  # also where nothing is there to be near
         inside = fresh | (self._outside(last, seen.pose, seconds) <= 0)
         over = fresh | self._leaving.may(seconds)
         # as of `Shield`: what is nearer than the brake under way, with enough room

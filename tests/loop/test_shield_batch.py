@@ -107,6 +107,11 @@ def test_what_is_wrong_in_one_environment_is_its_brake_alone(batch, wrong, reaso
 
 def test_a_start_without_a_stop_is_not_certified_and_float32_is_refused(batch):
     made, start, _ = batch
+    pose, speed, corners, there = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
+    pose[1] = np.nan
+    with jax.enable_x64(True):
+        alone = start(pose, speed, corners, np.zeros_like(there))
+    assert alone.certified.tolist() == [True, False, True]  # nothing around, but nobody knows where
     seen = arrays(([[0.1, -0.1]] * 2, POSTS[0], POSTS[1]), np.zeros((3, 2)), np.zeros((3, 2)))
     with jax.enable_x64(True):
         assert start(*seen).certified.tolist() == [False, True, True]
