@@ -22,6 +22,7 @@ from sims.crax.environment import CraxGoal
 from sims.crax.guide import CraxGuide
 from sims.crax.judge import judge
 from sims.crax.sensing import REST
+from sims.point.episodes import about_shield
 
 
 def any_seed(seed) -> int:
@@ -139,17 +140,7 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
         f"{min(one['nearest'] for one in told):.4f} m",
     ]
     if not options.bare:
-        changed, stopped = (sum(one[name] for one in told) for name in ("changed", "stopped"))
-        ms = np.array([one["ms"] for one in told])
-        said += [
-            f"changed {100 * changed / steps:.1f} % of actions, nothing new certified in "
-            f"{100 * stopped / steps:.1f} % of steps; "
-            f"{sum(one['committed'] for one in told):,} commitments",
-            f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.1f} ms, "
-            f"95 % {np.median(ms[:, 1]):.1f} ms in the middle episode",
-            f"assumed: a robot creeps by at most {100 * REST:g} cm after a manoeuvre, by which "
-            "every obstacle is grown",
-        ]
+        said += about_shield(told, REST)
     return done, "\n".join([*said, done.details()])
 
 

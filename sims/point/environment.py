@@ -2,6 +2,7 @@
 original's.
 """
 
+from abc import abstractmethod
 from typing import Any
 
 import gymnasium
@@ -42,11 +43,13 @@ class Task(gymnasium.Env):
         self._steps += 1
         return self._seen(), reward, info.pop("ended", False), self._steps >= STEPS, info
 
+    @abstractmethod
     def _drawn(self, seed: int) -> Any:
-        raise NotImplementedError
+        """The world of a seed."""
 
+    @abstractmethod
     def _seen(self) -> np.ndarray:
-        raise NotImplementedError
+        """The observation of the world as it is now."""
 
 
 class Goal(Task):

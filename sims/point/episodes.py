@@ -129,6 +129,28 @@ class Options:
     quiet: bool = False
 
 
+def about_shield(told: list[dict], rest: float) -> list[str]:
+    """What the shield did in episodes as `Drive` tells of them, after which a robot creeps at most
+    so far [m].
+    """
+    steps, changed, stopped, committed = (
+        sum(one[name] for one in told) for name in ("steps", "changed", "stopped", "committed")
+    )
+    ms = np.array([one["ms"] for one in told])
+    said = [
+        f"changed {100 * changed / steps:.1f} % of actions, nothing new certified in "
+        f"{100 * stopped / steps:.1f} % of steps; {committed:,} commitments",
+        f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.3g} ms, 95 % "
+        f"{np.median(ms[:, 1]):.3g} ms in the middle episode",
+        f"assumed: a robot creeps by at most {100 * rest:g} cm after a manoeuvre, by which every "
+        "obstacle is grown",
+    ]
+    if own := [one["shield_ms"] for one in told if "shield_ms" in one]:
+        half, most, _ = np.median(own, axis=0)
+        said += [f"of the shield in a batch: median {half:.3g} ms, 95 % {most:.3g} ms"]
+    return said
+
+
 def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     """Drive, and say what came of it."""
     from sims.barn.driver import content_of
@@ -166,19 +188,7 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
         f"{(contact > 0).sum()}; nearest {min(one['nearest'] for one in told):.4f} m",
     ]
     if not options.bare:
-        changed, stopped = (sum(one[name] for one in told) for name in ("changed", "stopped"))
-        ms = np.array([one["ms"] for one in told])
-        own = np.array([one.get("shield_ms", [np.nan] * 3) for one in told])
-        said += [
-            f"changed {100 * changed / steps:.1f} % of actions, nothing new certified in "
-            f"{100 * stopped / steps:.1f} % of steps; "
-            f"{sum(one['committed'] for one in told):,} commitments",
-            f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.3g} ms, "
-            f"95 % {np.median(ms[:, 1]):.3g} ms in the middle episode; of the shield in a batch, "
-            f"median {np.median(own[:, 0]):.3g} ms, 95 % {np.median(own[:, 1]):.3g} ms",
-            f"assumed: a robot creeps by at most {100 * module.sensing.REST:g} cm after a "
-            "manoeuvre, by which every obstacle is grown",
-        ]
+        said += about_shield(told, module.sensing.REST)
     if options.lidar:
         off = max(one["odometry_off"] for one in told)
         said += [f"assumed: odometry off by at most {lidar.DRIFT:g} m; it was by {off:.5f} m"]
