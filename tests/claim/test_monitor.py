@@ -221,6 +221,13 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
         assert watch.seen == 2 and "FRESH" not in watch.details()
     with pytest.raises(InputError, match="1 of 1 are its training runs"):
         monitor(new, NET, share=1.0).observe(row(other, 0, 1))
+    # of a file nobody can tell that it holds runs which the claim names by their seed
+    log = fresh.replace(seed=None, stage=None)
+    told = "none is a calibration run of the claim, none is a profile run of the claim, none is a t"
+    assert f"FRESH({told}raining run of the claim)" in monitor(claim, NET).observe(log).details()
+    _, new = update(claim, NET, collect(system, other, 60, quiet=True), log)
+    before = "calibration or profile or training run of the claim before"
+    assert f"FRESH(none is a {before})" in new.details()
     shape = bound_error(NET, system, KEY, profile=claim.tube, **made)
     said = monitor(shape, NET).details()
     assert "FRESH(none is a training run of the claim, none is a profile run of the claim)" in said

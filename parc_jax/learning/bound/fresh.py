@@ -160,10 +160,16 @@ def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
     return uses
 
 
-def not_named(claim: ErrorClaim) -> list[str]:
-    """Uses of runs that its ledger does not tell of."""
-    known = {entry[0] for entry in ledger_of(claim)}
-    return [use for use in (TRAINING, SHAPE) if use not in known]
+def not_named(claim: ErrorClaim, logs: bool) -> list[str]:
+    """Uses of runs that no others can be compared with: those that its ledger does not tell of.
+    logs: whether the others, or some, are of a log; then also those that it names by their seed.
+    """
+    ledger = ledger_of(claim)
+    known, by_seed = {entry[0] for entry in ledger}, {x[0] for x in ledger if x[2] is not None}
+    return [
+        *(use for use in (TRAINING, SHAPE) if use not in known),
+        *(sorted(by_seed) if logs else ()),
+    ]
 
 
 def _among(runs: RolloutBatch, entry: list) -> np.ndarray:

@@ -40,7 +40,7 @@ class Monitor:
     the observed runs, their recordings, and their files with the first and the last row of each.
     missing: rows of these files, by file, that were not observed, among which those that failed may
     be. failed: of them, those that `closed` counted. lost: of the runs, those made again. laws: of
-    the observed runs, in words.
+    the observed runs, in words. logs: whether any are of a log.
     """
 
     claim: ErrorClaim
@@ -61,6 +61,7 @@ class Monitor:
     lost: tuple[int | str, ...] = ()
     unnamed: bool = False
     laws: frozenset[str] = frozenset()
+    logs: bool = False
 
     @property
     def e_value(self) -> float:
@@ -93,7 +94,7 @@ class Monitor:
         assumed = {
             "LAW": law,
             "TOLD": [f"{bets:,} by `bet`, whose runs were not looked at"] * (bets > 0),
-            "FRESH": [f"none is a {use} run of the claim" for use in not_named(claim)],
+            "FRESH": [f"none is a {use} run of the claim" for use in not_named(claim, self.logs)],
             "MISSING": gone,
             "ORDER_OF_K": ["not all have names"][: self.unnamed],
         }
@@ -252,6 +253,7 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
         "missing": {**watch.missing, source: gone},
         "lost": (*watch.lost, *lost_among(batch.lost).values()),
         "unnamed": watch.unnamed or watch.claim.subject.unordered(batch.subject),
+        "logs": watch.logs or batch.seed is None,
         "laws": watch.laws | {f"drawn from {batch.law.describe()}"},
     }
     return replace(watch, ids=watch.ids | set(ids), **about)
@@ -333,4 +335,7 @@ def update(
     new = bound_error(net, fresh, None, train=seen, **old | options)
     source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
     seen = [*ledger_of(claim), *new.evidence[SEEN]]  # the network may be the old one
-    return net, derived(new, evidence={"updated_from": source, SEEN: seen})
+    before = not_named(claim, fresh.seed is None)
+    alike = [f"FRESH(none is a {' or '.join(before)} run of the claim before)"] if before else []
+    said = (*new.assumptions, *alike)
+    return net, derived(new, evidence={"updated_from": source, SEEN: seen}, assumptions=said)
