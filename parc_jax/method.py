@@ -13,11 +13,23 @@ import jax
 import numpy as np
 
 from parc_jax.common.keys import generator
+from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended
+from parc_jax.learning.bound.error_set import at
+from parc_jax.learning.network.predict import moved_to, trajectories
 from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
+from parc_jax.proof.certificate.prove import prove
+from parc_jax.proof.certificate.write import sample_part, separating
+from parc_jax.proof.regions.locate import float_patterns
 from parc_jax.safe_set.corridors.rare import where_around, where_safe
-from parc_jax.safe_set.corridors.sampling import Place, no_points, points
-from parc_jax.safe_set.corridors.search import Cover, corridors_around, cover, draw_safe_plans
+from parc_jax.safe_set.corridors.sampling import Place, Points, no_points, points, proposed
+from parc_jax.safe_set.corridors.search import (
+    UNTIMED,
+    Cover,
+    corridors_around,
+    cover,
+    draw_safe_plans,
+)
 from parc_jax.safe_set.corridors.stopping import Limit, nothing_covered
 from parc_jax.safe_set.settings import Settings, Work, work_of
 from parc_jax.safe_set.verdict.infeasible import why_none
@@ -40,7 +52,8 @@ class Exact:
     def search(
         self, scene: Scene, key: jax.Array, settings: Settings
     ) -> tuple[Cover, NoPlan | None]:
-        """Cover the safe set of a scene. Consumes `key`."""
+        """Cover the safe set of a scene. Consumes `key`. Raises SoundnessError."""
+        require_sound_arithmetic()
         rng = generator(key)
         cover, no_plan = self._search(scene, key, rng, settings)
         return cover.pick(rng, settings.samples), no_plan
@@ -134,3 +147,48 @@ def _elsewhere(
     if hopeless or no_plan.kind == PROVED or limit.over():
         return None
     return where_safe(scene, rng, work.population, limit)
+
+
+ROUNDS, DRAWN = 8, 64  # of draws for a first plan, and plans in each
+LOOKED_AT = 512  # pairs of a plan and an obstacle in a round: a quarter of a second
+
+
+@dataclass(frozen=True)
+class FirstProved:
+    """One plan, found and proved without a compiled program: the first of some uniform draws that
+    directions of the scene's table separate from everything, and that the exact checker accepts. No
+    share is counted. Where there is none, as `Exact`. [T12a, T15]
+    """
+
+    def search(
+        self, scene: Scene, key: jax.Array, settings: Settings
+    ) -> tuple[Cover, NoPlan | None]:
+        """A cover of one plan. Consumes `key`."""
+        begin, rng = time.perf_counter(), generator(key)
+        for _ in range(ROUNDS):
+            plan = _first_proved(scene, rng)
+            if plan is not None:
+                timings = {**UNTIMED, "first_sample_s": time.perf_counter() - begin}
+                found = {"points": plan, "timings": timings, "ended": Ended.TARGET}
+                return _nothing(scene, settings)._replace(**found), None
+        return Exact().search(scene, jax.random.fold_in(key, 1), settings)  # other draws
+
+
+def _first_proved(scene: Scene, rng: np.random.Generator) -> Points | None:
+    """The first plan of a round that is proved. What floats say here decides nothing."""
+    model, tube = scene.model, scene.model.tube
+    z, k, _ = proposed(scene, rng, DRAWN)
+    offsets, q = trajectories(model.net, model.layout, k)
+    p0 = z - offsets[:, -1, : model.n_p] if scene.at is None else np.tile(scene.at, (len(k), 1))
+    path, bins = moved_to(p0, offsets), tube.bin_of(k)
+    lost = at(tube.final_errors, (bins, None)).support(scene.goal_A)
+    ends = np.concatenate([path[:, -1], q], axis=1) @ scene.goal_A.T + lost
+    starts = p0 @ scene.start_A.T
+    reaches = (ends <= scene.goal_b).all(axis=1) & (starts <= scene.start_b).all(axis=1)
+    for i in np.flatnonzero(reaches)[: LOOKED_AT // max(1, int(scene.count))]:
+        pairs = zip(separating(scene, tube, k[i], path[i]), scene.obstacles.active, strict=False)
+        if all((some.any(axis=0) | ~active).all() for some, active in pairs):
+            part = sample_part(scene, tube, p0[i], k[i], path[i])
+            if prove(scene.problem, model, [part])[0].all():
+                return Points(p0, k, path, bins, float_patterns(model.net, k)[0]).at([i])
+    return None

@@ -67,10 +67,11 @@ class Prepared:
         """The first n safe plans of a few draws, in one compiled call: fewer, or none, where safe
         plans are rarer than about one in a hundred; `solve` searches on.
 
-        key: its SEARCH stream is used. n: at most 16. Raises InputError.
+        key: its SEARCH stream is used. n: at most 16. Raises as `solve` does.
         """
         if not 1 <= n <= MOST:
             raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
+        require_sound_arithmetic()
         safe, _ = first_safe(self.scene, stream(key, Stage.SEARCH), n)
         return FirstPlans(safe.plans, safe.clearance, safe.judged)
 
@@ -189,7 +190,6 @@ class Planner:
         problem, at: as of `solve`. Raises as `solve` does.
         """
         require_problem(problem)
-        require_sound_arithmetic()
         nominal = query(problem, self.model, at).nominal(self._robust_models)
         return Prepared(pruned_scene(nominal))
 

@@ -51,20 +51,6 @@ def test_a_later_process_does_not_trace(folder):
     assert asked(x) > 0 and asked(x) == 0 and asked(x + 1) == 0
 
 
-def test_for_one_call_it_is_compiled_quickly(folder, monkeypatch):
-    monkeypatch.setattr(module, "_quick", {})
-    compiled, jit = [], jax.jit
-
-    def seen(call, **options):
-        compiled.append(options.get("compiler_options"))
-        return jit(call, **options)
-
-    monkeypatch.setattr(jax, "jit", seen)
-    module.compile_quickly()
-    asked(np.arange(3.0))
-    assert compiled == [None, module.QUICK]  # traced as it is
-
-
 def test_what_it_depends_on_is_its_name(folder, monkeypatch):
     x = np.arange(3.0)
     asked(x)

@@ -14,6 +14,7 @@ import numpy as np
 from parc_jax.common.errors import InputError, expected
 
 SEEDS = 2**32  # so many: a larger number would lose its upper half without 64-bit integers
+TURNS = (13, 15, 26, 6), (17, 29, 16, 24)  # [bits] of Threefry on two words of 32
 
 
 class Stage(enum.IntEnum):
@@ -61,7 +62,7 @@ def key_of(seed: int) -> np.ndarray:
 
 def key_data(key) -> np.ndarray:
     """The numbers of a key of either kind, for kernels that fold further numbers in."""
-    return np.asarray(jax.random.key_data(key))
+    return key if isinstance(key, np.ndarray) else np.asarray(jax.random.key_data(key))
 
 
 def generator(key) -> np.random.Generator:
@@ -71,7 +72,22 @@ def generator(key) -> np.random.Generator:
 
 def stream(key: jax.Array, stage: Stage) -> jax.Array:
     """The key of one stage. Does not consume `key`. Raises InputError for anything else."""
-    return _of_stage(as_key(key), int(stage))
+    known = isinstance(as_key(key), np.ndarray)  # on the host
+    return _folded(key.tolist(), int(stage)) if known else _of_stage(key, int(stage))
+
+
+def _folded(key: list[int], x: int) -> np.ndarray:
+    """`jax.random.fold_in` without a compiled program: Threefry on two words, of 20 rounds (Salmon
+    et al., Parallel Random Numbers: As Easy as 1, 2, 3, SC 2011).
+    """
+    words = *key, key[0] ^ key[1] ^ 0x1BD11BDA
+    a, b = key[0], (key[1] + x) % SEEDS
+    for i in range(5):
+        for turn in TURNS[i % 2]:
+            a = (a + b) % SEEDS
+            b = (b << turn | b >> 32 - turn) % SEEDS ^ a
+        a, b = (a + words[(i + 1) % 3]) % SEEDS, (b + words[(i + 2) % 3] + i + 1) % SEEDS
+    return np.array([a, b], np.uint32)
 
 
 def row_keys(key: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Array]:

@@ -22,20 +22,13 @@ from parc_jax.common.backend import platform_of
 # all that kernels of `safe_set` are made from: tests/test_traced.py holds them to it
 ROOMS = ("checker", "common", "learning", "problem", "safe_set")
 ABOUT_FILES = ("cache", "dump", "log", "traceback")  # settings that change no program
-QUICK = {"xla_backend_optimization_level": 0}
 _folders: list[Path] = []
-_quick: dict[str, int] = {}
 _programs: dict[str, Callable] = {}
 
 
 def keep_traced(folder: Path) -> None:
     """Keep in that folder what kernels are traced to from now on, and look for it there."""
     _folders[:] = [folder]
-
-
-def compile_quickly() -> None:
-    """Compile `traced` kernels in half the time from now on, to run half as fast: for one call."""
-    _quick.update(QUICK)
 
 
 def traced(
@@ -64,7 +57,7 @@ def traced(
             return call(*jax.tree.leaves(args))
 
         program.__name__ = kernel.__name__
-        _programs[name] = jax.jit(program, compiler_options={**(options or {}), **_quick} or None)
+        _programs[name] = jax.jit(program, compiler_options=options)
     return _programs[name]
 
 

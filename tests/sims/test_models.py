@@ -13,7 +13,6 @@ import sims
 from parc_jax import checker
 from parc_jax.app import cli
 from parc_jax.app.cli.systems import black_box_of, find, scene_of, study_of
-from parc_jax.common import traced
 from parc_jax.common.keys import Stage, key_of
 from parc_jax.learning.bound.measure import allowance, score_arrays
 from parc_jax.learning.runs.collect import simulate_rows
@@ -78,9 +77,7 @@ def test_the_worst_runs_of_its_claim_are_those_of_the_system(name):
 @pytest.mark.parametrize("name", sims.models())
 def test_a_first_plan_from_nothing_but_the_package_is_proved(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(traced, "_quick", {})
     assert solve(name, "--first") == 0
-    assert traced._quick == traced.QUICK  # it is compiled for one call
     assert checker.main(["answer.json"]) == 0
     assert len(pj.load_answer("answer.json").samples) == 1
 

@@ -72,8 +72,8 @@ def solve(
     from parc_jax.app.cli.systems import model_of, scene_of
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of
-    from parc_jax.common.traced import compile_quickly
     from parc_jax.learning.labels import degrees_hint
+    from parc_jax.method import FirstProved
     from parc_jax.planner import Planner
     from parc_jax.problem.problem_file import labelled, load_problem
 
@@ -100,9 +100,9 @@ def solve(
     say = saying(shell.quiet)
     cold_s = None
     if first:
-        say("compiling, and looking for a safe plan")
-        compile_quickly()
-        settings = Settings.fast().replace(samples=1, proof=True, budget_s=settings.budget_s)
+        say("looking for a safe plan")
+        one = {"samples": 1, "proof": True, "method": FirstProved()}
+        settings = Settings.fast().replace(budget_s=settings.budget_s, **one)
     else:
         # so that the times are those of the search and not of the compiler
         say(COMPILING)

@@ -191,7 +191,6 @@ def doctor() -> int:
 
     from parc_jax.common.backend import backend
     from parc_jax.common.probes import probe_all, probe_options
-    from parc_jax.common.traced import QUICK
     from parc_jax.safe_set.corridors.first import COMPILER
 
     for name in PACKAGES.split():
@@ -199,7 +198,7 @@ def doctor() -> int:
             print(f"  {name:12} {metadata.version(name)}")
         except metadata.PackageNotFoundError:
             print(f"  {name:12} missing: pip install {name}")
-    options = probe_options(dict(backend().compiler) | (COMPILER or {}) | QUICK)
+    options = probe_options(dict(backend().compiler) | (COMPILER or {}))
     findings = [*probe_all(), options]
     for finding in findings:
         print(f"  {'ok  ' if finding.ok else 'FAIL'} {finding.name}: {finding.detail}")

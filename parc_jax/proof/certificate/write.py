@@ -10,9 +10,11 @@ too many axes for the checker to search, multipliers that give each row of a goa
 
 import hashlib
 import json
+from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
+from jaxtyping import Bool
 
 from parc_jax.checker import FORMAT
 from parc_jax.common.lp.exact import Basis
@@ -167,25 +169,33 @@ def part_hash(part: dict) -> str:
     ).hexdigest()
 
 
-def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: np.ndarray) -> dict:
-    """Certificate of one safe point, with the errors of every bin that contains it [T28]; path (T +
-    1, n_c) is its prediction.
+def separating(
+    scene: Scene, tube: Tube, k: np.ndarray, path: np.ndarray
+) -> Iterator[Bool[np.ndarray, "d t"]]:
+    """Pair by pair which directions of the scene's table separate one plan in each interval, with
+    the errors of every bin that contains it [T28]. Of an interval without a pair nothing is said.
     """
     table, errors = scene.directions, tube.during(each_bin(tube.edges, k[None])[1])
     places = np.moveaxis(by_point(path, tube.n_points), 2, 0)  # axis by axis
-    sep = []
-    for o, multipliers in enumerate(table.multipliers):
+    for o in range(len(table.multipliers)):
         points, w = scene.obstacles.points[o], table.w[o]
         lost = at(errors, np.s_[:, :, points, None]).support(-w).max(axis=0)
         heights = height(w.T[..., None, None], places[:, None, :, points])
         threshold = table.support[o] + scene.slack * np.abs(w).sum(axis=1)
         threshold = threshold[:, None, None] + np.moveaxis(lost, 2, 0)
-        holds = separates(at_both_knots(heights, 1), threshold).all(axis=2)
+        yield separates(at_both_knots(heights, 1), threshold).all(axis=2)
+
+
+def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: np.ndarray) -> dict:
+    """Certificate of one safe point; path (T + 1, n_c) is its prediction."""
+    table, errors = scene.directions, tube.during(each_bin(tube.edges, k[None])[1])
+    sep = []
+    for o, holds in enumerate(separating(scene, tube, k, path)):
         exists = np.flatnonzero(scene.obstacles.active[o])
         chosen = []
         for d, t in zip(longest_lasting(holds[:, exists]), exists, strict=True):
             if d >= 0:
-                chosen.append(multipliers[d])
+                chosen.append(table.multipliers[o][d])
             else:  # none of the table separates: the direction of the largest gap
                 _, clearest = scene.obstacles.gap(o, path[t], path[t + 1], at(errors, (0, t)))
                 chosen.append(table.nearest(o, clearest))

@@ -140,8 +140,20 @@ class Draw(NamedTuple):
 
 
 def draw(scene: Scene, rng: np.random.Generator, n: int, within: Place | None = None) -> Draw:
+    """n points (z, k) as of `proposed`, and which of them are safe."""
+    z, k, whole = proposed(scene, rng, n, within)
+    if not len(k):
+        return Draw(n, 0, no_points(scene.model), whole)
+    seen, safe = safe_ones(scene, z, k)
+    return Draw(n, seen.reaching, safe, whole)
+
+
+def proposed(
+    scene: Scene, rng: np.random.Generator, n: int, within: Place | None = None
+) -> tuple[np.ndarray, np.ndarray, float]:
     """n points (z, k), uniform over bin x (the goal's box less the bin's final error) for all bins
-    of the tube; or over a place, of which the plans that end elsewhere do not reach.
+    of the tube; or over a place, of which the plans that end elsewhere do not reach. Also the
+    volume that they are uniform over: of nothing, no points.
 
     z is where the first point ends in the model; p0 = z - c_f(k) follows. Volumes of (z, k) are
     volumes of (p0, k). [T15] Where all plans have one start, k is uniform on K, and volumes are
@@ -155,19 +167,14 @@ def draw(scene: Scene, rng: np.random.Generator, n: int, within: Place | None = 
         z = x[:, : model.n_p] if scene.at is None else ends_from(scene.at, model, k)
         b = model.tube.bin_of(k)
         fits = (b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)
-        z, k, whole = z[fits], k[fits], within.volume
-    elif scene.at is not None:
+        return z[fits], k[fits], within.volume
+    if scene.at is not None:
         k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
-        z, whole = ends_from(scene.at, model, k), float(np.prod(scene.k_hi - scene.k_lo))
-    else:
-        whole = float(volume.sum())
-        if whole == 0:
-            return Draw(n, 0, no_points(model), 0.0)
-        b = rng.choice(len(volume), n, p=volume / whole)
-        k = rng.uniform(k_lo[b], k_hi[b])
-        z = rng.uniform(z_lo[b], z_hi[b])
-    seen, safe = safe_ones(scene, z, k)
-    return Draw(n, seen.reaching, safe, whole)
+        return ends_from(scene.at, model, k), k, float(np.prod(scene.k_hi - scene.k_lo))
+    whole = float(volume.sum())
+    b = rng.choice(len(volume), n if whole else 0, p=volume / whole if whole else None)
+    k = rng.uniform(k_lo[b], k_hi[b])
+    return rng.uniform(z_lo[b], z_hi[b]), k, whole
 
 
 class Counts(NamedTuple):
