@@ -33,13 +33,10 @@ def spare_memory() -> None:
 
 def keep_compiled() -> None:
     """Turn JAX's persistent cache on, in a folder of its version and processor, readable by its
-    owner only, since it holds native code, with what kernels are traced to; or, without that, where
-    JAX_COMPILATION_CACHE_DIR is set.
+    owner only, since it holds native code; or where JAX_COMPILATION_CACHE_DIR is set.
     """
     import jax
     import jaxlib
-
-    from parc_jax.common.traced import keep_traced
 
     if os.environ.get("JAX_COMPILATION_CACHE_DIR") is None:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
@@ -49,7 +46,6 @@ def keep_compiled() -> None:
         except OSError:
             return  # a read-only home: compile anew
         jax.config.update("jax_compilation_cache_dir", str(folder))
-        keep_traced(folder)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", WORTH_KEEPING_S)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
 

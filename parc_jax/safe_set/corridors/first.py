@@ -6,13 +6,11 @@ in the order of the proposals, so that those of draws are uniform over the safe 
 between host and device but the key, or a list and the scene it is asked of.
 """
 
-from collections.abc import Callable
 from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import export
 from jaxtyping import ArrayLike, Float, Int
 
 from parc_jax.common import struct
@@ -20,7 +18,6 @@ from parc_jax.common.arrays import once, x64
 from parc_jax.common.backend import Backend, backend
 from parc_jax.common.errors import InputError
 from parc_jax.common.shapes import Index, ManyParams, Params, Positions, Vector
-from parc_jax.common.traced import traced
 from parc_jax.learning.bound.bins import closed_bins, open_bin_of
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
@@ -43,9 +40,6 @@ MOST = SLOTS[-1]
 # without its emitters of fused loops XLA compiles this program for a CPU in half the time, and it
 # runs as fast; the option says nothing to other devices, and later lines of XLA do not have it
 COMPILER = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 10) else None
-
-for kind in (FirstSafe, Verdicts):  # what is kept of `traced` returns these
-    export.register_namedtuple_serialization(kind, serialized_name=kind.__qualname__)
 
 
 @struct.dataclass
@@ -104,17 +98,9 @@ def first_safe(scene: Scene, key: jax.Array, n: int) -> tuple[FirstSafe, Verdict
     asked = placed(scene)
     slots = next(size for size in SLOTS if size >= n)
     (device,) = asked.scene.count.devices()
-    kind = jax.ShapeDtypeStruct(key.shape, key.dtype)
     with x64():
-        search = once(scene, _search, kind, slots, device)
-        safe, seen = search(asked, key, _number(n, device))
+        safe, seen = _first_safe(asked, key, _number(n, device), slots, backend(device))
     return safe.fetched(), seen
-
-
-def _search(scene: Scene, key: jax.ShapeDtypeStruct, slots: int, device: jax.Device) -> Callable:
-    """`_first_safe` of a scene, for such keys."""
-    args = placed(scene), key, _number(1, device)
-    return traced(_first_safe, args, (slots, backend(device)), device, COMPILER)
 
 
 def first_draw(scene: Scene, key: jax.Array, n: int) -> Draw:
