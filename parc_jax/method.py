@@ -52,8 +52,7 @@ class Exact:
     def search(
         self, scene: Scene, key: jax.Array, settings: Settings
     ) -> tuple[Cover, NoPlan | None]:
-        """Cover the safe set of a scene. Consumes `key`. Raises SoundnessError."""
-        require_sound_arithmetic()
+        """Cover the safe set of a scene. Consumes `key`."""
         rng = generator(key)
         cover, no_plan = self._search(scene, key, rng, settings)
         return cover.pick(rng, settings.samples), no_plan
@@ -163,14 +162,15 @@ class FirstProved:
     def search(
         self, scene: Scene, key: jax.Array, settings: Settings
     ) -> tuple[Cover, NoPlan | None]:
-        """A cover of one plan. Consumes `key`."""
+        """A cover of one plan. Consumes `key`. Raises SoundnessError."""
         begin, rng = time.perf_counter(), generator(key)
         for _ in range(ROUNDS):
             plan = _first_proved(scene, rng)
             if plan is not None:
                 timings = {**UNTIMED, "first_sample_s": time.perf_counter() - begin}
-                found = {"points": plan, "timings": timings, "ended": Ended.TARGET}
+                found = {"points": plan, "timings": timings, "ended": Ended.TARGET, "proved": True}
                 return _nothing(scene, settings)._replace(**found), None
+        require_sound_arithmetic()
         return Exact().search(scene, jax.random.fold_in(key, 1), settings)  # other draws
 
 

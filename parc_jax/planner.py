@@ -15,7 +15,7 @@ from parc_jax.common.keys import Stage, as_key, stream
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel, check_model
-from parc_jax.method import Exact
+from parc_jax.method import Exact, FirstProved
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem, nominal_problems, query
 from parc_jax.problem.robust.realisations import require_given
@@ -76,9 +76,11 @@ class Prepared:
         return FirstPlans(safe.plans, safe.clearance, safe.judged)
 
     def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
-        """The answer that `Planner.solve` gives. Raises InputError."""
+        """The answer that `Planner.solve` gives. Raises as that does."""
         settings, begin = _settings("solve", settings), time.perf_counter()
         method = settings.method or Exact()
+        if not isinstance(method, FirstProved):  # of which floats decide nothing
+            require_sound_arithmetic()
         cover, no_plan = method.search(self.scene, stream(key, Stage.SEARCH), settings)
         return answered(self.scene, cover, no_plan, settings, begin)
 

@@ -3,8 +3,8 @@
 With a saved model: the child loads model and scene, asks for one sample, has it proved by the
 independent checker, and prints a line; the clock runs in the parent from before the start until
 that line. From the shell: `parc-jax solve drift_parking --first`, with the model that comes along,
-until the process has ended and its answer is a file. First with an empty compilation cache, then
-with the one that the first child filled (the cache that `parc-jax run` keeps by default). Names: a
+until the process has ended and its answer is a file. Nothing is compiled by either; so that this
+stays true, first with an empty cache of programs, then with the one of the first child. Names: a
 child that loads the planner and ends; jax: one that loads JAX alone, which is most of it.
 """
 
@@ -25,16 +25,15 @@ SYSTEM = "drift_parking"
 NAMES = {"names": "import parc_jax; parc_jax.Planner", "jax": "import jax"}
 _CHILD = """
 import sys
-from parc_jax.app.study.cache import keep_compiled
-keep_compiled()
-import jax
 from benchmarks.cases import case
+from parc_jax.common.keys import key_of
 from parc_jax.learning.model import load
+from parc_jax.method import FirstProved
 from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
 planner, problem = Planner(load(sys.argv[1])), case("drift").problem()
-key = jax.random.PRNGKey(int(sys.argv[2]))
-answer = planner.solve(problem, key, Settings(samples=1, samples_only=True))
+settings = Settings(samples=1, samples_only=True, method=FirstProved())
+answer = planner.solve(problem, key_of(int(sys.argv[2])), settings)
 print(answer.status, flush=True)
 """
 

@@ -19,6 +19,7 @@ from parc_jax.learning.runs.batch import RolloutBatch as RolloutBatch
 from parc_jax.learning.system import BlackBoxSystem as BlackBoxSystem
 from parc_jax.learning.system import TimeGrid as TimeGrid
 from parc_jax.method import Exact as Exact
+from parc_jax.method import FirstProved as FirstProved
 from parc_jax.planner import Prepared as Prepared
 from parc_jax.problem.body import Body as Body
 from parc_jax.problem.problem import Problem as Problem

@@ -7,9 +7,14 @@ from scipy.stats import ks_2samp
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_polygon, toy_case
 
+from parc_jax import method
+from parc_jax.common.keys import key_of
 from parc_jax.common.sets.box import box
+from parc_jax.common.status import Status
+from parc_jax.method import FirstProved
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.proof.certificate.prove import prove
 from parc_jax.safe_set.corridors.first import MOST, first_draw
 from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.settings import Settings
@@ -17,6 +22,7 @@ from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
 KEYS = [jax.random.PRNGKey(seed) for seed in range(40)]
+PROVED = Settings.fast().replace(samples=1, proof=True, method=FirstProved())
 
 
 def crowd(number: int = 8, n: int = 6):
@@ -114,3 +120,54 @@ def test_among_no_obstacles_as_many_plans_come_as_are_asked_for():
     )
     plans = question.first(KEYS[0], MOST)
     assert len(plans.plans) == MOST and np.isinf(plans.clearance).all()
+
+
+def one_proved(question, seed: int, at=None):
+    """A plan proved on the host: of its answer the verdict that every plan is judged by."""
+    model, problem = question
+    answer = Planner(model).solve(problem, key_of(seed), PROVED, at=at)
+    assert answer.status is Status.PROVED and answer.samples.shape == (1, model.n_p + model.n_k)
+    p0, k = np.split(answer.samples, [model.n_p], axis=1)
+    e = verdicts(answer.scene, p0, k)
+    assert e.safe.all()
+    np.testing.assert_array_equal(e.pattern, answer.cover.points.pattern)
+    np.testing.assert_allclose(e.path, answer.cover.points.path, rtol=0, atol=1e-12)
+    return answer
+
+
+@pytest.mark.parametrize("question", [toy_case, turning])
+def test_a_plan_that_is_proved_on_the_host_is_safe_by_the_verdict(question):
+    question = question(8) if question is not turning else question()
+    answers = [one_proved(question, seed) for seed in range(6)]
+    assert all(answer.share is None for answer in answers)  # nothing is counted
+    assert len({tuple(answer.samples[0]) for answer in answers}) == 6
+    start = answers[0].samples[0, :2]
+    here = one_proved(question, 7, at=start)
+    assert (here.samples[0, :2] == start).all() and here.share is None
+
+
+def test_the_exact_checker_decides_which_plan_is_the_first(monkeypatch):
+    """Also where floats call everything separated."""
+    model, problem = toy_case(8)
+    asked = []
+
+    def judged(*question):
+        asked.append(prove(*question))
+        return asked[-1]
+
+    monkeypatch.setattr(method, "prove", judged)
+    everything = np.ones((1, model.time.n_steps), bool)
+    monkeypatch.setattr(
+        method, "separating", lambda scene, *_: [everything] * len(scene.directions.multipliers)
+    )
+    for seed in range(6):
+        one_proved((model, problem), seed)
+    verdict_of = [bool(accepted[0]) for accepted, *_ in asked]
+    assert sum(verdict_of) == 6 < len(verdict_of)
+
+
+def test_where_no_plan_is_proved_on_the_host_the_search_goes_on(monkeypatch):
+    looked = []
+    monkeypatch.setattr(method, "_first_proved", lambda *question: looked.append(question))
+    answer = one_proved(toy_case(8), 0)
+    assert len(looked) == method.ROUNDS and answer.share is not None
