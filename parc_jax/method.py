@@ -190,5 +190,6 @@ def _first_proved(scene: Scene, rng: np.random.Generator) -> Points | None:
         if all((some.any(axis=0) | ~active).all() for some, active in pairs):
             part = sample_part(scene, tube, p0[i], k[i], path[i])
             if prove(scene.problem, model, [part])[0].all():
-                return Points(p0, k, path, bins, float_patterns(model.net, k)[0]).at([i])
+                patterns, _ = float_patterns(model.net, k)
+                return Points(p0, k, path, bins, patterns).at(slice(i, i + 1))
     return None
