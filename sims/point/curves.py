@@ -1,4 +1,4 @@
-"""Return and cost while training, of tables of `sims.point.train`, in one picture:
+"""Reward and cost while training, of tables of `sims.point.train`, in one picture:
 
 python -m sims.point.curves runs/point --out docs/pictures/shield_training
 """
@@ -12,7 +12,9 @@ import numpy as np
 import tyro
 
 from parc_jax.app.plot.style import BLUE, ORANGE, RED, legend, mark, sheet
+from sims.point.world import STEPS
 
+WINDOW = 40_000  # steps of training that a point of a curve is the mean of
 NAMED = {
     "behind": ("PPO behind the shield", BLUE),
     "bare": ("PPO", RED),
@@ -28,25 +30,31 @@ class Options:
     out: Path = Path("training")
 
 
-def read(file: Path) -> dict[str, np.ndarray]:
-    """Columns of a table by name, in rows in which episodes ended."""
-    rows = list(csv.DictReader(file.open()))
-    table = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
-    new = np.diff(table["episodes"], prepend=0) > 0
-    return {name: values[new] for name, values in table.items()}
+def rates(file: Path) -> dict[str, np.ndarray]:
+    """Of a table: reward and steps in contact in 1,000 steps, each over about so many before."""
+    rows = list(csv.DictReader(file.read_text().splitlines()))
+    steps, *sums = (
+        np.array([0.0, *(float(row[name]) for row in rows)])
+        for name in ("steps", "gained", "contact")
+    )
+    every = max(1, round(WINDOW / steps[1]))
+    at = np.arange(0, len(steps), every)
+    found = [STEPS * np.diff(total[at]) / np.diff(steps[at]) for total in sums]
+    return {"steps": steps[at[1:]], "return": found[0], "cost": found[1]}
 
 
 def main(options: Options) -> None:
     """Draw, and tell the last row of each."""
     with sheet(options.out, (6.4, 2.7), columns=2) as drawn:
         for name, (words, colour) in NAMED.items():
-            table = read(options.folder / f"{name}.csv")
-            for ax, of in zip(drawn.axes, ("return", "cost"), strict=True):
-                ax.plot(table["steps"] / 1e3, table[of], ".-", color=colour)
-                ax.set(xlabel="thousand steps of training", title=f"{of} of an episode")
-                ax.set_xlim(left=0)
-            last = {of: values[-1] for of, values in table.items()}
-            print(words, {of: float(value) for of, value in last.items()})
+            for file in sorted(options.folder.glob(f"{name}*.csv")):
+                table = rates(file)
+                for ax, of in zip(drawn.axes, ("return", "cost"), strict=True):
+                    ax.plot(table["steps"] / 1e3, table[of], color=colour, lw=1.2)
+                print(words, file.stem, {of: round(x[-1], 2) for of, x in table.items()})
+        for ax, of in zip(drawn.axes, ("reward", "cost"), strict=True):
+            ax.set(xlabel="thousand steps of training", title=f"{of} in 1,000 steps")
+            ax.set_xlim(left=0)
         drawn.axes[1].set_ylim(bottom=-2)
         drawn.axes[1].axhline(25, color="#C0C0C0", lw=0.8, zorder=0)
         legend(drawn.figure, [mark(words, color=c) for words, c in NAMED.values()], 3)

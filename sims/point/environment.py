@@ -80,7 +80,12 @@ class Goal(Task):
         return world
 
     def _seen(self) -> np.ndarray:
-        return np.concatenate([*self.world.observation().values()])
+        return observed(self.world)
+
+
+def observed(world: World) -> np.ndarray:
+    """(60,) or (72,): the observation as the original flattens it."""
+    return np.concatenate([*world.observation().values()])
 
 
 def PointGoal(level: int = 1) -> Goal:

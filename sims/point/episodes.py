@@ -2,7 +2,7 @@
 
     python -m sims.point.episodes --episodes 100 [--robot Car | --lidar] [--bare] [--level 2]
     python -m sims.point.episodes --episodes 1000 --batch 100 [--robot Car] [--bare] [--level 2]
-    python -m sims.point.episodes --policy runs/point/behind.policy
+    python -m sims.point.episodes --policy runs/point/behind.policy [--batch 100]
 
 The driver knows the map (`Guide`), and so does the shield; with --lidar a Point's sensors are all
 that both have. Costs are those of the judge here, from true poses every 10 ms, not the
@@ -24,9 +24,9 @@ from parc_jax.common.keys import Stage, key_data, stream
 from sims.point import lidar
 from sims.point.environment import Goal
 from sims.point.judge import judge
+from sims.point.policy import Trained
 from sims.point.together import DRIVEN as ROBOTS
 from sims.point.together import Together
-from sims.point.train import Trained
 from sims.point.world import STEPS
 
 
@@ -167,10 +167,11 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     about, key = (options.robot, options.level, options.bare), jax.random.PRNGKey(options.seed)
     how: Drive | Together = Drive(*about, options.lidar, content, save, options.policy)
     if options.batch:
-        if options.lidar or options.save or options.policy is not None:
-            raise pj.InputError("--batch: expected the driver with the map, and no certificates.")
+        if options.lidar or options.save:
+            raise pj.InputError("--batch: expected neither --lidar nor --save; drive one by one.")
         words = tuple(map(int, key_data(stream(key, Stage.EPISODE)).ravel()))
-        how, name = Together(*about, content, any_seed, words, options.batch), name + "_together"
+        how = Together(*about, content, any_seed, words, options.batch, options.policy)
+        name += "_together"
     asked = {"folder": options.out / name, "quiet": options.quiet, "looks": options.looks}
     asked["workers"] = 0 if options.batch else options.jobs
     done = pj.drive.drive_episodes(how, any_seed, key, options.episodes, **asked)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
 from itertools import count
+from pathlib import Path
 
 import jax
 import numpy as np
@@ -22,6 +23,7 @@ from sims import car, point
 from sims.car.guide import CarGuide
 from sims.point.guide import Guide
 from sims.point.judge import judge
+from sims.point.policy import Trained
 from sims.point.world import LEVELS, ROBOTS, STEPS, World
 
 DRIVEN = {"Point": (point, Guide), "Car": (car, CarGuide)}
@@ -30,7 +32,8 @@ DRIVEN = {"Point": (point, Guide), "Car": (car, CarGuide)}
 @dataclass(frozen=True)
 class Together:
     """Drives an episode, and with it those that are asked for next: `pj.drive.drive_episodes` takes
-    it. law: of worlds; words: of the stream of keys that all seeds are from; batch: how many.
+    it. law: of worlds; words: of the stream of keys that all seeds are from; batch: how many;
+    policy: of `sims.point.train`, in place of the driver with the map.
     """
 
     robot: str
@@ -40,6 +43,7 @@ class Together:
     law: Callable
     words: tuple[int, ...]
     batch: int
+    policy: Path | None = None
     _done: dict = field(default_factory=dict)
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
@@ -59,7 +63,8 @@ class Together:
         for world in worlds:  # as the environment does at a reset
             world.costs()
             world.forward()
-        n, driver = len(worlds), guide(seeds)
+        n = len(worlds)
+        driver = guide(seeds) if self.policy is None else Trained(self.policy).drive
         gained, cost, changed, stopped = np.zeros((4, n))
         begun: list[list] = [[] for _ in worlds]
         ended, steps, took = np.zeros(n, bool), np.zeros(n, int), []

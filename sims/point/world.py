@@ -5,6 +5,7 @@ Laws, numbers and the order of random draws are those of safety-gymnasium 1.0.0 
 OmniSafe team; point.xml and car.xml are its files), so that equal seeds give equal worlds.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -98,10 +99,10 @@ class World:
         self.data = mujoco.MjData(self.model)
         self.vases = [self.model.body(f"vase{i}").id for i in range(level.counts[1])]
         self.hazards = self._places("hazard")
-        self._shadow = mujoco.MjData(self.model)
+        self._shadow, self.agent = mujoco.MjData(self.model), self.model.body("agent").id
         self.trace: list[np.ndarray] = []  # true poses, every half step
         self._note()
-        own = self.model.body_rootid[self.model.geom_bodyid] == self.model.body("agent").id
+        own = self.model.body_rootid[self.model.geom_bodyid] == self.agent
         self._own = set(np.flatnonzero(own))
         self._vase_geoms = {self.model.geom(f"vase{i}").id for i in range(level.counts[1])}
         self.forward()
@@ -143,24 +144,28 @@ class World:
     @property
     def place(self) -> np.ndarray:
         """(2,) [m]."""
-        return self.data.body("agent").xpos[:2]
+        return self.data.xpos[self.agent, :2]
 
     @property
     def pose(self) -> np.ndarray:
         """(3,) x, y [m], heading [rad]."""
-        return pose_of(self.data)
+        return self._pose_of(self.data)
 
     def _note(self) -> None:
         self._shadow.qpos[:] = self.data.qpos  # in a copy: the original has none of this
         mujoco.mj_kinematics(self.model, self._shadow)
-        self.trace.append(pose_of(self._shadow))
+        self.trace.append(self._pose_of(self._shadow))
+
+    def _pose_of(self, data: mujoco.MjData) -> np.ndarray:
+        turn = data.xmat[self.agent]
+        return np.array([*data.xpos[self.agent, :2], np.arctan2(turn[3], turn[0])])
 
     @property
     def speeds(self) -> np.ndarray:
         """(3,) along its first axis, along its second [m/s], turning [rad/s]."""
         heading, found = self.pose[2], np.zeros(6)
-        kind, body = mujoco.mjtObj.mjOBJ_XBODY, self.model.body("agent").id
-        mujoco.mj_objectVelocity(self.model, self.data, kind, body, found, 0)
+        kind = mujoco.mjtObj.mjOBJ_XBODY
+        mujoco.mj_objectVelocity(self.model, self.data, kind, self.agent, found, 0)
         x, y = found[3:5]
         cos, sin = np.cos(heading), np.sin(heading)
         return np.array([cos * x + sin * y, cos * y - sin * x, found[2]])
@@ -168,7 +173,7 @@ class World:
     @property
     def distance(self) -> float:
         """[m] to the middle of the goal."""
-        return float(np.sqrt(np.sum(np.square(self.layout["goal"] - self.place))))
+        return float(np.sqrt(np.square(self.layout["goal"] - self.place).sum()))
 
     @property
     def depth(self) -> float:
@@ -214,10 +219,11 @@ class World:
                 seen[name] = turned
         vases = np.array([self.data.xpos[body][:2] for body in self.vases]).reshape(-1, 2)
         kinds = {"goal": self.layout["goal"][None], "hazards": self.hazards, "vases": vases}
-        body = self.data.body("agent")
+        here, turn = self.data.xpos[self.agent], self.data.xmat[self.agent].reshape(3, 3)
         for kind, places in kinds.items():  # as points of the floor, seen by a robot that may tilt
-            away = np.pad(places, ((0, 0), (0, 1))) - body.xpos
-            seen[f"{kind}_lidar"] = lidar((away @ body.xmat.reshape(3, 3))[:, :2])
+            away = np.zeros((len(places), 3))
+            away[:, :2] = places
+            seen[f"{kind}_lidar"] = lidar(((away - here) @ turn)[:, :2])
         return seen
 
     def new_goal(self) -> None:
@@ -293,12 +299,6 @@ def xml_of(robot: Robot, level: Level, layout: dict, turns: dict) -> str:
     return text.replace("</worldbody>", "".join(bodies) + "</worldbody>")
 
 
-def pose_of(data: mujoco.MjData) -> np.ndarray:
-    """(3,) x, y [m], heading [rad] of the robot."""
-    body = data.body("agent")
-    return np.array([*body.xpos[:2], np.arctan2(body.xmat[3], body.xmat[0])])
-
-
 def quat_of(turn: float) -> str:
     """A turn [rad] about the vertical."""
     return f"{float(np.cos(turn / 2))!r} 0.0 0.0 {float(np.sin(turn / 2))!r}"
@@ -308,15 +308,13 @@ def lidar(away: np.ndarray, off: float = 0.0) -> np.ndarray:
     """(BINS,) closeness of what lies away (n, 2) [m] in the robot's frame: 1 here, 0 from FAR on;
     neighbours of a sector see a share of it. off: [m] across all of it, which makes it farther.
     """
-    found = np.zeros(BINS)
-    for x, y in away:
-        distance, angle = np.hypot(np.hypot(x, y), off), np.angle(complex(x, y)) % (2 * np.pi)
-        width = 2 * np.pi / BINS
+    found, width = [0.0] * BINS, 2 * math.pi / BINS
+    for x, y in away.tolist():
+        close = (FAR - math.hypot(x, y, off)) / FAR
+        angle = math.atan2(y, x) % (2 * math.pi)
         sector = int(angle / width)
-        close = max(0.0, FAR - distance) / FAR
         share = (angle - width * sector) / width
-        parts = ((0, 1.0), (1, share), (-1, 1 - share))
-        for beside, part in parts:
-            at = (sector + beside) % BINS
-            found[at] = max(found[at], part * close)
-    return found
+        for at, part in ((sector, 1.0), (sector + 1, share), (sector - 1, 1 - share)):
+            if found[at % BINS] < part * close:
+                found[at % BINS] = part * close
+    return np.array(found)

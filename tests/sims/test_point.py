@@ -5,6 +5,7 @@ off hazards.
 from dataclasses import replace
 from pathlib import Path
 
+import flax.serialization
 import jax
 import numpy as np
 import pytest
@@ -17,12 +18,14 @@ from parc_jax.safe_set.verdict.outline import require_same
 need("gymnasium")
 from sims import point  # noqa: E402
 from sims.point import (  # noqa: E402
+    curves,
     episodes,
     film,
     guide,
     judge,
     lidar,
     manoeuvre,
+    policy,
     sensing,
     together,
     train,
@@ -95,13 +98,26 @@ def test_the_driver_meets_goals_round_hazards():
     assert (ends[0] == ends[1]).all()
 
 
-def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch):
+def saved_policy(folder: Path) -> Path:
+    """Of weights that nobody trained."""
+    file, scale = folder / "untrained.policy", policy.Scale(policy.SEEN)
+    weights, _ = train.fresh(jax.random.PRNGKey(0))
+    scale.learn(np.random.default_rng(0).uniform(size=(64, policy.SEEN)))
+    kept = {"weights": weights, "scale": scale.__dict__}
+    file.write_bytes(flax.serialization.to_bytes(kept))
+    return file
+
+
+@pytest.mark.parametrize("trained", [False, True])
+def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch, tmp_path, trained):
     for module in (episodes, together):
         monkeypatch.setattr(module, "STEPS", 50)
+    file = saved_policy(tmp_path) if trained else None
     worlds, seeds = [17, 18], [np.array([3, i], np.uint32) for i in range(2)]
-    found = together.Together("Point", 1, False, "", episodes.any_seed, (), 2).drive(worlds, seeds)
+    how = together.Together("Point", 1, False, "", episodes.any_seed, (), 2, file)
+    found = how.drive(worlds, seeds)
     for one, world_seed, seed in zip(found, worlds, seeds, strict=True):
-        alone = episodes.Drive("Point", 1, False, False)(world_seed, seed)
+        alone = episodes.Drive("Point", 1, False, False, policy=file)(world_seed, seed)
         assert not one.touched and one.left is False and alone.left is False
         (loop,) = {made.loop for made in one.committed}
         assert len(one.committed) == one.told["committed"] and "claim" in loop
@@ -209,13 +225,32 @@ def test_training_goes_on_from_what_was_saved(tmp_path):
     options = train.Options(32, worlds=2, horizon=8, bare=True, limit=25.0, out=tmp_path / "p.csv")
     with jax.numpy_dtype_promotion("standard"):  # optax is not strict
         train.train(options)
-        kept = train.Trained(tmp_path / "p.policy")
+        kept = policy.Trained(tmp_path / "p.policy")
         train.train(replace(options, steps=64))
     rows = [line.split(",")[0] for line in options.out.read_text().splitlines()]
     assert rows == ["steps", "16", "32", "48", "64"]
-    later, seen = train.Trained(tmp_path / "p.policy"), np.ones(train.SEEN)
+    later, seen = policy.Trained(tmp_path / "p.policy"), np.ones(policy.SEEN)
     assert later.scale.n == pytest.approx(kept.scale.n + 32)
     assert (np.abs(later(seen)) <= 1).all() and not np.allclose(later(seen), kept(seen))
+
+
+def test_training_counts_what_is_inside_a_hazard_and_leaves_robots_that_stand(monkeypatch):
+    monkeypatch.setattr(train, "PATIENCE", 3)
+    worlds = train.Worlds(train.Options(worlds=2, bare=True), 0)
+    first = worlds.worlds
+    first[1].hazards[0] = first[1].place
+    ends = [worlds.step(np.zeros((2, 2), np.float32))[2] for _ in range(4)]
+    assert np.array_equal(ends, [[0, 0], [0, 0], [0, 0], [1, 1]])
+    assert not set(first) & set(worlds.worlds)
+    assert worlds.counts == {"entered": 4, "changed": 0, "stopped": 0, "left": 0, "stood": 2}
+
+
+def test_curves_tell_rates_of_what_was_summed(tmp_path):
+    file = tmp_path / "x.csv"
+    file.write_text("steps,gained,contact\n20000,10,400\n40000,50,400\n60000,90,500\n")
+    found = curves.rates(file)
+    assert found["steps"].tolist() == [40000] and found["return"].tolist() == [1.25]
+    assert found["cost"].tolist() == [10.0]
 
 
 def test_advantages_end_where_an_episode_does():

@@ -1,0 +1,82 @@
+"""The policy that `sims.point.train` trains, and that was saved."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import flax.linen as nn
+import flax.serialization
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from sims.point.environment import observed
+
+SEEN = 60  # numbers of an observation
+
+
+class Policy(nn.Module):
+    """Mean and deviation of actions, and what a state is worth: (..., 2), reward and cost."""
+
+    @nn.compact
+    def __call__(self, seen):
+        heads = []
+        for gain in (0.01, 1.0):
+            x = seen
+            for _ in range(2):
+                x = nn.tanh(nn.Dense(64, kernel_init=nn.initializers.orthogonal(2**0.5))(x))
+            heads.append(nn.Dense(2, kernel_init=nn.initializers.orthogonal(gain))(x))
+        deviation = self.param("deviation", nn.initializers.zeros, (2,), jnp.float32)
+        return heads[0], jnp.broadcast_to(deviation, heads[0].shape), heads[1]
+
+
+POLICY = Policy()
+
+
+def likelihood(mean, deviation, action):
+    """Logarithm of the probability density of actions (..., 2)."""
+    off = (action - mean) / jnp.exp(deviation)
+    return (-0.5 * off**2 - deviation - 0.5 * math.log(2 * math.pi)).sum(axis=-1)
+
+
+class Scale:
+    """Running mean and deviation of what is seen."""
+
+    def __init__(self, n: int):
+        self.n, self.mean, self.square = 1e-4, np.zeros(n), np.ones(n) * 1e-4
+
+    def learn(self, seen: np.ndarray) -> np.ndarray:
+        """Scaled; each row counts from now on."""
+        m, off = len(seen), seen.mean(axis=0) - self.mean
+        more = seen.var(axis=0) * m + off**2 * self.n * m / (self.n + m)
+        self.square = self.square + more
+        self.n, self.mean = self.n + m, self.mean + off * m / (self.n + m)
+        return self(seen)
+
+    def __call__(self, seen: np.ndarray) -> np.ndarray:
+        """Scaled."""
+        scaled = (seen - self.mean) / np.sqrt(self.square / self.n + 1e-8)
+        return np.clip(scaled, -10, 10).astype(np.float32)
+
+
+class Trained:
+    """A policy that was saved: `trained(seen)` is its mean action, without noise."""
+
+    def __init__(self, file: Path):
+        kept = flax.serialization.msgpack_restore(file.read_bytes())
+        self.weights, self.scale = kept["weights"], Scale(1)
+        self.scale.__dict__.update(kept["scale"])
+
+    def __call__(self, seen: np.ndarray) -> np.ndarray:
+        """(..., 2) of what is seen (..., 60)."""
+        return np.asarray(mean_of(self.weights, self.scale(seen)), np.float64).clip(-1.0, 1.0)
+
+    def drive(self, worlds: Sequence) -> np.ndarray:
+        """(n, 2) in so many worlds."""
+        return self(np.array([observed(world) for world in worlds]))
+
+
+@jax.jit
+def mean_of(weights, seen):
+    """The action without noise."""
+    return POLICY.apply(weights, seen)[0]
