@@ -5,7 +5,6 @@ off hazards.
 from dataclasses import replace
 from pathlib import Path
 
-import flax.serialization
 import jax
 import numpy as np
 import pytest
@@ -98,21 +97,14 @@ def test_the_driver_meets_goals_round_hazards():
     assert (ends[0] == ends[1]).all()
 
 
-def saved_policy(folder: Path) -> Path:
-    """Of weights that nobody trained."""
-    file, scale = folder / "untrained.policy", policy.Scale(policy.SEEN)
-    weights, _ = train.fresh(jax.random.PRNGKey(0))
-    scale.learn(np.random.default_rng(0).uniform(size=(64, policy.SEEN)))
-    kept = {"weights": weights, "scale": scale.__dict__}
-    file.write_bytes(flax.serialization.to_bytes(kept))
-    return file
+def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch):
+    in_step_as_alone(monkeypatch, 50)
 
 
-@pytest.mark.parametrize("trained", [False, True])
-def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch, tmp_path, trained):
+def in_step_as_alone(monkeypatch, steps: int, file: Path | None = None) -> None:
+    """By the driver with the map, or by a policy that was saved."""
     for module in (episodes, together):
-        monkeypatch.setattr(module, "STEPS", 50)
-    file = saved_policy(tmp_path) if trained else None
+        monkeypatch.setattr(module, "STEPS", steps)
     worlds, seeds = [17, 18], [np.array([3, i], np.uint32) for i in range(2)]
     how = together.Together("Point", 1, False, "", episodes.any_seed, (), 2, file)
     found = how.drive(worlds, seeds)
@@ -221,7 +213,7 @@ def test_by_lidar_alone_nothing_is_touched():
     assert "within" in env.step(np.array([1.0, 0.0]))[-1]["shield"]["reason"]
 
 
-def test_training_goes_on_from_what_was_saved(tmp_path):
+def test_training_goes_on_from_what_was_saved(tmp_path, monkeypatch):
     options = train.Options(32, worlds=2, horizon=8, bare=True, limit=25.0, out=tmp_path / "p.csv")
     with jax.numpy_dtype_promotion("standard"):  # optax is not strict
         train.train(options)
@@ -232,6 +224,7 @@ def test_training_goes_on_from_what_was_saved(tmp_path):
     later, seen = policy.Trained(tmp_path / "p.policy"), np.ones(policy.SEEN)
     assert later.scale.n == pytest.approx(kept.scale.n + 32)
     assert (np.abs(later(seen)) <= 1).all() and not np.allclose(later(seen), kept(seen))
+    in_step_as_alone(monkeypatch, 20, tmp_path / "p.policy")
 
 
 def test_training_counts_what_is_inside_a_hazard_and_leaves_robots_that_stand(monkeypatch):
