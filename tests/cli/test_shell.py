@@ -202,3 +202,10 @@ def test_the_console_script_refuses_without_a_traceback(tmp_path):
     )
     assert done.returncode == 2 and done.stdout == "" and not list(tmp_path.iterdir())
     assert done.stderr == "parc-jax: none.npz: no such file.\n"
+
+
+def test_at_the_end_of_a_command_nothing_is_searched_for_garbage():
+    at_the_end = "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count() > 0))"
+    code = f"{at_the_end}; from parc_jax.app import cli; cli.main(['--version'])"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert found.returncode == 0 and found.stdout.splitlines()[-1] == "True"
