@@ -3,7 +3,7 @@ refused.
 """
 
 from fractions import Fraction
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -112,6 +112,20 @@ def test_faces_about_a_far_centre_leave_zero_out():
     assert not far.allow_none[0] and not far.inner_box.any()
     open_ended = far.with_half(np.full((1, 2), np.inf))
     assert open_ended.allow_none[0] and np.isfinite(open_ended.inner_box).all()
+
+
+def test_times_a_factor_sets_hold_zero_and_all_smaller_ones(rng):
+    given = random_faces(rng, 2)
+    sizes = [given.times(factor) for factor in (3.0, 1.0, 0.61, 0.61 - 1e-9, 0.05)]
+    for large, small in pairwise(sizes):
+        assert (large.centre + large.half >= small.centre + small.half).all()
+        assert (large.centre - large.half <= small.centre - small.half).all()
+    assert all(one.allow_none.all() for one in sizes)
+    high, low = sizes[2].centre + sizes[2].half, sizes[2].centre - sizes[2].half
+    np.testing.assert_allclose(high, 0.61 * np.maximum(given.centre + given.half, 0), atol=2e-6)
+    np.testing.assert_allclose(low, 0.61 * np.minimum(given.centre - given.half, 0), atol=2e-6)
+    lost = faces(given.directions, given.centre, np.full_like(given.half, np.inf)).times(0.5)
+    assert np.isposinf(lost.half).all() and not lost.centre.any()
 
 
 def test_half_extents_are_of_all_faces_together():

@@ -25,7 +25,10 @@ from parc_jax.drive.local.nested import first_set, fixed_sequence, level, nested
 from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.claim import check_claim, derived
 from parc_jax.learning.bound.counts import NoStatement, required_runs
+from parc_jax.learning.bound.declared import stand_in
+from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.fresh import ledger_of, used_by
+from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.runs.collect import collect, stream_rollouts
 from parc_jax.problem.robust.nominal import query
 
@@ -339,6 +342,21 @@ def test_errors_on_the_way_are_scaled_by_a_part(answer):
     np.testing.assert_allclose(tube.interval, 0.65 * scale * whole.interval)
     said = f"scaled by {scale}, on the way by 0.65 of that; runs may leave it"
     assert said in answer.validation.details()
+
+
+def test_narrower_tubes_lie_about_what_most_runs_do():
+    """Where errors are all on one side a part of them about their middle holds no usual run."""
+    model = toy.model()
+    corner = np.concatenate([np.eye(3), -np.eye(3)])
+    at_end = faces(corner[None], 0.05 * corner.sum(axis=1)[None], np.full((1, 6), 0.05), True)
+    sides = np.broadcast_to(np.eye(2), (1, toy.T, 1, 2, 2))
+    during = faces(sides, *np.full((2, 1, toy.T, 1, 2), 0.05))
+    skewed = model.replace(
+        claim=stand_in(model.claim, fitted_tube(model.tube.edges, during, at_end))
+    )
+    about = KEY, np.random.default_rng(1), toy.SETTINGS, ASKED
+    for one in nested_sets(query(toy.problem(0.7), skewed), *about):
+        assert all(part.allow_none.all() for part in one.scene.model.tube.templates)
 
 
 def test_runs_that_do_not_return_have_failed():

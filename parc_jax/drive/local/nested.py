@@ -7,7 +7,6 @@ import jax
 import numpy as np
 
 from parc_jax.drive.local.validation import Step, Validate
-from parc_jax.learning.bound.calibrate import scaled
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import wrong_claim_probability
 from parc_jax.learning.bound.declared import stand_in
@@ -38,10 +37,9 @@ def nested_sets(
     recorded = isinstance(asked.source, RolloutBatch)
     whole = shape_of(query.model.claim) if recorded else query.model.tube
     for scale in asked.scales:
-        tube = scaled(whole, np.full(whole.n_bins, scale), np.zeros(whole.n_c), asked.way)
-        model = query.model.replace(claim=stand_in(query.model.claim, tube))
+        claim = stand_in(query.model.claim, whole.times(asked.way * scale, scale))
         # all obstacles: those that no plan of one tube comes near may be near plans of another
-        scenes.append(padded(lowered(query.of(model).nominal())))
+        scenes.append(padded(lowered(query.of(query.model.replace(claim=claim)).nominal())))
     cover = Prepared(scenes[-1]).solve(key, settings.replace(proof=False)).cover
     last = SafePlans(scenes[-1], Corridors(scenes[-1].model.tube, cover.corridors), cover.within)
     if not len(last.corridors):

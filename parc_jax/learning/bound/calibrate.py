@@ -185,17 +185,13 @@ def pac_label(
     return supported, discard
 
 
-def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray, way: float = 1.0) -> Tube:
+def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
     """Tube scale_b x shape_b + term (n_c,), rounded up; an infinite scale (n_bins,) leaves its bin
-    without claim. way: part of the scale that errors during intervals have.
+    without claim.
     """
     grown = [
-        np.nextafter(
-            (part * scale.reshape(-1, *[1] * (half.ndim - 1)) * half + more) * _OUTWARD, np.inf
-        )
-        for part, half, more in zip(
-            (way, 1.0), profile.halves, profile.halves_around(term, 0.0), strict=True
-        )
+        np.nextafter((scale.reshape(-1, *[1] * (half.ndim - 1)) * half + more) * _OUTWARD, np.inf)
+        for half, more in zip(profile.halves, profile.halves_around(term, 0.0), strict=True)
     ]
     return profile.with_halves(*grown)
 

@@ -271,6 +271,16 @@ class Faces:
         whole = np.ceil(np.ldexp(half, HALF_BITS))
         return faces(self.directions, self.centre, np.ldexp(whole, -HALF_BITS), self.frames)
 
+    def times(self, factor: float) -> "Faces":
+        """The set, with zero, times a factor; rounded outward to short fractions, so that sets are
+        nested as their factors are.
+        """
+        low = np.floor(np.ldexp(factor * np.minimum(self.centre - self.half, 0.0), CENTRE_BITS))
+        high = np.ceil(np.ldexp(factor * np.maximum(self.centre + self.half, 0.0), CENTRE_BITS))
+        both = np.add(low, high, out=np.zeros(low.shape), where=np.isfinite(self.half))
+        middle, half = (np.ldexp(x, -CENTRE_BITS - 1) for x in (both, high - low))
+        return faces(self.directions, middle, half, self.frames)
+
     def rows(self, index: tuple[int, ...] | int) -> list[tuple[list[Fraction], Fraction]]:
         """Exact rows (a, b) with a . e <= b of one set, both faces of every pair in turn."""
         out = []

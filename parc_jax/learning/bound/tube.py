@@ -101,6 +101,12 @@ class Tube(Binned):
         during, at_end = self.templates
         return fitted_tube(self.edges, during.with_half(interval), at_end.with_half(final))
 
+    def times(self, way: float, end: float) -> "Tube":
+        """All sets of errors, with zero, times a factor on the way and one at the end."""
+        if self.templates is None:
+            return tube(self.edges, way * self.interval, end * self.final, self.n_points)
+        return fitted_tube(self.edges, *map(Faces.times, self.templates, (way, end)))
+
     def at_least(self, other: "Tube") -> bool:
         """Sufficient test that its sets contain the other's: same bins and faces, no half width
         less.
