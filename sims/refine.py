@@ -28,14 +28,14 @@ from parc_jax.drive.local.localise import (
     answered_near,
     bounded_near,
     checked_local,
-    start_trial,
+    key_of_trial,
 )
 from parc_jax.drive.local.safe_box import box_around, share_of
 from parc_jax.learning.bound.declared import assumed_claim, stand_in
 from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.bound.profile import SHAPES
 from parc_jax.learning.bound.settings import Intersample, intersample_of
-from parc_jax.learning.bound.start_gap import StartTrial
+from parc_jax.learning.bound.start_gap import StartTrial, declared_gap, try_starts
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import fit, fit_tail
 from parc_jax.learning.system import System
@@ -222,7 +222,8 @@ def refine(
         stages.append(stage)
         (say or _log.info)(str(stage))
 
-    start = start_trial(system, key, local, model.claim)
+    gap = max(local.gap, declared_gap(model.claim))
+    start = try_starts(system, key_of_trial(key), gap)
     for box in zoom.boxes(note)[: account.planned]:
         look = account.take()
         fresh = fresh_key(key, look, box.lo, box.hi)

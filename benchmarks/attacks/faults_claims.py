@@ -346,6 +346,22 @@ CARRIED = (
         "tests/claim/test_carried.py::test_a_monitor_counts_what_the_claim_counts_and_each_once",
     ),
     Fault(
+        "copies_in_files_are_new_evidence",
+        "fresh.used_by",
+        "np.isin(ids, marks) | repeated(runs, marks)",
+        "np.isin(ids, marks)",
+        "tests/claim/test_monitor.py"
+        "::test_copies_in_files_of_runs_that_have_a_seed_are_no_new_evidence",
+    ),
+    Fault(
+        "bounds_between_records_are_believed",
+        "settings.kept_between",
+        "if over.any():",
+        "if over.all():",
+        "tests/claim/test_calibrate.py"
+        "::test_a_bound_between_records_that_the_records_refute_is_refused",
+    ),
+    Fault(
         "an_update_from_calibration_runs",
         "monitor._require_new",
         'if (old := made != "").any():',

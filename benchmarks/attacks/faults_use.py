@@ -35,6 +35,14 @@ CHOSEN = (
         "tests/local/test_choice.py::test_nan_and_contact_are_failures",
     ),
     Fault(
+        "start_of_a_tested_plan_is_not_tried",
+        "start_gap.trial_of",
+        'try_starts(system, key, declared) if known.get("seen") is None else None',
+        "None",
+        "tests/local/test_validate.py"
+        "::test_a_start_that_matters_is_seen_where_the_claim_did_not_look",
+    ),
+    Fault(
         "start_matters_only_to_the_tube",
         "start_gap.off_from_start",
         "len(invariances(claim.subject.rotation))",

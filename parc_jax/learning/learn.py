@@ -2,12 +2,12 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -34,7 +34,6 @@ from parc_jax.learning.bound.pipeline import (
 )
 from parc_jax.learning.bound.settings import BoundSettings, ModelBound
 from parc_jax.learning.bound.start_gap import StartTrial, try_starts
-from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.fit import Training, fit
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -80,13 +79,12 @@ WITH_PRIOR = Learning(rollouts=8000, hidden=(24, 24), seeds=2)
 class Learned(NamedTuple):
     """A model and its making.
 
-    train: the training runs. start: trials from other starts. prior: a sentence about the prior and
-    the discards it advised; None without a prior.
+    train: the training runs. prior: a sentence about the prior and the discards it advised; None
+    without a prior.
     """
 
     model: TrajectoryModel
     train: RolloutBatch
-    start: StartTrial
     prior: str | None = None
 
 
@@ -171,9 +169,11 @@ def learn_report(
         bins = (1,) * train.n_k if settings.bound.bins is None else settings.bound.bins
         profile = learn_profile(net, usual, (), bins, shape=settings.bound.shape)
         settings = settings.replace(discard=discard)
-    model = _bounded(net, HeldRuns(held), train, settings.claims, start, profile, seen, watch)
+    about: dict[str, Any] = {"profile": profile, "seen": seen, "watch": watch}
+    claim = bound_errors(net, HeldRuns(held), train, settings.claims, start, **about)[0]
+    model = trajectory_model(net, claim)
     kept = held if held.seed is None else None  # runs of a seed can be made anew
-    return Learned(model.replace(held=kept), train, start, said)
+    return Learned(model.replace(held=kept), train, said)
 
 
 def fit_network(train: RolloutBatch, settings: Learning, key: jax.Array) -> ReLUNetwork:
@@ -206,12 +206,14 @@ def _from_system(
         few = stream(key, Stage.FIRST), train.n, path and path / "first"
         with watch("first claim"):
             runs = SystemRuns(system, *few, quiet)
-            model = _bounded(net, runs, train, _first_bound(settings), start)
+            claim = bound_errors(net, runs, train, _first_bound(settings), start)[0]
+            model = trajectory_model(net, claim)
         first(model)
         # the same bins: the query of this model has then compiled that of the next one
         settings = settings.replace(bins=model.tube.edges)
     runs = SystemRuns(system, key, train.n, path, quiet)
-    return Learned(_bounded(net, runs, train, settings.claims, start, watch=watch), train, start)
+    claim = bound_errors(net, runs, train, settings.claims, start, watch=watch)[0]
+    return Learned(trajectory_model(net, claim), train)
 
 
 def _announced(chunks: Iterator[RolloutBatch], name: str, ahead: int) -> Iterator[RolloutBatch]:
@@ -245,20 +247,6 @@ def _first_bound(settings: Learning) -> BoundSettings:
     eps = max(as_probability("eps", settings.bound.eps), FIRST_EPS)
     bound = settings.claims.replace(eps=eps, fresh=None, profile_runs=0)
     return bound.replace(claims=("one",), blocks=None, even=False)
-
-
-def _bounded(
-    net: ReLUNetwork,
-    runs: SystemRuns | HeldRuns,
-    train: RolloutBatch,
-    settings: BoundSettings,
-    start: StartTrial,
-    profile: Tube | None = None,
-    seen: Sequence[list] = (),
-    watch: Watch = nullcontext,
-) -> TrajectoryModel:
-    about = {"profile": profile, "seen": seen, "watch": watch}
-    return trajectory_model(net, bound_errors(net, runs, train, settings, start, **about)[0])
 
 
 def _lesson(

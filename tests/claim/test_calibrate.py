@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from profiles import training_profile
 from scored import score_batch, score_system
-from synthetic_plants import failing, noisy, plant, straight_network
+from synthetic_plants import exact, failing, noisy, plant, straight_network
 
 from parc_jax.app.study.settings import Study
 from parc_jax.checker import Rejected
@@ -87,7 +87,7 @@ def test_claims_at_other_eps_are_those_of_the_same_runs_with_so_many_discards(
     """
     if shape == "fitted":
         profile = fitted_profile(NET, [train], (3, 1))
-    speed = {"intersample": SpeedBound(0.3), "eps": 1e-2, "delta": 1e-3}
+    speed = {"intersample": SpeedBound(5.0), "eps": 1e-2, "delta": 1e-3}
     trial = StartTrial(1e-3, None)
     claim = allow_for_start(calibrate(NET, holdout, profile, train=train, **speed), trial)
     others = at_other_eps(claim)
@@ -233,6 +233,31 @@ def test_time_between_records_is_declared_and_added(holdout, profile):
     assert (inside_tube(fast, NET, holdout) == inside_tube(plain, NET, holdout)).all()
     with pytest.raises(InputError, match="speed bound"):
         calibrate(NET, holdout, profile, eps=1e-2, intersample=SpeedBound((1.0, 2.0, 3.0)))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_bound_between_records_that_the_records_refute_is_refused(train, dtype):
+    """In the pipeline and alone, a bound that is just kept is believed; failed runs have none."""
+    one = {"train": train, "eps": 0.05, "delta": 0.05, "bins": (1, 1), "quiet": True}
+    runs = collect(plant(exact), KEY, 600, Stage.BOUND, quiet=True)
+    p = runs.p.astype(dtype)
+    p[7] *= 2.0 / np.abs(runs.k[7]).max()  # 2 m/s along one axis
+    p[9, 3:] = np.nan
+    runs = runs.replace(p=p)
+    own = bound_error(NET, runs, None, intersample=SpeedBound(2.0), **one)
+    assert "INTERSAMPLE(speed <= 2.0 m/s" in own.details()
+    bent = p.copy()
+    bent[5, 10] += 0.03  # there and back within 0.05 s
+    for between, some, words in (
+        (SpeedBound((1.9, 1.9)), p, r"speed <= \(1.9, 1.9\) m/s, h = 0.05 s\), as declared; the"),
+        (AccelerationBound(20.0), bent, "acceleration <= 20.0 m/s.2, h = 0.05 s.*row 5 need 24"),
+    ):
+        told = runs.replace(p=some)
+        with pytest.raises(InputError, match=rf"^plant: expected runs that keep to .*{words}"):
+            bound_error(NET, told, None, intersample=between, **one)
+        with pytest.raises(InputError, match=words):
+            profile = training_profile(NET, train, (1, 1))
+            calibrate(NET, told, profile, eps=0.05, intersample=between)
 
 
 def arithmetic(claim):

@@ -272,7 +272,7 @@ def test_halves_that_changed_places_are_refused(runs, tmp_path):
 
 
 def test_an_update_is_of_the_same_kind_and_of_new_runs(held, runs):
-    declared = SpeedBound((0.5, 0.25))
+    declared = SpeedBound((2.0, 4.0))
     asked = {"eps": 0.5, "delta": 0.1, "intersample": declared, "claims": ("bins",)}
     old = pj.learning.bound_error(NET, held, None, train=runs, bins=(4, 2), blocks=(2, 1), **asked)
     with pytest.raises(pj.InputError, match="100 of 100 are its calibration runs"):
@@ -280,7 +280,7 @@ def test_an_update_is_of_the_same_kind_and_of_new_runs(held, runs):
     fresh = pj.learning.collect(plant(noisy), jax.random.PRNGKey(3), 100, Stage.BOUND, quiet=True)
     _, new = pj.learning.update(old, NET, runs, fresh)
     assert new.tube.grid == (4, 2) and len(new.evidence["blocks"]) == 2
-    assert new.intersample == old.intersample and any("speed <= (0.5" in x for x in new.assumptions)
+    assert new.intersample == old.intersample and any("speed <= (2.0" in x for x in new.assumptions)
 
 
 def test_a_file_that_says_its_time_and_K_is_not_told_others(runs, tmp_path):

@@ -5,6 +5,7 @@ data.
 import json
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -27,6 +28,7 @@ from parc_jax.learning.bound.monitor import inside_tube, monitor, update
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.independent import marks_by_k, repeated
 from parc_jax.learning.runs.law import law_spec
 from parc_jax.learning.system import time_grid
 
@@ -223,14 +225,76 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
         monitor(new, NET, share=1.0).observe(row(other, 0, 1))
     # of a file nobody can tell that it holds runs which the claim names by their seed
     log = fresh.replace(seed=None, stage=None)
-    told = "none is a calibration run of the claim, none is a profile run of the claim, none is a t"
-    assert f"FRESH({told}raining run of the claim)" in monitor(claim, NET).observe(log).details()
+    told = "none is a calibration or profile or training run of the claim beside 128 of each part"
+    assert f"FRESH({told} of these, compared by" in monitor(claim, NET).observe(log).details()
+    early = [entry[:5] for entry in claim.evidence["seen"]]  # as of a file without marks
+    bare = monitor(replace(claim, evidence=claim.evidence | {"seen": early}), NET).observe(log)
+    assert "FRESH(none is a profile or training run of the claim, none is a cali" in bare.details()
     _, new = update(claim, NET, collect(system, other, 60, quiet=True), log)
-    before = "calibration or profile or training run of the claim before"
-    assert f"FRESH(none is a {before})" in new.details()
+    before = "calibration or profile or training run of the claim before beside 128 of each part"
+    assert f"FRESH(none is a {before} of these" in new.details()
     shape = bound_error(NET, system, KEY, profile=claim.tube, **made)
     said = monitor(shape, NET).details()
-    assert "FRESH(none is a training run of the claim, none is a profile run of the claim)" in said
+    assert "FRESH(none is a training or profile run of the claim)" in said
+
+
+def stored(runs, k_law="uniform", dtype=np.float64, at=0.0):
+    """Runs as from a file: k and p in this type, from another start."""
+    p = (runs.p + at).astype(dtype) - np.asarray(at, dtype)
+    k, law = runs.k.astype(dtype).astype(float), law_spec("file:log", runs.domain, k_law)
+    return rollout_batch(k, p, runs.q, time=runs.time, domain=runs.domain, law=law)
+
+
+FILES = {"exact": {}, "float32": {"dtype": np.float32}, "moved": {"dtype": np.float32, "at": 300.0}}
+
+
+@pytest.mark.parametrize("copied", FILES)
+def test_copies_in_files_of_runs_that_have_a_seed_are_no_new_evidence(claim, copied):
+    """An update by the runs that the network was fitted to said 0.045 where 0.85 left the tube."""
+    made, system = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "quiet": True}, plant(disturbed)
+    train = collect(system, KEY, 200, quiet=True)
+    one = bound_error(NET, system, KEY, train=train, profile_runs=90, **made)
+    first, seen = int(train.rows.max()) + 1, collect(system, jax.random.PRNGKey(9), 60, quiet=True)
+    uses = {
+        "training": train,
+        "profile": collect(system, KEY, 90, first_row=first, quiet=True),
+        "calibration": collect(system, KEY, one.n, Stage.BOUND, quiet=True),
+    }
+    for use, runs in uses.items():
+        log = stored(runs, **FILES[copied])
+        known = min(128, runs.n)
+        for meet in (monitor(one, NET).observe, partial(update, one, NET, seen)):
+            with pytest.raises(InputError, match=f"{known} of {runs.n} are its {use} runs, the"):
+                meet(log)
+    other = stored(seen, **FILES[copied])  # of no part: new evidence, once
+    watch = monitor(one, NET).observe(other)
+    for again in (seen, *(stored(seen, **how) for how in FILES.values())):
+        with pytest.raises(InputError, match=r"60 of 60 occur twice or were observed before"):
+            watch.observe(again)
+    assert watch.seen == 60
+
+
+def test_k_that_may_repeat_are_no_copies(claim):
+    """The commands of a list that training drove too, driven again: of no uniform law."""
+    system = plant(disturbed)
+    train = collect(system, KEY, 60, quiet=True)
+    one = bound_error(NET, system, KEY, train=train, eps=0.1, delta=0.05, bins=(1, 1), quiet=True)
+    again = collect(system, jax.random.PRNGKey(7), 60, k=train.k, quiet=True)
+    watch = monitor(one, NET, share=1.0).observe(again)
+    later = collect(system, jax.random.PRNGKey(8), 60, k=train.k, quiet=True)
+    assert watch.observe(later).seen == 120
+    with pytest.raises(InputError, match="60 of 60 are its training runs, the"):
+        watch.observe(stored(train, "logged"))
+
+
+def test_few_values_of_k_are_equal_by_chance():
+    """Of a narrow K far from zero float32 tells hundreds of values apart, not millions."""
+    rng = np.random.default_rng(0)
+    k = [rng.uniform(1000, 1000.02, (1000, 1)) for _ in range(2)]
+    law = law_spec("file:log", box([1000.0], [1000.02]), "uniform")
+    assert not repeated(SimpleNamespace(k=k[0], law=law), marks_by_k(k[1])).any()
+    wide = SimpleNamespace(k=k[0] - 1000, law=law)
+    assert repeated(wide, marks_by_k(wide.k[:3])).sum() == 3
 
 
 def test_each_premise_of_a_monitor_is_in_its_sentence(claim):

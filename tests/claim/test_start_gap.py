@@ -100,14 +100,13 @@ def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside
 def test_headings_are_tried_with_the_starts():
     trial = try_starts(Arc(0.0), KEY, 1e-9)
     assert trial.seen is None and trial.turned < 1e-9
-    assert "in 8 runs with other headings it mattered by at most" in trial.details()
     with pytest.raises(InputError, match="runs that turn with their heading"):
         bound_error(straight_network(4), Arc(0.1), KEY, eps=0.1, delta=0.1, gap=1e-3, quiet=True)
 
 
 def test_a_system_that_cannot_start_elsewhere_says_so():
     trial = try_starts(plant(noisy), KEY, 1e-3)
-    assert trial.seen is None and "not measured" in trial.details()
+    assert trial.seen is None and trial.turned is None
     claim = replace(line_model(4, 0.1).claim, assumptions=("IID", "TRANSLATION_INVARIANCE", "X"))
     wider = allow_for_start(claim, trial)
     assert wider.assumptions == ("IID", "TRANSLATION_INVARIANCE(within 0.001; not measured)", "X")

@@ -105,7 +105,7 @@ def again():
 @functools.cache
 def on_the_hill():
     """The model of `model` with a claim that declares what the hill does, and a bound of speeds."""
-    declared = {"gap": 1.01 * GAP, "intersample": pj.types.SpeedBound(0.1)}
+    declared = {"gap": 1.01 * GAP, "intersample": pj.types.SpeedBound(1.2)}
     options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "quiet": True, "profile_runs": 100}
     train = collect(Hill(), jax.random.PRNGKey(3), 100, quiet=True)
     claim = bound_error(NET, Hill(), jax.random.PRNGKey(3), train=train, **options, **declared)

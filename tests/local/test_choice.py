@@ -14,11 +14,11 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
 from parc_jax.drive.local.choice import Choice
-from parc_jax.drive.local.localise import Local, LocalRuns
+from parc_jax.drive.local.localise import Local, LocalRuns, bounded_near
 from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, required_runs
-from parc_jax.learning.bound.settings import SpeedBound
+from parc_jax.learning.bound.settings import DISCRETE_TIME, SpeedBound
 from parc_jax.learning.runs.law import law_of
 
 pytestmark = pytest.mark.soundness
@@ -260,12 +260,10 @@ def test_a_model_of_another_system_is_refused(chosen):
 
 
 @pytest.mark.night
-def test_the_promise_of_a_local_claim_is_kept_at_its_rate(monkeypatch):
+def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
     """The law of the error is known: gusts are uniform, so the chance to leave a tube is exact."""
-    from parc_jax.drive.local import localise as module
     from parc_jax.learning.bound.start_gap import StartTrial
 
-    monkeypatch.setattr(module, "fit", lambda *_: toy.NET)
     system = plant(toy.gusty, toy.T)
     part = box_around(np.array([0.5, 0.5]), 0.2, system.domain)
     asked = Local(eps=0.05, rollouts=40, profile_runs=40, hidden=())
@@ -278,7 +276,8 @@ def test_the_promise_of_a_local_claim_is_kept_at_its_rate(monkeypatch):
     for seed in range(repeats):
         runs = LocalRuns(system, jax.random.PRNGKey(seed), 40, None, True, part)
         start = StartTrial(0.0, None)
-        claim = module.local_model(runs, delta, asked, start).claim
+        about = delta, asked, start, DISCRETE_TIME
+        claim = bounded_near(toy.NET, runs, runs.train(), *about).claim
         half = claim.tube.final[claim.tube.bin_of(k), :2]
         wrong += (np.abs(push) > half).any(axis=1).mean() > claim.eps
     assert wrong / repeats <= 0.1 + 4 * np.sqrt(0.1 * 0.9 / repeats)
@@ -295,22 +294,25 @@ def test_a_plan_has_as_much_room_as_the_claim_says_that_the_start_matters(chosen
     assert "UNSEEN(1 look; no set or plan of this scene was tested but in" in found.details()
     seen = {}
 
-    def noted(runs, delta, local, start, between):
+    def noted(net, runs, train, delta, local, start, between):
         seen.update(declared=start.declared, between=between)
         raise NotImplementedError
 
-    monkeypatch.setattr("parc_jax.drive.local.choice.local_model", noted)
+    monkeypatch.setattr("parc_jax.drive.local.choice.bounded_near", noted)
     looks, nominal = toy.answer().choose(delta=0.05).looks, scene.nominal
     nominal = replace(nominal, query=nominal.query.of(toy.on_the_hill()))
     with pytest.raises(NotImplementedError):
         replace(chosen, scene=replace(scene, nominal=nominal), looks=looks).localise(
             toy.Hill(), KEY, SMALL
         )
-    assert seen == {"declared": 1.01 * toy.GAP, "between": SpeedBound(0.1)}
+    assert seen == {"declared": 1.01 * toy.GAP, "between": SpeedBound(1.2)}
 
 
 def test_a_sentence_says_what_runs_of_a_plan_rest_on(chosen, near):
     assert near.details().endswith(f"Assumes: {', '.join(near.model.claim.assumptions)}.")
+    # its answer, and so its file, its header and both checkers, say which look it was
+    look = f"LOOK({near.look.number} of 4, which share one delta)"
+    assert look in near.answer.model.claim.assumptions and look in near.answer.details()
     looks = toy.answer().choose(delta=0.05).looks
     said = replace(chosen, looks=looks).test(toy.again(), KEY, n=30).details()
     assert "Assumes: IID, WORKERS_LOST(20, independent of the run), TRANS" in said

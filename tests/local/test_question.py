@@ -39,7 +39,8 @@ def near(choice):
     """Its local claim and answer, where the claim is that of all of K once more."""
     again = told(choice.model)
     system = turning() if again.rotation else plant(toy.gusty, toy.T)
-    with patch("parc_jax.drive.local.localise.local_model", lambda *_: again):
+    where = "parc_jax.drive.local.choice."
+    with patch(f"{where}fit"), patch(f"{where}bounded_near", lambda *_: again):
         return choice.localise(system, KEY, settings=toy.SETTINGS).near
 
 

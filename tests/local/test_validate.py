@@ -14,6 +14,7 @@ from synthetic_plants import plant
 from toy_file import hashed
 
 import parc_jax as pj
+from parc_jax.answer.looks import Looks
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.report import VALIDATED_SET, explained
 from parc_jax.common.errors import InputError
@@ -414,6 +415,37 @@ def test_a_set_keeps_its_promise_where_the_start_matters():
     assumed = found.answer.model.claim.assumptions
     assert "TRANSLATION_INVARIANCE(within 0.0303; 0.03" in found.details()
     assert "DISCRETE_TIME(h = 0.05 s)" in assumed and "INTERSAMPLE" not in str(assumed)
+
+
+class Level(toy.Hill):
+    """The gusty plant, which may begin anywhere."""
+
+    def rollout_from(self, key, k, p0):
+        s = jnp.linspace(0.0, 1.0, self.time.n_record + 1)
+        return pj.Trajectory(*toy.gusty(key, k, s))
+
+
+def test_a_start_that_matters_is_seen_where_the_claim_did_not_look():
+    """Of a declared tube 0 of 7,598 runs had failed, and from the plan's start all did."""
+    tube, time = toy.model().tube, toy.Hill.time
+    claim = pj.learning.declared_claim(tube, "an analysis says so", toy.NET, time, system="plant")
+    planner = pj.Planner(pj.learning.trajectory_model(toy.NET, claim))
+    found = planner.solve(toy.problem(), KEY, toy.SETTINGS)
+    plan, asked = found.choose(), asked_of(source=toy.Hill())
+    refused = "do not depend on where they start by more than 1e-05; moving the start"
+    with pytest.raises(InputError, match=refused):
+        plan.test(toy.Hill(), KEY, n=30)
+    with pytest.raises(InputError, match=refused):
+        planner.solve(toy.problem(), KEY, toy.SETTINGS, validate=asked)
+    assert plan.looks.taken == asked.looks.taken == 0
+    for system, seen in ((Level(), "0 seen from 8 starts"), (SYSTEM, "not measured")):
+        said = f"TRANSLATION_INVARIANCE(within 1e-05; {seen})"
+        assert said in found.choose().test(system, KEY, n=30).tested.assumed
+        asked = asked_of(source=system)
+        sets = planner.solve(toy.problem(), KEY, toy.SETTINGS, validate=asked).validation
+        assert said in sets.answer.model.claim.assumptions
+        assert sets.answer.model.claim.premises  # its numbers are those of the evidence
+        found = replace(found, looks=Looks())
 
 
 def test_tests_that_were_made_again_are_counted():

@@ -222,6 +222,8 @@ def test_a_given_parameter_is_a_model_of_the_others(rng):
     found = query(asked, model).nominal()
     assert found.model.n_k == 1 and found.model.net.hidden == model.net.hidden
     assert found.model.points == model.points and found.problem.body == problem.body
+    # both checkers print the value, which the file holds nowhere else
+    assert found.model.claim.premises["not drawn"] == "k1 = 0.3 (measured)"
     p0, k = anchored_plans(rng, model, 300)
     k[:, 1] = 0.3
     whole = verdicts(scene_of(problem, model), p0, k)

@@ -117,7 +117,6 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
         "final_error": final_error(model).tolist(),
         "bins": model.tube.n_bins,
         "prior": learned.prior,
-        "start": learned.start.details(),
         "claim": model.claim.to_json(),
     }
     if as_json:
@@ -129,7 +128,6 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
         f"network       {name_of_network(model.net)}, rms error {rms:.3g} on the training runs",
         f"tube          {counted(model.tube.n_bins, 'bin')}; at the end, median over K: {at_end}",
         *([] if learned.prior is None else [f"prior         {learned.prior}"]),
-        f"invariance    {learned.start.details()}",
         f"\n(E) {model.claim.details()}\n",
         f"Written to {path}. Ask with: parc-jax solve {path} SCENE.toml --out answer.json",
     ]

@@ -18,14 +18,13 @@ from parc_jax.drive.local.localise import (
     LocalRuns,
     Near,
     answered_near,
+    bounded_near,
     checked_local,
-    local_model,
+    key_of_trial,
     require_begins,
-    start_trial,
 )
 from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box
-from parc_jax.drive.local.trials import run_once
-from parc_jax.learning.bound.calibrate import ledger_of_tests
+from parc_jax.drive.local.trials import ledger_of_tests, run_once
 from parc_jax.learning.bound.counts import (
     NoStatement,
     Risk,
@@ -34,8 +33,10 @@ from parc_jax.learning.bound.counts import (
     required_runs,
 )
 from parc_jax.learning.bound.settings import intersample_of
+from parc_jax.learning.bound.start_gap import declared_gap, trial_of, try_starts
 from parc_jax.learning.bound.statement import assumes, confidence_of
 from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.fit import fit
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System
 from parc_jax.proof.certificate.write import problem_part
@@ -145,6 +146,7 @@ class Choice:
     ) -> "Choice":
         """Run exactly this plan afresh and bound its probability of failure; spends one look. [T6]
 
+        Where the claim has not tried how much the start matters, that is tried first.
         system: the black box of the model. key: only its DRIVEN stream is used.
         eps: bound to reach when no run fails. n: runs; None for as many as eps takes at this look's
         share of delta (6,905 for 1e-3 at 1e-3).
@@ -154,15 +156,16 @@ class Choice:
         eps = as_probability("eps", eps)
         if n is not None and n < 1:
             raise InputError(f"test: expected at least one run; got {n}.")
+        start = trial_of(self.model.claim, system, key_of_trial(key))
         look = self.looks.take()
         n = required_runs(float(eps), float(look.delta)) if n is None else n
         # all obstacles: a run outside of the tube may touch those that the query pruned
         scene, fresh = unpruned_scene(self.scene), fresh_key(key, look, self.p0, self.k)
         plans = np.broadcast_to(self.plan, (n, len(self.plan)))
-        failed, lost = run_once(system, scene, fresh, Stage.VALIDATE, plans, quiet)
+        failed, lost = run_once(system, scene, fresh, Stage.VALIDATE, plans, quiet, start)
         failures = int(failed.sum())
         bound = clopper_pearson(failures, n, float(look.delta))
-        assumed = (*ledger_of_tests(self.model.claim, lost), *look.ledger)
+        assumed = (*ledger_of_tests(self.model.claim, lost, start=start), *look.ledger)
         law = law_of(system, "given by the plan").describe()
         tested = FreshRuns(n, failures, bound, look, assumed, law, self.driven)
         return replace(self, tested=tested)
@@ -193,12 +196,15 @@ class Choice:
             )
         whole = self.model.domain
         box = box_around(self.k, float(local.share) ** (1 / whole.n), whole)
-        start = start_trial(system, key, local, self.model.claim)
+        gap = max(local.gap, declared_gap(self.model.claim))
+        start = try_starts(system, key_of_trial(key), gap)
         look = self.looks.take()  # spent, also where its runs fail
         fresh = fresh_key(key, look, self.plan, box.lo, box.hi)
         runs = LocalRuns(system, fresh, local.rollouts, None, quiet, box)
         between = intersample_of(query.model.claim.assumptions)
-        there = local_model(runs, look.delta, local, start, between)
+        train = runs.train()
+        net = fit(train, local, fresh)
+        there = bounded_near(net, runs, train, look.delta, local, start, between)
         near = answered_near(query, there, look, self.looks, fresh, settings)
         near = near.around(self.p0, self.k)
         return replace(self, near=replace(near, of=self.driven))

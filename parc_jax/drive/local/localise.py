@@ -20,20 +20,15 @@ from parc_jax.common.options import part_of
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.drive.local.safe_box import SafeBox, safe_box, share_of
-from parc_jax.learning.bound.claim import ErrorClaim
+from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.pipeline import STORED, SystemRuns, bound_errors
-from parc_jax.learning.bound.settings import (
-    DISCRETE_TIME,
-    BoundSettings,
-    Intersample,
-    Sizing,
-)
-from parc_jax.learning.bound.start_gap import StartTrial, declared_gap, try_starts
+from parc_jax.learning.bound.settings import BoundSettings, Intersample, Sizing
+from parc_jax.learning.bound.start_gap import StartTrial
 from parc_jax.learning.bound.statement import assumes, count_of, probability
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
-from parc_jax.learning.network.fit import Training, fit
+from parc_jax.learning.network.fit import Training
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -184,6 +179,9 @@ def answered_near(
     """The answer to a query again, under the model of a box of its K. looks: the account, of which
     `look` was spent. key: its SEARCH stream is used.
     """
+    # tests of the plan's other looks may have decided that these runs were made
+    said = (*model.claim.assumptions, *look.ledger[1:])
+    model = model.replace(claim=derived(model.claim, assumptions=said))
     whole = question.model
     share = share_of(model.domain, whole.domain)
     near = Near(model, look, share, *_narrowing(whole.tube, model.tube, model.domain))
@@ -218,30 +216,9 @@ def checked_local(call: str, system: System, model: TrajectoryModel, local: Loca
     return local
 
 
-def start_trial(system: System, key: jax.Array, local: Local, whole: ErrorClaim) -> StartTrial:
-    """Compare runs from a few starts, before a look is spent or a run made for it. Uses a part of
-    the DRIVEN stream of `key` that no look uses. Raises InputError where the start matters more
-    than local.gap, or than the claim over the whole of K declares, if that is more.
-    """
-    gap = max(local.gap, declared_gap(whole))
-    return try_starts(system, jax.random.fold_in(stream(key, Stage.DRIVEN), _TRIAL), gap)
-
-
-def local_model(
-    runs: "LocalRuns",
-    delta: Fraction,
-    local: Local,
-    start: StartTrial,
-    between: Intersample = DISCRETE_TIME,
-) -> TrajectoryModel:
-    """Learn a system on the box of its runs and bound its error there with confidence 1 - delta.
-    [T1, T23]
-
-    start: result of `start_trial`. between: declared by the claim over K about the time between
-    records. Raises InputError.
-    """
-    train = runs.train()
-    return bounded_near(fit(train, local, runs.key), runs, train, delta, local, start, between)
+def key_of_trial(key: jax.Array) -> jax.Array:
+    """A part of the DRIVEN stream of `key` that no look uses, for trials of starts before it."""
+    return jax.random.fold_in(stream(key, Stage.DRIVEN), _TRIAL)
 
 
 def bounded_near(
@@ -254,8 +231,11 @@ def bounded_near(
     between: Intersample,
     profile: Tube | None = None,
 ) -> TrajectoryModel:
-    """The model of a network fitted to `train`, its error bounded by fresh runs on their box.
-    profile: shape of its tube, None to learn it. Raises InputError.
+    """The model of a network fitted to `train`, its error bounded with confidence 1 - delta by
+    fresh runs on their box. [T1, T23]
+
+    start: result of `try_starts`. between: declared by the claim over K about the time between
+    records. profile: shape of its tube, None to learn it. Raises InputError.
     """
     about = {"delta": delta, "bins": runs.bins, "intersample": between}
     bound = BoundSettings(**part_of(local, Sizing), **about)

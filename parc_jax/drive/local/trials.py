@@ -11,11 +11,13 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.drive.local.nested import level, levels_of, shape_of
+from parc_jax.drive.local.nested import levels_of, shape_of
+from parc_jax.learning.bound.calibrate import ledger
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.fresh import CALIBRATION, check_fresh, seen_in_training, used_by
 from parc_jax.learning.bound.measure import scores_of
-from parc_jax.learning.bound.start_gap import off_from_start
+from parc_jax.learning.bound.settings import DISCRETE_TIME
+from parc_jax.learning.bound.start_gap import StartTrial, invariances, off_from_start
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -34,41 +36,38 @@ UNSEEN = (
 
 class Trial(NamedTuple):
     """Tests of nested sets. inside, failed: (sets, tests) bool: which tests are of which set, and
-    which of these failed. lost: (tests,) as of `RolloutBatch`.
+    which of these failed. lost: (tests,) as of `RolloutBatch`. start: as of `trial_of`.
     """
 
     inside: np.ndarray
     failed: np.ndarray
     lost: np.ndarray
+    start: StartTrial | None = None
 
 
 def run_once(
-    system: System, scene: Scene, key: jax.Array, stage: Stage, plans: np.ndarray, quiet: bool
+    system: System,
+    scene: Scene,
+    key: jax.Array,
+    stage: Stage,
+    plans: np.ndarray,
+    quiet: bool,
+    start: StartTrial | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Plans (n, n_p + n_k) run once each, from the origin and moved to their starts, as those
     behind the claim: failed (n,), which miss the goal, touch something or do not return, by any run
-    that begins where they do as far as the claim declares; and lost (n,), as of `RolloutBatch`.
+    that begins where they do as far as `start`, or else the claim, declares; and lost (n,), as of
+    `RolloutBatch`.
     """
     p0, k = np.split(plans, [scene.model.n_p], axis=1)
     failed, lost, first = [], [], 0
-    off = off_from_start(scene.model.claim)
+    off = off_from_start(scene.model.claim, start)
     for runs in stream_rollouts(system, key, len(k), stage, k=k, chunk=CHUNK, quiet=quiet):
         reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n], off)
         failed.append(runs.failed | ~reached | touched)
         lost.append(np.zeros(runs.n) if runs.lost is None else runs.lost)
         first += runs.n
     return np.concatenate(failed), np.concatenate(lost)
-
-
-def by_runs(
-    system: System, sets: Sequence[SafePlans], key: jax.Array, plans: np.ndarray, quiet: bool
-) -> Trial:
-    """Plans (tests, n_p + n_k) drawn from the last set, run once each from the SCENE stream."""
-    failed, lost = run_once(system, sets[-1].scene, key, Stage.SCENE, plans, quiet)
-    # of the last set are all of them, though the rounding of a membership may say otherwise
-    levels = level(sets, *np.split(plans, [sets[-1].scene.model.n_p], axis=1))
-    inside = np.minimum(levels, len(sets) - 1) <= np.arange(len(sets))[:, None]
-    return Trial(inside, inside & failed, lost)
 
 
 def by_recordings(
@@ -91,6 +90,22 @@ def by_recordings(
             failed[i, new] = ~reached | touched
         tried[new] = at[new]
     return Trial(inside, failed, np.zeros(runs.n) if runs.lost is None else runs.lost)
+
+
+def ledger_of_tests(
+    claim: ErrorClaim, lost: np.ndarray, gone: int = 0, start: StartTrial | None = None
+) -> tuple[str, ...]:
+    """The ledger of further runs of the system of a claim, which are judged at their records and
+    moved to where they are said to begin: with what was tried of that, or the claim declares.
+    Others: of these.
+    """
+    about = claim.subject
+    between = DISCRETE_TIME.assumption(about.time.dt_record)
+    names = invariances(about.rotation)
+    said = claim.assumptions if start is None else start.said_in(names)
+    declared = {entry.partition("(")[0]: entry for entry in said}
+    moved = {entry: declared.get(entry, entry) for entry in names}
+    return tuple(moved.get(entry, entry) for entry in ledger(between, about, lost, gone))
 
 
 def one_of_each(

@@ -26,14 +26,16 @@ from parc_jax.drive.local.trials import (
     UNSEEN,
     Trial,
     by_recordings,
-    by_runs,
+    ledger_of_tests,
     one_of_each,
+    run_once,
 )
 from parc_jax.drive.local.validation import OF_RECORDINGS, Step, Validate, Validation
-from parc_jax.learning.bound.calibrate import ledger_of_tests, lost_among
+from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS, NoStatement, required_runs
 from parc_jax.learning.bound.fresh import SEEN, entry_of, freshness_of, ledger_of, left_out_beside
+from parc_jax.learning.bound.start_gap import trial_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import seed_of
@@ -92,6 +94,7 @@ def validated(
         source = one_of_each(query.model, source, draws)
     else:
         require_same(source, query.model)
+        start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
     look = asked.looks.take()
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
@@ -108,7 +111,11 @@ def validated(
         plans = [sets[-1].sample(rng, n) for rng, n in ((seeds, SEEDS), (draws, asked.tests))]
         others = level(sets, *np.split(plans[0], [query.model.n_p], axis=1))
         first = first_set(others, len(sets), asked.tests, least)
-        trial = by_runs(source, sets, key, plans[1], quiet)
+        failed, lost = run_once(source, sets[-1].scene, key, Stage.SCENE, plans[1], quiet, start)
+        # of the last set are all of them, though the rounding of a membership may say otherwise
+        levels = level(sets, *np.split(plans[1], [query.model.n_p], axis=1))
+        inside = np.minimum(levels, len(sets) - 1) <= np.arange(len(sets))[:, None]
+        trial = Trial(inside, inside & failed, lost, start)
         made = [source.name, list(seed_of(key)), int(Stage.SCENE)]
         tests = [TESTS, *made, [[0, len(plans[1]) - 1]]]
     steps, passed = fixed_sequence(asked, trial.inside, trial.failed, first)
@@ -170,23 +177,23 @@ def _accepted_model(
         ),
     }
     shown = {"eps": asked.risk, "delta": asked.delta, "n": last.n, "discard": last.failed}
-    gaps = left_out_beside(model.claim, asked.source) if isinstance(source, RolloutBatch) else 0
-    shown["assumptions"] = ledger_of_tests(model.claim, trial.lost, gaps)
-    if not isinstance(source, RolloutBatch):
-        shown["assumptions"] += look.ledger
-    evidence |= lost_among(trial.lost)
-    if "start" in model.claim.evidence:  # of which the assumptions tell
-        evidence["start"] = model.claim.evidence["start"]
-    law = source.law if isinstance(source, RolloutBatch) else law_of(source)
+    # of the start the assumptions tell
+    start = trial.start.record if trial.start else model.claim.evidence.get("start")
+    evidence |= lost_among(trial.lost) | ({"start": start} if start else {})
     if isinstance(source, RolloutBatch):
-        tested = tests[-1]
+        law, tested, gaps = source.law, tests[4], left_out_beside(model.claim, asked.source)
         evidence |= {RECORDED_IDS: tested, "recordings": hash_of(tested)}
-        evidence["shape"] = "shape" in model.claim.evidence
+        evidence |= {"shape": "shape" in model.claim.evidence} | (
+            {"left_out": gaps} if gaps else {}
+        )
         fresh = freshness_of(model.claim.evidence.get("training"), source.groups)
-        shown["assumptions"] += (UNSEEN, *look.ledger[1:], *fresh)
+        more = (UNSEEN, *look.ledger[1:], *fresh)
         if model.claim.subject.unordered(source.subject):
-            shown["assumptions"] += ("ORDER_OF_K(that of the model; not all have names)",)
-        evidence |= {"left_out": gaps} if gaps else {}
+            more += ("ORDER_OF_K(that of the model; not all have names)",)
+    else:
+        law, gaps, more = law_of(source), 0, look.ledger
+    own = ledger_of_tests(model.claim, trial.lost, gaps, trial.start)
+    shown["assumptions"] = own + more
     claim = scene_claim(model.claim, scene.model.tube, law, evidence, **shown)
     return model.replace(claim=claim, held=None)
 

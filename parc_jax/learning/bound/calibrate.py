@@ -23,7 +23,7 @@ from parc_jax.learning.bound.counts import (
 from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, named_runs, trained_on
 from parc_jax.learning.bound.measure import Scores, scores_of
 from parc_jax.learning.bound.profile import runs_per_bin
-from parc_jax.learning.bound.settings import DISCRETE_TIME, BoundSettings
+from parc_jax.learning.bound.settings import BoundSettings, kept_between
 from parc_jax.learning.bound.start_gap import invariances, off_from_start
 from parc_jax.learning.bound.tube import Tube, tube_to_json
 from parc_jax.learning.labels import name_of
@@ -60,8 +60,9 @@ def calibrate(
     for repeated runs and near copies.
     """
     settings = (settings or BoundSettings()).replace(**options)
-    batch = isinstance(holdout, RolloutBatch)
-    scores = scores_of(net, profile, [holdout]) if batch else holdout
+    scores = holdout
+    if isinstance(holdout, RolloutBatch):
+        scores = scores_of(net, profile, [kept_between(settings.intersample, holdout)])
     check_fresh(scores, train)
     eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
     unit = scores.unit
@@ -247,17 +248,6 @@ def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0)
         "DEPLOYMENT_LAW = CALIBRATION_LAW",
         "UNCHANGED_SYSTEM",
     )
-
-
-def ledger_of_tests(claim: ErrorClaim, lost: np.ndarray, gone: int = 0) -> tuple[str, ...]:
-    """The ledger of further runs of the system of a claim, which are judged at their records and
-    moved to where they are said to begin: with what the claim declares of that. Others: of these.
-    """
-    about = claim.subject
-    between = DISCRETE_TIME.assumption(about.time.dt_record)
-    declared = {entry.partition("(")[0]: entry for entry in claim.assumptions}
-    moved = {entry: declared.get(entry, entry) for entry in invariances(about.rotation)}
-    return tuple(moved.get(entry, entry) for entry in ledger(between, about, lost, gone))
 
 
 def calibrate_bins(

@@ -132,12 +132,9 @@ class ErrorClaim:
             return NoStatement("it is about one set in one scene, and its answer has its risk")
         if not self.tube.claimed.any():
             return NoStatement("no bin of K has a claim")
-        if self.evidence.get("not_drawn"):
-            names = self.evidence["not_drawn"]
-            are = "is" if len(names) == 1 else "are"
-            return NoStatement(
-                f"{listed(names)} {are} not drawn, and the claim is about k drawn from all of K"
-            )
+        if names := self.evidence.get("not_drawn"):
+            of = f"and this is of {listed(names)}"
+            return NoStatement(f"the claim is about k drawn from all of K, {of}")
         if share is not None:
             return self._risk_within(share, bin, shift)
         if density is None:

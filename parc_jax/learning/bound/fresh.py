@@ -17,16 +17,18 @@ from parc_jax.learning.runs.independent import (
     LEVEL,
     REPEATS,
     Marks,
-    by_chance,
     check_uniform,
+    marks_by_k,
     marks_of,
     near_copies,
+    repeated,
 )
 from parc_jax.learning.runs.joined import joined_source
 from parc_jax.learning.runs.law import STATED, TO_ALL
 
 # in evidence, and uses of runs there; a monitor asks for the first two
 SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration"
+MARKED = 128  # runs of an entry of a ledger, by which copies of all or much of it are recognised
 _HOW_NEAR = (
     f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "
     "size"
@@ -122,15 +124,23 @@ def trained_on(train: RolloutBatch | None, scores: Scores) -> dict:
 
 
 def entry_of(use: str, runs: RolloutBatch) -> list:
-    """An entry of `ledger_of`: use, generator, seed and stage, and first and last row of each part
-    without a gap; of a log None, None, and its runs by content.
+    """An entry of `ledger_of`: use, generator, seed and stage, first and last row of each part
+    without a gap, and `marks_in`; of a log None, None, and its runs by content.
     """
+    ids, marks = runs.hashes(), marks_in(runs.k, runs.hashes())
     if runs.seed is None:
-        return [use, runs.law.generator, None, None, sorted(short_ids(runs.hashes()))]
+        return [use, runs.law.generator, None, None, sorted(short_ids(ids)), marks]
     rows = np.sort(runs.rows)
     parts = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
     ends = [[int(part[0]), int(part[-1])] for part in parts]
-    return [use, runs.law.generator, list(runs.seed), runs.stage, ends]
+    return [use, runs.law.generator, list(runs.seed), runs.stage, ends, marks]
+
+
+def marks_in(k: np.ndarray, hashes: np.ndarray) -> list[str]:
+    """Marks by k, and contents, of MARKED of some runs: those whose marks are the least."""
+    by_k = np.array(marks_by_k(k))
+    some = np.argsort(by_k)[:MARKED]
+    return sorted({*by_k[some].tolist(), *short_ids(hashes[some])})
 
 
 def noted(ledger: list, use: str, batches: Iterable[RolloutBatch]) -> Iterator[RolloutBatch]:
@@ -148,48 +158,52 @@ def ledger_of(claim: ErrorClaim) -> list[list]:
     entries = [*known.get(SEEN, [])]
     if "holdout_rows" in known:
         rows = known["runs"] if known["seed"] is None else [known["holdout_rows"]]
-        entries.append([CALIBRATION, claim.law.generator, known["seed"], known["stage"], rows])
-    return entries
+        source = claim.law.generator, known["seed"], known["stage"]
+        entries.append([CALIBRATION, *source, rows, known.get("marks", [])])
+    return [entry if len(entry) > 5 else [*entry, []] for entry in entries]  # some have no marks
 
 
 def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
-    """(n,) text: the use that was made of each run in its `ledger_of`, "" of a fresh one."""
-    uses = np.full(runs.n, "", "U20")
-    for entry in ledger_of(claim):
-        uses[_among(runs, entry)] = entry[0]
+    """(n,) text: the use that was made of each run, or of one that it copies, in its `ledger_of`,
+    "" of a fresh one.
+    """
+    uses, ids = np.full(runs.n, "", "U20"), short_ids(runs.hashes())
+    for use, *source, rows, marks in ledger_of(claim):
+        old = np.isin(ids, marks) | repeated(runs, marks)
+        if source[1] is None:
+            old |= np.isin(ids, rows)
+        elif runs.seed is not None and source == [runs.name, list(runs.seed), runs.stage]:
+            first, last = np.array(rows).T
+            part = np.searchsorted(first, runs.rows, side="right") - 1
+            old |= (part >= 0) & (runs.rows <= last[part])
+        uses[old] = use
     return uses
 
 
 def not_named(claim: ErrorClaim, logs: bool) -> list[str]:
-    """Uses of runs that no others can be compared with: those that its ledger does not tell of.
-    logs: whether the others, or some, are of a log; then also those that it names by their seed.
+    """What is assumed of other runs, which no test could tell: that they are none of a use that its
+    ledger does not tell of. logs: whether the others, or some, are of a log; then also none of
+    those that it names by their seed, beside the marked ones.
     """
     ledger = ledger_of(claim)
     known, by_seed = {entry[0] for entry in ledger}, {x[0] for x in ledger if x[2] is not None}
-    return [
-        *(use for use in (TRAINING, SHAPE) if use not in known),
-        *(sorted(by_seed) if logs else ()),
-    ]
-
-
-def _among(runs: RolloutBatch, entry: list) -> np.ndarray:
-    """(n,) bool: runs of an entry."""
-    _, *source, rows = entry
-    if source[1] is None:
-        return np.isin(short_ids(runs.hashes()), rows)
-    if runs.seed is None or source != [runs.law.generator, list(runs.seed), runs.stage]:
-        return np.zeros(runs.n, bool)
-    first, last = np.array(rows).T
-    part = np.searchsorted(first, runs.rows, side="right") - 1
-    return (part >= 0) & (runs.rows <= last[part])
+    bare = {entry[0] for entry in ledger if entry[2] is not None and not entry[5]}
+    beside = f" beside {MARKED} of each part of these, compared by content and by uniform k"
+    uses = {"": [use for use in (TRAINING, SHAPE) if use not in known]}
+    if logs:
+        uses = {"": [*uses[""], *sorted(bare)], beside: sorted(by_seed - bare)}
+    return [f"none is a {' or '.join(x)} run of the claim{more}" for more, x in uses.items() if x]
 
 
 def named_runs(scores: Scores) -> dict[str, list]:
-    """Runs of a log by content, and the log itself, as stored in evidence; nothing of a seed."""
+    """Runs of a log by content, and the log itself, as stored in evidence; of a seed and of a log
+    their marks.
+    """
+    marks = {"marks": marks_in(scores.k, scores.ids)}
     if scores.seed is not None:
-        return {}
+        return marks
     runs = sorted(short_ids(scores.ids))
-    return {"runs": runs, "log": _log(scores), "held": identity_of(scores)}
+    return marks | {"runs": runs, "log": _log(scores), "held": identity_of(scores)}
 
 
 def short_ids(hashes: np.ndarray) -> list[str]:
@@ -254,11 +268,7 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     if scores.seed is not None and (scores.seed, scores.stage) == (train.seed, train.stage):
         seen |= np.isin(scores.rows, train.rows)
     if scores.seed is None or train.seed is None:
-        if scores.law.k_law == "uniform":
-            rows = [np.ascontiguousarray(k, "<f8") for k in (scores.k, train.k)]
-            equal = np.isin(*(k.view(f"V{8 * k.shape[1]}").ravel() for k in rows))
-            if equal.sum() > by_chance(scores.k, len(scores.k) * train.n):
-                seen |= equal
+        seen |= repeated(scores, marks_by_k(train.k))
         if scores.marks is not None:
             width = 2 * scores.subject.domain.radius
             seen[near_copies(scores.marks, marks_of(train), width)[:, 0]] = True

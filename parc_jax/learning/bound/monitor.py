@@ -23,6 +23,7 @@ from parc_jax.learning.bound.statement import DIGITS, VALIDATED
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.groups import NAMED, worst_by_group
+from parc_jax.learning.runs.independent import marks_by_k, repeated
 from parc_jax.learning.runs.joined import joined_source
 from parc_jax.learning.runs.law import LOG, STATED
 
@@ -36,8 +37,9 @@ class Monitor:
 
     log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
     the tube. peak: largest e-value so far. alpha: bound on the probability of an alarm, ever, under
-    a true claim. declared: the law of k that the caller declared, in words. ids, groups, spans: of
-    the observed runs, their recordings, and their files with the first and the last row of each.
+    a true claim. declared: the law of k that the caller declared, in words. ids, marks, groups,
+    spans: of the observed runs by content and by k, their recordings, and their files with the
+    first and the last row of each.
     missing: rows of these files, by file, that were not observed, among which those that failed may
     be. failed: of them, those that `closed` counted. lost: of the runs, those made again. laws: of
     the observed runs, in words. logs: whether any are of a log.
@@ -54,6 +56,7 @@ class Monitor:
     peak: float = 1.0
     declared: str = ""
     ids: frozenset[bytes] = frozenset()
+    marks: frozenset[str] = frozenset()
     groups: frozenset[int] = frozenset()
     spans: Mapping[tuple[str, str], tuple[int, int]] = field(default_factory=dict)
     missing: Mapping[tuple[str, str], int] = field(default_factory=dict)
@@ -94,7 +97,7 @@ class Monitor:
         assumed = {
             "LAW": law,
             "TOLD": [f"{bets:,} by `bet`, whose runs were not looked at"] * (bets > 0),
-            "FRESH": [f"none is a {use} run of the claim" for use in not_named(claim, self.logs)],
+            "FRESH": not_named(claim, self.logs),
             "MISSING": gone,
             "ORDER_OF_K": ["not all have names"][: self.unnamed],
         }
@@ -221,6 +224,7 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
     _require_new(watch.claim, batch)
     ids = batch.hashes().tolist()
     again = len(ids) - len(set(ids) - watch.ids)
+    again = max(again, int(repeated(batch, watch.marks).sum()))  # in another storage or frame
     if again:
         raise InputError(
             f"{batch.name}: expected each run once; {again} of {batch.n} occur twice or were "
@@ -256,7 +260,8 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
         "logs": watch.logs or batch.seed is None,
         "laws": watch.laws | {f"drawn from {batch.law.describe()}"},
     }
-    return replace(watch, ids=watch.ids | set(ids), **about)
+    seen = {"ids": watch.ids | set(ids), "marks": watch.marks.union(marks_by_k(batch.k))}
+    return replace(watch, **seen, **about)
 
 
 def _require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
@@ -266,8 +271,8 @@ def _require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
         first = np.argmax(old)
         raise InputError(
             f"{batch.name}: expected runs made after the claim; {int(old.sum())} of {batch.n} are "
-            f"its {made[first]} runs, the first is row {batch.rows[first]}. Leave them out, or "
-            "draw new ones, from another key or recorded since."
+            f"its {made[first]} runs, the first is row {batch.rows[first]}. Leave them out, with "
+            "all copies of them, or draw new ones, from another key or recorded since."
         )
 
 
@@ -324,7 +329,7 @@ def update(
         "eps": claim.eps,
         "delta": claim.delta,
         "shape": shape_of(claim.tube),
-        "gap": declared_gap(claim) if "start" in claim.evidence else GAP,
+        "gap": declared_gap(claim, GAP),
         "intersample": intersample_of(claim.assumptions),
         "claims": ("one",) if claim.bin_eps is None else ("bins",),
         "blocks": claim.evidence.get("blocks_asked"),
@@ -335,7 +340,7 @@ def update(
     new = bound_error(net, fresh, None, train=seen, **old | options)
     source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
     seen = [*ledger_of(claim), *new.evidence[SEEN]]  # the network may be the old one
-    before = not_named(claim, fresh.seed is None)
-    alike = [f"FRESH(none is a {' or '.join(before)} run of the claim before)"] if before else []
+    before = ", ".join(not_named(claim, fresh.seed is None))
+    alike = [f"FRESH({before.replace('the claim', 'the claim before')})"] if before else []
     said = (*new.assumptions, *alike)
     return net, derived(new, evidence={"updated_from": source, SEEN: seen}, assumptions=said)

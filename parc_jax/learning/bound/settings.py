@@ -12,10 +12,13 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, check_count
+from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.counts import MOST, as_probability
 from parc_jax.learning.bound.profile import SHAPES
+from parc_jax.learning.runs.batch import RolloutBatch
 
 _UP = 1 + 2.0**-50  # a few roundings, upward
+_ROUNDED = 4  # [float spacings of the largest place] by which a difference of records may be off
 
 
 @dataclass(frozen=True)
@@ -31,56 +34,76 @@ class DiscreteTime:
         return f"DISCRETE_TIME(h = {h:g} s)"
 
 
-@dataclass(frozen=True)
-class SpeedBound:
-    """Declared: |velocity| <= v [m/s] per axis (a number, or one per axis, for every reference
-    point) at all times. Adds v h / 2. [T9]
+class Bounded:
+    """A derivative of all places, bounded at all times: a number, or one per axis, for every
+    reference point. Differences of records, of this order, are at most bound x h^order; between
+    records a place is off by a part of that.
     """
+
+    order: int
+    parts: int
+    word: str
+    unit: str
+
+    def most(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:
+        """(n_points n_p,) [m] largest difference of records. h: record step [s]."""
+        (value,) = vars(self).values()
+        bound = np.asarray(value, np.float64)
+        if bound.shape not in ((), (n_p,)) or not (np.isfinite(bound) & (bound >= 0)).all():
+            raise InputError(
+                f"{self.word} bound: expected one number >= 0, or {n_p} of them; got {value}."
+            )
+        return np.tile(np.broadcast_to(bound, (n_p,)), n_points) * h**self.order
+
+    def term(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:
+        """(n_points n_p,) [m] to add to interval errors; h: record step [s]."""
+        return self.most(h, n_p, n_points) / self.parts * _UP
+
+    def assumption(self, h: float) -> str:
+        """Identifier for the ledger."""
+        (value,) = vars(self).values()
+        plain = np.asarray(value, float).tolist()  # checkers read the numbers
+        plain = tuple(plain) if isinstance(plain, list) else plain
+        return f"INTERSAMPLE({self.word} <= {plain} {self.unit}, h = {h:g} s)"
+
+
+@dataclass(frozen=True)
+class SpeedBound(Bounded):
+    """Declared: |velocity| <= v [m/s] per axis at all times. Adds v h / 2. [T9]"""
 
     v: float | tuple[float, ...]
-
-    def term(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:
-        """(n_points n_p,) [m] to add to interval errors; h: record step [s]."""
-        # a place between two records is at most h / 2 from the nearer one
-        return _per_column("speed bound", self.v, n_p, n_points) * (0.5 * h) * _UP
-
-    def assumption(self, h: float) -> str:
-        """Identifier for the ledger."""
-        return f"INTERSAMPLE(speed <= {_plain(self.v)} m/s, h = {h:g} s)"
+    # a place between two records is at most h / 2 from the nearer one
+    order, parts, word, unit = 1, 2, "speed", "m/s"
 
 
 @dataclass(frozen=True)
-class AccelerationBound:
-    """Declared: |acceleration| <= a [m/s^2] per axis (a number, or one per axis, for every
-    reference point) at all times. Adds a h^2 / 8. [T9]
-    """
+class AccelerationBound(Bounded):
+    """Declared: |acceleration| <= a [m/s^2] per axis at all times. Adds a h^2 / 8. [T9]"""
 
     a: float | tuple[float, ...]
-
-    def term(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:
-        """(n_points n_p,) [m] to add to interval errors; h: record step [s]."""
-        # error of linear interpolation: max of s (h - s) / 2 over the step
-        return _per_column("acceleration bound", self.a, n_p, n_points) * (h * h / 8) * _UP
-
-    def assumption(self, h: float) -> str:
-        """Identifier for the ledger."""
-        return f"INTERSAMPLE(acceleration <= {_plain(self.a)} m/s^2, h = {h:g} s)"
-
-
-def _plain(value: float | tuple[float, ...]) -> float | tuple[float, ...]:
-    plain = np.asarray(value, float).tolist()  # checkers read the numbers
-    return tuple(plain) if isinstance(plain, list) else plain
-
-
-def _per_column(name: str, value: float | tuple[float, ...], n_p: int, n_points: int) -> np.ndarray:
-    bound = np.asarray(value, np.float64)
-    if bound.shape not in ((), (n_p,)) or not (np.isfinite(bound) & (bound >= 0)).all():
-        raise InputError(f"{name}: expected one number >= 0, or {n_p} of them; got {value}.")
-    return np.tile(np.broadcast_to(bound, (n_p,)), n_points)
+    # error of linear interpolation: max of s (h - s) / 2 over the step
+    order, parts, word, unit = 2, 8, "acceleration", "m/s^2"
 
 
 Intersample = DiscreteTime | SpeedBound | AccelerationBound
 DISCRETE_TIME = DiscreteTime()
+
+
+def kept_between(between: Intersample, batch: RolloutBatch) -> RolloutBatch:
+    """The runs. Raises InputError where the records of one refute the bound on its motion. [T9]"""
+    if not isinstance(between, Bounded):
+        return batch
+    runs, h = batch.finite, batch.time.dt_record
+    moved = np.abs(np.diff(runs.p, between.order, axis=1)).max(axis=1)
+    off = _ROUNDED * np.spacing(np.abs(runs.p).max(axis=1, initial=0.0))
+    over = (moved > between.most(h, runs.n_p, len(runs.points)) + off).any(axis=1)
+    if over.any():
+        needed = rounded_up(float(moved[over][0].max() / h**between.order), 3)
+        raise InputError(
+            f"{batch.name}: expected runs that keep to {between.assumption(h)}, as declared; the "
+            f"records of row {runs.rows[over][0]} need {needed} {between.unit}. Declare what holds."
+        )
+    return batch
 
 
 def intersample_of(assumptions: Iterable[str]) -> Intersample:

@@ -8,7 +8,7 @@ every label stays true. How large the gap is cannot be shown by trying; a larger
 refutes the declaration. [T22, T33]
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import jax
@@ -22,7 +22,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim, derived, weaker
-from parc_jax.learning.bound.settings import check_gap
+from parc_jax.learning.bound.settings import GAP, check_gap
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.simulate import simulator
 from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
@@ -132,17 +132,21 @@ class StartTrial(NamedTuple):
     seen: float | None
     turned: float | None = None
 
-    def details(self) -> str:
-        """One sentence."""
-        tried = {"from other starts": self.seen, "with other headings": self.turned}
-        effects = [
-            f"in {STARTS} runs {how} it mattered by at most {rounded_up(effect)}"
-            for how, effect in tried.items()
-            if effect is not None
-        ]
-        none = ["not measured, since these runs cannot be started elsewhere"]
-        most = rounded_up(str(self.declared))
-        return "; ".join([f"declared: the start matters by at most {most}", *(effects or none)])
+    @property
+    def record(self) -> dict[str, str | None]:
+        """As evidence of a claim: numbers as hex floats."""
+        names = ("gap", "seen", "turned")
+        return {n: None if x is None else x.hex() for n, x in zip(names, self, strict=True)}
+
+    def said_in(self, assumptions: Iterable[str]) -> tuple[str, ...]:
+        """The assumptions, those on the start with its numbers."""
+        named, tried = {}, ((MOVED, self.seen, "starts"), (TURNED, self.turned, "headings"))
+        for entry, effect, of in tried:
+            seen = "not measured"
+            if effect is not None:
+                seen = f"{rounded_up(effect, 6)} seen from {STARTS} {of}"
+            named[entry] = f"{entry}(within {rounded_up(str(self.declared), 6)}; {seen})"
+        return tuple(named.get(entry, entry) for entry in assumptions)
 
 
 def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
@@ -158,7 +162,15 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
         start, or its heading, matters more.
     """
     check_gap(declared)
-    turned = try_headings(system, key, declared)
+    turned = None
+    if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
+        turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
+        if not turned <= declared:
+            raise InputError(
+                f"{system.name}: expected runs that turn with their heading to within "
+                f"{declared:.3g}, as it declares; they differ by up to {turned:.3g}. Leave "
+                "`rotation` out, or make the heading part of k."
+            )
     offered = ("rollout_from", "rollout_from_batch")
     if not any(callable(getattr(system, name, None)) for name in offered):
         return StartTrial(declared, None, turned)
@@ -178,29 +190,13 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     return StartTrial(declared, gap.largest, turned)
 
 
-def try_headings(system: System, key: jax.Array, declared: float) -> float | None:
-    """Largest effect of other headings on a system that declares `rotation`; None where nothing is
-    declared or can be tried. Raises InputError when above declared [m or rad].
-    """
-    if rotation_of(system) is None or not callable(getattr(system, "rollout_headed", None)):
-        return None
-    gap = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS))
-    if not gap.largest <= declared:
-        raise InputError(
-            f"{system.name}: expected runs that turn with their heading to within {declared:.3g}, "
-            f"as it declares; they differ by up to {gap.largest:.3g}. Leave `rotation` out, or "
-            "make the heading part of k."
-        )
-    return gap.largest
-
-
-def declared_gap(claim: ErrorClaim) -> float:
-    """[m or rad] the most that the place of the start may matter, as a claim declares; 0 where it
-    says that it does not matter. Raises InputError for a claim of an earlier form.
+def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
+    """[m or rad] the most that the place of the start may matter, as a claim declares; `unsaid`
+    where it says that it does not matter. Raises InputError for a claim of an earlier form.
     """
     start = claim.evidence.get("start")
     if start is None:
-        return 0.0
+        return unsaid
     if not isinstance(start["gap"], str):
         raise InputError(
             "claim: expected the start's gap as text; got a number, of an earlier form. Bound the "
@@ -209,11 +205,20 @@ def declared_gap(claim: ErrorClaim) -> float:
     return float.fromhex(start["gap"])
 
 
-def off_from_start(claim: ErrorClaim) -> float:
-    """[m or rad] by which a run from anywhere may differ from the one at the origin, once more for
-    its heading where `rotation` is declared.
+def trial_of(claim: ErrorClaim, system: System, key: jax.Array) -> StartTrial | None:
+    """The trial behind further runs of the system of a claim, None where the claim has its own.
+    Arguments, and InputError, as of `try_starts`.
     """
-    return len(invariances(claim.subject.rotation)) * declared_gap(claim)
+    declared, known = declared_gap(claim, GAP), claim.evidence.get("start", {})
+    return try_starts(system, key, declared) if known.get("seen") is None else None
+
+
+def off_from_start(claim: ErrorClaim, start: StartTrial | None = None) -> float:
+    """[m or rad] by which a run from anywhere may differ from the one at the origin, once more for
+    its heading where `rotation` is declared. start: of further runs; None as the claim declares.
+    """
+    gap = declared_gap(claim) if start is None else start.declared
+    return len(invariances(claim.subject.rotation)) * gap
 
 
 def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
@@ -223,22 +228,9 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
 
     Last of all steps that change a tube: `update` starts from the gap in its evidence.
     """
-    entries = invariances(claim.subject.rotation)
-    off = len(entries) * trial.declared
+    off = off_from_start(claim, trial)
     gaps = claim.tube.halves_around(off, off)
     both = zip(claim.tube.halves, gaps, strict=True)
     wider = claim.tube.with_halves(*(np.nextafter(half + more, np.inf) for half, more in both))
-    named = {}
-    tries = zip(entries, (trial.seen, trial.turned), ("starts", "headings"), strict=False)
-    for entry, effect, of in tries:
-        tried = (
-            "not measured" if effect is None else f"{rounded_up(effect, 6)} seen from {STARTS} {of}"
-        )
-        named[entry] = f"{entry}(within {rounded_up(str(trial.declared), 6)}; {tried})"
-    start = {
-        "gap": trial.declared.hex(),
-        "seen": None if trial.seen is None else trial.seen.hex(),
-        "turned": None if trial.turned is None else trial.turned.hex(),
-    }
-    ledger = tuple(named.get(entry, entry) for entry in claim.assumptions)
-    return derived(weaker(claim, wider, start=start), assumptions=ledger)
+    told = trial.said_in(claim.assumptions)
+    return derived(weaker(claim, wider, start=trial.record), assumptions=told)

@@ -163,7 +163,7 @@ def _counts(p: Premises) -> str:
 def _chosen(p: Premises) -> str:
     """The promise for k from a certified set; shares are probabilities for uniform k. [T5]"""
     if "not drawn" in p:
-        return f"Of runs with chosen values of {p['not drawn']}: nothing more."
+        return f"Of runs with {p['not drawn']}, which nobody drew: nothing more."
     eps = probability(p["eps"])
     if p["k"] == "uniform on K":
         return (

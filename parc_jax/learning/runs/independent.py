@@ -7,11 +7,12 @@ passes is not refuted; nothing here shows that k is uniform.
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.tolerances import TOLERANCES
@@ -124,11 +125,26 @@ def check_uniform(
 
 
 def by_chance(k: np.ndarray, pairs: float) -> float:
-    """Bound on equal pairs of uniform k from the resolution of their numbers."""
+    """Bound on equal pairs of uniform k (n, n_k), n > 0, from the resolution of their numbers."""
     from scipy.stats import poisson
 
-    bits = 23 if (k == k.astype(np.float32)).all() else 52
-    return float(poisson.isf(REPEATS, pairs / 2.0 ** (bits * k.shape[1])))
+    stored = np.float32 if (k == k.astype(np.float32)).all() else np.float64
+    steps = np.ptp(k, axis=0) / np.spacing(np.abs(k).max(axis=0).astype(stored))
+    return float(poisson.isf(REPEATS, pairs / np.maximum(steps, 1.0).prod()))
+
+
+def marks_by_k(k: np.ndarray) -> list[str]:
+    """The first 48 bits of the hash of each k (n, n_k) in float32, whatever the storage or frame."""
+    return [content_hash(row)[:12] for row in np.asarray(k, np.float32)]
+
+
+def repeated(runs: Any, marks: Collection[str]) -> np.ndarray:
+    """(n,) bool: runs, a batch or `Scores`, whose k have one of these marks, if more have than
+    chance explains. None of a law other than uniform, whose k may repeat.
+    """
+    found = np.isin(marks_by_k(runs.k), list(marks))
+    even = runs.law.k_law == "uniform" and found.any()
+    return found & (even and found.sum() > by_chance(np.float32(runs.k), len(found) * len(marks)))
 
 
 def _check_distinct(owner: str, k: np.ndarray, groups) -> None:
@@ -137,7 +153,7 @@ def _check_distinct(owner: str, k: np.ndarray, groups) -> None:
         number = np.unique(groups, return_inverse=True)[1]
         k = np.unique(np.column_stack([k, number]), axis=0)[:, : k.shape[1]]
     equal = len(k) - len(np.unique(k, axis=0))
-    if equal > by_chance(k, len(k) * (len(k) - 1) / 2):
+    if equal and equal > by_chance(k, len(k) * (len(k) - 1) / 2):
         raise InputError(
             f"{owner}: expected k drawn uniformly, as declared; {equal:,} of {len(k):,} rows "
             "repeat the k of another one. Parts of one recording belong to one group (groups=); "

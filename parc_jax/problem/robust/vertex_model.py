@@ -84,7 +84,6 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     chosen = list(executions.chosen)
     named = model.labels
     several = n_v * n_r > 1
-    not_drawn = [name_of(k) for axis, k in enumerate(named.k) if axis not in executions.chosen]
     subject = replace(
         model.claim.subject,
         domain=domain,
@@ -102,6 +101,7 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     )
     bin_eps = _eps(model.claim, model.tube, axes)
     # the law of k says nothing about parameters that no plan chooses
+    not_drawn = [p.words for p in executions.parameters if p.source is not None]
     about = {"network_of_runs": model.claim.network, "not_drawn": not_drawn}
     if bin_eps is not None:
         about["bin_share"] = None  # of other bins than these
