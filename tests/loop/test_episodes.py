@@ -46,7 +46,7 @@ def test_every_bad_episode_is_counted_and_the_bound_is_that_of_the_count():
     assert "With confidence 0.999 over them, an episode of this law leaves a tube, or" in said
     assert "What runs into a robot that rests is not counted." in said
     assert "; the driver (Toy, content" in said and "were settled before the first episode" in said
-    assert "no episodes were driven for it but those of its 1 look, under this key or an" in said
+    assert "no episodes were driven for it but those of its 1 look, under any key; what" in said
     assert said.startswith("(C) is not said: no episode tells of a manoeuvre that a loop committed")
 
 

@@ -183,9 +183,8 @@ def _accepted_model(
     if isinstance(source, RolloutBatch):
         law, tested, gaps = source.law, tests[4], left_out_beside(model.claim, asked.source)
         evidence |= {RECORDED_IDS: tested, "recordings": hash_of(tested)}
-        evidence |= {"shape": "shape" in model.claim.evidence} | (
-            {"left_out": gaps} if gaps else {}
-        )
+        evidence |= {"shape": "shape" in model.claim.evidence}
+        evidence |= {"left_out": gaps} if gaps else {}
         fresh = freshness_of(model.claim.evidence.get("training"), source.groups)
         more = (UNSEEN, *look.ledger[1:], *fresh)
         if model.claim.subject.unordered(source.subject):

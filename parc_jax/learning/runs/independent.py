@@ -134,7 +134,7 @@ def by_chance(k: np.ndarray, pairs: float) -> float:
 
 
 def marks_by_k(k: np.ndarray) -> list[str]:
-    """The first 48 bits of the hash of each k (n, n_k) in float32, whatever the storage or frame."""
+    """The first 48 bits of the hash of each k (n, n_k) in float32: of all copies of a run."""
     return [content_hash(row)[:12] for row in np.asarray(k, np.float32)]
 
 
