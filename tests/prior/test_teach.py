@@ -84,7 +84,7 @@ def test_a_simulator_has_disturbances_of_its_own():
         collect(robot, KEY, 512, stage, quiet=True)
     assert own and not own & robot._keys
     seen = {entry[0]: entry[1:] for entry in ledger_of(model.claim)}
-    assert seen["prior"] == ["maker", [0, 0], int(Stage.PRIOR), [[0, 8 * 30 - 1]]]
+    assert seen["prior"] == ["maker", [0, 0], int(Stage.PRIOR), [[0, 8 * 30 - 1]], []]
     assert len(seen["training"][3]) == len(seen["calibration"][3]) == 30 and not seen["profile"][3]
 
 

@@ -69,7 +69,7 @@ class Bounded:
 
 @dataclass(frozen=True)
 class SpeedBound(Bounded):
-    """Declared: |velocity| <= v [m/s] per axis at all times. Adds v h / 2. [T9]"""
+    """Declared: |velocity| <= v [m/s], a number or one per axis, at all times. Adds v h / 2. [T9]"""
 
     v: float | tuple[float, ...]
     # a place between two records is at most h / 2 from the nearer one
@@ -78,7 +78,7 @@ class SpeedBound(Bounded):
 
 @dataclass(frozen=True)
 class AccelerationBound(Bounded):
-    """Declared: |acceleration| <= a [m/s^2] per axis at all times. Adds a h^2 / 8. [T9]"""
+    """Declared: |acceleration| <= a [m/s^2], a number or one per axis. Adds a h^2 / 8. [T9]"""
 
     a: float | tuple[float, ...]
     # error of linear interpolation: max of s (h - s) / 2 over the step
