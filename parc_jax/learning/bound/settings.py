@@ -69,7 +69,7 @@ class Bounded:
 
 @dataclass(frozen=True)
 class SpeedBound(Bounded):
-    """Declared: |velocity| <= v [m/s], a number or one per axis, at all times. Adds v h / 2. [T9]"""
+    """Declared: |velocity| <= v [m/s], a number or one per axis. Adds v h / 2. [T9]"""
 
     v: float | tuple[float, ...]
     # a place between two records is at most h / 2 from the nearer one
