@@ -21,7 +21,7 @@ from parc_jax.learning.bound.counts import (
     Risk,
     clopper_pearson,
 )
-from parc_jax.learning.bound.start_gap import StartTrial
+from parc_jax.learning.bound.start_gap import StartTrial, invariances
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.proof.absence.prove_no_plan import UNDECIDED, NoPlan
 from parc_jax.safe_set.corridors.stopping import Coverage
@@ -80,7 +80,7 @@ def sentences_of(n: int):
     yield none.details().replace("p0", ""), [100 * share / 3], "u"
     trial = StartTrial(float(share), float(share) / 3)
     seen = [Fraction(str(trial.declared)), Fraction(trial.seen)]
-    yield trial.details(), seen, "uu"
+    yield trial.said_in(invariances(None))[0], seen, "uu"
 
 
 def test_no_sentence_undercuts_its_bound():
