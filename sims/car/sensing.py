@@ -34,12 +34,6 @@ def door() -> dict:
     }
 
 
-def batch_door() -> dict:
-    """Arguments of `pj.drive.BatchShield`: the same, of arrays."""
-    same = {name: door()[name] for name in ("system", "every", "ask", "act", "room")}
-    return same | {"radius": RADIUS, "far": sensing.FAR}
-
-
 def corners(world) -> np.ndarray:
     """(o, 4, 2) [m] of all obstacles, for `BatchShield.step`."""
     return sensing.corners(world, CUT)

@@ -22,7 +22,7 @@ class CraxGoal(Task):
         self.level = LEVELS[level]
         self.observation_space = spaces.Box(-np.inf, np.inf, (SEEN,), np.float64)
 
-    def _drawn(self, seed: int) -> World:
+    def drawn(self, seed: int) -> World:
         return World(self.level, seed)
 
     def _seen(self) -> np.ndarray:

@@ -1,5 +1,7 @@
 """A driver of CRAX's Point that knows the map, as that of Safety-Gymnasium's."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from sims.crax.judge import SQUARE
@@ -18,10 +20,16 @@ class CraxGuide(Guide):
 
     @classmethod
     def _seen(cls, world: World) -> tuple[np.ndarray, np.ndarray]:
-        keep = world.sizes + np.where(world.solid, OUTLINE, 0.0) + AWAY
-        discs = np.column_stack([world.hazards, keep])
-        boxes = world.square & world.solid
-        corners = world.hazards[boxes, None] + SQUARE * world.sizes[boxes, None, None]
-        around = [[*corner, OUTLINE + AWAY] for corner in corners.reshape(-1, 2)]
-        goals = np.pad(world.goals, ((0, 0), (0, 1)), constant_values=world.level.goal)
-        return np.concatenate([discs, np.array(around).reshape(-1, 3)]), goals
+        radius = np.full((len(world.goals), 1), world.level.goal)
+        return _discs(world), np.concatenate([world.goals, radius], axis=1)
+
+
+@lru_cache(maxsize=128)  # as many worlds as are driven in step
+def _discs(world: World) -> np.ndarray:
+    """(m, 3) as of `Guide._seen`, which do not move."""
+    keep = world.sizes + np.where(world.solid, OUTLINE, 0.0) + AWAY
+    discs = np.column_stack([world.hazards, keep])
+    boxes = world.square & world.solid
+    corners = world.hazards[boxes, None] + SQUARE * world.sizes[boxes, None, None]
+    around = [[*corner, OUTLINE + AWAY] for corner in corners.reshape(-1, 2)]
+    return np.concatenate([discs, np.array(around).reshape(-1, 3)])

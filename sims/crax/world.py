@@ -16,7 +16,6 @@ import numpy as np
 
 from sims.point.world import Robot, lidar
 
-STEPS = 1000  # of an episode
 EXTENTS = 2.5  # [m] half the edge of the square of all places
 WALL, THICK, HIGH = 3.0, 0.06, 0.1  # [m] a wall's middle, half its thickness, half its height
 AGENT = 0.1  # [m] that is kept free around the robot's start
@@ -182,8 +181,8 @@ class World:
 
     def _touched(self) -> set[int]:
         """Bodies of solid hazards and walls that the robot is in contact with."""
-        bodies = self.model.geom_bodyid
-        pairs = [(int(c.geom1), int(c.geom2)) for c in self.data.contact if c.dist <= 0.0]
+        bodies, contact = self.model.geom_bodyid, self.data.contact
+        pairs = contact.geom[contact.dist <= 0.0].tolist()
         found = [i if j in self._own else j for i, j in pairs if {i, j} & self._own]
         return {int(bodies[i]) for i in found if i in self._obstacles}
 

@@ -30,7 +30,7 @@ class Task(gymnasium.Env):
     def reset(self, *, seed: int | None = None, options: dict | None = None):
         """A new world; with a seed the original's of that seed."""
         super().reset(seed=seed)
-        self.world = self._drawn(int(self.np_random.integers(2**32)) if seed is None else seed)
+        self.world = self.drawn(int(self.np_random.integers(2**32)) if seed is None else seed)
         self._steps = 0
         return self._seen(), {}
 
@@ -44,7 +44,7 @@ class Task(gymnasium.Env):
         return self._seen(), reward, info.pop("ended", False), self._steps >= STEPS, info
 
     @abstractmethod
-    def _drawn(self, seed: int) -> Any:
+    def drawn(self, seed: int) -> Any:
         """The world of a seed."""
 
     @abstractmethod
@@ -69,15 +69,8 @@ class Goal(Task):
         high = np.concatenate([np.full(n, np.inf), np.ones(BINS * len(LIDARS))])
         self.observation_space = spaces.Box(low, high, dtype=np.float64)
 
-    def step(self, action):
-        seen, reward, ended, over, info = super().step(action)
-        info |= {"cost": info["cost_sum"], "depth": self.world.depth}
-        return seen, reward, ended, over, info
-
-    def _drawn(self, seed: int) -> World:
-        world = World(self.level, seed, self.robot)
-        world.costs()
-        return world
+    def drawn(self, seed: int) -> World:
+        return World(self.level, seed, self.robot)
 
     def _seen(self) -> np.ndarray:
         return observed(self.world)

@@ -1,16 +1,17 @@
 """Episodes of Goal tasks with and without the shield, judged from true states:
 
     python -m sims.point.episodes --episodes 100 [--robot Car | --lidar] [--bare] [--level 2]
-    python -m sims.point.episodes --episodes 1000 --batch 100 [--robot Car] [--bare] [--level 2]
+    python -m sims.point.episodes --episodes 1000 --batch 100 [--robot Crax] [--bare] [--level 2]
     python -m sims.point.episodes --policy runs/point/behind.policy [--batch 100]
 
 The driver knows the map (`Guide`), and so does the shield; with --lidar a Point's sensors are all
-that both have. Costs are those of the judge here, from true poses every 10 ms, not the
-environment's own.
+that both have. Costs are those of the judge here, from true poses every step of MuJoCo or every
+fifth, beside the environment's own.
 """
 
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -22,25 +23,24 @@ import numpy as np
 import parc_jax as pj
 from parc_jax.common.keys import Stage, key_data, stream
 from sims.point import lidar
-from sims.point.environment import Goal
-from sims.point.judge import judge
 from sims.point.policy import Trained
-from sims.point.together import DRIVEN as ROBOTS
-from sims.point.together import Together
+from sims.point.together import KITS, Clear, Together, outcome
 from sims.point.world import STEPS
-
-
-def any_seed(seed) -> int:
-    """The law of episodes: a seed of the original's worlds, each alike."""
-    return int(np.random.default_rng(seed).integers(2**32))
 
 
 @cache
 def made(robot: str, level: int, bare: bool, sensed: bool):
     """The environment, once in a process."""
-    env, module = Goal(robot, level), ROBOTS[robot][0]
-    env, door = (lidar.Remembers(env), lidar.door()) if sensed else (env, module.door())
-    return env if bare else pj.drive.Shield(env, module.model(), **door)
+    kit = KITS[robot]
+    env, door = kit.goal(level), kit.module.door()
+    if sensed:
+        env, door = lidar.Remembers(env), lidar.door()
+    if bare:
+        return env
+    env = pj.drive.Shield(env, kit.module.model(), **door)
+    with suppress(pj.InputError):  # what is compiled here may take longer than a decision may
+        env.reset(seed=0)
+    return env
 
 
 @dataclass(frozen=True)
@@ -56,20 +56,20 @@ class Drive:
     policy: Path | None = None
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
-        env = made(self.robot, self.level, self.bare, self.sensed)
+        kit, env = KITS[self.robot], made(self.robot, self.level, self.bare, self.sensed)
         seen, _ = env.reset(seed=world_seed)
-        guide = (lidar.WaryGuide if self.sensed else ROBOTS[self.robot][1])([seed])
+        guide = (lidar.WaryGuide if self.sensed else kit.guide)([seed])
         policy = None if self.policy is None else Trained(self.policy)
         world = env.unwrapped.world
         known, off = env.get_wrapper_attr("memory") if self.sensed else world, 0.0
-        gained, cost, took, changed, reasons = 0.0, 0.0, [], 0, Counter()
-        ended = False
+        gained, costs, took, changed, reasons = 0.0, [], [], 0, Counter()
         for _ in range(STEPS):
             action = guide([known])[0] if policy is None else policy(seen)
             begin = time.process_time()
             seen, reward, ended, over, info = env.step(action)
             took.append(time.process_time() - begin)
-            gained, cost = gained + reward, cost + info["cost"]
+            gained += reward
+            costs.append(info["cost"])
             if self.sensed:
                 off = max(off, float(np.linalg.norm(known.place - world.place + world.start)))
             if not self.bare:
@@ -77,30 +77,15 @@ class Drive:
                 reasons[info["shield"]["reason"].split(";")[0]] += 1
             if ended or over:
                 break
-        path = np.array(world.trace)
-        found = judge(path, world.hazards)
-        left, n = None, 0
-        if not self.bare:
-            n = len(env.commitments)
-            left = pj.drive.left_tube(env.commitments, path[:, :2], path[:, 2])
-            if self.save is not None:
-                env.certificate(self.save / f"{self.robot.lower()}_{world_seed}.json")
-        touched = found.ever or cost > 0
-        told = {
-            "seed": world_seed,
-            "return": round(gained, 3),
-            "cost": cost,
-            "contact": found.contact,
-            "depth": round(found.depth, 4),
-            "nearest": round(found.nearest, 4),
-            "steps": len(took),
-            "odometry_off": round(off, 5),
-            "changed": changed,
-            "committed": n,
-            "stopped": sum(n for why, n in reasons.items() if why),
-            "ms": [round(1e3 * float(q), 2) for q in np.quantile(took, [0.5, 0.95, 1.0])],
-        }
-        return pj.drive.Outcome(touched, left, told, [] if self.bare else env.commitments)
+        if self.save is not None and not self.bare:
+            env.certificate(self.save / f"{self.robot.lower()}_{self.level}_{world_seed}.json")
+        told = {"seed": world_seed, "return": gained, "cost": sum(costs)}
+        told |= {"steps_that_cost": sum(cost > 0 for cost in costs), "steps": len(took)}
+        told |= {"changed": changed, "stopped": sum(n for why, n in reasons.items() if why)}
+        told["ms"] = [round(1e3 * float(q), 2) for q in np.quantile(took, [0.5, 0.95, 1.0])]
+        if self.sensed:
+            told["odometry_off"] = round(off, 5)
+        return outcome(kit, world, None if self.bare else env.commitments, told)
 
 
 @dataclass(frozen=True)
@@ -108,8 +93,9 @@ class Options:
     """How many, and of what."""
 
     episodes: int = 100
-    robot: Literal["Point", "Car"] = "Point"
+    robot: Literal["Point", "Car", "Crax"] = "Point"
     level: int = 1
+    """1 or 2; of Crax also 3."""
     bare: bool = False
     """Without the shield."""
     lidar: bool = False
@@ -155,7 +141,7 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     """Drive, and say what came of it."""
     from sims.barn.driver import content_of
 
-    module = ROBOTS[options.robot][0]
+    module = KITS[options.robot].module
     name = f"{options.robot.lower()}_{options.level}" + ("_bare" if options.bare else "")
     name += "_lidar" if options.lidar else ""
     name += "" if options.policy is None else f"_{options.policy.stem}"
@@ -165,28 +151,31 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     content = "" if options.bare else content_of(Path(module.__file__).with_name("model.npz"))
     content += "" if options.policy is None else content_of(options.policy)
     about, key = (options.robot, options.level, options.bare), jax.random.PRNGKey(options.seed)
+    law = Clear(options.robot, options.level)
     how: Drive | Together = Drive(*about, options.lidar, content, save, options.policy)
     if options.batch:
         if options.lidar or options.save:
             raise pj.InputError("--batch: expected neither --lidar nor --save; drive one by one.")
         words = tuple(map(int, key_data(stream(key, Stage.EPISODE)).ravel()))
-        how = Together(*about, content, any_seed, words, options.batch, options.policy)
+        how = Together(*about, content, law, words, options.batch, options.policy)
         name += "_together"
     asked = {"folder": options.out / name, "quiet": options.quiet, "looks": options.looks}
     asked["workers"] = 0 if options.batch else options.jobs
-    done = pj.drive.drive_episodes(how, any_seed, key, options.episodes, **asked)
+    done = pj.drive.drive_episodes(how, law, key, options.episodes, **asked)
     told = [one.told for one in done.driven if not one.failed]
     gained = np.array([one["return"] for one in told])
     steps = sum(one["steps"] for one in told)
-    cost, contact, depth = (
-        np.array([one[name] for one in told]) for name in ("cost", "contact", "depth")
+    cost, costly, contact, depth = (
+        np.array([one[name] for one in told])
+        for name in ("cost", "steps_that_cost", "contact", "depth")
     )
     said = [
         f"{len(told)} of {done.n} episodes, {steps:,} steps: return {gained.mean():.1f} ± "
         f"{gained.std():.1f} (least {gained.min():.1f}, most {gained.max():.1f})",
-        f"cost by the environment {cost.mean():.2f}, by the judge {contact.mean():.2f} steps in "
-        f"contact, {depth.mean():.3f} m by depth; episodes with any: {(cost > 0).sum()}, "
-        f"{(contact > 0).sum()}; nearest {min(one['nearest'] for one in told):.4f} m",
+        f"cost by the environment {cost.mean():.2f} in {costly.mean():.2f} steps, by the judge "
+        f"{contact.mean():.2f} steps in contact, {depth.mean():.3f} m by depth; episodes with any: "
+        f"{(costly > 0).sum()}, {(contact > 0).sum()}; nearest "
+        f"{min(one['nearest'] for one in told):.4f} m",
     ]
     if not options.bare:
         said += about_shield(told, module.sensing.REST)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from sims.point.manoeuvre import MASS_AHEAD, THRUST
@@ -64,6 +64,7 @@ class Guide:
             np.zeros((n, self._holds(), 2), np.float32),
         )
         self._goals, self._discs = ([np.zeros((0, 3))] * n for _ in range(2))
+        self._ways: list[csr_array | None] = [None] * n
         self._far, self._held = np.zeros((n, size, size), np.float32), 0.0
 
     def __call__(self, worlds: Sequence[World]) -> np.ndarray:
@@ -72,8 +73,11 @@ class Guide:
         for i, world in enumerate(worlds):
             discs, goals = self._seen(world)
             if not np.array_equal(goals, self._goals[i]) or len(discs) != len(self._discs[i]):
+                ways = self._ways[i]
+                if ways is None or not np.array_equal(discs, self._discs[i]):
+                    ways = self._ways[i] = self._ways_round(discs)
                 self._discs[i], self._goals[i] = discs, goals
-                self._far[i] = self._field(goals, discs)
+                self._far[i] = self._field(goals, ways)
             near.append(discs[np.linalg.norm(discs[:, :2] - world.place, axis=1) < NEAR])
         discs = np.full((len(near), -max(map(len, near)) // 8 * -8, 3), [AWAY, AWAY, 0.0])
         for row, some in zip(discs, near, strict=True):
@@ -230,20 +234,23 @@ class Guide:
         return LAG * (1 - along / cls.fast) + TURN_LATE * across**2
 
     @classmethod
-    def _field(cls, goals: np.ndarray, discs: np.ndarray) -> np.ndarray:
-        """[m] way from each cell to the next goal, hardly ever through what is too near to
-        anything.
-        """
+    def _ways_round(cls, discs: np.ndarray) -> csr_array:
+        """[m] ways between neighbouring cells, far longer where too near to anything."""
         index, places, pairs, lengths = cells(cls.half)
         away = cls.bound - np.abs(places).max(axis=1)
         for x, y, keep in discs:
             away = np.minimum(away, np.hypot(places[:, 0] - x, places[:, 1] - y) - keep)
         away = away[pairs].min(axis=1)
         weight = lengths * np.select([away < -CELL / 8, away < WIDE], [BLOCKED, NARROW], 1.0)
-        graph = coo_array((weight, pairs.T), (index.size, index.size)).tocsr()
+        one = coo_array((weight, pairs.T), (index.size, index.size)).tocsr()
+        return one + one.T
+
+    @classmethod
+    def _field(cls, goals: np.ndarray, ways: csr_array) -> np.ndarray:
+        """[m] way from each cell to the next goal."""
+        index, places, *_ = cells(cls.half)
         starts = np.linalg.norm(places - goals[:, None, :2], axis=-1).argmin(axis=1)
-        far = dijkstra(graph, directed=False, indices=starts, min_only=True)
-        return far.reshape(index.shape)
+        return dijkstra(ways, indices=starts, min_only=True).reshape(index.shape)
 
 
 @cache

@@ -49,10 +49,13 @@ class Brake:
         return xp.stack([push, side * xp.clip(self.align * aside, -1.0, 1.0)], axis=-1)
 
     def action(self, k: np.ndarray, seconds: float, speeds: np.ndarray) -> np.ndarray:
-        """The action (..., 2) of a manoeuvre k (..., 5) so many seconds after its begin."""
-        if seconds < self.robot.step / 2:
-            return np.asarray(k)[..., 3:] * [THRUST, 1.0]
-        return self(np.asarray(speeds), np.asarray(k)[..., :2])
+        """The action (..., 2) of a manoeuvre k (..., 5) so many seconds after its begin. NumPy or
+        JAX.
+        """
+        xp = jnp if isinstance(k, jax.Array) else np
+        first = xp.asarray(k)[..., 3:] * xp.array([THRUST, 1.0])
+        later = self(xp.asarray(speeds), xp.asarray(k)[..., :2])
+        return xp.where(seconds < self.robot.step / 2, first, later)
 
 
 brake = Brake(POINT, 0.865, 8.0)

@@ -5,6 +5,7 @@ so the radius is the robot's, and the hazard its middle. A vase is its box, cut 
 same radius holds the robot's own outline.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import jax
@@ -39,18 +40,11 @@ def door() -> dict:
     }
 
 
-def batch_door() -> dict:
-    """Arguments of `pj.drive.BatchShield`: the same, of arrays."""
-
-    def act(k, seconds, speeds):
-        return jnp.where(
-            seconds < STEP / 2,
-            k[3:] * jnp.array([manoeuvre.THRUST, 1.0]),
-            manoeuvre.brake(speeds, k[:2]),
-        )
-
-    same = {name: value for name, value in door().items() if name in ("system", "every", "room")}
-    return same | {"radius": RADIUS, "ask": ask, "act": act, "far": FAR}
+def batch_door(door: Callable[[], dict] = door) -> dict:
+    """Arguments of `pj.drive.BatchShield`: those of a robot's door, of arrays."""
+    one = door()
+    same = {name: one[name] for name in ("system", "every", "ask", "act", "room")}
+    return same | {"radius": one["body"], "far": FAR}
 
 
 def corners(world, cut: float = CUT) -> np.ndarray:

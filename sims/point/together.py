@@ -1,5 +1,5 @@
-"""Episodes of a Goal task driven in step: many worlds of MuJoCo, one call of the driver and one of
-the shield for all of them at each step. Judged as `sims.point.episodes` does.
+"""Episodes of a robot's task driven in step: many worlds of MuJoCo, one call of the driver and one
+of the shield for all of them at each step. Judged as `sims.point.episodes` does.
 """
 
 import time
@@ -9,6 +9,8 @@ from fractions import Fraction
 from functools import cache
 from itertools import count
 from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -19,14 +21,59 @@ from parc_jax.drive.loop.episodes import task_of
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.problem.body import Disc
 from parc_jax.problem.robust.pose import pose_of
-from sims import car, point
+from sims import car, crax, point
 from sims.car.guide import CarGuide
+from sims.crax.environment import CraxGoal
+from sims.crax.guide import CraxGuide
+from sims.crax.judge import judge as crax_judge
+from sims.point.environment import Task
 from sims.point.guide import Guide
-from sims.point.judge import judge
+from sims.point.judge import Judged, judge
 from sims.point.policy import Trained
-from sims.point.world import LEVELS, ROBOTS, STEPS, World
+from sims.point.sensing import batch_door
+from sims.point.world import STEPS
 
-DRIVEN = {"Point": (point, Guide), "Car": (car, CarGuide)}
+CLEAR = 0.15  # [m] of a start: from nearer than 13 cm a stop has been seen that is not certified
+
+
+class Kit(NamedTuple):
+    """What a robot is driven with. module: of its model and what a shield asks of it. goal: level
+    -> its task. guide: its driver. judge: of true poses in a world.
+    """
+
+    module: ModuleType
+    goal: Callable[[int], Task]
+    guide: type[Guide]
+    judge: Callable[[np.ndarray, Any], Judged]
+
+
+def _among_hazards(path: np.ndarray, world: Any) -> Judged:
+    return judge(path, world.hazards)
+
+
+KITS = {
+    "Point": Kit(point, point.PointGoal, Guide, _among_hazards),
+    "Car": Kit(car, car.CarGoal, CarGuide, _among_hazards),
+    "Crax": Kit(crax, CraxGoal, CraxGuide, crax_judge),
+}
+
+
+@dataclass(frozen=True)
+class Clear:
+    """The law of episodes: a seed of the original's worlds, each alike that begins at least CLEAR
+    from what costs.
+    """
+
+    robot: str
+    level: int
+
+    def __call__(self, seed) -> int:
+        kit, draw = KITS[self.robot], np.random.default_rng(seed)
+        while True:
+            one = int(draw.integers(2**32))
+            world = kit.goal(self.level).drawn(one)
+            if kit.judge(world.pose[None], world).nearest >= CLEAR:
+                return one
 
 
 @dataclass(frozen=True)
@@ -54,34 +101,34 @@ class Together:
             own = [one.of_drive for one in tasks]
             found = self.drive([self.law(one.of_world) for one in tasks], own)
             self._done.update(zip(map(tuple, own), found, strict=True))
-        return self._done.pop(tuple(seed))
+        one = self._done.pop(tuple(seed))
+        if one is None:
+            raise RuntimeError("expected a certified stop where the world begins")
+        return one
 
-    def drive(self, world_seeds: Sequence[int], seeds: Sequence) -> list[pj.drive.Outcome]:
-        """Of one episode for each pair of seeds."""
-        module, guide = DRIVEN[self.robot]
-        worlds = [World(LEVELS[self.level], int(one), ROBOTS[self.robot]) for one in world_seeds]
-        for world in worlds:  # as the environment does at a reset
-            world.costs()
-            world.forward()
+    def drive(self, world_seeds: Sequence[int], seeds: Sequence) -> list[pj.drive.Outcome | None]:
+        """Of one episode for each pair of seeds; None where no stop is certified at its start."""
+        kit = KITS[self.robot]
+        drawn = kit.goal(self.level).drawn
+        worlds = [drawn(int(one)) for one in world_seeds]
         n = len(worlds)
-        driver = guide(seeds) if self.policy is None else Trained(self.policy).drive
-        gained, cost, changed, stopped = np.zeros((4, n))
+        driver = kit.guide(seeds) if self.policy is None else Trained(self.policy).drive
+        gained, cost, costly, changed, stopped = np.zeros((5, n))
         begun: list[list] = [[] for _ in worlds]
         ended, steps, took = np.zeros(n, bool), np.zeros(n, int), []
         under_way, step = None, None
         if not self.bare:
             start, step = shield_of(self.robot)
             with jax.enable_x64(True):
-                under_way = start(*measured(module, worlds))
-            if not under_way.certified.all():
-                raise RuntimeError("expected a certified stop where each world begins")
+                under_way = start(*measured(kit.module, worlds))
+            ended = ~np.asarray(under_way.certified)
             begun = [[(0, k)] for k in np.asarray(under_way.k)]
         for t in range(STEPS):
             driven = driver(worlds)
             begin = time.process_time()
             if step is not None:
                 with jax.enable_x64(True):
-                    under_way, told = step(under_way, *measured(module, worlds), driven)
+                    under_way, told = step(under_way, *measured(kit.module, worlds), driven)
                 under_way, told = jax.tree.map(np.asarray, (under_way, told))
                 driven, new = told.action, told.reason == 0
                 changed += told.changed & ~ended
@@ -93,59 +140,73 @@ class Together:
             middle = time.process_time()
             for i in np.flatnonzero(~ended):
                 reward, info = worlds[i].step(driven[i])
-                worlds[i].forward()  # as the environment does to tell what is observed
                 gained[i] += reward
-                cost[i] += info["cost_sum"]
+                cost[i] += info["cost"]
+                costly[i] += info["cost"] > 0
                 ended[i], steps[i] = info.get("ended", False), t + 1
             took.append((middle - begin, time.process_time() - middle))
         each = 1e3 * np.array(took).T / n
-        outcomes = []
+        quantiles = [
+            np.quantile(ms, [0.5, 0.95, 1.0]).round(4) for ms in (each.sum(axis=0), each[0])
+        ]
+        outcomes: list[pj.drive.Outcome | None] = []
         for i, world in enumerate(worlds):
-            path = np.array(world.trace)
-            found = judge(path, world.hazards)
-            told = {
-                "seed": int(world_seeds[i]),
-                "return": round(gained[i], 3),
-                "cost": cost[i],
-                "contact": found.contact,
-                "depth": round(found.depth, 4),
-                "nearest": round(found.nearest, 4),
-                "steps": steps[i],
-                "odometry_off": 0.0,
-                "changed": changed[i],
-                "committed": len(begun[i]),
-                "stopped": stopped[i],
-                "ms": np.quantile(each.sum(axis=0), [0.5, 0.95, 1.0]).round(4),
-                "shield_ms": np.quantile(each[0], [0.5, 0.95, 1.0]).round(4),
-            }
-            done, left = [], None
+            if not steps[i]:
+                outcomes.append(None)
+                continue
+            done = None
             if not self.bare:
-                done = committed(module, begun[i], path[0], world.robot.step)
-                left = pj.drive.left_tube(done, path[:, :2], path[:, 2])
-            outcomes.append(pj.drive.Outcome(found.ever or cost[i] > 0, left, told, done))
+                done = committed(kit.module, begun[i], world.trace[0], world.robot.step)
+            told = {"seed": int(world_seeds[i]), "return": gained[i], "cost": cost[i]}
+            told |= {"steps_that_cost": costly[i], "steps": steps[i], "changed": changed[i]}
+            told |= {"stopped": stopped[i], "ms": quantiles[0], "shield_ms": quantiles[1]}
+            outcomes.append(outcome(kit, world, done, told))
         return outcomes
+
+
+def outcome(
+    kit: Kit, world: Any, done: Sequence[Commitment] | None, told: dict
+) -> pj.drive.Outcome:
+    """Of an episode in a world. done: what the shield committed to, None without one; told: what
+    was counted, to which the judge's part is added.
+    """
+    path = np.array(world.trace)
+    found, left = kit.judge(path, world), None
+    if done is not None:
+        left = pj.drive.left_tube(done, path[:, :2], path[:, 2])
+    told = told | {
+        "return": round(told["return"], 3),
+        "cost": round(told["cost"], 4),
+        "contact": found.contact,
+        "depth": round(found.depth, 4),
+        "nearest": round(found.nearest, 4),
+        "committed": len(done or ()),
+    }
+    return pj.drive.Outcome(found.ever or told["steps_that_cost"] > 0, left, told, done or [])
 
 
 @cache
 def shield_of(robot: str):
     """Its two functions, compiled once in a process."""
-    module = DRIVEN[robot][0]
-    shield = pj.drive.BatchShield(module.model(), **module.sensing.batch_door())
+    module = KITS[robot].module
+    shield = pj.drive.BatchShield(module.model(), **batch_door(module.door))
     return jax.jit(shield.start), jax.jit(shield.step)
 
 
-def measured(module, worlds: Sequence[World]):
+def measured(module: ModuleType, worlds: Sequence):
     """Poses, speeds, corners of obstacles, and which of these there are."""
     poses, speeds = ([getattr(world, of) for world in worlds] for of in ("pose", "speeds"))
     corners = np.array([module.sensing.corners(world) for world in worlds])
     return np.array(poses), np.array(speeds), corners, np.ones(corners.shape[:2], bool)
 
 
-def committed(module, begun: Sequence[tuple], pose: np.ndarray, every: float) -> list[Commitment]:
+def committed(
+    module: ModuleType, begun: Sequence[tuple], pose: np.ndarray, every: float
+) -> list[Commitment]:
     """Manoeuvres of one episode that began at a step, each with its k (n_k,), as a loop would tell
     of them. pose: where the episode began; obstacles are not kept, nor the room that was left.
     """
-    model, disc = module.model(), Disc(module.sensing.batch_door()["radius"])
+    model, disc = module.model(), Disc(module.door()["body"])
     asked = Scenes(model, disc, None, pj.Uncertainty()).scene(pose_of(pose, model), ()).nominal
     begins = [Fraction(every) * t for t, _ in begun]
     lasts, episode = Fraction(model.time.dt) * model.time.n_steps, []

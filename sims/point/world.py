@@ -108,14 +108,15 @@ class World:
         self.forward()
         self.new_goal()
         self.last = self.distance
+        self.forward()
 
     def forward(self) -> None:
         """As often as the original does: a later step's solver starts from what this leaves."""
         mujoco.mj_forward(self.model, self.data)
 
     def step(self, action: np.ndarray) -> tuple[float, dict]:
-        """Reward and costs of an action (2,) in [-1, 1], held for STEP; `ended` where a goal was
-        met and no place for another is found.
+        """Reward and costs of an action (2,) in [-1, 1], held for STEP; `cost` is that of the task,
+        `depth` [m] that of `depth`, `ended` where a goal was met and no place for another is found.
         """
         self.data.ctrl[:] = np.clip(action, -1.0, 1.0)
         for i in range(self.draws.binomial(SUBSTEPS, 1.0)):
@@ -128,6 +129,7 @@ class World:
         reward += float(met)
         self.forward()
         info: dict = self.costs()
+        info |= {"cost": info["cost_sum"], "depth": self.depth}
         if met:
             info["goal_met"] = True
             self.forward()
@@ -139,6 +141,7 @@ class World:
                 self.last = self.distance
             except Failed:
                 info["ended"] = True
+        self.forward()
         return float(reward), info
 
     @property
@@ -210,7 +213,6 @@ class World:
 
     def observation(self) -> dict[str, np.ndarray]:
         """The original's: sensors, then a lidar of 16 sectors for each kind."""
-        self.forward()
         seen = {name: self.data.sensor(name).data.copy() for name in self.robot.senses}
         for name in seen:
             if name.startswith("ballquat"):

@@ -1,16 +1,10 @@
-"""CRAX's Goal tasks: their worlds are the original's, its Point's manoeuvres stop, its shield keeps
-it off what costs.
-"""
-
-from pathlib import Path
+"""CRAX's Goal tasks: their worlds are the original's, its Point's shield keeps it off what costs."""
 
 import numpy as np
 import pytest
 from needs import need
 
 import parc_jax as pj
-from parc_jax.learning.runs.law import law_of
-from parc_jax.safe_set.verdict.outline import require_same
 
 need("gymnasium")
 from sims import crax  # noqa: E402
@@ -94,22 +88,17 @@ def test_obstacles_hold_what_costs():
         assert obstacle.contains(edge).all()
         if solid and square:
             assert obstacle.contains(place + size * (judge.SQUARE * (1 - 1e-9))).all()
-
-
-def test_its_manoeuvres_come_to_rest():
-    robot = crax.system(1)
-    draw = np.random.default_rng(0)
-    k = draw.uniform(robot.domain.lo, robot.domain.hi, (64, 5))
-    path = robot.rollout_batch(None, k, rest=1.0).p
-    n = robot.time.n_record
-    assert np.linalg.norm(path[:, n:] - path[:, n : n + 1], axis=-1).max() < sensing.REST
-
-
-def test_the_model_that_comes_along_is_of_the_system_as_it_is():
-    robot, model = crax.system(), crax.model()
-    require_same(robot, model)
-    assert model.claim.law == law_of(robot) and model.claim.kind == "pac"
-    assert Path(crax.__file__).with_name("model.npz").stat().st_size < 300_000
+    # as a batch has them: the same sets, counter-clockwise
+    walls, pieces = len(world.WALLS), len(world.WALLS) * sensing.PIECES
+    batch, joined = sensing.corners(true), sensing.corners(true)[:pieces]
+    joined = (
+        joined.reshape(sensing.PIECES, walls, -1, 2).transpose(1, 0, 2, 3).reshape(walls, -1, 2)
+    )
+    for obstacle, corners in zip(sensing.obstacles(true), [*joined, *batch[pieces:]], strict=True):
+        assert np.allclose((corners @ obstacle.A.T).max(axis=0), obstacle.b, atol=1e-12)
+    for corners in batch:
+        x, y = (np.roll(corners, -1, axis=0) - corners).T
+        assert (x * np.roll(y, -1) - y * np.roll(x, -1) >= -1e-12).all()
 
 
 def test_behind_the_shield_nothing_costs():

@@ -1,9 +1,6 @@
-"""Safety-Gymnasium's Point: its worlds are the original's, its manoeuvres stop, its shield keeps it
-off hazards.
-"""
+"""Safety-Gymnasium's Point: its worlds are the original's, its shield keeps it off hazards."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import jax
 import numpy as np
@@ -11,14 +8,13 @@ import pytest
 from needs import need
 
 import parc_jax as pj
-from parc_jax.learning.runs.law import law_of
-from parc_jax.safe_set.verdict.outline import require_same
 
 need("gymnasium")
+from in_step import in_step_as_alone  # noqa: E402
+
 from sims import point  # noqa: E402
 from sims.point import (  # noqa: E402
     curves,
-    episodes,
     film,
     guide,
     judge,
@@ -26,7 +22,6 @@ from sims.point import (  # noqa: E402
     manoeuvre,
     policy,
     sensing,
-    together,
     train,
     world,
 )
@@ -97,43 +92,9 @@ def test_the_driver_meets_goals_round_hazards():
     assert (ends[0] == ends[1]).all()
 
 
-def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch):
-    in_step_as_alone(monkeypatch, 50)
-
-
-def in_step_as_alone(monkeypatch, steps: int, file: Path | None = None) -> None:
-    """By the driver with the map, or by a policy that was saved."""
-    for module in (episodes, together):
-        monkeypatch.setattr(module, "STEPS", steps)
-    worlds, seeds = [17, 18], [np.array([3, i], np.uint32) for i in range(2)]
-    how = together.Together("Point", 1, False, "", episodes.any_seed, (), 2, file)
-    found = how.drive(worlds, seeds)
-    for one, world_seed, seed in zip(found, worlds, seeds, strict=True):
-        alone = episodes.Drive("Point", 1, False, False, policy=file)(world_seed, seed)
-        assert not one.touched and one.left is False and alone.left is False
-        (loop,) = {made.loop for made in one.committed}
-        assert len(one.committed) == one.told["committed"] and "claim" in loop
-        assert one.told["return"] == pytest.approx(alone.told["return"], abs=2e-3)
-        for name in ("cost", "steps", "changed", "committed", "stopped", "nearest"):
-            assert one.told[name] == alone.told[name]
-
-
-def test_its_manoeuvres_come_to_rest():
-    robot = point.system(1)
-    draw = np.random.default_rng(0)
-    k = draw.uniform(robot.domain.lo, robot.domain.hi, (64, 5))
-    path = robot.rollout_batch(None, k, rest=1.0).p
-    n = robot.time.n_record
-    assert np.linalg.norm(path[:, n:] - path[:, n : n + 1], axis=-1).max() < sensing.REST
-    full = robot.rollout_batch(None, np.array([[1.47, 0, 0, 0, 0]])).p[0]
+def test_its_brake_is_as_quick_as_said():
+    full = point.system(1).rollout_batch(None, np.array([[1.47, 0, 0, 0, 0]])).p[0]
     assert full[36, 0] == pytest.approx(0.24, abs=0.02)  # 0.36 s
-
-
-def test_the_model_that_comes_along_is_of_the_system_as_it_is():
-    robot, model = point.system(), point.model()
-    require_same(robot, model)
-    assert model.claim.law == law_of(robot) and model.claim.kind == "pac"
-    assert Path(point.__file__).with_name("model.npz").stat().st_size < 1_000_000
 
 
 def test_a_vase_as_an_obstacle_holds_the_vase():
@@ -224,7 +185,7 @@ def test_training_goes_on_from_what_was_saved(tmp_path, monkeypatch):
     later, seen = policy.Trained(tmp_path / "p.policy"), np.ones(policy.SEEN)
     assert later.scale.n == pytest.approx(kept.scale.n + 32)
     assert (np.abs(later(seen)) <= 1).all() and not np.allclose(later(seen), kept(seen))
-    in_step_as_alone(monkeypatch, 20, tmp_path / "p.policy")
+    in_step_as_alone(monkeypatch, "Point", 1, 20, tmp_path / "p.policy")
 
 
 def test_training_counts_what_is_inside_a_hazard_and_leaves_robots_that_stand(monkeypatch):

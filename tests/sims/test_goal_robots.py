@@ -1,0 +1,42 @@
+"""Of each robot of the Goal tasks: its manoeuvres stop, its model is its own, and worlds in step are
+driven as each of them alone.
+"""
+
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from needs import need
+
+from parc_jax.learning.runs.law import law_of
+from parc_jax.safe_set.verdict.outline import require_same
+
+need("gymnasium")
+from in_step import in_step_as_alone  # noqa: E402
+
+from sims.point.together import KITS  # noqa: E402
+
+each = pytest.mark.parametrize("module", [kit.module for kit in KITS.values()])
+
+
+@each
+def test_its_manoeuvres_come_to_rest(module):
+    robot, draw = module.system(1), np.random.default_rng(0)
+    k = draw.uniform(robot.domain.lo, robot.domain.hi, (256, 5))
+    path = robot.rollout_batch(jax.random.split(jax.random.PRNGKey(0), 256), k, rest=1.0).p
+    n = robot.time.n_record
+    assert np.linalg.norm(path[:, n:] - path[:, n : n + 1], axis=-1).max() < module.sensing.REST
+
+
+@each
+def test_the_model_that_comes_along_is_of_the_system_as_it_is(module):
+    robot, model = module.system(), module.model()
+    require_same(robot, model)
+    assert model.claim.law == law_of(robot) and model.claim.kind == "pac"
+    assert Path(module.__file__).with_name("model.npz").stat().st_size < 1_000_000
+
+
+@pytest.mark.parametrize(("robot", "level"), [("Point", 1), ("Crax", 3)])
+def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch, robot, level):
+    in_step_as_alone(monkeypatch, robot, level, 50)
