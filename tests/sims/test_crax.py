@@ -1,4 +1,4 @@
-"""CRAX's Goal tasks: their worlds are the original's, its Point's shield keeps it off what costs."""
+"""CRAX's Goal tasks: their worlds are the original's, the shield keeps off what costs."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
-"""Of each robot of the Goal tasks: its manoeuvres stop, its model is its own, and worlds in step are
-driven as each of them alone.
+"""Of each robot of the Goal tasks: its manoeuvres stop, its model is its own, and worlds in step
+are driven as each of them alone.
 """
 
 from pathlib import Path
