@@ -15,7 +15,7 @@ from parc_jax.safe_set.verdict.outline import require_same
 need("gymnasium")
 from in_step import in_step_as_alone  # noqa: E402
 
-from sims.point.together import KITS  # noqa: E402
+from sims.point.together import CLEAR, KITS, Clear  # noqa: E402
 
 each = pytest.mark.parametrize("module", [kit.module for kit in KITS.values()])
 
@@ -38,4 +38,14 @@ def test_the_model_that_comes_along_is_of_the_system_as_it_is(module):
 
 
 def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch):
-    in_step_as_alone(monkeypatch, "Crax", 3, 50)  # of a Point by a policy: `test_point`
+    in_step_as_alone(
+        monkeypatch, "Crax", 3, 50, without=120
+    )  # of a Point by a policy: `test_point`
+
+
+def test_episodes_are_of_worlds_that_begin_clear():
+    kit, law = KITS["Crax"], Clear("Crax", 3)
+    for seed, other in ((7, False), (8, True), (14, True)):
+        world = kit.goal(3).drawn(law(seed))
+        assert kit.judge(world.pose[None], world).nearest >= CLEAR
+        assert (law(seed) != np.random.default_rng(seed).integers(2**32)) == other
