@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from parc_jax.common.keys import generator
+from parc_jax.common.keys import folded, generator
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.error_set import at
@@ -171,7 +171,7 @@ class FirstProved:
                 found = {"points": plan, "timings": timings, "ended": Ended.TARGET, "proved": True}
                 return _nothing(scene, settings)._replace(**found), None
         require_sound_arithmetic()
-        return Exact().search(scene, jax.random.fold_in(key, 1), settings)  # other draws
+        return Exact().search(scene, folded(key, 1), settings)  # other draws
 
 
 def _first_proved(scene: Scene, rng: np.random.Generator) -> Points | None:

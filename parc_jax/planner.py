@@ -11,7 +11,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.common.errors import InputError, expected
-from parc_jax.common.keys import Stage, as_key, stream
+from parc_jax.common.keys import Stage, as_key, key_of, stream
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel, check_model
@@ -206,7 +206,7 @@ class Planner:
         """
         settings = _settings("warm_up", settings)
         cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
-        apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
+        apart = stream(key_of(0), Stage.SEARCH)
         return self.prepare(problem, at=at).solve(apart, cold)
 
     def solve_batch(

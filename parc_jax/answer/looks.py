@@ -14,7 +14,7 @@ import numpy as np
 
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import Stage, stream
+from parc_jax.common.keys import Stage, folded, stream
 from parc_jax.common.options import check_count
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.counts import as_probability
@@ -129,5 +129,5 @@ def fresh_key(key: jax.Array, look: Look, *about: np.ndarray) -> jax.Array:
     words = np.frombuffer(bytes.fromhex(content_hash(*arrays)[:32]), ">u4")
     fresh = stream(key, Stage.DRIVEN)
     for word in (look.number, *words):
-        fresh = jax.random.fold_in(fresh, int(word))
+        fresh = folded(fresh, int(word))
     return fresh

@@ -73,15 +73,18 @@ def generator(key) -> np.random.Generator:
 def stream(key: jax.Array, stage: Stage) -> jax.Array:
     """The key of one stage. Does not consume `key`. Raises InputError for anything else."""
     known = isinstance(as_key(key), np.ndarray)  # on the host
-    return _folded(key.tolist(), int(stage)) if known else _of_stage(key, int(stage))
+    return folded(key, int(stage)) if known else _of_stage(key, int(stage))
 
 
-def _folded(key: list[int], x: int) -> np.ndarray:
-    """`jax.random.fold_in` without a compiled program: Threefry on two words, of 20 rounds (Salmon
-    et al., Parallel Random Numbers: As Easy as 1, 2, 3, SC 2011).
+def folded(key, x: int):
+    """`jax.random.fold_in`, of a key on the host without a compiled program: Threefry on two words,
+    of 20 rounds (Salmon et al., Parallel Random Numbers: As Easy as 1, 2, 3, SC 2011).
     """
-    words = *key, key[0] ^ key[1] ^ 0x1BD11BDA
-    a, b = key[0], (key[1] + x) % SEEDS
+    if not isinstance(key, np.ndarray):
+        return jax.random.fold_in(key, x)
+    first, second = key.tolist()
+    words = first, second, first ^ second ^ 0x1BD11BDA
+    a, b = first, (second + x) % SEEDS
     for i in range(5):
         for turn in TURNS[i % 2]:
             a = (a + b) % SEEDS

@@ -13,7 +13,7 @@ import jax
 import numpy as np
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import Stage, as_key, key_data, stream
+from parc_jax.common.keys import Stage, as_key, folded, key_data, stream
 from parc_jax.common.options import part_of
 from parc_jax.common.spelling import counted
 from parc_jax.learning.bound.counts import (
@@ -178,7 +178,7 @@ def learn_report(
 
 def fit_network(train: RolloutBatch, settings: Learning, key: jax.Array) -> ReLUNetwork:
     """The network of training runs, from the FIT stream of `key`."""
-    return fit(train, settings, jax.random.fold_in(stream(key, Stage.FIT), 0))
+    return fit(train, settings, folded(stream(key, Stage.FIT), 0))
 
 
 def _from_system(

@@ -16,7 +16,14 @@ from synthetic_plants import (
 from turning_bar import Bar
 
 from parc_jax.common.errors import InputError
-from parc_jax.learning.bound.measure import allowance, measure, rollout_errors
+from parc_jax.learning.bound.measure import (
+    CHUNK,
+    FEW,
+    allowance,
+    chunk_size,
+    measure,
+    rollout_errors,
+)
 from parc_jax.learning.network.predict import Layout, layout_of, trajectories
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.runs.collect import collect
@@ -132,3 +139,7 @@ def test_errors_of_several_points_are_those_of_each(rng):
         np.testing.assert_allclose(errors.final[i], last + slack.final, rtol=1e-12)
     # the first point starts where the plan says; the others only where the network says
     assert (offsets[:, 0, :2] == 0).all() and (offsets[:, 0, 2:] != 0).all()
+
+
+def test_however_many_runs_there_are_two_programs_measure_them():
+    assert {chunk_size(n) for n in range(1, 1000)} == {FEW, CHUNK}

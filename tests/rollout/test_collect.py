@@ -10,7 +10,7 @@ import pytest
 from synthetic_plants import disturbed, failing, noisy, plant
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import SEEDS, Stage, key_of, stream
+from parc_jax.common.keys import SEEDS, Stage, folded, key_of, stream
 from parc_jax.learning.bound.start_gap import translation_gap
 from parc_jax.learning.runs import collect as collecting
 from parc_jax.learning.runs.chunks import run_chunks
@@ -232,6 +232,8 @@ def test_chunks_come_in_order_and_the_workers_do_not_run_ahead():
 @pytest.mark.parametrize("seed", [0, 7, SEEDS - 1])
 def test_the_key_of_a_seed_is_that_of_jax(seed):
     assert (key_of(seed) == np.asarray(jax.random.PRNGKey(seed))).all()
-    for stage in Stage:  # without a compiled program too
-        there = stream(jax.random.PRNGKey(seed), stage)
-        np.testing.assert_array_equal(stream(key_of(seed), stage), there)
+    for x in (*Stage, SEEDS - 1):  # on the host too
+        there = jax.random.fold_in(jax.random.PRNGKey(seed), int(x))
+        np.testing.assert_array_equal(folded(key_of(seed), int(x)), there)
+    ours, theirs = (stream(key, Stage.BOUND) for key in (key_of(seed), jax.random.PRNGKey(seed)))
+    np.testing.assert_array_equal(ours, theirs)

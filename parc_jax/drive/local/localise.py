@@ -15,7 +15,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import Look, Looks
 from parc_jax.common.errors import InputError, expected
-from parc_jax.common.keys import Stage, stream
+from parc_jax.common.keys import Stage, folded, stream
 from parc_jax.common.options import part_of
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import rounded_down, rounded_up
@@ -218,7 +218,7 @@ def checked_local(call: str, system: System, model: TrajectoryModel, local: Loca
 
 def key_of_trial(key: jax.Array) -> jax.Array:
     """A part of the DRIVEN stream of `key` that no look uses, for trials of starts before it."""
-    return jax.random.fold_in(stream(key, Stage.DRIVEN), _TRIAL)
+    return folded(stream(key, Stage.DRIVEN), _TRIAL)
 
 
 def bounded_near(

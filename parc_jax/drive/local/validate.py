@@ -12,7 +12,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import Look
 from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import Stage, generator, stream
+from parc_jax.common.keys import Stage, folded, generator, key_of, stream
 from parc_jax.common.spelling import hex_text
 from parc_jax.drive.local.nested import (
     SEEDS,
@@ -80,7 +80,7 @@ def validated(
         if asked is None:
             return answer
         # a solve that is repeated makes the same tests: it is no second look
-        key = jax.random.PRNGKey(0)
+        key = key_of(0)
     if lawless:
         raise InputError(
             "validate: expected a problem without uncertainty and a model without given "
@@ -88,8 +88,8 @@ def validated(
         )
     source = asked.source
     # apart from the runs, whose keys count up from the first row
-    own = jax.random.fold_in(stream(key, Stage.SCENE), APART)
-    seeds, draws, after = (generator(jax.random.fold_in(own, i)) for i in range(3))
+    own = folded(stream(key, Stage.SCENE), APART)
+    seeds, draws, after = (generator(folded(own, i)) for i in range(3))
     if isinstance(source, RolloutBatch):
         source = one_of_each(query.model, source, draws)
     else:

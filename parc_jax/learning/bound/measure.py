@@ -30,6 +30,7 @@ from parc_jax.learning.runs.law import LawSpec, Subject
 
 _FLOAT32_UNIT = 2.0**-24  # rounding unit of positions stored in float32
 CHUNK = 256  # runs per compiled call: the errors at all records of more take hundreds of MB
+FEW = 16  # runs, for which a whole chunk would be a waste
 
 
 class Errors(NamedTuple):
@@ -53,8 +54,8 @@ def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = CHUNK) -> Errors
 
 
 def chunk_size(n: int, chunk: int = CHUNK) -> int:
-    """Rows per compiled call: one of a few sizes, so that few shapes are compiled."""
-    return min(chunk, 1 << max(n - 1, 1).bit_length())
+    """Rows per compiled call: one of two sizes, so that few shapes are compiled."""
+    return min(chunk, FEW if n <= FEW else chunk)
 
 
 def allowance(net: ReLUNetwork, domain: Box, layout: Layout) -> Errors:
