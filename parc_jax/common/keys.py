@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.errors import InputError, expected
+from parc_jax.common.shapes import Key
 
 SEEDS = 2**32  # so many: a larger number would lose its upper half without 64-bit integers
 TURNS = (13, 15, 26, 6), (17, 29, 16, 24)  # [bits] of Threefry on two words of 32
@@ -70,7 +71,7 @@ def generator(key) -> np.random.Generator:
     return np.random.default_rng([int(word) for word in key_data(key).ravel()])
 
 
-def stream(key: jax.Array, stage: Stage) -> jax.Array:
+def stream(key: Key, stage: Stage) -> jax.Array:
     """The key of one stage. Does not consume `key`. Raises InputError for anything else."""
     known = isinstance(as_key(key), np.ndarray)  # on the host
     return folded(key, int(stage)) if known else _of_stage(key, int(stage))

@@ -2,9 +2,12 @@
 n_p columns. A size has one value in a call, `_` any.
 """
 
+import jax
+import numpy as np
 from jaxtyping import ArrayLike, Float, Int
 
 Scalar = Float[ArrayLike, ""]
+Key = jax.Array | np.ndarray  # of `jax.random`, of either kind; as words also on the host
 Index = Int[ArrayLike, ""]  # the number of an obstacle, a pair, a bin, an interval
 Indices = Int[ArrayLike, "..."]
 Vector = Float[ArrayLike, " n_p"]  # a point or a direction

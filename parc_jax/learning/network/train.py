@@ -20,6 +20,7 @@ from jaxtyping import Float
 from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, stream
 from parc_jax.common.options import check_count
+from parc_jax.common.shapes import Key
 from parc_jax.learning.network.predict import layout_of
 from parc_jax.learning.network.relu import Normalisation, ReLUNetwork, features, fold, outputs
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -60,7 +61,7 @@ def train(
     data: RolloutBatch,
     hidden: Sequence[int] = (8, 8, 8, 8),
     *,
-    key: jax.Array,
+    key: Key,
     seeds: int = 8,
     steps: int = 3000,
 ) -> ReLUNetwork:
@@ -76,7 +77,7 @@ def train(
 def train_report(
     data: RolloutBatch,
     hidden: Sequence[int],
-    key: jax.Array,
+    key: Key,
     seeds: int,
     steps: int,
 ) -> tuple[ReLUNetwork, TrainReport]:

@@ -15,6 +15,7 @@ from parc_jax.common.arrays import x64
 from parc_jax.common.backend import spread
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, key_data, stream
+from parc_jax.common.shapes import Key
 from parc_jax.common.status import Status
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
@@ -89,7 +90,7 @@ class SizeClass(NamedTuple):
 def search_batch(
     model: TrajectoryModel,
     problems: Problems,
-    key: jax.Array,
+    key: Key,
     samples: int,
     draws: int,
     numbers: ArrayLike | None,

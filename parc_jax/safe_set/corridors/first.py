@@ -17,7 +17,7 @@ from parc_jax.common import struct
 from parc_jax.common.arrays import once, x64
 from parc_jax.common.backend import Backend, backend
 from parc_jax.common.errors import InputError
-from parc_jax.common.shapes import Index, ManyParams, Params, Positions, Vector
+from parc_jax.common.shapes import Index, Key, ManyParams, Params, Positions, Vector
 from parc_jax.learning.bound.bins import closed_bins, open_bin_of
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.model import TrajectoryModel
@@ -89,7 +89,7 @@ def _of_model(model: TrajectoryModel, _device: jax.Device | None):
         return jax.device_put((model.net, end_network(model), model.tube))
 
 
-def first_safe(scene: Scene, key: jax.Array, n: int) -> tuple[FirstSafe, Verdicts]:
+def first_safe(scene: Scene, key: Key, n: int) -> tuple[FirstSafe, Verdicts]:
     """The first n safe plans of uniform draws, n at most MOST, on the host, and the network's
     prediction of them, on the device, padded. Fewer where more rounds would be slow.
 
@@ -103,7 +103,7 @@ def first_safe(scene: Scene, key: jax.Array, n: int) -> tuple[FirstSafe, Verdict
     return safe.fetched(), seen
 
 
-def first_draw(scene: Scene, key: jax.Array, n: int) -> Draw:
+def first_draw(scene: Scene, key: Key, n: int) -> Draw:
     """The first n safe plans as a draw, n at most MOST. Its size depends on the result: the draw
     ends with the last plan needed.
     """
@@ -153,7 +153,7 @@ def _number(n: int, device: jax.Device | None) -> jax.Array:
 
 @partial(jax.jit, static_argnames=("slots", "how"), compiler_options=COMPILER)
 def _first_safe(
-    asked: Placed, key: jax.Array, n: Index, slots: int, how: Backend
+    asked: Placed, key: Key, n: Index, slots: int, how: Backend
 ) -> tuple[FirstSafe, Verdicts]:
     judge = Judge(asked.net, asked.tube, asked.scene)
     first = judge.in_turn if how.in_turn else judge.side_by_side

@@ -10,9 +10,9 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
+from parc_jax.common.shapes import Key
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.counts import clopper_pearson, least_probability
 from parc_jax.safe_set.corridors.build import Building, admit, build, nothing_built
@@ -292,7 +292,7 @@ def corridors_around(scene: Scene, rng: np.random.Generator, plans: Points) -> S
 
 def draw_safe_plans(
     scene: Scene,
-    key: jax.Array,
+    key: Key,
     rng: np.random.Generator,
     n: int,
     confidence: float,
