@@ -185,7 +185,7 @@ def _first_proved(scene: Scene, rng: np.random.Generator) -> Points | None:
     ends = np.concatenate([path[:, -1], q], axis=1) @ scene.goal_A.T + lost
     starts = p0 @ scene.start_A.T
     reaches = (ends <= scene.goal_b).all(axis=1) & (starts <= scene.start_b).all(axis=1)
-    for i in np.flatnonzero(reaches)[: LOOKED_AT // max(1, int(scene.count))]:
+    for i in np.flatnonzero(reaches)[: 1 + LOOKED_AT // (1 + int(scene.count))]:
         pairs = zip(separating(scene, tube, k[i], path[i]), scene.obstacles.active, strict=False)
         if all((some.any(axis=0) | ~active).all() for some, active in pairs):
             part = sample_part(scene, tube, p0[i], k[i], path[i])
