@@ -32,6 +32,13 @@ class Driving(Options):
     """Distance [m] around the robot that a person declares free at its start, for scans: without it
     no free space is declared where it stands, and it stays. The uncertainty of a pose is taken from
     it."""
+    acceleration: float = 3.0
+    """Most [m/s²] by which the robot changes its velocity: a scan is taken from where it was on a
+    straight way between two poses, from which it may stray so far."""
+    acceleration_turning: float = 6.0
+    """Most [rad/s²] by which it changes how fast it turns, for the same reason."""
+    stale: float = 1.0
+    """Seconds after the last scan that was added from when on nothing new begins."""
     age: float = 0.0
     """Seconds after which a place that no scan has seen again is not free any more; 0: never."""
     mover_radius: float = 0.0
@@ -83,7 +90,10 @@ class Driving(Options):
             x, y, turned = self.sensor
             standing = (
                 f"a lidar at ({x!r}, {y!r}) m, {turned!r} rad on the robot: ranges within "
-                f"±{self.noise!r} m, nothing narrower than {self.width!r} m; what it sees no more "
+                f"±{self.noise!r} m, nothing narrower than {self.width!r} m, no echo: "
+                "nothing up to its range_max, a sweep as long as its time_increment tells; between "
+                f"poses the robot accelerates by at most {self.acceleration!r} m/s² and "
+                f"{self.acceleration_turning!r} rad/s²; what it sees no more "
                 f"stays{f' for {self.age!r} s' if self.age else ''}, and before the start "
                 f"{self.margin!r} m around the robot were looked at"
             )
@@ -92,7 +102,8 @@ class Driving(Options):
         return {
             "measured poses": (
                 f"in the frame {self.frame!r}, within ±{self.uncertainty_start!r} m along each "
-                f"axis and ±{self.uncertainty_heading!r} rad of the truth, from the stamp to where "
+                f"axis and ±{self.uncertainty_heading!r} rad of the truth, whatever covariance "
+                "the messages tell, from the stamp to where "
                 f"the manoeuvre begins; the frame drifts {self.drift!r} m and turns by "
                 f"{self.drift_heading!r} rad at most from one manoeuvre to the next"
             ),

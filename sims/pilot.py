@@ -83,7 +83,9 @@ class Pilot:
         self.said = ""  # the free space that the last scan refutes
         self.pose = self.given = None
         self._scanner: Premises | None = None
-        self._scan = self._scanned = None
+        self._tracked: Premises | None = None
+        self._scans: deque[Any] = deque(maxlen=TRACK)  # that wait for a pose after their last beam
+        self._scanned = self._added = None  # [ns] of the last scan that came, and that was added
         self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
         # [ns] of the last pose, of the first one, and of where the manoeuvre under way began
         self._stamp = self._first = self._begun = None
@@ -103,7 +105,7 @@ class Pilot:
         self.goal = goal
 
     def hear_scan(self, message: Any) -> None:
-        """A sensor_msgs/LaserScan; it is added at the next pose."""
+        """A sensor_msgs/LaserScan; it is added at the first pose after its last beam."""
         if self.driving.sensor is None:
             raise InputError("scan: expected a pilot that knows where its sensor is; set sensor.")
         swept_in(message)
@@ -117,7 +119,8 @@ class Pilot:
         names |= {name: float(getattr(message, name)).hex() for name in OF_SCANNER}
         scanner = premises((name, MEASURED, value) for name, value in names.items())
         agree("scan: all are of the sensor whose place was told", self._scanner or scanner, scanner)
-        self._scanner, self._scan, self._scanned = scanner, message, at
+        self._scanner, self._scanned = scanner, at
+        self._scans.append(message)
 
     def hear_movers(self, message: Any) -> None:
         """A geometry_msgs/PoseArray: places of all moving obstacles; all others stand still."""
@@ -148,6 +151,9 @@ class Pilot:
                 f"pose: expected stamps that increase; got {stamp / 1e9:.9f} s after "
                 f"{self._stamp / 1e9:.9f} s."
             )
+        tracked = premises([("whose pose it is", MEASURED, frames_of(message)[1])])
+        agree("pose: all are of one place on the robot", self._tracked or tracked, tracked)
+        self._tracked = tracked
         # the loop's clock begins at the first pose
         self._stamp = stamp
         self._first = stamp if self._first is None else self._first
@@ -171,7 +177,7 @@ class Pilot:
         here, there = (np.array(pose_in(m, "plan")) for m in (start, goal))
         if not (np.isfinite(here).all() and np.isfinite(there).all() and tolerance > 0):
             raise InputError("plan: expected finite poses, and a tolerance > 0 m.")
-        ways = self._ways(here)
+        ways = self._stale() or self._ways(here)
         if isinstance(ways, str):
             raise InputError(f"plan: expected a start with a way; {ways}.")
         at_rest = {axis: 0.0 for axis in self.loop.given}
@@ -191,7 +197,12 @@ class Pilot:
     @property
     def assumed(self) -> str:
         """The same in one clause."""
-        return "; ".join(f"{name}: {value}" for name, value in self.premises.items())
+        told = [f"{name}: {value}" for name, value in self.premises.items()]
+        if self.model.rotation is None:
+            told.append("the heading of a pose is not asked: the model goes along the frame's axes")
+        if self._added is not None:
+            told.append(f"the last scan is {(self._stamp - self._added) / 1e9!r} s older")
+        return "; ".join(told)
 
     @property
     def premises(self) -> dict[str, str]:
@@ -210,10 +221,8 @@ class Pilot:
         after = "; who moves may run into it there" if moves else ""
         last = moved_last(self.model, now.k[None])[0][0]
         body, n = "; ".join(now.shared["body"]), len(now.asked.problem.obstacles)
-        told = [f"{name_of(self.model.labels.k[i])} = {now.k[i]!r}" for i in self.loop.given]
+        told = [f"{name_of(self.model.labels.k[i])} = {float(now.k[i])!r}" for i in self.loop.given]
         known = [f"its measured start is exact: {', '.join(told)}"] if told else []
-        if self._scanned is not None:
-            known.append(f"the last scan is {(self._stamp - self._scanned) / 1e9!r} s older")
         return (
             f"{begun}, a body ({body}) among {n} obstacles. Proved in float64 with a margin that "
             "covers rounding: for every run inside the tube and every pose inside the uncertainty "
@@ -223,9 +232,8 @@ class Pilot:
         )
 
     def _look(self) -> None:
-        """Add the free space of the last scan, once there are poses before its first beam and after
-        its last, and that under the body. The sensor is placed where it was in the middle of the
-        sweep; its motion from there is uncertainty.
+        """Add the free space of the scans that wait, once there are poses before the first beam and
+        after the last, and that under the body.
         """
         d, self.said = self.driving, ""
         if d.sensor is None:
@@ -234,7 +242,8 @@ class Pilot:
         corners, off = self._corners(self.pose), self._off()
         if self.seen is None:
             self.seen = free_place(corners, d.margin - off)
-        self._add_scan()
+        while self._scans and _swept(self._scans[0])[1] <= self._stamp:
+            self._add(self._scans.popleft())
         self._forget(self._stamp)
         self.seen = self.seen.add(free_place(corners, -off))
 
@@ -247,16 +256,17 @@ class Pilot:
             self.seen = self.seen.forget()
         self._forgot = max(halves, self._forgot)
 
-    def _add_scan(self) -> None:
-        d, scan = self.driving, self._scan
-        at = None if scan is None else stamp_of(scan)
-        if at is None or at + swept_in(scan) > self._stamp:
-            return
-        self._scan = None
+    def _add(self, scan: Any) -> None:
+        """Add the free space of a scan. The sensor is placed where it was in the middle of the
+        sweep, on a straight way between poses; its motion from there, and what it may have strayed
+        from that way, is uncertainty.
+        """
+        d, (begin, end) = self.driving, _swept(scan)
         stamps, poses = (np.array(part) for part in zip(*self._track, strict=True))
-        begin, end = at, at + swept_in(scan)
         if begin < stamps[0]:
-            return  # older than all stored poses: its place is unknown
+            late = (stamps[0] - begin) / 1e9
+            self.said += f"a scan was {late!r} s older than all poses, and is not used; "
+            return
         poses[:, 2] = np.unwrap(poses[:, 2])
         during = stamps[(begin < stamps) & (stamps < end)]
         # the middle comes second: its pose stands for the scan, the others bound the motion
@@ -273,9 +283,13 @@ class Pilot:
         along = np.delete(np.arange(len(times)), 1)  # in the order of time
         took = np.diff(times[along]) / 1e9
         rates = motion(way[along[1:]], way[along[:-1]])[took > 0] / took[took > 0, None]
+        # what accelerates by a strays from a straight way of gap [s] by a gap^2 / 8 at most, and
+        # from its speed by a gap / 2
+        gap = (np.diff(stamps) / 1e9)[(stamps[:-1] < end) & (begin < stamps[1:])].max(initial=0.0)
+        most = np.array([d.acceleration, d.acceleration_turning]) @ [[1.0, 0.0], [arm, 1.0]]
         # motion from one beam to the next at the fastest rate of the sweep
-        between = rates.max(axis=0, initial=0.0) * float(scan.time_increment)
-        moved, turned = motion(way, there[None]).max(axis=0)
+        between = (rates.max(axis=0, initial=0.0) + most * gap / 2) * float(scan.time_increment)
+        moved, turned = motion(way, there[None]).max(axis=0) + most * gap**2 / 8
         eye = np.append(placed(np.array([x, y]), there[:2], there[2]), there[2] + yaw)
         # uncertainty is along each axis, so a place may be off by its diagonal
         off = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm + moved
@@ -283,7 +297,7 @@ class Pilot:
         limits = {"noise": d.noise, "width": d.width, "between": tuple(between)}
         self._forget(begin)
         self.seen = self.seen.add(measured.seen_in(scan, eye, uncertainty=uncertainty, **limits))
-        self.said = self.seen.said
+        self._added, self.said = begin, self.said + self.seen.said
         self.seen = self.seen.within(self.pose, 2 * d.reach)
 
     def _step(self) -> Step | None:
@@ -292,7 +306,7 @@ class Pilot:
             return None
         if self._begun is not None and self._stamp < self._begun + round(d.leave * 1e9):
             return None
-        scene = self._ways(self.pose)
+        scene = self._stale() or self._ways(self.pose)
         gone = None if self.seen is None else self._remembered().gone
         if not isinstance(scene, str):
             scene = self._with_movers(scene, (self._stamp - self._first) / 1e9)
@@ -323,6 +337,17 @@ class Pilot:
             return "nobody has said yet where those are who move"
         return among(self.movers, ways, self.pose, self._stamp, self.driving, self.model.time, now)
 
+    def _stale(self) -> str:
+        """Why nothing may begin by the scans that were added, or an empty text."""
+        if self.driving.sensor is None:
+            return ""
+        # before the first one somebody looked around, for as long
+        since = self._first if self._added is None else self._added
+        old = (self._stamp - since) / 1e9
+        if old <= self.driving.stale:
+            return ""
+        return f"no scan of the last {self.driving.stale!r} s could be added; it is {old!r} s ago"
+
     def _ways(self, pose: np.ndarray):
         """Obstacles around a pose, or a sentence why there are none."""
         d = self.driving
@@ -350,6 +375,12 @@ class Pilot:
 
     def _at(self, pose: np.ndarray) -> np.ndarray:
         return pose if self.model.rotation is not None else pose[:2]
+
+
+def _swept(scan: Any) -> tuple[int, int]:
+    """[ns] of its first beam and of its last."""
+    at = stamp_of(scan)
+    return at, at + swept_in(scan)
 
 
 def _goal(model: TrajectoryModel, where: Box) -> GoalOfPoints:

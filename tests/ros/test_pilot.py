@@ -121,7 +121,8 @@ def test_a_body_that_does_not_lie_in_free_cells_commits_to_nothing(ready):
 
 
 def test_a_scan_frees_what_it_sees_from_where_it_was_taken():
-    one = pilot(sensor=(0.1, 0.0, 0.0), noise=0.01, margin=0.15, reach=2.0)
+    steady = {"acceleration": 0.0, "acceleration_turning": 0.0}
+    one = pilot(sensor=(0.1, 0.0, 0.0), noise=0.01, margin=0.15, reach=2.0, **steady)
     wall = 1.5  # [m] along x
     angles = np.linspace(-np.pi, np.pi, 721)
     with np.errstate(divide="ignore"):

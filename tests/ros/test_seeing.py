@@ -112,6 +112,50 @@ def test_a_sweep_from_a_robot_that_drives_frees_nothing_where_a_post_stands(pose
     assert not shapely.intersects(one.seen.region, posts).any()
 
 
+@pytest.mark.soundness
+def test_between_poses_far_apart_nothing_is_freed_where_a_post_stands():
+    """It starts late between two poses, and is 20 cm behind the straight way."""
+    post = shapely.box(0.9, -0.1, 1.1, 0.1)
+    one, at = pilot(), 10**9
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], at))
+    one.hear_scan(scan([post], lambda _: np.zeros(2), at + CYCLE))
+    one.hear_pose(sliding.odometry([0.6, 0.0], [0, 0], at + 3 * CYCLE))
+    assert not one.seen.region.intersects(post)
+
+
+@pytest.mark.soundness
+def test_scans_wait_for_their_pose_in_turn_and_without_any_nothing_new_begins():
+    at, still = 10**9, lambda _: np.zeros(2)
+    person = shapely.box(1.0, -0.2, 1.2, 0.2)
+
+    def standing(one, cycle):
+        return one.hear_pose(sliding.odometry([0, 0], [0, 0], at + round(cycle * CYCLE)))
+
+    for pause in (1.0, 3.0):
+        one = pilot()
+        one.hear_scan(scan([], still, at))
+        standing(one, 0)
+        for cycle in (1, 2, 3):  # each comes before the pose at which the one before it is added
+            one.hear_scan(scan([person], still, at + cycle * CYCLE + CYCLE // 8))
+            standing(one, cycle)
+        assert not one.seen.region.intersects(person)
+        one.hear_goal(sliding.posed(2.5, 0.0))
+        step = standing(one, 3.125 + pause)
+        if pause == 1.0:
+            assert step.new and f"the last scan is {CYCLE / 1e9!r} s older" in one.statement(step)
+        else:
+            assert step.committed is None and "no scan of the last 1.0 s" in step.reason
+    late = Pilot(model(), RADIUS, one.driving)
+    late.hear_pose(sliding.odometry([0, 0], [0, 0], at))
+    late.hear_scan(scan([], still, at - 1))
+    late.hear_pose(sliding.odometry([0, 0], [0, 0], at + CYCLE))
+    assert "older than all poses, and is not used" in late.said
+    with pytest.raises(InputError, match="whose pose it is"):
+        other = sliding.odometry([0, 0], [0, 0], at + 2 * CYCLE)
+        other.child_frame_id = "mast"
+        late.hear_pose(other)
+
+
 def test_a_scan_waits_until_its_sweep_has_ended():
     one, at = pilot(), 10**9
     one.hear_pose(sliding.odometry([0, 0], [0, 0], at))
@@ -201,6 +245,8 @@ CHANGED = {
     "uncertainty_heading": 0.002,
     "drift": 0.003,
     "drift_heading": 0.004,
+    "acceleration": 3.1,
+    "acceleration_turning": 6.1,
     "mover_radius": 0.4,
 }
 
@@ -221,7 +267,7 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
     for words in (
         "a body (point 0 grown by 0.2 m) among",
         "its measured start is exact: ",
-        "; the last scan is 0.0 s older; ",
+        "; the last scan is 0.0 s older. (E)",
     ):
         assert words in said
     told = episode_part(one.driven, assumed=one.premises)["premises"]
