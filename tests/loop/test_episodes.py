@@ -86,7 +86,7 @@ def test_what_is_touched_inside_the_tubes_of_a_loop_is_said_to_contradict():
 
 
 def test_the_sentence_says_until_when_what_moves_is_told_of():
-    def drive(until, first=0):
+    def drive(until, first=0, touched=False):
         def one(world, seed):
             loop = loop_of(0.01)
             loop.restart()
@@ -96,7 +96,7 @@ def test_the_sentence_says_until_when_what_moves_is_told_of():
             goes = {"at": 0.0, "spans": spans + whole}
             step = loop.step([0.0] * 2, [0.1], parts + more, lambda x: -x.path[:, -1, 0], **goes)
             assert step.new
-            return pj.drive.Outcome(False, False, {}, [step.committed])
+            return pj.drive.Outcome(touched, False, {}, [step.committed])
 
         return asked(one, 3)
 
@@ -105,6 +105,24 @@ def test_the_sentence_says_until_when_what_moves_is_told_of():
     assert ", of some for the first 0.5 s alone: later it may run into" in short.details()
     for whole in (drive(3), drive(3, first=2)):
         assert whole.driven[0].told_for is None and "for the first" not in whole.details()
+    # who came after it was told of contradicts nothing
+    assert drive(3, touched=True).contradictions and not drive(1, touched=True).contradictions
+
+
+def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_left():
+    def drive(left):
+        def one(world, seed):
+            loop = loop_of(0.01)
+            loop.restart()
+            goes = [], lambda seen: -seen.path[:, -1, 0]
+            first = loop.step([0.0, 0.0], [0.1], *goes).committed
+            assert loop.step([0.0, 9.0], [0.1], *goes).left
+            return pj.drive.Outcome(False, left, {}, [first])
+
+        return asked(one, 3)
+
+    assert "in 3 a tube was left" in drive(False).details()
+    assert drive(None).left is None
 
 
 def harder(seed):

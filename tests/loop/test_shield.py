@@ -8,6 +8,7 @@ from needs import need
 
 import parc_jax as pj
 from parc_jax import checker
+from parc_jax.app.cli.check import brief
 from parc_jax.checker.answer import allowance_of
 
 need("gymnasium")
@@ -141,7 +142,7 @@ def test_what_does_not_belong_together_is_refused(model):
         shielded(model=model, system=Other())
 
 
-def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_path):
+def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_path, capsys):
     """It goes a third farther than the model says: the tube is left, and nothing new begins. The
     file of the drive says so, since what it proves is not of this drive.
     """
@@ -156,6 +157,8 @@ def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_pat
     said = f"manoeuvres[{last}], by {at:.3f} s: it is none inside the tube"
     assert report.premises[-1] == ["TUBE_LEFT", "measured", [said]]
     assert f"  measured TUBE_LEFT: {said}" in checker.episode.summary_of_episode(report)
+    brief([str(tmp_path / "left.json")])
+    assert f"  measured TUBE_LEFT: {said}" in capsys.readouterr().out
 
 
 def test_sensing_that_disagrees_with_itself_ends_in_the_stop(model):

@@ -104,6 +104,12 @@ def test_a_loop_that_knows_how_long_it_thinks_stays_inside_and_touches_nothing(c
     assert [one.k[1] for one in done] == [0.0, *(one.k[0] for one in done[:-1])]
     report = checker.check_episode(json.loads(json.dumps(episode_part(done))), allowance_of)
     assert report.manoeuvres == len(done)
+    said = (
+        "of each manoeuvre its command begins 0.25 s after its begin and is followed until 0.75 s"
+    )
+    assert any(said in str(value) for _, _, value in report.premises)
+    other = replace(done[0], command="")
+    assert other.loop != done[0].loop
 
 
 def test_a_loop_that_forgets_it_leaves_its_tubes(clock):

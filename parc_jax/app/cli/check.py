@@ -86,7 +86,9 @@ def shortened(lines: list[str], answer: Path | str) -> list[str]:
     """A report with its premises and hashes counted, and the place where they stand."""
     found = [PREMISE.match(line) for line in lines]
     kinds = Counter(match[1] for match in found if match)
-    out = [line for line, match in zip(lines, found, strict=True) if match is None]
+    # what was seen against the tube is told in full
+    brief = [m is not None and m[2].strip() != "TUBE_LEFT" for m in found]
+    out = [line for line, counted in zip(lines, brief, strict=True) if not counted]
     if kinds:
         assumed = ", ".join(match[2] for match in found if match and match[1] == "assumed")
         out += [

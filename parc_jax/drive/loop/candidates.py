@@ -265,6 +265,12 @@ class UnderWay:
         if not ((lo <= self.rest) & (self.rest <= hi)).all():
             raise InputError(f"thinking: expected rest within K; got {self.rest.tolist()}.")
 
+    @property
+    def words(self) -> str:
+        """When a command begins and how long it is followed."""
+        first, last = (f"{float(x):g} s" for x in (self.seconds, self.seconds + self._held))
+        return f"its command begins {first} after its begin and is followed until {last} after it"
+
     def command(self, last: Commitment | None, at: Fraction) -> np.ndarray:
         """The command, values of `axes`, that lasts from a time for `seconds`. Raises InputError
         where it changes in between.

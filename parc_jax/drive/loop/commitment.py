@@ -46,7 +46,8 @@ class Commitment:
     [m] that was allowed for since the one before, as of `Loop.step`. drifted: [m] all of that in
     its episode. seen_outside: [s] of the clock when a pose was outside of its tube; the loop adds
     them, and files tell of the first.
-    episode: one list for all commitments of an episode of one loop, of the one under way.
+    episode: one list for all commitments of an episode of one loop, of the one under way. command:
+    when its command is given, in words, where that is not at its begin.
     """
 
     number: int
@@ -60,6 +61,7 @@ class Commitment:
     drifted: float = 0.0
     seen_outside: list[Fraction] = field(default_factory=list)
     episode: list["Commitment"] = field(default_factory=list)
+    command: str = ""
 
     def __repr__(self) -> str:
         values = ", ".join(f"{x:.3g}" for x in self.k)
@@ -108,7 +110,7 @@ class Commitment:
             "frame": IN_THE_WORLD if asked.pose.heading is None else ON_THE_ROBOT,
         }
         told |= {x.name: repr(getattr(known, x.name)) for x in fields(Uncertainty)}
-        told |= {"obstacles": errors}
+        told |= {"obstacles": errors, "command": self.command}
         return premises((name, MEASURED, value) for name, value in told.items())
 
     @property

@@ -48,6 +48,8 @@ def episode_part(
     if eps := getattr(commitments[0].asked.query.problem.uncertainty, "sensing_eps", 0):
         said = f"all that is measured is within its bounds but for a probability of {eps}"
         others.append(("sensing", ASSUMED, said))
+    if command := commitments[0].command:
+        others.append(("COMMAND", ASSUMED, f"of each manoeuvre {command}"))
     outside = [(i, one.seen_outside[0]) for i, one in enumerate(commitments) if one.seen_outside]
     said = [f"manoeuvres[{i}], by {seconds(at)}: it is none inside the tube" for i, at in outside]
     others += [("TUBE_LEFT", MEASURED, said)][: len(said)]

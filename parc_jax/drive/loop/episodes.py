@@ -69,8 +69,9 @@ class Episodes:
 
     @property
     def contradictions(self) -> tuple[int, ...]:
-        """Numbers of episodes in which something was touched inside the tubes."""
-        inside = (one for one in self.driven if one.loops and one.left is False)
+        """Numbers of episodes in which anything was touched inside the tubes, all of it told of."""
+        told = (one for one in self.driven if one.loops and one.told_for is None)
+        inside = (one for one in told if one.left is False)
         return tuple(one.number for one in inside if one.touched)
 
     @property

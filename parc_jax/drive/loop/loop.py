@@ -220,7 +220,10 @@ class Loop:
                 chosen.setflags(write=False)  # a certificate is written from it
                 about = clear, judged, scene.nominal, float(drift), drifted
                 number = 0 if self.under_way is None else self.under_way.number + 1
-                one = Commitment(number, at, at + self.lasts, chosen, *about, episode=self._episode)
+                told = {} if self._command is None else {"command": self._command.words}
+                one = Commitment(
+                    number, at, at + self.lasts, chosen, *about, episode=self._episode, **told
+                )
                 self._before, self.under_way, self._last = self.under_way, one, one
                 self._episode[:] = [one]
                 return Step(one, True)

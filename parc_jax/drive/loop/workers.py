@@ -79,7 +79,8 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
                 f"{touched!r:.40} and {left!r:.40}."
             )
         told = json.loads(json.dumps(dict(told), default=_of_numpy))
-        left = None if left is None else bool(left)
+        # a pose that a loop saw outside of its tube was there, or is outside of its uncertainty
+        left = None if left is None else bool(left or any(one.seen_outside for one in committed))
         loops = sorted({one.loop for one in committed})
         short = [one.told_until - one.begin for one in committed if one.told_until < one.end]
         least = float(min(short)) if short else None
