@@ -348,8 +348,8 @@ CARRIED = (
     Fault(
         "copies_in_files_are_new_evidence",
         "fresh.used_by",
-        "np.isin(ids, marks) | repeated(runs, marks)",
-        "np.isin(ids, marks)",
+        "np.isin(ids, contents) | repeated(runs, by_k)",
+        "np.isin(ids, contents)",
         "tests/claim/test_monitor.py"
         "::test_copies_in_files_of_runs_that_have_a_seed_are_no_new_evidence",
     ),

@@ -24,6 +24,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.fresh import entry_of, noted
 from parc_jax.learning.bound.monitor import inside_tube, monitor, update
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.runs.batch import rollout_batch
@@ -272,6 +273,10 @@ def test_copies_in_files_of_runs_that_have_a_seed_are_no_new_evidence(claim, cop
         with pytest.raises(InputError, match=r"60 of 60 occur twice or were observed before"):
             watch.observe(again)
     assert watch.seen == 60
+    ledger, (*about, _, marks) = [], entry_of("training", train)
+    chunks = (train.select(slice(0, 90)), train.select(slice(90, 200)))
+    assert sum(batch.n for batch in noted(ledger, "training", chunks)) == 200
+    assert ledger == [[*about, [[0, 89], [90, 199]], marks]] and len(marks) == 128
 
 
 def test_k_that_may_repeat_are_no_copies(claim):

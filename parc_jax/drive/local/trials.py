@@ -56,8 +56,7 @@ def run_once(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Plans (n, n_p + n_k) run once each, from the origin and moved to their starts, as those
     behind the claim: failed (n,), which miss the goal, touch something or do not return, by any run
-    that begins where they do as far as `start`, or else the claim, declares; and lost (n,), as of
-    `RolloutBatch`.
+    that begins where they do as far as `start` or the claim declares; and lost (n,).
     """
     p0, k = np.split(plans, [scene.model.n_p], axis=1)
     failed, lost, first = [], [], 0

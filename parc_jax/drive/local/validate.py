@@ -191,8 +191,7 @@ def _accepted_model(
             more += ("ORDER_OF_K(that of the model; not all have names)",)
     else:
         law, gaps, more = law_of(source), 0, look.ledger
-    own = ledger_of_tests(model.claim, trial.lost, gaps, trial.start)
-    shown["assumptions"] = own + more
+    shown["assumptions"] = ledger_of_tests(model.claim, trial.lost, gaps, trial.start) + more
     claim = scene_claim(model.claim, scene.model.tube, law, evidence, **shown)
     return model.replace(claim=claim, held=None)
 

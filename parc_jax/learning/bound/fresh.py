@@ -137,16 +137,18 @@ def entry_of(use: str, runs: RolloutBatch) -> list:
 
 
 def marks_in(k: np.ndarray, hashes: np.ndarray) -> list[str]:
-    """Marks by k, and contents, of MARKED of some runs: those whose marks are the least."""
-    by_k = np.array(marks_by_k(k))
-    some = np.argsort(by_k)[:MARKED]
-    return sorted({*by_k[some].tolist(), *short_ids(hashes[some])})
+    """Marks by k, each with the content behind it, of MARKED of some runs: the least ones."""
+    return sorted(map(str.__add__, marks_by_k(k), short_ids(hashes)))[:MARKED]
 
 
 def noted(ledger: list, use: str, batches: Iterable[RolloutBatch]) -> Iterator[RolloutBatch]:
     """The batches as they come, each of them entered into a ledger."""
     for batch in batches:
-        ledger.append(entry_of(use, batch))
+        new = entry_of(use, batch)
+        if ledger and ledger[-1][:4] == new[:4]:  # chunks of one source are one entry
+            *_, rows, marks = ledger.pop()
+            new[4:] = rows + new[4], sorted(marks + new[5])[:MARKED]
+        ledger.append(new)
         yield batch
 
 
@@ -169,7 +171,8 @@ def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
     """
     uses, ids = np.full(runs.n, "", "U20"), short_ids(runs.hashes())
     for use, *source, rows, marks in ledger_of(claim):
-        old = np.isin(ids, marks) | repeated(runs, marks)
+        by_k, contents = [mark[:12] for mark in marks], [mark[12:] for mark in marks]
+        old = np.isin(ids, contents) | repeated(runs, by_k)
         if source[1] is None:
             old |= np.isin(ids, rows)
         elif runs.seed is not None and source == [runs.name, list(runs.seed), runs.stage]:

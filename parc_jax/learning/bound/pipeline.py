@@ -176,8 +176,7 @@ def bound_errors(
                 profile = evened(net, profile, further)
     with watch("fresh rollouts"):
         fresh = runs.fresh(fresh_runs(settings, profile, looks))
-        fresh = (kept_between(settings.intersample, batch) for batch in fresh)
-        scores = scores_of(net, profile, fresh)
+        scores = scores_of(net, profile, (kept_between(settings.intersample, x) for x in fresh))
     settings = settings.replace(looks=looks)
     make = {"one": calibrate, "bins": calibrate_bins}
     with watch("claims"):

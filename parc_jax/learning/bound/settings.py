@@ -36,8 +36,7 @@ class DiscreteTime:
 
 class Bounded:
     """A derivative of all places, bounded at all times: a number, or one per axis, for every
-    reference point. Differences of records, of this order, are at most bound x h^order; between
-    records a place is off by a part of that.
+    reference point. Differences of records, of this order, are at most bound x h^order.
     """
 
     order: int

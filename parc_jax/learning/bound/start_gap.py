@@ -141,10 +141,8 @@ class StartTrial(NamedTuple):
     def said_in(self, assumptions: Iterable[str]) -> tuple[str, ...]:
         """The assumptions, those on the start with its numbers."""
         named, tried = {}, ((MOVED, self.seen, "starts"), (TURNED, self.turned, "headings"))
-        for entry, effect, of in tried:
-            seen = "not measured"
-            if effect is not None:
-                seen = f"{rounded_up(effect, 6)} seen from {STARTS} {of}"
+        for entry, x, of in tried:
+            seen = "not measured" if x is None else f"{rounded_up(x, 6)} seen from {STARTS} {of}"
             named[entry] = f"{entry}(within {rounded_up(str(self.declared), 6)}; {seen})"
         return tuple(named.get(entry, entry) for entry in assumptions)
 
@@ -206,9 +204,7 @@ def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
 
 
 def trial_of(claim: ErrorClaim, system: System, key: jax.Array) -> StartTrial | None:
-    """The trial behind further runs of the system of a claim, None where the claim has its own.
-    Arguments, and InputError, as of `try_starts`.
-    """
+    """The trial behind further runs of a claim's system; None where the claim tells of its own."""
     declared, known = declared_gap(claim, GAP), claim.evidence.get("start", {})
     return try_starts(system, key, declared) if known.get("seen") is None else None
 
