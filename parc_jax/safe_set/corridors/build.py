@@ -52,10 +52,8 @@ def admit(building: Building, points: Points) -> tuple[Building, np.ndarray]:
     return building._replace(counts=counts, waiting=waiting), held
 
 
-def build(
-    scene: Scene, building: Building, rng: np.random.Generator, few: bool = False
-) -> Building:
-    """One batch: corridors around some of the plans that wait. few: a small batch.
+def build(scene: Scene, building: Building, rng: np.random.Generator) -> Building:
+    """One batch: corridors around some of the plans that wait; a small one for the first corridor.
 
     Fewer wait afterwards: a seed that no short direction separates is given up, and left uncovered.
     Where none waits nothing is built.
@@ -63,7 +61,7 @@ def build(
     points = building.waiting
     if not len(points.k):
         return building
-    n_seeds = min(CALL if few else SEEDS, len(points.k))
+    n_seeds = min(SEEDS if len(building.corridors) else CALL, len(points.k))
     seeds = rng.choice(len(points.k), n_seeds, replace=False)
     plans = _with_neighbours(points, seeds, rng)
     chosen = Corridors(building.corridors.tube, _around(scene, building, plans))

@@ -35,7 +35,7 @@ AT_ONCE = {True: 512, False: 64}
 LEAST_ROWS = 512  # of a table of thresholds; it grows by fours, for few compiled shapes
 MOST_BYTES = 2**29  # of that table, before it is begun anew
 SMALLEST = 128  # padded number of corridors, which grows by fours too
-KNOTS = 16  # of the coarse grid: a plan that leaves a corridor mostly does so for long
+KNOTS = 16  # of the coarse grid, every second at most: who leaves a corridor mostly does for long
 TILES = ((1024, 8), (512, 32))  # plans and corridors of a call of the coarse test
 PAIRS = 512  # (plan, corridor) pairs of a call of the full test
 FEW = 8  # corridors that are tried before all others
@@ -98,7 +98,8 @@ class Thresholds:
                 result = _thresholds(self._errors, some, new[rows] % n_bins, self._coarse)
                 return np.asarray(result, self._dtype)
 
-        result = in_chunks(len(new), AT_ONCE[self._coarse], call)
+        # padding has none: of two obstacles it would be three quarters of what is moved
+        result = in_chunks(len(new), AT_ONCE[self._coarse], call)[:, : padded.count]
         first = int(self._row.max(initial=-1)) + 1
         size = padded_size(first + len(new), LEAST_ROWS)
         if size > len(self._table):
@@ -310,7 +311,8 @@ class Corridors:
 
 def _knots_of(tube: Tube) -> np.ndarray:
     """Numbers of the intervals of the coarse grid."""
-    return np.unique(np.linspace(0, tube.n_steps - 1, KNOTS).astype(int))
+    few = min(KNOTS, (tube.n_steps + 1) // 2)
+    return np.unique(np.linspace(0, tube.n_steps - 1, few).astype(int))
 
 
 def _errors_of(tube: Tube) -> tuple[ErrorSet, ErrorSet]:

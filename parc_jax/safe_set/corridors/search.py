@@ -267,12 +267,10 @@ def extend(search: Search) -> Search:
         around = near(search.scene, search.rng, search.outside, n)
         search = search._replace(building=admit(search.building, around)[0])
         leave = max(leave, int(LEAVE_NEAR * len(search.outside.k)))
-    few = len(search.building.corridors) == 0  # the first one should come soon
     while len(search.building.waiting.k) > leave:
         if search.building.tried >= search.work.corridors or search.limit.over():
             break
-        building = build(search.scene, search.building, search.rng, few)
-        few = False
+        building = build(search.scene, search.building, search.rng)
         timings = {"first_corridor_s": search.spent(), **search.timings}
         search = search._replace(building=building, timings=timings)
     if search.history:
@@ -283,10 +281,8 @@ def extend(search: Search) -> Search:
 def corridors_around(scene: Scene, rng: np.random.Generator, plans: Points) -> Sequence[Corridor]:
     """Corridors around given safe plans, for a query whose draws found none."""
     building = nothing_built(scene.model.tube, plans)
-    few = True
     while len(building.waiting.k):
-        building = build(scene, building, rng, few)
-        few = False
+        building = build(scene, building, rng)
     return building.corridors.all
 
 
