@@ -234,6 +234,8 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
     _, new = update(claim, NET, collect(system, other, 60, quiet=True), log)
     before = "calibration or profile or training run of the claim before beside 128 of each part"
     assert f"FRESH(none is a {before} of these" in new.details()
+    _, new = update(claim, NET, stored(collect(system, other, 60, quiet=True)), log)
+    assert f"would not be recognised; none is a {before} of these" in new.details()
     shape = bound_error(NET, system, KEY, profile=claim.tube, **made)
     said = monitor(shape, NET).details()
     assert "FRESH(none is a training or profile run of the claim)" in said

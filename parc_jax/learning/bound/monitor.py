@@ -340,7 +340,9 @@ def update(
     new = bound_error(net, fresh, None, train=seen, **old | options)
     source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
     seen = [*ledger_of(claim), *new.evidence[SEEN]]  # the network may be the old one
-    before = ", ".join(not_named(claim, fresh.seed is None))
-    alike = [f"FRESH({before.replace('the claim', 'the claim before')})"] if before else []
-    said = (*new.assumptions, *alike)
+    told = [x[len("FRESH(") : -1] for x in new.assumptions if x.startswith("FRESH(")]
+    before = not_named(claim, fresh.seed is None)
+    told += [x.replace("the claim", "the claim before") for x in before]
+    said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
+    said += (f"FRESH({'; '.join(told)})",) if told else ()
     return net, derived(new, evidence={"updated_from": source, SEEN: seen}, assumptions=said)
