@@ -33,7 +33,6 @@ OUTSIDE = 3  # reason of `pj.drive.Driven`: a pose outside of the tube
 COUNTED = ("entered", "changed", "stopped", "left", "stood")
 RATE, LONGEST = 3e-4, 0.5  # of Adam; norm of a gradient
 RISE = 0.035  # of the multiplier in a round, for twice the cost that is allowed
-KEPT = 20  # rounds from one saved policy to the next
 
 
 @dataclass(frozen=True)
@@ -232,15 +231,14 @@ def train(options: Options) -> None:
         row = {"steps": counts["rounds"] * options.horizon * n, "gained": round(gained, 3)}
         row |= counts | {"multiplier": round(float(multiplier), 4)}
         row |= {"seconds": round(time.process_time(), 1)}
+        kept = {"weights": weights, "state": state, "scale": scale.__dict__, "counts": counts}
+        kept |= {"multiplier": multiplier, "gained": gained}
+        file.write_bytes(flax.serialization.to_bytes(kept))
         with options.out.open("a", newline="") as table:
             writer = csv.DictWriter(table, list(row))
             if not table.tell():
                 writer.writeheader()
             writer.writerow(row)
-        if counts["rounds"] % KEPT == 0 or row["steps"] >= options.steps:
-            kept = {"weights": weights, "state": state, "scale": scale.__dict__, "counts": counts}
-            kept |= {"multiplier": multiplier, "gained": gained}
-            file.write_bytes(flax.serialization.to_bytes(kept))
 
 
 if __name__ == "__main__":
