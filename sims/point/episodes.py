@@ -57,16 +57,18 @@ class Drive:
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
         kit, env = KITS[self.robot], made(self.robot, self.level, self.bare, self.sensed)
-        seen, _ = env.reset(seed=world_seed)
-        guide = (lidar.WaryGuide if self.sensed else kit.guide)([seed])
-        policy = None if self.policy is None else Trained(self.policy)
+        env.reset(seed=world_seed)
+        if self.policy is None:
+            guide = (lidar.WaryGuide if self.sensed else kit.guide)([seed])
+        else:
+            guide = Trained(self.policy, [seed])
         world = env.unwrapped.world
         known, off = env.get_wrapper_attr("memory") if self.sensed else world, 0.0
         gained, costs, took, changed, reasons = 0.0, [], [], 0, Counter()
         for _ in range(STEPS):
-            action = guide([known])[0] if policy is None else policy(seen)
+            action = guide([known if self.policy is None else world])[0]
             begin = time.process_time()
-            seen, reward, ended, over, info = env.step(action)
+            _, reward, ended, over, info = env.step(action)
             took.append(time.process_time() - begin)
             gained += reward
             costs.append(info["cost"])
@@ -101,7 +103,9 @@ class Options:
     lidar: bool = False
     """A Point's lidar, compass and odometry in place of the map."""
     policy: Path | None = None
-    """A policy of `sims.point.train` drives, by its lidar, in place of the driver with the map."""
+    """A policy of `sims.point.train` drives, by its lidar and with its noise, in place of the
+    driver with the map.
+    """
     out: Path = Path("runs/goal")
     """A folder; episodes that are there are not driven again."""
     save: bool = False

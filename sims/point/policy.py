@@ -60,20 +60,25 @@ class Scale:
 
 
 class Trained:
-    """A policy that was saved: `trained(seen)` is its mean action, without noise."""
+    """A policy that was saved, with its noise, in some worlds driven in step: `trained(worlds)` is
+    the actions (n, 2). seeds: of its draws, for each world.
+    """
 
-    def __init__(self, file: Path):
+    def __init__(self, file: Path, seeds: Sequence = ()):
         kept = flax.serialization.msgpack_restore(file.read_bytes())
         self.weights, self.scale = kept["weights"], Scale(1)
         self.scale.__dict__.update(kept["scale"])
+        self._draws = [np.random.default_rng(np.ravel(one).tolist()) for one in seeds]
 
-    def __call__(self, seen: np.ndarray) -> np.ndarray:
-        """(..., 2) of what is seen (..., 60)."""
-        return np.asarray(mean_of(self.weights, self.scale(seen)), np.float64).clip(-1.0, 1.0)
+    def __call__(self, worlds: Sequence) -> np.ndarray:
+        mean = self.mean(np.array([observed(world) for world in worlds]))
+        noise = np.array([draw.normal(size=2) for draw in self._draws])
+        deviation = np.exp(np.asarray(self.weights["params"]["deviation"], np.float64))
+        return np.clip(mean + deviation * noise, -1.0, 1.0)
 
-    def drive(self, worlds: Sequence) -> np.ndarray:
-        """(n, 2) in so many worlds."""
-        return self(np.array([observed(world) for world in worlds]))
+    def mean(self, seen: np.ndarray) -> np.ndarray:
+        """(..., 2) of what is seen (..., 60), without noise."""
+        return np.asarray(mean_of(self.weights, self.scale(seen)), np.float64)
 
 
 @jax.jit

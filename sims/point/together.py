@@ -112,7 +112,7 @@ class Together:
         drawn = kit.goal(self.level).drawn
         worlds = [drawn(int(one)) for one in world_seeds]
         n = len(worlds)
-        driver = kit.guide(seeds) if self.policy is None else Trained(self.policy).drive
+        driver = kit.guide(seeds) if self.policy is None else Trained(self.policy, seeds)
         gained, cost, costly, changed, stopped = np.zeros((5, n))
         begun: list[list] = [[] for _ in worlds]
         ended, steps, took = np.zeros(n, bool), np.zeros(n, int), []

@@ -1,6 +1,6 @@
 """PPO on PointGoal from its first step on behind the shield, or without it, or with a Lagrangian:
 
-    python -m sims.point.train --steps 1000000 [--bare [--limit 25]]
+    python -m sims.point.train --steps 1000000 [--penalty 0.01 --patience 100] [--bare [--limit 25]]
 
 One row of a CSV per round of rollouts, with counts of all steps so far: reward gained, steps in
 contact, those in which a true pose of every 10 ms was inside a hazard, of which there are none
@@ -28,7 +28,7 @@ from sims.point.together import measured, shield_of
 from sims.point.world import HAZARD, STEPS, World
 
 GAMMA, LAMBDA, CLIP, EPOCHS, PARTS = 0.99, 0.95, 0.2, 8, 8
-STANDS, PATIENCE = 0.1, 100  # [m] less than this in so many steps: a robot that stands
+STANDS = 0.1  # [m] from where it was, within which a robot stands
 OUTSIDE = 3  # reason of `pj.drive.Driven`: a pose outside of the tube
 COUNTED = ("entered", "changed", "stopped", "left", "stood")
 RATE, LONGEST = 3e-4, 0.5  # of Adam; norm of a gradient
@@ -48,6 +48,8 @@ class Options:
     """Without the shield."""
     penalty: float = 0.0
     """Of the reward that is learned from, for each action that the shield changes."""
+    patience: int = 0
+    """Steps after which a world is left whose robot stands; 0: it is not."""
     limit: float | None = None
     """Cost of a mean episode that a Lagrangian allows; without it cost is not looked at."""
     seed: int = 0
@@ -110,7 +112,7 @@ class Worlds:
         n = options.worlds
         self.envs = [environment.PointGoal(options.level) for _ in range(n)]
         self.draw = np.random.default_rng((options.seed, begin))
-        self.penalty, self.counts = options.penalty, dict.fromkeys(COUNTED, 0)
+        self.options, self.counts = options, dict.fromkeys(COUNTED, 0)
         self.seen = np.array([self.reset(env) for env in self.envs])
         self.last, self.since = np.full((n, 2), np.nan), np.zeros(n, int)  # where, how long ago
         self.start, self.decide = (None, None) if options.bare else shield_of("Point")
@@ -134,9 +136,7 @@ class Worlds:
         return new
 
     def step(self, actions: np.ndarray):
-        """(4, worlds): rewards, costs, ends, penalties; a world that ends is replaced, and one
-        whose robot stands: nothing more is learned there.
-        """
+        """(4, worlds): rewards, costs, ends, penalties. What ends or is left is replaced."""
         driven, changed = actions.astype(np.float64), np.zeros(len(actions), bool)
         if self.start is not None:
             with jax.enable_x64(True):
@@ -159,7 +159,7 @@ class Worlds:
                 for x, y in zip(self.under_way, new, strict=True)
             ]
             self.under_way = type(new)(*chosen)
-        return np.array([*np.transpose(rows), ends, self.penalty * changed], np.float32)
+        return np.array([*np.transpose(rows), ends, self.options.penalty * changed], np.float32)
 
     def _looked(self) -> np.ndarray:
         """Which robots stand, (worlds,); counts those of which a true pose was inside a hazard."""
@@ -169,7 +169,7 @@ class Worlds:
         self._count(entered=~(away > HAZARD).all(axis=(1, 2)))
         moved = ~(np.linalg.norm(paths[:, -1] - self.last, axis=1) < STANDS)
         self.last[moved], self.since = paths[moved, -1], np.where(moved, 0, self.since + 1)
-        stands = self.since >= PATIENCE
+        stands = (self.since >= self.options.patience) & (self.options.patience > 0)
         self._count(stood=stands)
         return stands
 

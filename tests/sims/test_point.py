@@ -184,13 +184,12 @@ def test_training_goes_on_from_what_was_saved(tmp_path, monkeypatch):
     assert rows == ["steps", "16", "32", "48", "64"]
     later, seen = policy.Trained(tmp_path / "p.policy"), np.ones(policy.SEEN)
     assert later.scale.n == pytest.approx(kept.scale.n + 32)
-    assert (np.abs(later(seen)) <= 1).all() and not np.allclose(later(seen), kept(seen))
+    assert not np.allclose(later.mean(seen), kept.mean(seen))
     in_step_as_alone(monkeypatch, "Point", 1, 20, tmp_path / "p.policy")
 
 
-def test_training_counts_what_is_inside_a_hazard_and_leaves_robots_that_stand(monkeypatch):
-    monkeypatch.setattr(train, "PATIENCE", 3)
-    worlds = train.Worlds(train.Options(worlds=2, bare=True), 0)
+def test_training_counts_what_is_inside_a_hazard_and_leaves_robots_that_stand():
+    worlds = train.Worlds(train.Options(worlds=2, bare=True, patience=3), 0)
     first = worlds.worlds
     first[1].hazards[0] = first[1].place
     ends = [worlds.step(np.zeros((2, 2), np.float32))[2] for _ in range(4)]
