@@ -16,6 +16,7 @@ import parc_jax as pj
 import sims
 from parc_jax.common.keys import Stage
 from parc_jax.drive.local.validate import validated
+from parc_jax.drive.local.validation import SCALES
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
@@ -59,6 +60,11 @@ def judged(held: np.ndarray, good: np.ndarray, seconds: float) -> tuple[float, .
     return held[good].mean(), (1 - good[held].mean() if held.any() else 0.0), seconds
 
 
+def falling(smallest: float) -> list[float]:
+    """The scales that are tried by default, down to one: the fewer, the faster."""
+    return [scale for scale in SCALES if scale >= smallest]
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -66,6 +72,7 @@ def main() -> None:
     parser.add_argument("system")
     parser.add_argument("--body")
     parser.add_argument("--risk", nargs="+", type=float, default=[0.003, 0.01, 0.03])
+    parser.add_argument("--smallest", type=float, help="scale that no set has less than")
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3, 4, 5])
     asked = parser.parse_args()
     body = {} if asked.body is None else {"body": asked.body}
@@ -87,7 +94,8 @@ def main() -> None:
         found.setdefault("whole tube", []).append(judged(answer.contains(*plans), good, spent))
         for risk in asked.risk:
             begin = time.process_time()
-            checked = pj.drive.Validate(system, risk=risk)
+            scales = None if asked.smallest is None else falling(asked.smallest)
+            checked = pj.drive.Validate(system, risk=risk, scales=scales)
             tested = validated(answer, key, settings, checked).validation.answer
             spent = time.process_time() - begin
             held = np.zeros(PLANS, bool) if tested is None else tested.contains(*plans)
