@@ -48,7 +48,9 @@ DRAWS, RARE, LONGEST = 1 << 13, 8, 80  # plans drawn together; times where none 
 PIECES = 1500  # polytopes: the largest
 POOL = 20_000  # plans drawn to tell which polytopes and which scales hold what
 EVEN = 0.8  # of the runs of the design are of plans as they are drawn
-UNSURE = 0.05  # chance that more tests of the last set fail than may, by what the design expects
+# chance that more tests of a set fail than may, by what the design expects: of the largest, and of
+# smaller ones that are tested before it
+UNSURE = (0.05, 0.005, 0.0005)
 PROVED = 2000  # plans that the corridors of a certificate hold
 PART = 0.1  # of the set of a scale must be left in cells
 CUTS, FEWEST = 6, 30  # between plans in a row; plans of a side
@@ -256,52 +258,73 @@ def answer(nested: Nested, scene, succeed, task: kit.Task, rng) -> tuple[list[di
     the number of their scale. succeed: plans -> bool (n,), one fresh run each.
     """
     n = int(DESIGN * task.budget)
-    pool = Sets(tuple(nested.pieces), rng).draw(max(POOL, 2 * n))
+    pool = Sets(tuple(nested.pieces), rng).draw(max(POOL, 3 * n))
     of_piece = nested.level(pool)
     bounds = task.bounds(scene)
     levels = of_piece.min(axis=0)
-    cells, last = _designed(pool, levels, n, bounds, succeed, task, rng)
-    found = nested.at(last, cells, pool, of_piece)
+    inner, last = _designed(pool, levels, n, bounds, succeed, task, rng)
+    found = nested.at(last, inner[-1], pool, of_piece) if inner else []
     union = Sets(tuple(engine.piece(one) for one in found), rng) if found else None
     if not union:
         return [], 0
     tests = union.draw(task.budget - task.used)
     of_piece = nested.level(tests)
-    scales = SCALES[: last + 1]
-    # all lie in the last set, though rows that were rounded may say otherwise
-    inside = np.arange(last + 1)[:, None] >= np.minimum(of_piece.min(axis=0), last)
-    about = SimpleNamespace(risk=task.eps, delta=task.delta, scales=scales)
+    # falling scales in the fewest cells, then more of them; all lie in the last set, though rows
+    # that were rounded may say otherwise
+    sets = [(j, inner[0]) for j in range(last)] + [(last, cells) for cells in inner]
+
+    def among(plans, level):
+        held = [(level <= j) & _in_cells(cells, plans) for j, cells in sets]
+        return np.array([*held[:-1], np.ones(len(plans), bool)])
+
     # where to begin is settled by the pool, of which no plan is a test
-    kept = np.any([((lo <= pool) & (pool <= hi)).all(axis=1) for lo, hi in cells], axis=0)
+    kept = _in_cells(inner[-1], pool) & (levels <= last)
+    expected = len(sets) - among(pool[kept], levels[kept]).sum(axis=0)
     least = required_runs(task.eps, task.delta)
-    first = first_set(levels[kept], last + 1, len(tests), least)
-    steps, passed = fixed_sequence(
-        about, inside, np.broadcast_to(~succeed(tests), inside.shape), first
-    )
+    first = first_set(expected, len(sets), len(tests), least)
+    inside = among(tests, of_piece.min(axis=0))
+    about = SimpleNamespace(risk=task.eps, delta=task.delta, scales=range(len(sets)))
+    failed = np.broadcast_to(~succeed(tests), inside.shape)
+    steps, passed = fixed_sequence(about, inside, failed, first)
     if not passed:
         return [], 0
-    chosen = scales.index(steps[passed - 1].scale)
-    found = found if chosen == last else nested.at(chosen, cells, tests, of_piece)
+    chosen, cells = sets[steps[passed - 1].scale]
+    if cells is not inner[-1] or chosen != last:
+        found = nested.at(chosen, cells, tests, of_piece)
     return found, chosen
 
 
+def _in_cells(cells, plans: np.ndarray) -> np.ndarray:
+    """(n,) bool: plans (n, d) in one of some cells."""
+    return np.any([((lo <= plans) & (plans <= hi)).all(axis=1) for lo, hi in cells], axis=0)
+
+
 def _designed(pool, level, n: int, bounds, succeed, task: kit.Task, rng):
-    """Cells of K in which plans fail rarely, and the number of the smallest scale whose plans there
-    are expected to bear out eps, by n runs: most of them as even as the pool, the others as many
-    between every two scales.
+    """Growing lists of cells of K in which plans fail rarely, and the number of the smallest scale
+    whose plans there are expected to bear out eps, by n runs: half of them nearly as even as the
+    pool, some of these as many between every two scales; half of plans of what seemed best then.
 
     pool (m, d): plans, even over the largest set. level (m,): the first scale that holds each.
     """
     between = [np.flatnonzero(level == j) for j in range(len(SCALES))]
-    share = n * np.array([EVEN * len(b) / len(pool) + (1 - EVEN) / len(SCALES) for b in between])
-    some = [rng.permutation(rows)[: int(m)] for rows, m in zip(between, share, strict=True)]
-    rows = np.concatenate(some)
+    share = [EVEN * len(b) / len(pool) + (1 - EVEN) / len(SCALES) for b in between]
+    some = zip(between, share, strict=True)
+    rows = np.concatenate([rng.permutation(b)[: int(0.5 * n * s)] for b, s in some])
     failed = ~succeed(pool[rows])
-    weight = np.concatenate(
-        [np.full(len(s), len(b) / max(1, len(s))) for s, b in zip(some, between, strict=True)]
-    )
-    tests = task.budget - task.used
-    allowed = gamma.ppf(UNSURE, 1 + max(0, most_discards(tests, task.eps, task.delta))) / tests
+    found = _best(pool, level, level, rows, failed, bounds, task)
+    if found[0]:
+        inside = _in_cells(found[0][-1], pool) & (level <= found[1])
+        more = rng.permutation(np.setdiff1d(np.flatnonzero(inside), rows))[: n // 2]
+        rows, failed = np.append(rows, more), np.append(failed, ~succeed(pool[more]))
+        part = level + len(SCALES) * inside
+        found = _best(pool, level, part, rows, failed, bounds, task)
+    return found
+
+
+def _best(pool, level, part, rows, failed, bounds, task: kit.Task) -> tuple[list, int]:
+    """As `_designed`, by runs of some rows of the pool, even in each part, that failed or not."""
+    counts = [np.bincount(x, minlength=2 * len(SCALES)) for x in (part, part[rows])]
+    weight = (counts[0] / np.maximum(1, counts[1]))[part[rows]]
     start, of_k = np.split(np.asarray(bounds), [task.n_p], axis=1)
     found = []
     for worth in WORTH:
@@ -310,22 +333,48 @@ def _designed(pool, level, n: int, bounds, succeed, task: kit.Task, rng):
             if not own.any():
                 continue
             k, bad, w = pool[rows[own], task.n_p :], failed[own], weight[own]
-            kept, lost, held = [], 0.0, 0.0
+            kept = []
             for lo, hi, leaf in kit.cells(k, bad, *of_k, FEWEST, worth, CUTS, wide=WIDE):
                 # as Jeffreys has it: a cell where none of a few failed is not known to be safe
                 more = w[leaf].mean()
                 fails, size = (w[leaf] * bad[leaf]).sum() + 0.5 * more, w[leaf].sum() + more
                 if fails <= 2 * task.eps * size:
-                    kept.append((np.append(start[0], lo), np.append(start[1], hi)))
-                    lost, held = lost + fails, held + size
-            if held >= PART * w.sum():
-                sure = lost <= allowed * held
-                # of those that may be borne out the largest; else the one that fails most rarely
-                worst = (lost + w.mean()) / held
-                found.append(((sure, held if sure else -worst), kept, j))
+                    cell = np.append(start[0], lo), np.append(start[1], hi)
+                    kept.append((fails / size, size, cell))
+            found += _rarest(kept, PART * w.sum(), w.mean(), j, task)
         if any(rank[0] for rank, _, _ in found):
             break
     if not found:
         return [], 0
-    _, cells, last = max(found, key=lambda one: one[0])
-    return cells, last
+    _, inner, last = max(found, key=lambda one: one[0])
+    return inner, last
+
+
+def _rarest(kept: list[tuple], least: float, one: float, scale: int, task: kit.Task) -> list[tuple]:
+    """Of cells (share that fails, size, cell) those where fewest fail, as many as are expected to
+    bear out eps, by how sure that shall be, the surest first, with their rank among those of other
+    scales. least: size that they must have in all. one: size of a plan.
+    """
+    kept = sorted(kept, key=lambda cell: cell[0])
+    size = np.cumsum([cell[1] for cell in kept])
+    lost = np.cumsum([cell[0] * cell[1] for cell in kept])
+    if not kept or size[-1] < least:
+        return []
+    inner, outer = [], len(kept)
+    for unsure in UNSURE:
+        # all tests are of the largest, and of a smaller one its share of them
+        tests = (task.budget - task.used) * (
+            size / size[outer - 1] if inner else np.ones(len(size))
+        )
+        may = [max(0, most_discards(int(n), task.eps, task.delta)) for n in tests]
+        sure = lost / size <= gamma.ppf(unsure, 1 + np.array(may)) / tests
+        ends = np.flatnonzero((sure & (size >= least))[:outer])
+        if not len(ends):
+            break
+        if not inner or ends[-1] + 1 < len(inner[0]):
+            inner.insert(0, [cell for *_, cell in kept[: ends[-1] + 1]])
+            outer = len(inner[-1])
+    # of those that may be borne out the largest; else the one that fails most rarely
+    if inner:
+        return [((True, size[len(inner[-1]) - 1]), inner, scale)]
+    return [((False, -(lost[-1] + one) / size[-1]), [[cell for *_, cell in kept]], scale)]
