@@ -121,7 +121,9 @@ def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_le
 
         return asked(one, 3)
 
-    assert "in 3 a tube was left" in drive(False).details()
+    done = drive(False)
+    assert "in 3 a tube was left" in done.details()
+    assert "grown by 0.05 m, safe for what is measured, exactly" in done.details()
     assert drive(None).left is None
 
 
@@ -134,7 +136,7 @@ def test_the_sentence_names_law_driver_and_loops_by_content():
     done = asked(Looped(), 8)
     said, claim = done.details(), loop_of(0.01).model.claim.hash[:12]
     idle = sum(not one.loops for one in done.driven)
-    assert f"(C) Of the manoeuvres of a loop (toy, claim {claim}, premises" in said
+    assert f"(C) Of the manoeuvres of a loop (toy, claim {claim}, a body of" in said
     assert "What moves is told of for its intervals alone, until that rest at most" in said
     assert 0 < idle < 8 and f"Of {idle} episodes without one nothing is shown" in said
     both = [

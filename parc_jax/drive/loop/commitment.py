@@ -115,9 +115,14 @@ class Commitment:
 
     @property
     def loop(self) -> str:
-        """The loop that committed to it, by content: its system, its claim and `shared`."""
-        model = self.asked.query.model
-        by = f"claim {model.claim.hash[:12]}, premises {self.shared.hash[:12]}"
+        """The loop that committed to it, by content: its system, claim, body, what it allows for
+        and `shared`.
+        """
+        model, shared, known = self.asked.query.model, self.shared, self.asked.uncertainty
+        by = f"claim {model.claim.hash[:12]}, a body of {'; '.join(shared['body'])}, safe for "
+        by += (
+            f"{known.words if known else 'what is measured, exactly'}, premises {shared.hash[:12]}"
+        )
         return f"{model.system or 'unnamed system'}, {by}"
 
     @property
