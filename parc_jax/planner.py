@@ -19,6 +19,7 @@ from parc_jax.method import Exact, FirstProved
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem, nominal_problems, query
 from parc_jax.problem.robust.realisations import require_given
+from parc_jax.problem.world.moving import require_under_way
 from parc_jax.proof.absence.prove_no_plan import NoPlan
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part
@@ -71,6 +72,7 @@ class Prepared:
         """
         if not 1 <= n <= MOST:
             raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
+        require_under_way(self.scene.problem.all_spans)
         require_sound_arithmetic()
         safe, _ = first_safe(self.scene, stream(key, Stage.SEARCH), n)
         return FirstPlans(safe.plans, safe.clearance, safe.judged)
@@ -78,6 +80,7 @@ class Prepared:
     def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
         """The answer that `Planner.solve` gives. Raises as that does."""
         settings, begin = _settings("solve", settings), time.perf_counter()
+        require_under_way(self.scene.problem.all_spans)
         method = settings.method or Exact()
         if not isinstance(method, FirstProved):  # of which floats decide nothing
             require_sound_arithmetic()

@@ -10,7 +10,7 @@ from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import VALIDATED, confidence_of
-from parc_jax.problem.problem import Span
+from parc_jax.problem.problem import Problem
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
@@ -50,17 +50,17 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
     )
 
 
-def about_spans(spans: Sequence[Span | None], steps: int) -> str:
-    """How many obstacles exist for some intervals of a plan of so many steps alone, and when such a
-    plan has to begin; empty for none. spans: of each obstacle, None for all.
+def about_obstacles(problem: Problem, steps: int) -> str:
+    """What obstacles rest on: how many exist for some intervals of a plan of so many steps alone,
+    and when such a plan has to begin; empty for nothing.
     """
-    some, of = sum(x is not None and tuple(x) != (0, steps - 1) for x in spans), len(spans)
-    made = [x.of for x in spans if x is not None and x.of is not None]
-    whose = sorted({f"number {one.number} of a loop ({one.loop})" for one in made})
-    rests = f"That a robot is in the way rests on its manoeuvre: {_some(whose)}." if whose else ""
+    told, of = [x for x in problem.all_spans if x is not None], len(problem.obstacles)
+    # what is told of for a whole plan is told of for that of its moment alone
+    some = sum(tuple(x) != (0, steps - 1) or x.at is not None for x in told)
+    rests = " ".join(sorted({x.rests_on for x in told if x.rests_on}))
     if not some:
         return rests
-    moments = [x.at for x in spans if x is not None and x.at is not None]
+    moments = [x.at for x in told if x.at is not None]
     begins = f" that begins at {moments[0]!r} s of a clock" if moments else ""
     return (
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
@@ -88,25 +88,25 @@ def about_uncertainty(withstood: str) -> str:
 
 def about_pose(place: Iterable[float], heading: float | None) -> str:
     """The pose from which all plans of the answer start."""
-    where = ", ".join(f"{x:g}" for x in place)
+    where = ", ".join(repr(float(x)).removesuffix(".0") for x in place)
     if heading is None:
         return f"Here: all plans start at ({where}) m."
     return (
-        f"Here: all plans start at ({where}) m with heading {heading:g} rad. Scene, plans and "
-        "certificates are told in the robot's frame: its start is the origin, its heading 0. That "
-        "a run turns with its heading is declared by the system."
+        f"Here: all plans start at ({where}) m with heading {float(heading)!r} rad. Scene, plans "
+        "and certificates are told in the robot's frame: its start is the origin, its heading 0. "
+        "That a run turns with its heading is declared by the system."
     )
 
 
 def about_file(found: bool, robust: bool, pose: bool) -> str:
     """What the checker of a file does not see, of an answer with plans (found), an uncertainty and
-    a pose in the world; empty for nothing.
+    a pose in the world or a moment of the clock; empty for nothing.
     """
     words = {
         "how much of the safe set is covered, its share of all plans and the risk that rests on "
         "it": found,
         "the uncertainty that the scene allows for": robust,
-        "the place of the robot's frame in the world": pose,
+        "the place of the robot's frame in the world, and the moment when a plan begins": pose,
     }
     told = [text for text, holds in words.items() if holds]
     return f"Read from a file, whose word alone it is: {listed(told)}." if told else ""
@@ -270,8 +270,8 @@ def summary(answer, drawn: str) -> str:
         lines.append(drawn)
     elif answer.absence is not None:
         lines.append(answer.absence.details())
-    if spans := about_spans(asked.problem.all_spans, answer.model.time.n_steps):
-        lines.append(spans)
+    if obstacles := about_obstacles(asked.problem, answer.model.time.n_steps):
+        lines.append(obstacles)
     if cover.ended is not None:
         lines.append(cover.ended.sentence)
     if asked.pose is not None:
@@ -297,8 +297,8 @@ def details(answer, drawn: str, polytopes: int) -> str:
     tube = [] if asked.pose is None else [about_pose(*asked.pose)]
     # in the words of the checker, which reads the same part
     scene = f"It is of {scene_of(problem_part(answer.problem, answer.model))}."
-    if spans := about_spans(asked.problem.all_spans, answer.model.time.n_steps):
-        scene += f" {spans}"
+    if obstacles := about_obstacles(asked.problem, answer.model.time.n_steps):
+        scene += f" {obstacles}"
     if answer.status.found and uncertainty is not None:
         tube.append(about_uncertainty(uncertainty.words))
     tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")

@@ -82,9 +82,7 @@ def test_uncertainty_must_fit_the_scene():
 
 def test_nothing_is_nothing_and_something_is_not():
     assert Uncertainty().is_nothing
-    assert Uncertainty(
-        start=0, k=[0.0, 0.0], goal=[0, 0], obstacles=[None], sensing_eps=0.5
-    ).is_nothing
+    assert Uncertainty(start=0, k=[0.0, 0.0], goal=[0, 0], obstacles=[None]).is_nothing
     for one in (
         {"start": 0.1},
         {"heading": 0.1},
@@ -93,6 +91,7 @@ def test_nothing_is_nothing_and_something_is_not():
         {"obstacles": WALL},
         {"given": {"load": 0}},
         {"unknown": {"load": (0, 1)}},
+        {"sensing_eps": 0.5},
     ):
         assert not Uncertainty(**one).is_nothing
 

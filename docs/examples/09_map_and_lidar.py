@@ -31,7 +31,7 @@ if __name__ == "__main__":
     cells[38:42, :34] = cells[38:42, 46:] = 100  # a wall with a door of 0.6 m
     hall = pj.problem.occupancy_grid(cells, resolution=0.05, origin=(-2.0, -2.0, 0.0))
     ahead = pj.problem.goal_of_points(robot.points, {"base": pj.box([-0.1, 0.6], [0.1, 1.0])})
-    problem = pj.reach_avoid(ahead, hall.obstacles(), robot.body)
+    problem = pj.reach_avoid(ahead, hall.free_space().obstacles(), robot.body)
     answer = planner.solve(problem, key, pj.Settings(samples=20), at=[0.0, -0.8])
     print("through the door of the map:", answer.summary())
 

@@ -25,6 +25,7 @@ from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
+from parc_jax.problem.world.outlines import Edge
 from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part
@@ -325,9 +326,11 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
         "volume_of_all": cover.total_volume,
         "coverage": cover.coverage._asdict(),
     }
-    spans = [(getattr(s, "dt", None), getattr(s, "at", None)) for s in answer.problem.all_spans]
+    spans = [s and (s.dt, s.at, s.rests_on) for s in answer.problem.all_spans]
+    edges = [o.written if isinstance(o, Edge) else None for o in answer.problem.obstacles]
     optional = {
-        "spans": spans if any(x is not None for told in spans for x in told) else None,
+        "spans": spans if any(answer.problem.spans) else None,
+        "edges": edges if any(e is not None for e in edges) else None,
         "polytope_coverage": None if polytopes is None else polytopes.coverage._asdict(),
         "within": None if cover.within is None else [hex_text(side) for side in cover.within],
         "doubt": None if uncertainty is None else uncertainty.to_json(),

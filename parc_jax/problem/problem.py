@@ -27,16 +27,27 @@ class Span(tuple):
 
     pair: whole numbers. dt: [s] of an interval. at: [s] of a clock at which the intervals begin.
     of: the commitment whose places the obstacle has. Each of these None where it is not stated.
+    said: what it rests on, a sentence. more: another one goes on where it ends.
     """
 
     dt: float | None
     at: float | None
     of: Any
+    said: str
+    more: bool
 
-    def __new__(cls, pair, dt: float | None = None, at: float | None = None, of: Any = None):
+    def __new__(cls, pair, dt=None, at=None, of: Any = None, said: str = "", more: bool = False):
         self = super().__new__(cls, pair)
-        self.dt, self.at, self.of = dt, at, of
+        self.dt, self.at, self.of, self.said, self.more = dt, at, of, said, more
         return self
+
+    @property
+    def rests_on(self) -> str:
+        """`said`, or a sentence about `of`; empty for nothing."""
+        if self.of is None:
+            return self.said
+        manoeuvre = f"number {self.of.number} of a loop ({self.of.loop})"
+        return f"That a robot is in the way rests on its manoeuvre: {manoeuvre}."
 
     @property
     def void(self) -> str:
@@ -109,9 +120,7 @@ class Problem:
         return dataclasses.replace(made, points=made.points or points)
 
     def __repr__(self) -> str:
-        start = (
-            "anywhere" if self.start is None else f"in {counted(len(self.start.b), 'half-space')}"
-        )
+        start = "anywhere" if self.start is None else "in a set"
         return (
             f"<Problem: goal of {counted(len(self.goal.b), 'row')} over "
             f"{counted(self.goal.n, 'coordinate')}, "

@@ -28,6 +28,7 @@ from parc_jax.problem.scene_values import (
     written_set,
     written_uncertainty,
 )
+from parc_jax.problem.world.outlines import Edge, edge_of
 
 # the fields of a problem, but that an interval of time stands with its obstacle
 ENTRIES = (*(f.name for f in fields(Problem) if f.name != "spans"), "labels")
@@ -43,6 +44,7 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
         without points, all of them end there.
     [[obstacles]] over p: lo, hi; or A, b; or vertices = [[x, y], ...], whose hull it is; optionally
         steps = [first, last], the intervals in which it exists; dt, at: as of `Span`.
+        edge = "...", the region of a `FreeSpace` in which the robot begins, as hexadecimal WKB.
     [body]       radius [m], or vertices = [[x, y], ...], about the first reference point; a polygon
         does not turn with the robot. With points = ["nose", ...] it is the hull of these reference
         points, grown by the radius or the vertices, if any. In place of points also disc or ball
@@ -161,8 +163,10 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
     obstacles = data.get("obstacles", [])
     if not isinstance(obstacles, list):
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
-    further = ("steps", "dt", "at", "uncertainty")
+    further = ("steps", "dt", "at", "uncertainty", "edge")
     sets = [grown_set_of(f"obstacle {i}", part, further) for i, part in enumerate(obstacles)]
+    pairs = zip(sets, obstacles, strict=True)
+    sets = [edge_of(one, part.get("edge")) for one, part in pairs]
     body = _body(data["body"])
     if points is not None:
         numbered(body, points)  # names what is unknown
@@ -256,6 +260,7 @@ def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None)
         steps = {} if span is None else {"steps": [int(i) for i in span]}
         steps |= {name: x for name in ("dt", "at") if (x := getattr(span, name, None)) is not None}
         own = {} if error is None else {"uncertainty": error}
+        own |= {"edge": part.written} if isinstance(part, Edge) else {}
         obstacles.append(written_set(part) | steps | own)
     by_point = None if points is None else _goal_by_point(problem, points)
     goal = written_set(problem.goal) if by_point is None else by_point

@@ -61,7 +61,7 @@ class Uncertainty:
         wide = [*self.start, *self.goal, *(width for _, width in self.k), self.heading]
         exact = all(s is None for s in self.obstacles)
         fixed = [value for _, value in self.given if value != FREE]
-        return not any(wide) and exact and not fixed and not self.unknown
+        return not any([*wide, *fixed, *self.unknown, self.sensing_eps]) and exact
 
     @property
     def of_model(self) -> tuple:

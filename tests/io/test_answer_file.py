@@ -92,7 +92,7 @@ def test_a_scene_says_that_it_tells_of_an_obstacle_for_some_time_alone(answer):
     always = pj.reach_avoid(toy_query.GOAL, [pj.box([-0.5, 0.3], [0, 0.6])], 0.1, spans=[(0, 3)])
     found = toy_query.planner().solve(always, jax.random.PRNGKey(0), pj.Settings(target=0.1))
     assert "(C)" in found.details() and "told of" not in found.details()
-    then = always.replace(spans=[pj.problem.Span((0, 2), 0.25, 3.5)])
+    then = always.replace(spans=[pj.problem.Span((0, 3), 0.25, 3.5)])  # also of all of a plan
     found = toy_query.planner().solve(then, jax.random.PRNGKey(0), pj.Settings(target=0.1))
     said = "told of for some intervals of a plan that begins at 3.5 s of a clock alone"
     assert said in found.details() and said in found.choose().details() and said in found.summary()
@@ -101,7 +101,7 @@ def test_a_scene_says_that_it_tells_of_an_obstacle_for_some_time_alone(answer):
 @pytest.mark.parametrize("proved", [False, True])
 def test_that_there_is_no_plan_is_said_of_the_same_time_alone(proved, tmp_path):
     on_the_goal = [pj.box([-0.5, -0.5], [0.5, 0.5])]
-    then = [pj.problem.Span((3, 3), 0.25, 3.5)]
+    then = [pj.problem.Span((3, 3), 0.25, 3.5, said="That it comes was seen.")]
     asked = pj.reach_avoid(toy_query.GOAL, on_the_goal, 0.1, spans=then)
     none = toy_query.planner().solve(asked, jax.random.PRNGKey(0), pj.Settings())
     none = none if proved else replace(none, absence=None)
@@ -109,10 +109,13 @@ def test_that_there_is_no_plan_is_said_of_the_same_time_alone(proved, tmp_path):
     said = "1 obstacle of 1 is told of for some intervals of a plan"
     for text in (none.details(), none.summary()):
         assert f"{said} that begins at 3.5 s of a clock alone" in text
+        assert "That it comes was seen." in text
     if proved:
         back = load_answer(none.save(tmp_path / "none.json"))
         (span,), said = back.problem.all_spans, f"{said} that begins at 3.5 s"
         assert said in back.details() and said in back.summary()
+        assert "That it comes was seen." in back.details()
+        assert "in the world, and the moment when a plan begins." in back.details()
         assert (span.dt, span.at) == (0.25, 3.5)
 
 

@@ -86,13 +86,13 @@ def test_what_is_touched_inside_the_tubes_of_a_loop_is_said_to_contradict():
 
 
 def test_the_sentence_says_until_when_what_moves_is_told_of():
-    def drive(until, first=0, touched=False):
+    def drive(until, first=0, other=0, touched=False):
         def one(world, seed):
             loop = loop_of(0.01)
             loop.restart()
             dt, block = loop.model.time.dt, pj.box([20.0, 20.0], [21.0, 21.0])
             parts, spans = pj.problem.moving(block, [0.1, 0.0], (first, until), dt, at=0.0)
-            more, whole = pj.problem.moving(block, [0.1, 0.0], (0, 3), dt, at=0.0)
+            more, whole = pj.problem.moving(block, [0.1, 0.0], (other, 3), dt, at=0.0)
             goes = {"at": 0.0, "spans": spans + whole}
             step = loop.step([0.0] * 2, [0.1], parts + more, lambda x: -x.path[:, -1, 0], **goes)
             assert step.new
@@ -100,9 +100,9 @@ def test_the_sentence_says_until_when_what_moves_is_told_of():
 
         return asked(one, 3)
 
-    short = drive(1)
-    assert [one.told_for for one in short.driven] == [0.5] * 3
-    assert ", of some for the first 0.5 s alone: later it may run into" in short.details()
+    for short in (drive(1), drive(1, other=2)):  # another one begins where it ends
+        assert [one.told_for for one in short.driven] == [0.5] * 3
+        assert ", of some for the first 0.5 s alone: later it may run into" in short.details()
     for whole in (drive(3), drive(3, first=2)):
         assert whole.driven[0].told_for is None and "for the first" not in whole.details()
     # who came after it was told of contradicts nothing

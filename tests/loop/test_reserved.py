@@ -120,6 +120,11 @@ def test_plans_beside_a_robot_say_whose_manoeuvre_they_rest_on():
         asked = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), obstacles, RADIUS, spans=spans)
         answer = pj.Planner(model).solve(asked, jax.random.PRNGKey(0), pj.Settings.fast())
         assert f"rests on its manoeuvre: number 0 of a loop ({one.loop})." in answer.details()
+    prepared = pj.Planner(model).prepare(asked)
+    loop.restart()  # its robot may be anywhere
+    for ask in (prepared.solve, prepared.first):
+        with pytest.raises(pj.InputError, match="a robot that has left that since"):
+            ask(jax.random.PRNGKey(0))
 
 
 def test_what_a_robot_has_left_for_another_manoeuvre_reserves_nothing():

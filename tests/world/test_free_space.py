@@ -3,6 +3,7 @@
 from fractions import Fraction
 from itertools import pairwise
 
+import jax
 import numpy as np
 import pytest
 from exact_cover import exact, meets
@@ -16,6 +17,8 @@ need("shapely")
 import shapely  # noqa: E402
 from lidar_worlds import Lidar, a_world  # noqa: E402
 
+from parc_jax.app.files.answer_file import load_answer  # noqa: E402
+from parc_jax.problem.body import Polygon, body_of  # noqa: E402
 from parc_jax.problem.robust.nominal import query  # noqa: E402
 from parc_jax.problem.world import free_space  # noqa: E402
 from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E402
@@ -141,6 +144,51 @@ def test_edges_of_free_space_are_for_a_robot_inside_of_it():
             query(pj.reach_avoid(goal, edges, 0.1, start), line).nominal()
     within = pj.reach_avoid(goal, edges, 0.1, pj.box([1.0, 0.0], [2.0, 1.0]))
     assert query(within, line).nominal().problem.obstacles
+
+
+def test_every_part_of_the_body_begins_in_the_free_space():
+    """A tractor, and its trailer 1 m behind it, which nothing joins to it for a verdict."""
+    points, time = ("tractor", "trailer"), pj.learning.time_grid(0.5, 1.0, 0.5)
+    eye, behind = np.eye(2), np.array([-1.0, 0.0])
+    net = pj.learning.relu_network(
+        [np.concatenate([0 * eye, *[eye] * 4])],
+        [np.concatenate([behind, *[0 * behind, behind] * 2])],
+    )
+    tube = pj.learning.tube([[-1.0, 1.0]] * 2, np.full((1, 2, 4), 0.02), np.full((1, 4), 0.02), 2)
+    claim = pj.learning.declared_claim(tube, "this test", net, time, points=points)
+    model = pj.learning.trajectory_model(net, claim)
+    goal = pj.problem.goal_of_points(points, {"tractor": pj.box([-1.0] * 2, [1.0] * 2)})
+    tractor, trailer = (pj.problem.hull(name, radius=0.2) for name in points)
+    beside = Polygon(np.array([[-1.2, -0.2], [-0.8, -0.2], [-1.0, 0.2]]))
+
+    def asked(body, back):
+        seen = free_place([[back, -2.0], [3.0, -2.0], [3.0, 2.0], [back, 2.0]]).obstacles()
+        return query(pj.reach_avoid(goal, seen, body), model, [0.0, 0.0]).nominal()
+
+    assert asked(tractor, -0.4) and asked(pj.problem.hull(*points, radius=0.2), -0.4)
+    for number, body in ((1, body_of([tractor, trailer])), (0, trailer), (0, beside)):
+        assert asked(body, -1.4)
+        with pytest.raises(InputError, match=rf"part {number} may begin at \(-1.000, "):
+            asked(body, -0.4)
+
+
+def test_files_keep_the_region_that_edges_are_of(tmp_path):
+    line, key = line_model(4, 0.01, rests=True), jax.random.key(0)
+    edges = free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]]).obstacles()
+    block = pj.box([3.0, 3.0], [3.5, 3.5])
+    problem = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), [block, *edges], 0.1)
+    settings = pj.Settings(samples=1, method=pj.types.FirstProved())
+    answer = pj.Planner(line).solve(problem, key, settings, at=[0.0, 0.0])
+    files = [
+        pj.exchange.save_problem(tmp_path / f"scene.{kind}", problem) for kind in ("toml", "json")
+    ]
+    read = [pj.exchange.load_problem(path) for path in files]
+    for again in (*read, load_answer(answer.save(tmp_path / "answer.json")).problem):
+        assert [getattr(one, "region", None) for one in again.obstacles] == [
+            getattr(one, "region", None) for one in problem.obstacles
+        ]
+        with pytest.raises(InputError, match="expected a start inside the free space"):
+            query(again, line, [5.0, 0.0]).nominal()
 
 
 def test_what_is_proposed_is_not_believed(drives, monkeypatch):

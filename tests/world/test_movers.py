@@ -9,6 +9,7 @@ from toy_movers import GRID, straight
 
 import parc_jax as pj
 from parc_jax.common.spelling import rounded_up
+from parc_jax.statement import about_obstacles
 
 ROBOT = pj.learning.time_grid(0.1, 1.0, 0.1)
 STEP = 0.1
@@ -108,6 +109,8 @@ def test_until_a_moment_nobody_is_an_obstacle_later():
     assert told.until == pytest.approx(0.4) and told.spans[-1][1] == 3
     assert told.said.startswith("Until 0.4 s after the pose at 0.0 s, against 1 mover ")
     assert "which is DECLARED, not shown, if they ignore the robot" in told.said
+    asked = pj.reach_avoid(pj.box([-1, -1], [1, 1]), told.obstacles, 0.1, spans=told.spans)
+    assert told.said in about_obstacles(asked, ROBOT.n_steps)
 
 
 def test_tracks_with_gaps_and_jumps_are_refused():

@@ -99,5 +99,3 @@ def test_geojson_and_lines_are_read():
 def test_what_is_no_outline_is_refused_in_one_sentence(outline, sentence):
     with pytest.raises(InputError, match=sentence):
         convex_pieces(outline)
-    with pytest.raises(InputError, match="tolerance >= 0"):
-        convex_pieces(COMB, -0.1)

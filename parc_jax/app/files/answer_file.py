@@ -14,6 +14,7 @@ from parc_jax.problem.problem import Problem, Span
 from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.realisations import robustness_of_json
+from parc_jax.problem.world.outlines import edge_of
 from parc_jax.proof.absence.prove_no_plan import PROVED, UNDECIDED, NoPlan
 from parc_jax.proof.certificate.prove import corridor_of, model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import FORMAT, part_hash
@@ -60,9 +61,11 @@ def _answer(data: dict, report) -> Answer:
     model, problem = model_of_file(data), problem_of_file(data["problem"])
     meta = _meta(data["meta"], model)
     if "spans" in meta:  # beside the intervals, for which moment and steps of what length
-        told = [[None if x is None else float(x) for x in one] for one in meta["spans"]]
-        pairs = zip(problem.all_spans, told, strict=True)
-        problem = problem.replace(spans=[s if s is None else Span(s, *of) for s, of in pairs])
+        pairs = zip(problem.all_spans, meta["spans"], strict=True)
+        problem = problem.replace(spans=[s and _span(s, *of) for s, of in pairs])
+    if "edges" in meta:
+        pairs = zip(problem.obstacles, meta["edges"], strict=True)
+        problem = problem.replace(obstacles=[edge_of(*pair) for pair in pairs])
     nominal = _nominal(problem, model, meta)
     scene = _scene(nominal, data)
     plans = [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]]
@@ -90,8 +93,13 @@ def _answer(data: dict, report) -> Answer:
     looks = looks_of_json(meta.get("looks"))
     _require_start(nominal, [*p0, *(corridor.p0 for corridor in corridors)])
     turned = nominal.pose is not None and nominal.pose.heading is not None
+    turned |= any(s is not None and s.at is not None for s in problem.all_spans)
     unchecked = about_file(bool(samples.size or corridors), nominal.uncertainty is not None, turned)
     return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
+
+
+def _span(pair: Span, dt: str | None, at: str | None, said: str) -> Span:
+    return Span(pair, *(x and float(x) for x in (dt, at)), said=said)
 
 
 def _meta(part: dict, model: TrajectoryModel) -> dict:

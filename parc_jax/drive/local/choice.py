@@ -42,7 +42,7 @@ from parc_jax.learning.system import System
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
-from parc_jax.statement import about_pose, about_spans
+from parc_jax.statement import about_obstacles, about_pose
 
 
 @dataclass(frozen=True)
@@ -218,8 +218,8 @@ class Choice:
             lines.append(about_pose(*self.scene.nominal.pose))
         problem = self.scene.nominal.problem
         lines.append(f"It is of {scene_of(problem_part(problem, self.model))}.")
-        if spans := about_spans(problem.all_spans, self.model.time.n_steps):
-            lines.append(spans)
+        if obstacles := about_obstacles(problem, self.model.time.n_steps):
+            lines.append(obstacles)
         if self.tested is None:
             lines.append("This very plan: not run since it was chosen, so no statement.")
         else:

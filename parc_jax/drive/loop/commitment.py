@@ -78,13 +78,11 @@ class Commitment:
     @property
     def told_until(self) -> Fraction:
         """[s] of the clock up to which all that moves is told of: its end, or earlier where an
-        obstacle with a span ends without another in its place.
+        obstacle with a span ends that no other goes on (`Span.more`).
         """
-        steps, spans = self.asked.model.time.n_steps, self.asked.problem.all_spans
-        told = [span for span in spans if span is not None]
-        there = [sum(first <= t <= last for first, last in told) for t in range(steps)]
-        ends = (t for t in range(1, steps) if there[t] < there[t - 1])
-        return self.begin + Fraction(self.asked.model.time.dt) * next(ends, steps)
+        time, spans = self.asked.model.time, self.asked.problem.all_spans
+        ends = [span[1] + 1 for span in spans if span is not None and not span.more]
+        return self.begin + Fraction(time.dt) * min([time.n_steps, *ends])
 
     def proved(self) -> bool:
         """Check it exactly, in some milliseconds."""

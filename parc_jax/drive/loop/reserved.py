@@ -62,7 +62,7 @@ def reserved(
     # the first interval by whose begin it rests
     rests = min(max(math.ceil((len(reach) - 1) * dt / step - age / step), 0), time.n_steps)
     told = time.dt, float(age + commitment.begin), commitment
-    spans = spans_of(0, rests - 1, every, *told)
+    spans = [Span(one, *told, more=True) for one in spans_of(0, rests - 1, every, *told)]
     spans += spans_of(rests, time.n_steps - 1, time.n_steps, *told)
     ends = [(age + first * step, age + (last + 1) * step) for first, last in spans]
     ends[-1] = ends[-1][0], len(reach) * dt  # and for ever

@@ -7,22 +7,27 @@ and certificates are those of the nominal problem. Offsets are computed in exact
 rounded once, to the safe side; for many polygons at once in floats, whose rounding is paid for.
 """
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
+from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import box
-from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.common.sets.hull import OFF, alike, corners_of_many
 from parc_jax.common.sets.rational import exact_support, rational_vertices
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
+from parc_jax.learning.network.rounding import outputs_within
+from parc_jax.problem.body import Disc, numbered
 from parc_jax.problem.problem import Problem, finite_box, require_dimensions
 from parc_jax.problem.robust.pose import Pose, from_here, pose_of, require_rotation
 from parc_jax.problem.robust.realisations import (
@@ -35,6 +40,7 @@ from parc_jax.problem.robust.realisations import (
 )
 from parc_jax.problem.robust.vertex_model import copied_model, copied_problem
 from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.problem.world.moving import require_under_way
 from parc_jax.problem.world.outlines import Edge
 
 CACHED = 16  # robust models that a planner caches
@@ -75,13 +81,8 @@ class Query:
         obstacles are edges of free space in which not every start lies.
         """
         problem, model, pose = self.problem, self.model, self.pose
-        for j, span in enumerate(problem.all_spans):
-            if span is not None and span.void:
-                raise InputError(
-                    f"span of obstacle {j}: expected places of a manoeuvre that is under way; it "
-                    f"{span.void}. Make it anew."
-                )
-        _require_free(problem, pose)
+        require_under_way(problem.all_spans)
+        _require_free(problem, model, pose)
         uncertainty = problem.uncertainty
         if uncertainty is not None or model.given:
             require_given(uncertainty, model)
@@ -150,21 +151,44 @@ class NominalProblem:
     query: Query | None = None
 
 
-def _require_free(problem: Problem, pose: Pose | None) -> None:
-    """Raises InputError unless every start lies in the free space of which obstacles are edges. No
-    verdict lets a body touch an edge, so one place of it, the first point, tells of all. [T41]
+def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -> None:
+    """Raises InputError unless every part of the body begins, from every start, in the free space
+    of which obstacles are edges. No verdict lets a part touch an edge, wherever in its tube and its
+    uncertainty it is, so one place of it, as predicted, tells of all. [T41]
     """
-    edges = {id(one.region): one for one in problem.obstacles if isinstance(one, Edge)}
+    edges = {one.written: one for one in problem.obstacles if isinstance(one, Edge)}
     if not edges:
         return
     starts = np.array([[-np.inf, np.inf]] * 2).T
+    heading = 0.0 if pose is None else pose.heading or 0.0
     if pose is not None:
         starts = pose.place[None]
     elif problem.start is not None:
-        lo, hi = finite_box(problem.start, "start")
-        starts = np.array([[x, y] for x in (lo[0], hi[0]) for y in (lo[1], hi[1])])
-    for edge in edges.values():
-        edge.require_inside(starts)
+        box_of_starts = zip(*finite_box(problem.start, "start"), strict=True)
+        starts = np.array(list(itertools.product(*box_of_starts)))
+    cosine, sine = math.cos(heading), math.sin(heading)
+    for i, part in enumerate(numbered(problem.body, model.points)):
+        some = [0] if 0 in part.points else list(part.points)  # their middle is in their hull
+        around = np.zeros((2, 2)) if some == [0] else once(model, _at_start)[:, some].mean(axis=1)
+        corners = np.array(list(itertools.product(*around[:, :2].T)))
+        places = starts[:, None] + corners @ np.array([[cosine, sine], [-sine, cosine]])
+        if not isinstance(part.shape, Disc):
+            places = places + part.shape.vertices.mean(axis=0)
+        if not all(edge.holds(places.reshape(-1, 2)) for edge in edges.values()):
+            x, y = places[0, 0]
+            raise InputError(
+                "obstacles: expected a start inside the free space whose edges they are, of "
+                f"every part of the body; part {i} may begin at ({x:.3f}, {y:.3f}) or further. "
+                "Take edges of free space around every start, or say where it is: at."
+            )
+
+
+def _at_start(model: TrajectoryModel) -> np.ndarray:
+    """(2, points, n_p) bounds of each point at the start, seen from the first one, over all k."""
+    others = (model.n_points - 1) * model.n_p  # the outputs that come first
+    lo, hi = outputs_within(model.net, model.domain, np.arange(others))
+    bounds = np.stack([lo.min(axis=0), hi.max(axis=0)]).reshape(2, -1, model.n_p)
+    return np.concatenate([np.zeros((2, 1, model.n_p)), bounds], axis=1)
 
 
 def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
@@ -296,8 +320,8 @@ def _around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]
         # sides of the box that the obstacle has already would come twice
         there = (A[:, :, None] == axes).all(axis=3).any(axis=1)
         for i, rows, own, new, more in zip(some, A, farther, beside, ~there, strict=True):
-            out[planar[i]] = HPolytope(
-                np.concatenate([rows, axes[more]]), np.concatenate([own, new[more]])
+            out[planar[i]] = obstacles[planar[i]].replace(
+                A=np.concatenate([rows, axes[more]]), b=np.concatenate([own, new[more]])
             )
     return out
 
@@ -316,4 +340,4 @@ def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
     _, first = np.unique(A, axis=0, return_index=True)
     A = A[np.sort(first)]  # without normals that have come before
     offsets = [round_up(sum(exact_support(points, w) for points in corners)) for w in A]
-    return hpolytope(A, np.array(offsets))
+    return obstacle.replace(A=A, b=np.array(offsets))

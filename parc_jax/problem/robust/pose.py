@@ -19,6 +19,7 @@ from parc_jax.learning.network.rounding import rounding_bound
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import Problem
+from parc_jax.problem.world.outlines import Edge
 
 ROUNDING = 2.0**-44  # of the terms of a row: far more than the rounding of a few products
 
@@ -117,5 +118,6 @@ def _turned(
     terms = np.abs(A).sum(axis=1) * (far + np.abs(place).sum()) + np.abs(b)
     bounds = b - A @ place + ROUNDING * terms
     last = np.cumsum([len(o.b) for o in obstacles])[:-1]
-    own = zip(np.split(A @ turn, last), np.split(bounds, last), strict=True)
-    return tuple(HPolytope(rows, offsets) for rows, offsets in own)
+    own = zip(obstacles, np.split(A @ turn, last), np.split(bounds, last), strict=True)
+    lost = {Edge: {"region": None}}  # which is told in the world
+    return tuple(o.replace(A=rows, b=off, **lost.get(type(o), {})) for o, rows, off in own)

@@ -22,6 +22,7 @@ from parc_jax.common.spelling import listed
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS
+from parc_jax.problem.problem import finite_box
 from parc_jax.problem.uncertainty import FREE, Interval, Uncertainty, require_once
 
 
@@ -294,9 +295,12 @@ def words(uncertainty: Uncertainty, executions: Executions) -> str:
     parts += [f"every execution with {off}"] if off else []
     if any(uncertainty.goal):
         parts.append(f"every goal moved by up to {_spread(uncertainty.goal)}")
-    if any(s is not None for s in uncertainty.obstacles):
-        parts.append("every place of the obstacles that fits what was seen of them")
-    return "; ".join([*parts, *(p.words for p in executions.parameters if p.source is not None)])
+    sets = [s for s in uncertainty.obstacles if s is not None]
+    if sets:
+        ends = [np.abs(finite_box(s, "uncertainty of obstacles")).max(axis=0) for s in sets]
+        parts.append(f"every obstacle moved by up to {_spread(np.max(ends, axis=0))} m")
+    parts += [p.words for p in executions.parameters if p.source is not None]
+    return "; ".join(parts) or "everything exactly as it was told"
 
 
 def _spread(widths: Sequence[float]) -> str:

@@ -267,8 +267,7 @@ class FreeSpace:
 
     def obstacles(self) -> tuple[Edge, ...]:
         """Convex pieces, one an edge, that cover its boundary: a body that lies in this region at
-        the start and touches none of them stays in it; a pose elsewhere is refused. [T41] Raises
-        InputError.
+        the start and touches none of them stays in it; another is refused. Raises InputError. [T41]
         """
         return tuple(Edge(one.A, one.b, self.region) for one in thin_pieces(self._edges()))
 

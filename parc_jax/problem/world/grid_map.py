@@ -9,8 +9,6 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.world.free_space import FreeSpace
 from parc_jax.problem.world.outlines import FARTHEST, package
 
@@ -33,78 +31,44 @@ class GridMap:
     resolution: float
     origin: tuple[float, float, float]
 
-    def obstacles(
-        self, place: npt.ArrayLike | None = None, reach: float | None = None
-    ) -> tuple[HPolytope, ...]:
-        """Rectangles that cover every cell that is not free, and a frame of one cell around all of
-        it, as nothing is known beyond: a robot begins inside. Raises InputError.
-
-        place, reach: keep the cells that meet the square of half width reach [m] around a place
-        (x, y), along the map's axes, with the frame around these.
-
-        Algorithm: runs of cells in a row, equal runs of neighbouring rows joined; or the same by
-        columns, whichever are fewer. Each is grown by the named tolerance `outline`.
-        """
-        cells, (row, column) = self._around(place, reach)
-        blocked = np.pad(~cells, 1, constant_values=True)  # beyond the map nothing is known
-        found = _rectangles(blocked)
-        other = _rectangles(blocked.T)[:, [2, 3, 0, 1]]
-        found = min(found, other, key=len) + np.array([row, row, column, column]) - 1
-        x, y, yaw = self.origin
-        ahead = np.array([np.cos(yaw), np.sin(yaw)]) if yaw else np.array([1.0, 0.0])
-        left = np.array([-ahead[1], ahead[0]]) + 0.0
-        A = np.stack([ahead, left, -ahead, -left]) + 0.0
-        corner = np.array([ahead @ (x, y), left @ (x, y)])
-        hi = corner + self.resolution * found[:, [3, 1]]
-        lo = corner + self.resolution * found[:, [2, 0]]
-        b = np.concatenate([hi, -lo], axis=1) + TOLERANCES.outline
-        return tuple(HPolytope(A, offsets) for offsets in b)
-
     def free_space(
         self, place: npt.ArrayLike | None = None, reach: float | None = None
     ) -> FreeSpace:
-        """The free cells, or those that meet the square around a place, as in `obstacles`: its
-        `near` needs far fewer obstacles. Raises InputError.
+        """The free cells, as nothing is known beyond the map; or those that meet the square of half
+        width reach [m] around a place (x, y), along the map's axes. Raises InputError.
         """
         shapely = package("shapely", "free_space")
-        cells, (row, column) = self._around(place, reach)
-        found = _rectangles(cells) + np.array([row, row, column, column])
+        x, y, yaw = self.origin
+        c, s = np.cos(yaw), np.sin(yaw)
+        spans = [slice(0, count) for count in self.free.shape]
+        if place is not None or reach is not None:
+            if place is None or reach is None or not (np.isfinite(reach) and reach > 0):
+                raise InputError(
+                    f"map: expected a place (x, y) with a reach > 0 m, or neither; got "
+                    f"{place!r:.40} and {reach!r:.40}."
+                )
+            off = as_float64("place (x, y)", place, (None,))[:2] - (x, y)
+            column, row = np.array([c * off[0] + s * off[1], c * off[1] - s * off[0]])
+            for axis, (middle, count) in enumerate(
+                zip((row, column), self.free.shape, strict=True)
+            ):
+                ends = np.array([middle - reach, middle + reach]) / self.resolution
+                first, last = np.clip([np.floor(ends[0]), np.ceil(ends[1])], 0, count).astype(int)
+                if not 0 <= middle <= count * self.resolution:
+                    raise InputError(
+                        f"map: expected a place on the map; ({off[0] + x:g}, {off[1] + y:g}) is "
+                        f"outside of its {self.free.shape} cells."
+                    )
+                spans[axis] = slice(first, last)
+        found = _rectangles(self.free[*spans]) + np.repeat([one.start for one in spans], 2)
         boxes = shapely.box(found[:, 2], found[:, 0], found[:, 3], found[:, 1])
         region = shapely.union_all(boxes)  # of whole numbers: exact
-        x, y, yaw = self.origin
-        turn = self.resolution * np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+        turn = self.resolution * np.array([[c, s], [-s, c]])
         region = shapely.transform(region, lambda cell: cell @ turn + (x, y))
         parts = shapely.get_parts(region)
         holes = [shapely.Polygon(ring) for part in parts for ring in part.interiors]
         # what stands on the map is no hole that the assumption of a scan may fill
         return FreeSpace(region, gone=shapely.union_all(holes).difference(region))
-
-    def _around(
-        self, place: npt.ArrayLike | None, reach: float | None
-    ) -> tuple[np.ndarray, tuple[int, int]]:
-        """The cells around a place, and the number of their first row and column."""
-        if place is None and reach is None:
-            return self.free, (0, 0)
-        if place is None or reach is None or not (np.isfinite(reach) and reach > 0):
-            raise InputError(
-                f"map: expected a place (x, y) with a reach > 0 m, or neither; got {place!r:.40} "
-                f"and {reach!r:.40}."
-            )
-        x, y, yaw = self.origin
-        off = as_float64("place (x, y)", place, (None,))[:2] - (x, y)
-        c, s = np.cos(yaw), np.sin(yaw)
-        column, row = np.array([c * off[0] + s * off[1], c * off[1] - s * off[0]])
-        spans = []
-        for middle, count in zip((row, column), self.free.shape, strict=True):
-            ends = np.array([middle - reach, middle + reach]) / self.resolution
-            first, last = np.clip([np.floor(ends[0]), np.ceil(ends[1])], 0, count).astype(int)
-            if not 0 <= middle <= count * self.resolution:
-                raise InputError(
-                    f"map: expected a place on the map; ({off[0] + x:g}, {off[1] + y:g}) is outside"
-                    f" of its {self.free.shape} cells."
-                )
-            spans.append(slice(first, last))
-        return self.free[*spans], (spans[0].start, spans[1].start)
 
     def __repr__(self) -> str:
         rows, columns = self.free.shape

@@ -229,6 +229,7 @@ def mover_obstacles(
         f"{counted(n, 'mover')} within {radius:g} m: {held}, if they ignore the robot. Of whoever "
         f"is not among them nothing is said. {assumes(p)}"
     )
+    spans = spans_of(0, steps - 1, every, time.dt, float(at), said=said)
     return Moving(obstacles, spans * n, steps * time.dt, said)
 
 

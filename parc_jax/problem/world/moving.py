@@ -1,6 +1,7 @@
 """Moving obstacles as polytopes with intervals of existence."""
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -66,10 +67,21 @@ def moving(
 
 
 def spans_of(
-    first: int, last: int, every: int, dt: float, at: float | None, of: Any = None
+    first: int, last: int, every: int, dt: float, at: float | None, of: Any = None, said: str = ""
 ) -> list[Span]:
     """Spans of so many intervals each, from the first to the last. Arguments as of `Span`."""
-    return [Span((t, min(t + every - 1, last)), dt, at, of) for t in range(first, last + 1, every)]
+    pairs = [(t, min(t + every - 1, last)) for t in range(first, last + 1, every)]
+    return [Span(pair, dt, at, of, said, more=pair[1] < last) for pair in pairs]
+
+
+def require_under_way(spans: Sequence[Span | None]) -> None:
+    """Raises InputError where the robot of an obstacle has left its manoeuvre since."""
+    for j, span in enumerate(spans):
+        if span is not None and span.void:
+            raise InputError(
+                f"span of obstacle {j}: expected places of a manoeuvre that is under way; it "
+                f"{span.void}. Make it anew."
+            )
 
 
 def _sides(vertices: list[Point], v: np.ndarray) -> np.ndarray:

@@ -92,28 +92,24 @@ Corner = tuple[float, float]
 THIN = 1e-3  # [m] half thickness of the piece of a line
 
 
-def convex_pieces(outline: object, tolerance: float = 0.0) -> tuple[HPolytope, ...]:
+def convex_pieces(outline: object) -> tuple[HPolytope, ...]:
     """Few convex obstacles that cover a polygon, which may have holes and inlets, or lines (walls).
 
     outline: a Shapely geometry, a GeoJSON dict (in metres, not degrees), anything with a
         `__geo_interface__`, or corners (n, 2). Lines get pieces THIN on either side.
-    tolerance: [m] by which more than the outline may be covered, to save pieces; never less.
     Raises InputError.
 
     Algorithm: a constrained triangulation, of which neighbours are merged as long as they stay
     convex: at most four times as many pieces as there must be (Hertel and Mehlhorn 1983). That the
     triangles cover the polygon is checked by their areas, in exact rationals.
     """
-    if not (np.isfinite(tolerance) and tolerance >= 0):
-        raise InputError(f"convex_pieces: expected a tolerance >= 0 m; got {tolerance!r:.40}.")
     found: list[HPolytope] = []
     for part in outlines("convex_pieces", outline):
         if part.geom_type != "Polygon":
             ends = np.asarray(part.coords)
             found += thin_pieces(np.stack([ends[:-1], ends[1:]], axis=1))
             continue
-        simple = _simpler(part, tolerance) if tolerance else part
-        found += [polytope_around(corners, "convex_pieces") for corners in convex_parts(simple)]
+        found += [polytope_around(corners, "convex_pieces") for corners in convex_parts(part)]
     return tuple(found)
 
 
@@ -135,22 +131,31 @@ def convex_parts(polygon: "shapely.Polygon") -> list[list[Corner]]:
 @struct.dataclass
 class Edge(HPolytope):
     """An obstacle along the boundary of a region of the plane, beyond which nothing is one: for a
-    start inside of it alone. region: a Shapely geometry [m].
+    start inside of it alone. region: a Shapely geometry [m], None for one in another frame, of
+    which no start is said to be inside.
     """
 
     region: Any = struct.field(pytree_node=False, default=None)
 
-    def require_inside(self, starts: npt.ArrayLike) -> None:
-        """Raises InputError unless the hull of places (n, 2) [m] lies in the region. [T41]"""
-        starts, shapely = np.asarray(starts, np.float64), package("shapely", "free space")
-        known = np.isfinite(starts).all()
-        if not (known and self.region.contains(shapely.MultiPoint(starts).convex_hull)):
-            x, y = starts[0]
-            raise InputError(
-                "obstacles: expected a start inside the free space whose edges they are; it may be "
-                f"({x:g}, {y:g}) or further. Take edges of free space around every start, or say "
-                "where it is: at."
-            )
+    @property
+    def written(self) -> str:
+        """Its region as hexadecimal WKB, which `edge_of` reads; empty for none."""
+        return self.region.wkb_hex if self.region else ""
+
+    def holds(self, places: np.ndarray) -> bool:
+        """Whether the hull of places (n, 2) [m] lies in the region."""
+        shapely = package("shapely", "free space")
+        if self.region is None or not np.isfinite(places).all():
+            return False
+        return bool(self.region.contains(shapely.MultiPoint(places).convex_hull))
+
+
+def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
+    """The obstacle as the edge that was written so; itself for None."""
+    if written is None:
+        return obstacle
+    region = package("shapely", "free space").from_wkb(written) if written else None
+    return Edge(obstacle.A, obstacle.b, region)
 
 
 def thin_pieces(segments: npt.ArrayLike) -> list[HPolytope]:
@@ -164,17 +169,6 @@ def thin_pieces(segments: npt.ArrayLike) -> list[HPolytope]:
     ends = (A[:, :, None] * segments[:, None]).sum(axis=-1)
     b = ends.max(axis=-1) + (THIN + TOLERANCES.outline)
     return [HPolytope(rows, offsets) for rows, offsets in zip(A, b, strict=True)]
-
-
-def _simpler(polygon: "shapely.Polygon", tolerance: float):
-    """A polygon around this one, within the tolerance of it, with fewer corners; or this one."""
-    shapely = package("shapely", "convex_pieces")
-    wide = polygon.buffer(tolerance / 2, quad_segs=2)
-    # half of the tolerance outwards, then less than that back in: `contains` has the last word
-    simple = wide.simplify(0.45 * tolerance)
-    around = simple.is_valid and simple.contains(polygon)
-    fewer = shapely.get_num_coordinates(simple) < shapely.get_num_coordinates(polygon)
-    return simple if around and fewer else polygon
 
 
 def _triangles(polygon: "shapely.Polygon") -> list[list[Corner]]:
