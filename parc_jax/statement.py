@@ -91,9 +91,10 @@ def about_pose(place: Iterable[float], heading: float | None) -> str:
     where = ", ".join(repr(float(x)).removesuffix(".0") for x in place)
     if heading is None:
         return f"Here: all plans start at ({where}) m."
+    angle = repr(float(heading)).removesuffix(".0")
     return (
-        f"Here: all plans start at ({where}) m with heading {float(heading)!r} rad. Scene, plans "
-        "and certificates are told in the robot's frame: its start is the origin, its heading 0. "
+        f"Here: all plans start at ({where}) m with heading {angle} rad. Scene, plans and "
+        "certificates are told in the robot's frame: its start is the origin, its heading 0. "
         "That a run turns with its heading is declared by the system."
     )
 

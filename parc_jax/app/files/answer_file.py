@@ -64,8 +64,8 @@ def _answer(data: dict, report) -> Answer:
         pairs = zip(problem.all_spans, meta["spans"], strict=True)
         problem = problem.replace(spans=[s and _span(s, *of) for s, of in pairs])
     if "edges" in meta:
-        pairs = zip(problem.obstacles, meta["edges"], strict=True)
-        problem = problem.replace(obstacles=[edge_of(*pair) for pair in pairs])
+        edges = [edge_of(*of) for of in zip(problem.obstacles, meta["edges"], strict=True)]
+        problem = problem.replace(obstacles=edges)
     nominal = _nominal(problem, model, meta)
     scene = _scene(nominal, data)
     plans = [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]]
@@ -99,7 +99,7 @@ def _answer(data: dict, report) -> Answer:
 
 
 def _span(pair: Span, dt: str | None, at: str | None, said: str) -> Span:
-    return Span(pair, *(x and float(x) for x in (dt, at)), said=said)
+    return Span(pair, dt and float(dt), at and float(at), said=said)
 
 
 def _meta(part: dict, model: TrajectoryModel) -> dict:
