@@ -4,11 +4,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from toy_models import line_model
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.statement import about_pose
 
 GOAL = box([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0])
 WALL = box([2.0, -1.0], [3.0, 1.0])
@@ -104,3 +107,14 @@ def test_one_number_serves_all_axes_and_names_are_kept():
     assert Uncertainty(goal=[1, 2, 3]).of_goal(2, 1).tolist() == [1, 2, 3]
     assert Uncertainty(goal=[1, 2]).of_goal(2, 1).tolist() == [1, 2, 0]
     assert Uncertainty(sensing_eps="1e-3").sensing_eps == Fraction(1, 1000)
+
+
+def test_how_far_obstacles_and_poses_are_off_is_said_in_numbers():
+    line = line_model(4, 0.01, rests=True)
+    off = Uncertainty(obstacles=[box([-0.3, -0.1], [0.2, 0.1]), None])
+    asked = reach_avoid(GOAL, [WALL, WALL], 0.1, uncertainty=off)
+    assert query(asked, line).nominal().uncertainty.words == (
+        "every obstacle moved by up to ±0.3, ±0.1 m"
+    )
+    told = about_pose([1234.5678, 2.0], 0.1234567)
+    assert "(1234.5678, 2) m with heading 0.1234567 rad" in told
