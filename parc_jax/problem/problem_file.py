@@ -72,13 +72,11 @@ def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
     return named
 
 
-def problem_of_text(
-    text: str, name: str, is_json: bool = False, points: Sequence[str] | None = None
-) -> Problem:
-    """The problem in the text of a file called `name`. points: as of `load_problem`. Raises
-    InputError.
+def problem_of_text(text: str, name: str, points: Sequence[str] | None = None) -> Problem:
+    """The problem in the text of a file called `name`, of JSON where that ends in .json. points: as
+    of `load_problem`. Raises InputError.
     """
-    return _named(name, _parsed(text, name, is_json), points)
+    return _named(name, _parsed(text, name), points)
 
 
 def _named(name: str, data, points: Sequence[str] | None) -> Problem:
@@ -97,11 +95,12 @@ def _data(path):
         raise InputError(f"{path}: no such file.") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: expected a text file in TOML or JSON; {error}.") from None
-    return _parsed(text, str(path), path.suffix == ".json")
+    return _parsed(text, str(path))
 
 
-def _parsed(text: str, name: str, is_json: bool):
+def _parsed(text: str, name: str):
     """The data of a file called `name`, with exact decimals."""
+    is_json = name.endswith(".json")
     try:
         if is_json:
             return json.loads(text, parse_float=Decimal, object_pairs_hook=_unique)
@@ -165,8 +164,7 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
     further = ("steps", "dt", "at", "uncertainty", "edge")
     sets = [grown_set_of(f"obstacle {i}", part, further) for i, part in enumerate(obstacles)]
-    pairs = zip(sets, obstacles, strict=True)
-    sets = [edge_of(one, part.get("edge")) for one, part in pairs]
+    sets = [edge_of(one, part.get("edge")) for one, part in zip(sets, obstacles, strict=True)]
     body = _body(data["body"])
     if points is not None:
         numbered(body, points)  # names what is unknown
