@@ -90,7 +90,7 @@ def about_pose(place: Iterable[float], heading: float | None) -> str:
     """The pose from which all plans of the answer start."""
     where = ", ".join(repr(float(x)).removesuffix(".0") for x in place)
     if heading is None:
-        return f"Here: all plans start at ({where}) m."
+        return f"Here: all plans start at ({where}) m, with the heading of the model's runs."
     angle = repr(float(heading)).removesuffix(".0")
     return (
         f"Here: all plans start at ({where}) m with heading {angle} rad. Scene, plans and "

@@ -113,7 +113,7 @@ def test_a_start_from_where_nothing_gets_to_the_goal_is_told_at_once():
     assert "between -0.5 and 1.5, the goal asks for 3 to 4" in said
     # what it rests on: body, pose and tube
     assert "point 0 grown by 0.3 m) among 1 convex" in said and model.claim.details() in said
-    assert "Here: all plans start at (0.5, 0) m." in said
+    assert "Here: all plans start at (0.5, 0) m, with the heading of the model's runs." in said
     near = scene_of(reach_avoid(GOAL, [], 0.3, box([2.01, 0.0], [2.02, 0.1])), model)
     assert why_none(near) is None  # some plan may get there: nothing is said
     ahead = box([-9.0, -9.0, 0.5], [9.0, 9.0, 1.0])  # of q alone, which is k_0
