@@ -341,6 +341,8 @@ class Pilot:
         """Why nothing may begin by the scans that were added, or an empty text."""
         if self.driving.sensor is None:
             return ""
+        if self._stamp is None:
+            return "no pose was heard yet"
         # before the first one somebody looked around, for as long
         since = self._first if self._added is None else self._added
         old = (self._stamp - since) / 1e9

@@ -114,7 +114,7 @@ def test_how_far_obstacles_and_poses_are_off_is_said_in_numbers():
     off = Uncertainty(obstacles=[box([-0.3, -0.1], [0.2, 0.1]), None])
     asked = reach_avoid(GOAL, [WALL, WALL], 0.1, uncertainty=off)
     assert query(asked, line).nominal().uncertainty.words == (
-        "every obstacle moved by up to ±0.3, ±0.1 m"
+        "obstacle 0 moved by an error of its set, which lies within -0.3 to 0.2, -0.1 to 0.1 m"
     )
     told = about_pose([1234.5678, 2.0], 0.1234567)
     assert "(1234.5678, 2) m with heading 0.1234567 rad" in told

@@ -109,6 +109,16 @@ def test_the_sentence_says_until_when_what_moves_is_told_of():
     assert drive(3, touched=True).contradictions and not drive(1, touched=True).contradictions
 
 
+def test_a_way_of_which_a_part_is_left_out_is_told_of_no_longer():
+    loop = loop_of(0.01)
+    loop.restart()
+    dt, block = loop.model.time.dt, pj.box([20.0, 20.0], [21.0, 21.0])
+    parts, spans = pj.problem.moving(block, [0.1, 0.0], (0, 3), dt, at=0.0, every=1)
+    goes = {"at": 0.0, "spans": spans[:2]}
+    one = loop.step([0.0] * 2, [0.1], parts[:2], lambda x: -x.path[:, -1, 0], **goes).committed
+    assert len(parts) == 4 and float(one.told_until) == 2 * dt
+
+
 def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_left():
     def drive(left):
         def one(world, seed):

@@ -306,7 +306,7 @@ def test_the_words_name_all_of_it():
         "every heading within ±0.05 rad",
         "every execution with angle off by up to 0.5;",
         "every goal moved by up to ±0.3",
-        "every obstacle moved by up to ±0.1, ±0.1 m",
+        "every obstacle moved by an error of its set, which lies within -0.1 to 0.1, -0.1 to 0.1 m",
         "every load within ±0.25 of 5 (measured, executed roughly)",
         "every wind from 1 to 2 (measured)",
         "grip = 0.123456789 (measured)",

@@ -150,6 +150,7 @@ def test_scans_wait_for_their_pose_in_turn_and_without_any_nothing_new_begins():
     late.hear_scan(scan([], still, at - 1))
     late.hear_pose(sliding.odometry([0, 0], [0, 0], at + CYCLE))
     assert "older than all poses, and is not used" in late.said
+    assert "no pose was heard yet" in Pilot(model(), RADIUS, one.driving)._stale()
     with pytest.raises(InputError, match="whose pose it is"):
         other = sliding.odometry([0, 0], [0, 0], at + 2 * CYCLE)
         other.child_frame_id = "mast"

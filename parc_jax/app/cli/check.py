@@ -86,9 +86,8 @@ def shortened(lines: list[str], answer: Path | str) -> list[str]:
     """A report with its premises and hashes counted, and the place where they stand."""
     found = [PREMISE.match(line) for line in lines]
     kinds = Counter(match[1] for match in found if match)
-    # what was seen against the tube is told in full
-    brief = [m is not None and m[2].strip() != "TUBE_LEFT" for m in found]
-    out = [line for line, counted in zip(lines, brief, strict=True) if not counted]
+    pairs = zip(lines, found, strict=True)  # what was seen against the tube is told in full
+    out = [line for line, match in pairs if match is None or match[2] == "TUBE_LEFT"]
     if kinds:
         assumed = ", ".join(match[2] for match in found if match and match[1] == "assumed")
         out += [

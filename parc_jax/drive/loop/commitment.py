@@ -80,8 +80,9 @@ class Commitment:
         """[s] of the clock up to which all that moves is told of: its end, or earlier where an
         obstacle with a span ends that no other goes on (`Span.more`).
         """
-        time, spans = self.asked.model.time, self.asked.problem.all_spans
-        ends = [span[1] + 1 for span in spans if span is not None and not span.more]
+        time, spans = self.asked.model.time, list(filter(None, self.asked.problem.all_spans))
+        begun = {span[0] for span in spans}
+        ends = [span[1] + 1 for span in spans if not (span.more and span[1] + 1 in begun)]
         return self.begin + Fraction(time.dt) * min([time.n_steps, *ends])
 
     def proved(self) -> bool:
@@ -113,9 +114,7 @@ class Commitment:
 
     @property
     def loop(self) -> str:
-        """The loop that committed to it, by content: its system, claim, body, what it allows for
-        and `shared`.
-        """
+        """The loop that committed to it, by its content, in words."""
         model, shared, known = self.asked.query.model, self.shared, self.asked.uncertainty
         by = f"claim {model.claim.hash[:12]}, a body of {'; '.join(shared['body'])}, safe for "
         by += (

@@ -295,10 +295,12 @@ def words(uncertainty: Uncertainty, executions: Executions) -> str:
     parts += [f"every execution with {off}"] if off else []
     if any(uncertainty.goal):
         parts.append(f"every goal moved by up to {_spread(uncertainty.goal)}")
-    sets = [s for s in uncertainty.obstacles if s is not None]
-    if sets:
-        ends = [np.abs(finite_box(s, "uncertainty of obstacles")).max(axis=0) for s in sets]
-        parts.append(f"every obstacle moved by up to {_spread(np.max(ends, axis=0))} m")
+    for i, s in enumerate(uncertainty.obstacles):
+        if s is not None:
+            ends = zip(*finite_box(s, "uncertainty of obstacles"), strict=True)
+            of = "every obstacle" if len(uncertainty.obstacles) == 1 else f"obstacle {i}"
+            within = ", ".join(f"{told(lo)} to {told(hi)}" for lo, hi in ends)
+            parts.append(f"{of} moved by an error of its set, which lies within {within} m")
     parts += [p.words for p in executions.parameters if p.source is not None]
     return "; ".join(parts) or "everything exactly as it was told"
 
