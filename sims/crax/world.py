@@ -100,7 +100,7 @@ class World:
 
     def __init__(self, level: Level, seed: int):
         self.level, self.robot, kinds = level, POINT, level.hazards
-        with jax.enable_x64(True):
+        with jax.enable_x64(True), _processor():
             self._key, noise, places = _drawn(seed, level)
         self.goals, self.hazards = places[: level.goals], places[level.goals :]
         self.sizes = np.array([kind.size for kind in kinds])
@@ -137,7 +137,7 @@ class World:
         depth = np.maximum(depth, 0.0)[~self.solid]
         self._steps += 1
         if reached.any():
-            with jax.enable_x64(True):
+            with jax.enable_x64(True), _processor():
                 drawn = _goals(
                     level, self._key, self._steps, reached, self.goals, place, self.hazards
                 )
@@ -220,6 +220,11 @@ def _model(level: Level) -> mujoco.MjModel:
             type=kind, size=size, contype=touches, conaffinity=touches, solref=[0.01, 1.0]
         )
     return built(spec)
+
+
+def _processor():
+    """Draws are made there, whatever else an accelerator does: a seed names one world."""
+    return jax.default_device(jax.local_devices(backend="cpu")[0])
 
 
 def _drawn(seed: int, level: Level):

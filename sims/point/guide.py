@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from parc_jax.common.backend import backend
 from sims.point.manoeuvre import MASS_AHEAD, THRUST
 from sims.point.sensing import CUT
 from sims.point.world import GOAL, VASE, World
@@ -271,8 +272,12 @@ def cells(half: float):
 
 @cache
 def compiled(guide: type[Guide]):
-    """Its decisions in many worlds, one after another: none depends on how many there are."""
-    return jax.jit(lambda *of: jax.lax.map(lambda one: guide.drive(*one), of))
+    """Its decisions in many worlds, one after another: none depends on how many there are. On an
+    accelerator side by side.
+    """
+    if backend().in_turn:
+        return jax.jit(lambda *of: jax.lax.map(lambda one: guide.drive(*one), of))
+    return jax.jit(jax.vmap(guide.drive))
 
 
 def around(key, plans, far: float):

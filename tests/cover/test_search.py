@@ -4,6 +4,7 @@ import jax
 import numpy as np
 import pytest
 from scipy.stats import binom
+from toy_bodies import points_model, points_problem
 from toy_models import line_model, toy_case
 
 from parc_jax.common.sets.box import box
@@ -63,3 +64,13 @@ def test_corridors_are_certified(rng):
     fresh = draw(answer.scene, rng, 40_000).safe
     inside = int(answer.contains(fresh.p0, fresh.k).sum())
     assert binom.cdf(inside, len(fresh.k), 0.98) > 1e-6
+
+
+@pytest.mark.slow
+def test_a_scene_without_obstacles_is_covered_under_fitted_faces():
+    """Corridors around nothing have no thresholds to look up."""
+    rng = np.random.default_rng(0)
+    model = points_model(rng, fitted=True)
+    problem = points_problem(rng, model, 0)
+    answer = Planner(model).solve(problem, jax.random.PRNGKey(0), Settings(target=0.1, proof=False))
+    assert len(answer.samples) and answer.corridors

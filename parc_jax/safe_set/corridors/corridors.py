@@ -99,7 +99,7 @@ class Thresholds:
                 return np.asarray(result, self._dtype)
 
         # padding has none: of two obstacles it would be three quarters of what is moved
-        result = in_chunks(len(new), AT_ONCE[self._coarse], call)[:, : padded.count]
+        result = in_chunks(len(new), AT_ONCE[self._coarse], call)[:, : max(1, padded.count)]
         first = int(self._row.max(initial=-1)) + 1
         size = padded_size(first + len(new), LEAST_ROWS)
         if size > len(self._table):
