@@ -298,10 +298,24 @@ def test_few_values_of_k_are_equal_by_chance():
     """Of a narrow K far from zero float32 tells hundreds of values apart, not millions."""
     rng = np.random.default_rng(0)
     k = [rng.uniform(1000, 1000.02, (1000, 1)) for _ in range(2)]
-    law = law_spec("file:log", box([1000.0], [1000.02]), "uniform")
-    assert not repeated(SimpleNamespace(k=k[0], law=law), marks_by_k(k[1])).any()
-    wide = SimpleNamespace(k=k[0] - 1000, law=law)
+
+    def runs(k, domain):
+        law = law_spec("file:log", domain, "uniform")
+        return SimpleNamespace(k=k, n=len(k), law=law, subject=SimpleNamespace(domain=domain))
+
+    assert not repeated(runs(k[0], box([1000.0], [1000.02])), marks_by_k(k[1])).any()
+    wide = runs(k[0] - 1000, box([0.0], [0.02]))
     assert repeated(wide, marks_by_k(wide.k[:3])).sum() == 3
+
+
+def test_a_run_alone_is_recognised_by_its_k(claim):
+    """How wide K is says how rare equal k are; one run, or some of equal k, span nothing."""
+    runs = collect(plant(disturbed), KEY, 60, quiet=True)
+    watch = monitor(claim, NET).observe(stored(runs))
+    alone = stored(runs.select(slice(7, 8)), **FILES["moved"])
+    with pytest.raises(InputError, match="1 of 1 occur twice or were observed before"):
+        watch.observe(alone)
+    assert watch.observe(stored(collect(plant(disturbed), KEY, 1, first_row=60, quiet=True))).seen
 
 
 def test_each_premise_of_a_monitor_is_in_its_sentence(claim):

@@ -103,7 +103,7 @@ def check_uniform(
     over its tests.
     """
     drawn = np.ascontiguousarray(k, "<f8")
-    _check_distinct(owner, drawn, groups)
+    _check_distinct(owner, drawn, groups, domain)
     if groups is not None:
         drawn = drawn[np.sort(np.unique(groups, return_index=True)[1])]
     wide = domain.hi > domain.lo
@@ -124,12 +124,12 @@ def check_uniform(
         )
 
 
-def by_chance(k: np.ndarray, pairs: float) -> float:
-    """Bound on equal pairs of uniform k (n, n_k), n > 0, from the resolution of their numbers."""
+def by_chance(k: np.ndarray, pairs: float, domain: Box) -> float:
+    """Bound on equal pairs of k (n, n_k) uniform on a domain, from how their numbers are stored."""
     from scipy.stats import poisson
 
     stored = np.float32 if (k == k.astype(np.float32)).all() else np.float64
-    steps = np.ptp(k, axis=0) / np.spacing(np.abs(k).max(axis=0).astype(stored))
+    steps = 2 * domain.radius / np.spacing(np.maximum(-domain.lo, domain.hi).astype(stored))
     return float(poisson.isf(REPEATS, pairs / np.maximum(steps, 1.0).prod()))
 
 
@@ -142,18 +142,18 @@ def repeated(runs: Any, marks: Collection[str]) -> np.ndarray:
     """(n,) bool: runs, a batch or `Scores`, whose k have one of these marks, if more have than
     chance explains. None of a law other than uniform, whose k may repeat.
     """
-    found = np.isin(marks_by_k(runs.k), list(marks))
+    found, K = np.isin(marks_by_k(runs.k), list(marks)), runs.subject.domain
     even = runs.law.k_law == "uniform" and found.any()
-    return found & (even and found.sum() > by_chance(np.float32(runs.k), len(found) * len(marks)))
+    return found & (even and found.sum() > by_chance(np.float32(runs.k), found.size * len(marks), K))
 
 
-def _check_distinct(owner: str, k: np.ndarray, groups) -> None:
+def _check_distinct(owner: str, k: np.ndarray, groups, domain: Box) -> None:
     """Two independent uniform draws of k are never equal, but for their resolution."""
     if groups is not None:  # windows of one recording may share their k
         number = np.unique(groups, return_inverse=True)[1]
         k = np.unique(np.column_stack([k, number]), axis=0)[:, : k.shape[1]]
     equal = len(k) - len(np.unique(k, axis=0))
-    if equal and equal > by_chance(k, len(k) * (len(k) - 1) / 2):
+    if equal and equal > by_chance(k, len(k) * (len(k) - 1) / 2, domain):
         raise InputError(
             f"{owner}: expected k drawn uniformly, as declared; {equal:,} of {len(k):,} rows "
             "repeat the k of another one. Parts of one recording belong to one group (groups=); "
