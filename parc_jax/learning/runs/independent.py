@@ -142,9 +142,9 @@ def repeated(runs: Any, marks: Collection[str]) -> np.ndarray:
     """(n,) bool: runs, a batch or `Scores`, whose k have one of these marks, if more have than
     chance explains. None of a law other than uniform, whose k may repeat.
     """
-    found, K = np.isin(marks_by_k(runs.k), list(marks)), runs.subject.domain
+    found, k, K = np.isin(marks_by_k(runs.k), list(marks)), np.float32(runs.k), runs.subject.domain
     even = runs.law.k_law == "uniform" and found.any()
-    return found & (even and found.sum() > by_chance(np.float32(runs.k), found.size * len(marks), K))
+    return found & (even and found.sum() > by_chance(k, len(k) * len(marks), K))
 
 
 def _check_distinct(owner: str, k: np.ndarray, groups, domain: Box) -> None:
