@@ -161,7 +161,7 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
         if options.lidar or options.save:
             raise pj.InputError("--batch: expected neither --lidar nor --save; drive one by one.")
         words = tuple(map(int, key_data(stream(key, Stage.EPISODE)).ravel()))
-        how = Together(*about, content, law, words, options.batch, options.policy)
+        how = Together(*about, content, law, words, options.batch, options.policy, options.jobs)
         name += "_together"
     asked = {"folder": options.out / name, "quiet": options.quiet, "looks": options.looks}
     asked["workers"] = 0 if options.batch else options.jobs

@@ -2,9 +2,11 @@
 of the shield for all of them at each step. Judged as `sims.point.episodes` does.
 """
 
+import multiprocessing
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
 from itertools import count
@@ -19,6 +21,7 @@ import parc_jax as pj
 from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.drive.loop.episodes import task_of
 from parc_jax.drive.loop.scenes import Scenes
+from parc_jax.drive.loop.workers import Task as OfEpisode
 from parc_jax.problem.body import Disc
 from parc_jax.problem.robust.pose import pose_of
 from sims import car, crax, point
@@ -80,7 +83,8 @@ class Clear:
 class Together:
     """Drives an episode, and with it those that are asked for next: `pj.drive.drive_episodes` takes
     it. law: of worlds; words: of the stream of keys that all seeds are from; batch: how many;
-    policy: of `sims.point.train`, in place of the driver with the map.
+    policy: of `sims.point.train`, in place of the driver with the map; jobs: processes among which
+    a batch is dealt out, since MuJoCo steps one world at a time.
     """
 
     robot: str
@@ -91,6 +95,7 @@ class Together:
     words: tuple[int, ...]
     batch: int
     policy: Path | None = None
+    jobs: int = 1
     _done: dict = field(default_factory=dict)
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
@@ -98,13 +103,20 @@ class Together:
             words = np.array(self.words)
             first = next(i for i in count() if tuple(task_of(words, i).of_drive) == tuple(seed))
             tasks = [task_of(words, i) for i in range(first, first + self.batch)]
-            own = [one.of_drive for one in tasks]
-            found = self.drive([self.law(one.of_world) for one in tasks], own)
-            self._done.update(zip(map(tuple, own), found, strict=True))
+            dealt = [tasks[i :: self.jobs] for i in range(self.jobs)]
+            each = map if self.jobs == 1 else processes(self.jobs).map
+            found = each(replace(self, _done={}).driven, dealt)
+            for some, outcomes in zip(dealt, found, strict=True):
+                self._done.update(zip((tuple(x.of_drive) for x in some), outcomes, strict=True))
         one = self._done.pop(tuple(seed))
         if one is None:
             raise RuntimeError("expected a certified stop where the world begins")
         return one
+
+    def driven(self, tasks: Sequence[OfEpisode]) -> list[pj.drive.Outcome | None]:
+        """Of each of some episodes."""
+        worlds, own = zip(*((self.law(one.of_world), one.of_drive) for one in tasks), strict=True)
+        return self.drive(worlds, own)
 
     def drive(self, world_seeds: Sequence[int], seeds: Sequence) -> list[pj.drive.Outcome | None]:
         """Of one episode for each pair of seeds; None where no stop is certified at its start."""
@@ -183,6 +195,12 @@ def outcome(
         "committed": len(done or ()),
     }
     return pj.drive.Outcome(found.ever or told["steps_that_cost"] > 0, left, told, done or [])
+
+
+@cache
+def processes(jobs: int) -> ProcessPoolExecutor:
+    """Each with programs of its own, compiled once."""
+    return ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"))
 
 
 @cache
