@@ -73,6 +73,27 @@ def time_grid(dt: float, t_f: float, dt_record: float | None = None) -> TimeGrid
     return TimeGrid(float(dt), float(t_f), float(dt_record))
 
 
+class Layout(NamedTuple):
+    """Order of the outputs of a network: offsets from p0 of n_points reference points in n_p
+    dimensions at the knots 0 .. n_steps, knot by knot, point by point, without the first n_p (the
+    first point starts at p0 itself); then further states q.
+    """
+
+    n_steps: int
+    n_p: int
+    n_points: int = 1
+
+    @property
+    def n_c(self) -> int:
+        """Number of columns: the coordinates of all points at one knot."""
+        return self.n_points * self.n_p
+
+    @property
+    def n_offsets(self) -> int:
+        """Number of outputs before q."""
+        return (self.n_steps + 1) * self.n_c - self.n_p
+
+
 @runtime_checkable
 class System(Protocol):
     """A black box, whether it offers `rollout` or `rollout_batch`: see `BlackBoxSystem`."""

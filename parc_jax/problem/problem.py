@@ -210,7 +210,7 @@ def require_points(problem: Problem, points: Sequence[str]) -> None:
 
 def require_dimensions(problem: Problem, robot: Any) -> None:
     """Raises InputError where the problem has other dimensions, points or intervals than a robot.
-    robot: a model, or an `Outline`.
+    robot: a model, or a `Subject`.
     """
     n_p, n_q, points = robot.n_p, robot.n_q, robot.points
     require_points(problem, points)

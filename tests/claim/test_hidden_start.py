@@ -18,11 +18,11 @@ from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.tube import zero_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts
-from parc_jax.learning.runs.law import given_of
+from parc_jax.learning.runs.law import given_of, subject_of
 from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.system import time_grid
 from parc_jax.problem.robust.nominal import query
-from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
+from parc_jax.safe_set.verdict.outline import require_fit, require_same
 from parc_jax.safe_set.verdict.scene import lowered
 from sims.asv.what_helps import safe_volume
 
@@ -104,13 +104,13 @@ def test_a_question_says_what_is_measured_or_is_refused():
     with pytest.raises(InputError, match=sentence):
         pj.Planner(model).solve_batch([MEASURED, SCENE], KEY)
     with pytest.raises(InputError, match=sentence):
-        require_fit(SCENE, outline_of(Cart()))
+        require_fit(SCENE, subject_of(Cart()))
     corners = np.array([[GOAL.lo] * 2, [GOAL.hi] * 2])
     with pytest.raises(InputError, match=sentence):
         pj.Planner(model).solve_batch(
             pj.problem.box_scenes(model, *corners, *corners + 2, 0.1), KEY
         )
-    require_fit(MEASURED, outline_of(Cart()))
+    require_fit(MEASURED, subject_of(Cart()))
     for uncertainty in (
         pj.Uncertainty(given={0: (0.4, 0.6)}),
         pj.Uncertainty(unknown={"v0": (0.4, 0.6)}),

@@ -13,8 +13,8 @@ import parc_jax as pj
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.law import LawSpec, law_spec
-from parc_jax.safe_set.verdict.outline import Outline, outline_of, require_same
+from parc_jax.learning.runs.law import LawSpec, law_spec, subject_of
+from parc_jax.safe_set.verdict.outline import require_same
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 N, K = 40, {"k": ("speed [m/s]", "turn [rad]")}
@@ -189,7 +189,8 @@ class Robot:
     law = (("gust", 2),)
 
     def __init__(self, **changes):
-        own = outline_of(plant(noisy))._asdict() | {"labels": HELD.labels} | changes
+        about = subject_of(plant(noisy))
+        own = vars(about) | {"n_p": about.n_p, "n_q": about.n_q, "labels": HELD.labels} | changes
         self.name, self.p_labels, self.q_labels, self.k_labels = own.pop("system"), *own["labels"]
         for name, value in own.items():
             setattr(self, name, value)
@@ -212,7 +213,7 @@ ROBOT = {
 }
 
 
-@pytest.mark.parametrize("entry", (*Outline._fields, "law"))
+@pytest.mark.parametrize("entry", ROBOT)
 def test_a_system_is_the_one_of_the_claim_in_every_entry(entry):
     law = law_spec("plant", HELD.domain, "uniform", {"gust": 2})
     held = HELD.replace(law=law, rotation=("turns",), given=(0,))

@@ -13,9 +13,9 @@ from benchmarks.replays import counts_of
 from parc_jax.app.study.replay import replay
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
-from parc_jax.learning.runs.law import law_of
+from parc_jax.learning.runs.law import law_of, subject_of
 from parc_jax.learning.system import TimeGrid, time_grid
-from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
+from parc_jax.safe_set.verdict.outline import require_fit, require_same
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def test_a_replay_is_of_the_model_s_own_robot():
 
 def test_a_question_is_told_the_same_of_a_robot_and_of_its_model():
     model = toy_driven.model()
-    for robot in (model, outline_of(Robot())):
+    for robot in (model, subject_of(Robot())):
         require_fit(toy_driven.problem(), robot)
         require_fit(toy_driven.problem().replace(uncertainty=pj.Uncertainty(k={0: 0.01})), robot)
         with pytest.raises(InputError, match="axis 1 has no bound"):

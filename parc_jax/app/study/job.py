@@ -27,11 +27,12 @@ from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
+from parc_jax.learning.runs.law import subject_of
 from parc_jax.learning.systems.chained import hand_over_of
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import Problem
 from parc_jax.proof.regions import enumerate_regions
-from parc_jax.safe_set.verdict.outline import outline_of, require_fit, require_same
+from parc_jax.safe_set.verdict.outline import require_fit, require_same
 
 LOOKS = 2  # a test of the plan to drive, and a claim near it
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
@@ -63,7 +64,7 @@ def run_study(
     Raises InputError for settings or scenes that make no sense, before the first run, and
     SoundnessError when a replay contradicts a proof.
     """
-    require_fit(problem, outline_of(system))
+    require_fit(problem, subject_of(system))
     if model is not None:
         require_same(system, model)
     key, watch, out = key_of(seed), Stopwatch(during), Path(out)

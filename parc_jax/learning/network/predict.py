@@ -1,7 +1,5 @@
 """Predictions of the network: one kernel for JAX, one function for NumPy."""
 
-from typing import NamedTuple
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -9,28 +7,7 @@ from jaxtyping import ArrayLike, Float, Shaped
 
 from parc_jax.learning.network.relu import ReLUNetwork, forward, outputs
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.system import BlackBoxSystem, points_of
-
-
-class Layout(NamedTuple):
-    """Order of the outputs of a network: offsets from p0 of n_points reference points in n_p
-    dimensions at the knots 0 .. n_steps, knot by knot, point by point, without the first n_p (the
-    first point starts at p0 itself); then further states q.
-    """
-
-    n_steps: int
-    n_p: int
-    n_points: int = 1
-
-    @property
-    def n_c(self) -> int:
-        """Number of columns: the coordinates of all points at one knot."""
-        return self.n_points * self.n_p
-
-    @property
-    def n_offsets(self) -> int:
-        """Number of outputs before q."""
-        return (self.n_steps + 1) * self.n_c - self.n_p
+from parc_jax.learning.system import BlackBoxSystem, Layout, points_of
 
 
 def layout_of(source: BlackBoxSystem | RolloutBatch) -> Layout:

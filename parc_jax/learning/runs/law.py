@@ -17,6 +17,7 @@ from parc_jax.learning.labels import PARTS, Labels, labels_of, name_of, plain_pa
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
     ONE_POINT,
+    Layout,
     TimeGrid,
     check_points,
     check_rotation,
@@ -194,6 +195,11 @@ class Subject:
     def n_q(self) -> int:
         """Number of further goal states."""
         return len(self.labels.q)
+
+    @property
+    def layout(self) -> Layout:
+        """Layout of the outputs of its network."""
+        return Layout(self.time.n_steps, self.n_p, len(self.points))
 
     @property
     def identity(self) -> dict:

@@ -1,16 +1,11 @@
 """Fit of a problem and a robot, of a robot and a model; checked before the first run."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
-from parc_jax.common.sets.box import Box
-from parc_jax.learning.labels import Labels, labels_of
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.predict import Layout
-from parc_jax.learning.runs.law import BOX, LawSpec, given_of, law_of, subject_of
-from parc_jax.learning.system import System, TimeGrid, points_of, rotation_of
+from parc_jax.learning.runs.law import BOX, LawSpec, Subject, law_of, subject_of
+from parc_jax.learning.system import System
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import Problem, goal_box, require_dimensions
 from parc_jax.problem.robust.nominal import robust_scene
@@ -19,60 +14,10 @@ from parc_jax.problem.robust.realisations import executions_of, require_given
 from parc_jax.safe_set.separation.pairs import exists
 
 
-class Outline(NamedTuple):
-    """All that a question has to know of a robot, whether there is a model of it yet or not; names
-    as of `TrajectoryModel`.
-    """
-
-    system: str
-    n_p: int
-    n_q: int
-    points: tuple[str, ...]
-    time: TimeGrid
-    domain: Box
-    labels: Labels
-    rotation: tuple[str, ...] | None
-    given: tuple[int, ...]
-
-    @property
-    def n_points(self) -> int:
-        """Number of reference points."""
-        return len(self.points)
-
-    @property
-    def n_c(self) -> int:
-        """Number of columns: the coordinates of all reference points."""
-        return self.n_points * self.n_p
-
-    @property
-    def n_k(self) -> int:
-        """Number of manoeuvre parameters."""
-        return self.domain.n
-
-    @property
-    def layout(self) -> Layout:
-        """Of the offsets."""
-        return Layout(self.time.n_steps, self.n_p, self.n_points)
-
-
-def outline_of(system: System) -> Outline:
-    """Of a black box. Raises InputError."""
-    return Outline(
-        system.name,
-        system.n_p,
-        system.n_q,
-        points_of(system),
-        system.time,
-        system.domain,
-        labels_of(system),
-        rotation_of(system),
-        given_of(system),
-    )
-
-
-def require_fit(problem: Problem, robot: Outline | TrajectoryModel) -> None:
+def require_fit(problem: Problem, robot: Subject | TrajectoryModel) -> None:
     """Refuse a problem that does not fit this robot: goal, body, obstacles, uncertainty. All
-    that a query refuses later, so that nothing is run or learned for it. Raises InputError.
+    that a query refuses later, so that nothing is run or learned for it. robot: a model, or the
+    subject of a system that there is none of yet. Raises InputError.
     """
     require_dimensions(problem, robot)
     numbered(problem.body, robot.points)
