@@ -96,7 +96,7 @@ CERTIFICATES = (
     ),
     Fault(
         "hashes_of_the_names_only",
-        "part_hash",
+        "canonical",
         'part, sort_keys=True, separators=(",", ":")',
         "sorted(part)",
         "tests/certificate/test_write.py::test_hashes_see_every_number",

@@ -32,18 +32,10 @@ def live(
     """
     from parc_jax.app.cli.process import COMPILING, saying
     from parc_jax.app.cli.scene import place_of_option
-    from parc_jax.app.cli.systems import model_of, scene_of
+    from parc_jax.app.cli.systems import asked_of
     from parc_jax.app.live import live as open_page
-    from parc_jax.app.study.cache import keep_compiled
-    from parc_jax.problem.problem_file import labelled, load_problem
 
-    if shell.cache:
-        keep_compiled()
-    learned = model_of(model, None)
-    if scene is None:
-        problem = scene_of(learned)
-    else:
-        problem, learned = load_problem(scene, learned.points), labelled(learned, scene)
+    learned, problem = asked_of(model, scene)
     saying(shell.quiet)(COMPILING)
     open_page(learned, problem, place_of_option(at), port)
     return 0

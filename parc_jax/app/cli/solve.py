@@ -69,13 +69,12 @@ def solve(
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.cli.process import COMPILING, SEARCHING, saying
     from parc_jax.app.cli.scene import as_json, place_of_option, under_uncertainty, verdict
-    from parc_jax.app.cli.systems import model_of, scene_of
+    from parc_jax.app.cli.systems import asked_of
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of
     from parc_jax.learning.labels import degrees_hint
     from parc_jax.method import FirstProved
     from parc_jax.planner import Planner
-    from parc_jax.problem.problem_file import labelled, load_problem
 
     if model.suffix in (".toml", ".json") and scene is not None and scene.suffix == ".npz":
         got = f"{model} and {scene}. Swap the two."
@@ -83,11 +82,7 @@ def solve(
     if first and (validate or runs or study):
         raise InputError("validate: expected a whole set, which --first does not look for.")
     require_place(out)
-    learned = model_of(model, system)
-    if scene is None:
-        given = scene_of(learned)
-    else:
-        given, learned = load_problem(scene, learned.points), labelled(learned, scene)
+    learned, given = asked_of(model, scene, system)
     problem = under_uncertainty(given, uncertainty)
     planner = Planner(learned)
     place = place_of_option(at)

@@ -3,13 +3,12 @@
 Parsed files of answers and episodes as records: model, problem, corridors.
 """
 
-import hashlib
-
 import jax
 import numpy as np
 
 from parc_jax import checker
 from parc_jax.checker import number
+from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
@@ -175,14 +174,9 @@ def _context(problem: Problem, model: TrajectoryModel) -> checker.Context:
     asked = [question[part] for part in _SIZES]
     if model.tube.templates is not None:
         asked.append(question["goal"])  # the tube names multipliers for its rows
-    name = hashlib.sha256(repr(asked).encode())
-    for array in jax.tree.leaves(
-        (model.net, model.tube)
-    ):  # by every bit: an array changed in place is another model
-        name.update(
-            repr(np.shape(array)).encode() + np.ascontiguousarray(array, np.float64).tobytes()
-        )
-    known = _RECENT.pop(name.digest(), None)
+    # by every bit: an array changed in place is another model
+    name = repr(asked), content_hash(*jax.tree.leaves((model.net, model.tube)))
+    known = _RECENT.pop(name, None)
     if known is None:
         try:
             known = checker.Context(*question_parts(problem, model))
@@ -193,14 +187,14 @@ def _context(problem: Problem, model: TrajectoryModel) -> checker.Context:
             ) from None
         if len(_RECENT) >= _KEPT:
             _RECENT.pop(next(iter(_RECENT)), None)
-    _RECENT[name.digest()] = known
+    _RECENT[name] = known
     return known.about(question)
 
 
 # all that a network and a tube have to do with a problem
 _SIZES = ("n_p", "n_q", "n_k", "points", "steps", "domain")
 _KEPT = 4  # models
-_RECENT: dict[bytes, checker.Context] = {}  # the oldest first
+_RECENT: dict[tuple, checker.Context] = {}  # the oldest first
 
 
 def _accepts(check, part: dict) -> bool:

@@ -8,8 +8,6 @@ Templates of a tube as certificates: the exact rows of their faces, and for the 
 too many axes for the checker to search, multipliers that give each row of a goal. [T26]
 """
 
-import hashlib
-import json
 from collections.abc import Iterator
 from fractions import Fraction
 
@@ -17,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from parc_jax.checker import FORMAT
+from parc_jax.checker.entries import hash_of as part_hash
 from parc_jax.common.lp.exact import Basis
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import decimal_text, fraction_text, hex_text, plain
@@ -160,13 +159,6 @@ def answer_part(
         "no_plan": no_plan,
         "meta": plain(meta) | {"hash": part_hash(plain(meta))},
     }
-
-
-def part_hash(part: dict) -> str:
-    """SHA-256 of the canonical JSON text of a part."""
-    return hashlib.sha256(
-        json.dumps(part, sort_keys=True, separators=(",", ":")).encode()
-    ).hexdigest()
 
 
 def separating(
