@@ -1,8 +1,7 @@
 """How work is laid out on a kind of device: who takes other sizes on an accelerator asks here.
 
 A CPU likes few rows, which stay in its caches, and plans that end as soon as they are decided. An
-accelerator likes all rows at once. Its sizes have never been measured: no accelerator was at hand.
-`benchmarks/gpu.sh` measures them.
+accelerator likes all rows at once: `benchmarks/gpu.sh` measures it.
 
 Many devices: one mesh with one axis of rows, over which `solve_batch` splits its scenes.
 """

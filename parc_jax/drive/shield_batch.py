@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.arrays import as_float64, least, single
+from parc_jax.common.backend import backend
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop import candidates as listed
 from parc_jax.drive.loop.commitment import ROUNDED
@@ -28,7 +29,7 @@ from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import prediction
 from parc_jax.safe_set.verdict.scene import CORNERS, SceneArrays
 
-AT_ONCE = 16  # environments whose alternatives are looked at in one round
+AT_ONCE = 16  # environments of which alternatives are looked at in one round; a GPU takes all
 NEAREST = 2  # obstacles whose gaps have a direction for each interval, not boxes alone
 RANKED, EVERY, FAN = 4, 2, 16  # what ranking looks at: nearest obstacles, of knots, directions
 SEEN = 1e-3  # [m] by which ranking may take a clearance for too small
@@ -309,9 +310,10 @@ def _while_open(one: Callable, state: tuple, of: Any) -> tuple:
     again: (state, of) -> state, of one environment; some at once, until it is nowhere.
     """
     n = len(state[0])
+    size = min(AT_ONCE, n) if backend().in_turn else n
 
     def some(state: tuple):
-        at = jnp.nonzero(state[0], size=min(AT_ONCE, n), fill_value=n)[0]
+        at = jnp.nonzero(state[0], size=size, fill_value=n)[0]
         rows = jax.tree.map(lambda x: x.at[at].get(mode="clip"), (state, of))
         new = jax.vmap(one)(*rows)
         return tuple(x.at[at].set(y, mode="drop") for x, y in zip(state, new, strict=True))
