@@ -18,6 +18,9 @@ import shapely  # noqa: E402
 from lidar_worlds import Lidar, a_world  # noqa: E402
 
 from parc_jax.app.files.answer_file import load_answer  # noqa: E402
+from parc_jax.common.sets.hpolytope import HPolytope  # noqa: E402
+from parc_jax.learning.bound.error_set import faces  # noqa: E402
+from parc_jax.learning.bound.tube import fitted_tube  # noqa: E402
 from parc_jax.problem.body import Polygon, body_of  # noqa: E402
 from parc_jax.problem.robust.nominal import query  # noqa: E402
 from parc_jax.problem.world import free_space  # noqa: E402
@@ -146,8 +149,10 @@ def test_edges_of_free_space_are_for_a_robot_inside_of_it():
     assert query(within, line).nominal().problem.obstacles
 
 
-def test_every_part_of_the_body_begins_in_the_free_space():
-    """A tractor, and its trailer 1 m behind it, which nothing joins to it for a verdict."""
+def trailer_model(off=None):
+    """A tractor, and its trailer 1 m behind it, which nothing joins to it for a verdict. off: [m]
+    by how much farther back the trailer is than predicted, of a fitted tube.
+    """
     points, time = ("tractor", "trailer"), pj.learning.time_grid(0.5, 1.0, 0.5)
     eye, behind = np.eye(2), np.array([-1.0, 0.0])
     net = pj.learning.relu_network(
@@ -155,8 +160,18 @@ def test_every_part_of_the_body_begins_in_the_free_space():
         [np.concatenate([behind, *[0 * behind, behind] * 2])],
     )
     tube = pj.learning.tube([[-1.0, 1.0]] * 2, np.full((1, 2, 4), 0.02), np.full((1, 4), 0.02), 2)
+    if off is not None:
+        centre = np.array([[0.0, 0.0], [-off, 0.0]])
+        axes = np.broadcast_to(np.eye(2), (1, 2, 2, 2, 2))
+        during = faces(axes, np.broadcast_to(centre, (1, 2, 2, 2)), np.full((1, 2, 2, 2), 0.02))
+        at_end = faces(np.eye(4)[None], centre.reshape(1, 4), np.full((1, 4), 0.02), frames=True)
+        tube = fitted_tube(tube.edges, during, at_end)
     claim = pj.learning.declared_claim(tube, "this test", net, time, points=points)
-    model = pj.learning.trajectory_model(net, claim)
+    return pj.learning.trajectory_model(net, claim)
+
+
+def test_every_part_of_the_body_begins_in_the_free_space():
+    points, model = ("tractor", "trailer"), trailer_model()
     goal = pj.problem.goal_of_points(points, {"tractor": pj.box([-1.0] * 2, [1.0] * 2)})
     tractor, trailer = (pj.problem.hull(name, radius=0.2) for name in points)
     beside = Polygon(np.array([[-1.2, -0.2], [-0.8, -0.2], [-1.0, 0.2]]))
@@ -170,6 +185,24 @@ def test_every_part_of_the_body_begins_in_the_free_space():
         assert asked(body, -1.4)
         with pytest.raises(InputError, match=rf"part {number} may begin at \(-1.000, "):
             asked(body, -0.4)
+
+
+def test_a_part_begins_where_errors_place_it():
+    """Plans of a trailer at -2.0 m, predicted at -1.0 m, were safe, beyond an edge at -1.4 m."""
+    seen = free_place([[-1.4, -2.0], [3.0, -2.0], [3.0, 2.0], [-1.4, 2.0]]).obstacles()
+    goal = pj.problem.goal_of_points(
+        ("tractor", "trailer"), {"tractor": pj.box([-1.0] * 2, [1.0] * 2)}
+    )
+    asked = pj.reach_avoid(goal, seen, pj.problem.hull("trailer", radius=0.2))
+    for off in (None, 0.01, 0.1):
+        assert query(asked, trailer_model(off), [0.0, 0.0]).nominal()
+    far = trailer_model(1.0)
+    with pytest.raises(InputError, match=r"part 0 may begin at \(-2.020, "):
+        query(asked, far, [0.0, 0.0]).nominal()
+    # it was found safe by a verdict, which knows edges and no inside
+    bare = asked.replace(obstacles=[HPolytope(edge.A, edge.b) for edge in seen])
+    settings = pj.Settings(samples=1, method=pj.types.FirstProved())
+    assert pj.Planner(far).solve(bare, jax.random.key(0), settings, at=[0.0, 0.0]).status.found
 
 
 def test_files_keep_the_region_that_edges_are_of(tmp_path):

@@ -154,7 +154,7 @@ class NominalProblem:
 def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -> None:
     """Raises InputError unless every part of the body begins, from every start, in the free space
     of which obstacles are edges. No verdict lets a part touch an edge, wherever in its tube and its
-    uncertainty it is, so one place of it, as predicted, tells of all. [T41]
+    uncertainty it is, so one place of it, of those that its tube allows, tells of all. [T41]
     """
     edges = {one.written: one for one in problem.obstacles if isinstance(one, Edge)}
     if not edges:
@@ -184,10 +184,13 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
 
 
 def _at_start(model: TrajectoryModel) -> np.ndarray:
-    """(2, points, n_p) bounds of each point at the start, seen from the first one, over all k."""
+    """(2, points, n_p) bounds of where each point may begin, seen from the first, over all k."""
     others = (model.n_points - 1) * model.n_p  # the outputs that come first
     lo, hi = outputs_within(model.net, model.domain, np.arange(others))
     bounds = np.stack([lo.min(axis=0), hi.max(axis=0)]).reshape(2, -1, model.n_p)
+    if (fitted := model.tube.templates) is not None:  # without zero error a point is elsewhere
+        off = np.where(fitted.interval.allow_none[..., None], 0.0, fitted.interval.box)[:, 0, 1:]
+        bounds += np.multiply.outer([-1.0, 1.0], off.max(axis=0))
     return np.concatenate([np.zeros((2, 1, model.n_p)), bounds], axis=1)
 
 
