@@ -355,7 +355,7 @@ CARRIED = (
     ),
     Fault(
         "bounds_between_records_are_believed",
-        "settings.kept_between",
+        "settings.check_between",
         "if over.any():",
         "if over.all():",
         "tests/claim/test_calibrate.py"

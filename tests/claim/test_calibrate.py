@@ -26,7 +26,7 @@ from parc_jax.learning.bound.calibrate import (
 from parc_jax.learning.bound.counts import NoStatement, most_discards, supported_eps
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.measure import measure
-from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.bound.monitor import inside_tube, monitor
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import fitted_profile
 from parc_jax.learning.bound.settings import AccelerationBound, ModelBound, SpeedBound
@@ -258,6 +258,12 @@ def test_a_bound_between_records_that_the_records_refute_is_refused(train, dtype
         with pytest.raises(InputError, match=words):
             profile = training_profile(NET, train, (1, 1))
             calibrate(NET, told, profile, eps=0.05, intersample=between)
+        with pytest.raises(InputError, match=words):
+            calibrate(NET, score_batch(NET, told, profile), profile, intersample=between)
+        believed = runs.select(slice(10, 600))
+        claim = bound_error(NET, believed, None, intersample=between, **one)
+        with pytest.raises(InputError, match=words):
+            monitor(claim, NET).observe(told.select(slice(0, 10)))
 
 
 def arithmetic(claim):

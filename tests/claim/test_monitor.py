@@ -238,7 +238,22 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
     assert f"would not be recognised; none is a {before} of these" in new.details()
     shape = bound_error(NET, system, KEY, profile=claim.tube, **made)
     said = monitor(shape, NET).details()
-    assert "FRESH(none is a training or profile run of the claim)" in said
+    whose = "whose network does not say what it was trained on"
+    assert f"FRESH(none is a profile or training run of the claim, {whose})" in said
+
+
+def test_a_monitor_of_a_claim_about_a_log_says_that_copies_are_assumed_to_be_none():
+    """Of runs in files, in another rounding or of no uniform law, no test can tell that."""
+    system = plant(disturbed)
+    train, held = (collect(system, KEY, 60, stage, quiet=True) for stage in (1, 2))
+    made = {"eps": 0.2, "delta": 0.1, "bins": (1, 1), "quiet": True}
+    one = bound_error(NET, stored(held, "logged"), None, train=stored(train, "logged"), **made)
+    watch = monitor(one, NET, share=1.0)
+    with pytest.raises(InputError, match="60 of 60 are its calibration runs"):
+        watch.observe(stored(held, "logged"))
+    told = "none is a calibration or training run of the claim beside 128 of each part of these"
+    for runs in (stored(held, "logged", np.float32), stored(train, "logged", np.float32)):
+        assert f"FRESH({told}" in watch.observe(runs).details()
 
 
 def stored(runs, k_law="uniform", dtype=np.float64, at=0.0):

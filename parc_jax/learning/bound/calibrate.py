@@ -23,7 +23,7 @@ from parc_jax.learning.bound.counts import (
 from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, named_runs, trained_on
 from parc_jax.learning.bound.measure import Scores, scores_of
 from parc_jax.learning.bound.profile import runs_per_bin
-from parc_jax.learning.bound.settings import BoundSettings, kept_between
+from parc_jax.learning.bound.settings import BoundSettings, check_between
 from parc_jax.learning.bound.start_gap import invariances, off_from_start
 from parc_jax.learning.bound.tube import Tube, tube_to_json
 from parc_jax.learning.labels import name_of
@@ -60,9 +60,7 @@ def calibrate(
     for repeated runs and near copies.
     """
     settings = (settings or BoundSettings()).replace(**options)
-    scores = holdout
-    if isinstance(holdout, RolloutBatch):
-        scores = scores_of(net, profile, [kept_between(settings.intersample, holdout)])
+    scores = holdout if isinstance(holdout, Scores) else scores_of(net, profile, [holdout])
     check_fresh(scores, train)
     eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
     unit = scores.unit
@@ -102,6 +100,7 @@ def _pac_claim(
     **fields,
 ) -> ErrorClaim:
     """The claim about the profile times scale (n_bins,). evidence: beside that of the runs."""
+    check_between(settings.intersample, scores, scores.moves)
     more = trained_on(train, scores)
     if scores.seed is None:  # tests by recordings scale this shape, and are none of these runs
         more |= {"shape": tube_to_json(profile)}

@@ -185,17 +185,21 @@ def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
 
 def not_named(claim: ErrorClaim, logs: bool) -> list[str]:
     """What is assumed of other runs, which no test could tell: that they are none of a use that its
-    ledger does not tell of. logs: whether the others, or some, are of a log; then also none of
-    those that it names by their seed, beside the marked ones.
+    ledger does not tell of, as a file of a network alone tells of none. logs: whether the others,
+    or some, are of a log; then, or where the claim's are, also no copies of those beside the marked
+    ones.
     """
     ledger = ledger_of(claim)
-    known, by_seed = {entry[0] for entry in ledger}, {x[0] for x in ledger if x[2] is not None}
-    bare = {entry[0] for entry in ledger if entry[2] is not None and not entry[5]}
-    beside = f" beside {MARKED} of each part of these, compared by content and by uniform k"
-    uses = {"": [use for use in (TRAINING, SHAPE) if use not in known]}
-    if logs:
-        uses = {"": [*uses[""], *sorted(bare)], beside: sorted(by_seed - bare)}
-    return [f"none is a {' or '.join(x)} run of the claim{more}" for more, x in uses.items() if x]
+    in_files = [entry for entry in ledger if entry[4] and (logs or entry[2] is None)]
+    known, bare = {entry[0] for entry in ledger}, {x[0] for x in in_files if not x[5]}
+    marked = f" beside {MARKED} of each part of these, compared by content and by uniform k"
+    uses = {
+        ", whose network does not say what it was trained on": {TRAINING, SHAPE} - known,
+        "": bare,
+        marked: {entry[0] for entry in in_files} - bare,
+    }
+    said = ((" or ".join(sorted(use)), more) for more, use in uses.items() if use)
+    return [f"none is a {use} run of the claim{more}" for use, more in said]
 
 
 def named_runs(scores: Scores) -> dict[str, list]:

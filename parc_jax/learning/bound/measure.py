@@ -31,6 +31,7 @@ from parc_jax.learning.runs.law import LawSpec, Subject
 _FLOAT32_UNIT = 2.0**-24  # rounding unit of positions stored in float32
 CHUNK = 256  # runs per compiled call: the errors at all records of more take hundreds of MB
 FEW = 16  # runs, for which a whole chunk would be a waste
+_ROUNDED = 4  # [float spacings of the largest place] by which a difference of records may be off
 
 
 class Errors(NamedTuple):
@@ -170,6 +171,7 @@ class Scores:
         intervals (t, p), or (t, point, pair of faces), first, then final. ids: (n,) content hashes.
     law, subject, seed, stage: of the runs. groups: (n,) recording of each row, None without.
     marks: of recorded runs, to recognise copies. lost: (n,) as of `RolloutBatch`, 0 for none.
+    moves: (n, 2, n_c) as of `moves_of`.
     """
 
     rows: np.ndarray
@@ -185,6 +187,7 @@ class Scores:
     marks: Marks | None = None
     lost: np.ndarray | None = None
     source: tuple[str, int, int] | None = None
+    moves: np.ndarray | None = None
 
     @property
     def n(self) -> int:
@@ -205,16 +208,26 @@ def scores_of(net: ReLUNetwork, profile: Tube, batches: Iterable[RolloutBatch]) 
     """Scores of runs; a batch is dropped when it is scored. Raises InputError."""
     parts, sources = [], []
     for batch in batches:
-        judged = _judged(net, profile, batch)
         marks = marks_of(batch) if batch.seed is None else None
         lost = np.zeros(batch.n, np.int64) if batch.lost is None else batch.lost
-        parts.append((batch.rows, batch.k, batch.hashes(), batch.groups, marks, lost, *judged))
+        about = batch.rows, batch.k, batch.hashes(), batch.groups, marks, lost, moves_of(batch)
+        parts.append((*about, *_judged(net, profile, batch)))
         sources.append(joined_source([batch]))
     joined = jax.tree.map(lambda *x: np.concatenate(x), *parts)
-    rows, k, ids, groups, marks, lost, score, worst = joined
+    rows, k, ids, groups, marks, lost, moves, score, worst = joined
     source = sources[0][0], min(first for _, first, _ in sources), max(x[2] for x in sources)
-    about = (ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost, source)
-    return Scores(rows, k, score, worst, *about)
+    of = ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost, source, moves
+    return Scores(rows, k, score, worst, *of)
+
+
+def moves_of(batch: RolloutBatch) -> np.ndarray:
+    """(n, 2, n_c) [m] largest first and second differences of the records of runs, less what
+    rounding adds to them; 0 of a failed run. Bounds on speed and acceleration are at least these.
+    """
+    p = np.where(batch.failed[:, None, None], 0.0, batch.p).astype(batch.p.dtype)
+    off = _ROUNDED * np.spacing(np.abs(p).max(axis=1, initial=0.0))
+    steps = np.diff(p, axis=1), np.diff(p, 2, axis=1)
+    return np.stack([np.abs(step).max(axis=1, initial=0.0) - off for step in steps], axis=1)
 
 
 def _judged(net: ReLUNetwork, profile: Tube, batch: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:

@@ -14,10 +14,10 @@ from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
 from parc_jax.learning.bound.fresh import SEEN, ledger_of, left_out_beside, not_named, used_by
-from parc_jax.learning.bound.measure import allowance, chunk_size, kept
+from parc_jax.learning.bound.measure import allowance, chunk_size, kept, moves_of
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
-from parc_jax.learning.bound.settings import GAP, intersample_of
+from parc_jax.learning.bound.settings import GAP, check_between, intersample_of
 from parc_jax.learning.bound.start_gap import declared_gap
 from parc_jax.learning.bound.statement import DIGITS, VALIDATED
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -146,10 +146,12 @@ class Monitor:
         """The monitor after the runs of the batch, one by one in order. A failed run has left the
         tube; of a claim about recordings a group counts as one, with its worst run. Raises
         InputError for runs without new evidence (those the claim was made from, runs or recordings
-        observed before), and for another unit or another law of k than those of the claim. Not
-        seen: k without names in another order than the claim's.
+        observed before), for another unit or another law of k than those of the claim, and for
+        records that refute its bound on motion. Not seen: k without names in another order than
+        the claim's.
         """
         left = ~inside_tube(self.claim, self.net, batch)
+        check_between(intersample_of(self.claim.assumptions), batch, moves_of(batch))
         claim, unit = self.claim, RUNS if batch.groups is None else RECORDINGS
         if unit != claim.unit:
             how = "Name the recording of each: groups=." if unit == RUNS else "Leave groups out."

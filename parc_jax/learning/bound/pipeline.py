@@ -23,7 +23,7 @@ from parc_jax.learning.bound.edges import choose_edges
 from parc_jax.learning.bound.fresh import SEEN, SHAPE, noted
 from parc_jax.learning.bound.measure import Errors, check_profile, measure, scores_of
 from parc_jax.learning.bound.profile import SHAPES, evened, learnt_from
-from parc_jax.learning.bound.settings import BoundSettings, kept_between
+from parc_jax.learning.bound.settings import BoundSettings
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import layout_of
@@ -176,7 +176,7 @@ def bound_errors(
                 profile = evened(net, profile, further)
     with watch("fresh rollouts"):
         fresh = runs.fresh(fresh_runs(settings, profile, looks))
-        scores = scores_of(net, profile, (kept_between(settings.intersample, x) for x in fresh))
+        scores = scores_of(net, profile, fresh)
     settings = settings.replace(looks=looks)
     make = {"one": calibrate, "bins": calibrate_bins}
     with watch("claims"):

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,10 +15,8 @@ from parc_jax.common.options import Options, check_count
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.counts import MOST, as_probability
 from parc_jax.learning.bound.profile import SHAPES
-from parc_jax.learning.runs.batch import RolloutBatch
 
 _UP = 1 + 2.0**-50  # a few roundings, upward
-_ROUNDED = 4  # [float spacings of the largest place] by which a difference of records may be off
 
 
 @dataclass(frozen=True)
@@ -88,21 +86,22 @@ Intersample = DiscreteTime | SpeedBound | AccelerationBound
 DISCRETE_TIME = DiscreteTime()
 
 
-def kept_between(between: Intersample, batch: RolloutBatch) -> RolloutBatch:
-    """The runs. Raises InputError where the records of one refute the bound on its motion. [T9]"""
+def check_between(between: Intersample, runs: Any, moves: np.ndarray) -> None:
+    """Refuse runs, a batch or `Scores`, whose records refute the bound on their motion. moves: as
+    of `moves_of`. Raises InputError. [T9]
+    """
     if not isinstance(between, Bounded):
-        return batch
-    runs, h = batch.finite, batch.time.dt_record
-    moved = np.abs(np.diff(runs.p, between.order, axis=1)).max(axis=1)
-    off = _ROUNDED * np.spacing(np.abs(runs.p).max(axis=1, initial=0.0))
-    over = (moved > between.most(h, runs.n_p, len(runs.points)) + off).any(axis=1)
+        return
+    about, moved = runs.subject, moves[:, between.order - 1]
+    h = about.time.dt_record
+    over = (moved > between.most(h, about.n_p, len(about.points))).any(axis=1)
     if over.any():
         needed = rounded_up(float(moved[over][0].max() / h**between.order), 3)
         raise InputError(
-            f"{batch.name}: expected runs that keep to {between.assumption(h)}, as declared; the "
-            f"records of row {runs.rows[over][0]} need {needed} {between.unit}. Declare what holds."
+            f"{runs.law.generator}: expected runs that keep to {between.assumption(h)}, as "
+            f"declared; the records of row {runs.rows[over][0]} need {needed} {between.unit}. "
+            "Declare what holds."
         )
-    return batch
 
 
 def intersample_of(assumptions: Iterable[str]) -> Intersample:
