@@ -207,7 +207,11 @@ class Pilot:
     @property
     def premises(self) -> dict[str, str]:
         """Premises of manoeuvres beside model and tube: by name, in words with their numbers."""
-        return self.driving.premises
+        frame = "" if self._tracked is None else self._tracked["whose pose it is"]
+        whose = f"of the frame {frame!r}" if frame else "of a frame that no message names"
+        return self.driving.premises | {
+            "whose pose it is": f"{whose}, which is the model's first reference point"
+        }
 
     def statement(self, step: Step) -> str:
         """The guarantee of a step, and its premises."""
