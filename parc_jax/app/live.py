@@ -30,6 +30,7 @@ from parc_jax.problem.problem import Problem, box_of_rows, goal_box
 from parc_jax.problem.problem_file import problem_text
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.problem.world.outlines import Edge
 from parc_jax.safe_set.corridors.first import MOST, preferred
 from parc_jax.safe_set.corridors.sampling import ends_from, ends_of
 from parc_jax.safe_set.settings import Settings
@@ -56,6 +57,11 @@ class Grip(NamedTuple):
     middle: np.ndarray
     place: np.ndarray
     turn: np.ndarray
+
+    @property
+    def free(self) -> bool:
+        """Whether it can be dragged; an edge of free space cannot, as all of them are one."""
+        return not isinstance(self.whole, Edge)
 
     def moved(self, n_points: int = 1, heading: int | None = None) -> HPolytope:
         """The set where it is now; of a goal all points' blocks, and its heading with them."""
@@ -143,8 +149,12 @@ class Live:
         self.planner = max(fits, key=lambda p: p.model.claim.eps, default=self.planners[0])
 
     def move(self, name: str, place, turn: float | np.ndarray | None = None) -> None:
-        """Drag a grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p)."""
+        """Drag a free grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p).
+        Raises InputError for another one.
+        """
         own = self.grips[name]
+        if not own.free:
+            raise InputError(f"move: expected no edge of free space; {name} is one. Drag another.")
         turn = own.turn if turn is None else _turn(turn, len(own.place))
         self.grips[name] = own._replace(place=np.asarray(place, float), turn=turn)
 
@@ -239,7 +249,7 @@ class Live:
         grips, off = dict(self.grips), dict(self.off)
         for turn in (1e-3, 0.0):
             self.off = dict.fromkeys(off, turn * self.most_off)
-            for name, grip in grips.items():
+            for name, grip in ((name, grip) for name, grip in grips.items() if grip.free):
                 self.move(name, grip.place, _turn(turn, len(grip.place)) @ grip.turn)
             self.settle()
             why_of(self.scene())

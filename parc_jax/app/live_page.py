@@ -159,7 +159,7 @@ class Page:
             scale=0.1 * self.size,
             position=_in_space(grip.place),
             wxyz=self._rotation.from_matrix(_in_space(grip.turn)).wxyz,
-            active_axes=(True, True, n_p == 3),
+            active_axes=(grip.free, grip.free, grip.free and n_p == 3),
             disable_rotations=grip.whole is None and self.live.pose_size == n_p,
             depth_test=False,
         )

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from compilations import compiled_by
+from needs import need
 from toy_bodies import points_model
 from toy_models import line_model, told
 
@@ -20,6 +21,7 @@ from parc_jax.learning.bound.counts import wrong_claim_probability
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem_file import problem_of_text
+from parc_jax.problem.world.free_space import free_place
 from parc_jax.safe_set.verdict.pointwise import paths_of, verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -80,6 +82,21 @@ def test_what_is_dragged_is_the_set_moved_and_turned():
     dragged.move("goal", dragged.grips["goal"].middle + np.array([0.5, 0.0]), angle)
     ends = np.r_[dragged.grips["goal"].place, 0.0]
     assert dragged.problem.goal.contains(ends[None]).all()
+
+
+def test_edges_of_free_space_stay_where_they_are():
+    """One that was dragged was an obstacle like others, with a start on either side of it."""
+    need("shapely")
+    seen = free_place([[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]]).obstacles()
+    among = Live(line_model(half=2.5), pj.reach_avoid(GOAL, [POLYGON, *seen], 0.05), [0.0, 0.0])
+    among.warm_up()
+    with pytest.raises(InputError, match="expected no edge of free space; obstacle 1 is one"):
+        among.move("obstacle 1", [9.0, 9.0])
+    among.move("obstacle 0", [0.5, 1.0])
+    assert len(among.draw().plans)
+    among.move("start", [4.0, 0.0])
+    with pytest.raises(InputError, match="expected a start inside the free space"):
+        among.draw()
 
 
 def test_the_scene_that_is_saved_is_the_one_that_is_shown(dragged):
