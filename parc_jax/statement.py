@@ -215,7 +215,8 @@ def about_episodes(episodes) -> str:
     """Both sentences of a loop, from its `Episodes`. [T40]"""
     left, look, contradictions = episodes.left, episodes.look, episodes.contradictions
     event = "touches anything" if left is None else "leaves a tube, or touches anything,"
-    events = [] if left is None else [f"in {left:,} a tube was left"]
+    some = sum(one.left is True for one in episodes.driven)
+    events = [f"in {some:,} a tube was left"] if left is not None or some else []
     events.append(f"in {episodes.touched:,} something was touched")
     events.append(f"in {episodes.failed:,} there was no outcome")
     sentences = [

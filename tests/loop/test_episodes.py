@@ -86,7 +86,7 @@ def test_what_is_touched_inside_the_tubes_of_a_loop_is_said_to_contradict():
 
 
 def test_the_sentence_says_until_when_what_moves_is_told_of():
-    def drive(until, first=0, other=0, touched=False):
+    def drive(until, first=0, other=0, touched=False, when=None):
         def one(world, seed):
             loop = loop_of(0.01)
             loop.restart()
@@ -96,7 +96,7 @@ def test_the_sentence_says_until_when_what_moves_is_told_of():
             goes = {"at": 0.0, "spans": spans + whole}
             step = loop.step([0.0] * 2, [0.1], parts + more, lambda x: -x.path[:, -1, 0], **goes)
             assert step.new
-            return pj.drive.Outcome(touched, False, {}, [step.committed])
+            return pj.drive.Outcome(touched, False, {}, [step.committed], when)
 
         return asked(one, 3)
 
@@ -107,6 +107,9 @@ def test_the_sentence_says_until_when_what_moves_is_told_of():
         assert whole.driven[0].told_for is None and "for the first" not in whole.details()
     # who came after it was told of contradicts nothing
     assert drive(3, touched=True).contradictions and not drive(1, touched=True).contradictions
+    for when, contradicts in ((0.4, True), (0.5, False), (0.9, False)):
+        assert bool(drive(1, touched=True, when=when).contradictions) == contradicts
+    assert not drive(1, when=0.4).contradictions
 
 
 def test_a_way_of_which_a_part_is_left_out_is_told_of_no_longer():
@@ -134,7 +137,8 @@ def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_le
     done = drive(False)
     assert "in 3 a tube was left" in done.details()
     assert "grown by 0.05 m, safe for what is measured, exactly" in done.details()
-    assert drive(None).left is None
+    done = drive(None)  # nobody tested it, and yet it was seen
+    assert done.bad == 3 and "in 3 a tube was left" in done.details()
 
 
 def harder(seed):

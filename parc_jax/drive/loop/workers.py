@@ -25,19 +25,22 @@ class Outcome(NamedTuple):
     the manoeuvre under way, since they may run into a robot that rests [T38]. left: a tube was left
     by the executed part of its manoeuvre (`left_tube`); None where that was not tested. told: plain
     values that are stored with it. committed: manoeuvres that loops committed to and the robot
-    drove, of which alone (C) is said.
+    drove, of which alone (C) is said. touched_at: [s] of the loops' clock, the first time; None
+    where that is unknown.
     """
 
     touched: bool
     left: bool | None = None
     told: Mapping[str, Any] = {}
     committed: "Sequence[Commitment]" = ()
+    touched_at: float | None = None
 
 
 class Driven(NamedTuple):
     """One stored episode. number: from 0. failed: why it has no outcome, else empty. loops: those
     that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
+    told_then: whether what moves was told of at the first contact.
     """
 
     number: int
@@ -47,6 +50,7 @@ class Driven(NamedTuple):
     told: dict
     loops: list[str]
     told_for: float | None = 0.0
+    told_then: bool = False
 
     @property
     def bad(self) -> bool:
@@ -71,7 +75,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
             raise InputError(
                 f"episodes: expected drive(world, seed) to return an Outcome; got {kind}."
             )
-        touched, left, told, committed = outcome
+        touched, left, told, committed, at = outcome
         kind = bool | np.bool_
         if not isinstance(touched, kind) or not isinstance(left, kind | None):
             raise InputError(
@@ -80,11 +84,15 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
             )
         told = json.loads(json.dumps(dict(told), default=_of_numpy))
         # a pose that a loop saw outside of its tube was there, or is outside of its uncertainty
-        left = None if left is None else bool(left or any(one.seen_outside for one in committed))
+        seen = any(one.seen_outside for one in committed)
+        left = seen or (None if left is None else bool(left))
         loops = sorted({one.loop for one in committed})
         short = [one.told_until - one.begin for one in committed if one.told_until < one.end]
         least = float(min(short)) if short else None
-        return Driven(task.number, bool(touched), left, "", told, loops, least)
+        at = -np.inf if at is None else float(at)
+        under_way = {id(x.episode): x for x in committed if x.begin <= at}  # one of each robot
+        told_then = bool(under_way) and all(at < x.told_until for x in under_way.values())
+        return Driven(task.number, bool(touched), left, "", told, loops, least, told_then)
     except Exception as error:
         place = own_place(error)
         where = f"in {place}: " if place else ""
