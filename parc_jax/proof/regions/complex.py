@@ -80,9 +80,9 @@ def _place(column: int) -> tuple[int, np.uint64]:
     return column >> 6, np.uint64(column & 63)
 
 
-def _with_dummy(values: np.ndarray, dummy: int | float = 0, dtype: type = NUMBER) -> Growable:
+def _with_dummy(values: np.ndarray, dummy: int = 0) -> Growable:
     """Values of all faces of one dimension, with that of the dummy in front."""
-    return Growable(np.concatenate([[dummy], values]).astype(dtype))
+    return Growable(np.concatenate([[dummy], values]).astype(NUMBER))
 
 
 class Level:
@@ -90,8 +90,7 @@ class Level:
     and all positions no longer in use.
 
     sub: pooled (k-1)-faces. own: face of each pool entry. start, size: where a face's row lies.
-    first: a vertex of the face. radius: see rounding.py.
-    home: cell of the complex at the start of the layer that contains the face.
+    first: a vertex of the face.
     """
 
     def __init__(
@@ -106,8 +105,6 @@ class Level:
         self.start = Growable(1 + np.cumsum(size) - size)
         self.size = Growable(size.astype(NUMBER))
         self.first = _with_dummy(first)
-        self.radius = _with_dummy(np.zeros(len(size) - 1), 0.0, float)
-        self.home = Growable(np.zeros(len(size), NUMBER))
 
     @property
     def count(self) -> int:
@@ -151,10 +148,11 @@ class Level:
 class Complex:
     """All faces of dimension 0..n. Mutable; lives only inside the subdivision.
 
-    x: (V, n) float vertices. z: (V, w) pre-activations of the current layer. rho: (V,).
-    bits: exact signs. vertex_home: (V,), as of a level.
-    a, b: ends of the edges (edge 0 is a dummy). edge_radius, edge_home: as of a level.
+    x: (V, n) float vertices. z: (V, w) pre-activations of the current layer. bits: exact signs.
+    a, b: ends of the edges (edge 0 is a dummy).
     levels[k]: faces of dimension k = 2..n.
+    radius[k]: of all k-faces, see rounding.py; rho: of the vertices. home[k]: cell of the complex
+        at the start of the layer that contains each k-face.
     label: column of the hyperplane that carries each (n-1)-face.
     """
 
@@ -170,14 +168,14 @@ class Complex:
         self.n = x.shape[1]
         self.x = Growable(x)
         self.z = Growable(np.zeros((len(x), 0)))
-        self.rho = Growable(np.zeros(len(x)))
-        self.vertex_home = Growable(np.zeros(len(x), NUMBER))
         self.bits = bits
         self.a = _with_dummy(a)
         self.b = _with_dummy(b)
-        self.edge_radius = _with_dummy(np.zeros(len(a)), 0.0, float)
-        self.edge_home = Growable(np.zeros(self.a.n, NUMBER))
         self.levels = levels
+        counts = [len(x), self.a.n, *(levels[k].count for k in range(2, self.n + 1))]
+        self.radius = [Growable(np.zeros(count)) for count in counts]
+        self.home = [Growable(np.zeros(count, NUMBER)) for count in counts]
+        self.rho = self.radius[0]
         # a dummy in front, unless they are vertices
         self.label = Growable(label) if self.n == 1 else _with_dummy(label, -1)
 
@@ -188,27 +186,26 @@ class Complex:
 
     def count(self, k: int) -> int:
         """Number of stored k-faces; one more than there are for k >= 1 (the dummy)."""
-        if k == 0:
-            return self.x.n
-        return self.a.n if k == 1 else self.levels[k].count
+        return self.home[k].n
 
-    def radius(self, k: int) -> Growable:
-        """Distance bound of the k-faces, 0 <= k < n."""
-        if k == 0:
-            return self.rho
-        return self.edge_radius if k == 1 else self.levels[k].radius
+    def enter(self, k: int, radius: np.ndarray, home: np.ndarray, column: int) -> None:
+        """Enter new k-faces, which lie in the hyperplane of a column."""
+        self.radius[k].append(radius)
+        self.home[k].append(home)
+        if k == self.n - 1:
+            self.label.append(np.full(len(home), column))
 
-    def home(self, k: int) -> Growable:
-        """A cell of the complex at the start of the layer that contains each k-face."""
-        if k == 0:
-            return self.vertex_home
-        return self.edge_home if k == 1 else self.levels[k].home
+    def halve(self, k: int, faces: np.ndarray) -> None:
+        """Enter the minus halves of k-faces, which are as the whole ones were."""
+        facets = [self.label] if k == self.n - 1 else []
+        for of_faces in (self.radius[k], self.home[k], *facets):
+            of_faces.append(of_faces.data[faces])
 
     def settle(self) -> None:
         """Start a layer: the cells of now are the homes of all faces."""
         inside = np.arange(-1, self.n_cells, dtype=NUMBER)
         for k in range(self.n, 0, -1):
-            self.home(k).data[: self.count(k)] = inside
+            self.home[k].data[: self.count(k)] = inside
             below = np.zeros(self.count(k - 1), NUMBER)
             if k > 1:
                 level = self.levels[k]
@@ -218,7 +215,7 @@ class Complex:
                 below[self.a.view[1:]] = inside[1:]
                 below[self.b.view[1:]] = inside[1:]
             inside = below
-        self.vertex_home.data[: self.x.n] = inside
+        self.home[0].data[: self.x.n] = inside
 
     def rows(self, k: int) -> Ragged:
         """Boundaries of all k-faces, dummy dropped: (k-1)-faces flat, and offsets. Numbered from 0

@@ -72,9 +72,7 @@ def cut_edges(lattice: Complex, vertex_codes: UInt8[np.ndarray, " V"], plane: Hy
         return nothing_cut(codes, edge0, vertex0)
     p = a[edges]
     q = b[edges]
-    radius = lattice.edge_radius.data[edges] if lattice.n > 1 else np.zeros(count)
-    home = lattice.edge_home.data[edges]
-    slope = _divide(lattice, p, q, radius, home, plane)
+    slope = _divide(lattice, p, q, edges, plane)
     new = np.arange(vertex0, vertex0 + count)
     plane.repair(new)
     # the edge keeps its number on the plus side; the part on the minus side is new
@@ -83,11 +81,7 @@ def cut_edges(lattice: Complex, vertex_codes: UInt8[np.ndarray, " V"], plane: Hy
     lattice.b.data[edges] = new
     lattice.a.append(np.where(flip, p, q))
     lattice.b.append(new)
-    lattice.edge_radius.append(radius)
-    lattice.edge_home.append(home)
-    label_new(lattice, 0, count, plane.column)
-    if lattice.n == 2:
-        lattice.label.append(lattice.label.data[edges])
+    lattice.halve(1, edges)
     return Halved(codes, ranks(edges, edge0), edge0, vertex0, slope, lattice.rho.data[new])
 
 
@@ -107,12 +101,11 @@ def _divide(
     lattice: Complex,
     p: Int[np.ndarray, " E"],
     q: Int[np.ndarray, " E"],
-    radius: Float[np.ndarray, " E"],
-    home: Int[np.ndarray, " E"],
+    edges: Int[np.ndarray, " E"],
     plane: Hyperplane,
 ) -> np.ndarray:
-    """New vertices where z vanishes on the edges (p, q). Returns slope bounds; appends floats and
-    bits.
+    """New vertices where z vanishes on the edges with ends p, q. Returns slope bounds; appends
+    floats and bits.
     """
     z = lattice.z.data
     # take: several times faster than indexing for rows
@@ -126,7 +119,8 @@ def _divide(
     drop = np.abs(at_p) + np.abs(at_q) - plane.threshold[p] - plane.threshold[q]
     length = np.sqrt((step * step).sum(axis=1)) + (lattice.rho.data[p] + lattice.rho.data[q])
     slope = np.maximum(drop * (1 - 1e-9), 0.0) / length
-    rho = radius_of_zero(radius, slope, home, plane)
+    home = lattice.home[1].data[edges]
+    rho = radius_of_zero(lattice.radius[1].data[edges], slope, home, plane)
     # in place: z_q becomes z_p + t (z_q - z_p), step the new point
     z_q -= z_p
     z_q *= t
@@ -135,8 +129,7 @@ def _divide(
     step += x_p
     lattice.x.append(step)
     lattice.z.append(z_q)
-    lattice.rho.append(rho)
-    lattice.vertex_home.append(home)
+    lattice.enter(0, rho, home, plane.column)
     lattice.bits.inherit(p, q)
     return slope
 
@@ -151,12 +144,6 @@ def radius_of_zero(
     known = slope > 0
     further = (plane.eta + plane.lip(home) * radius) / np.where(known, slope, 1.0)
     return np.where(known, radius + further * (1 + 1e-9) + plane.delta, np.inf)
-
-
-def label_new(lattice: Complex, k: int, count: int, column: int) -> None:
-    """Label the last `count` k-faces with the column that carries them, if they are facets."""
-    if k == lattice.n - 1:
-        lattice.label.append(np.full(count, column))
 
 
 class Rows(NamedTuple):
@@ -204,8 +191,8 @@ def _cut_level(
         return nothing_cut(codes, minus0, zero0)
     slope = np.zeros(len(faces))
     rho = np.zeros(len(faces))
-    radius = level.radius.data[faces] if k < lattice.n else np.zeros(len(faces))
-    home = level.home.data[faces]
+    radius = lattice.radius[k].data[faces]
+    home = lattice.home[k].data[faces]
     first = np.empty(len(faces), NUMBER)
     ends = np.cumsum(level.size.data[faces] + 1)
     for start, stop in row_chunks(np.concatenate([[0], ends]), CHUNK):
@@ -223,23 +210,18 @@ def _cut_level(
         zero_sub = below.zero0 + cut_rank
         if not no_zeros:
             touching_row, touching = _zero_faces(lattice, k, rows, two_below)
-            np.maximum.at(zero_radius, touching_row, lattice.radius(k - 2).data[touching])
+            np.maximum.at(zero_radius, touching_row, lattice.radius[k - 2].data[touching])
             zero_row = np.concatenate([zero_row, touching_row])
             order = np.argsort(zero_row, kind="stable")
             zero_row = zero_row[order]
             zero_sub = np.concatenate([zero_sub, touching])[order]
         zero_size = np.bincount(zero_row, minlength=stop - start)
-        first[part] = _append_zero_faces(
-            lattice, k - 1, zero_sub, zero_size, zero_radius, home[part]
-        )
+        first[part] = _append_zero_faces(lattice, k - 1, zero_sub, zero_size)
+        lattice.enter(k - 1, zero_radius, home[part], plane.column)
         _store_halves(level, faces[part], rows, is_cut, below.minus0 + cut_rank)
-    label_new(lattice, k - 1, len(faces), plane.column)
-    if k == lattice.n - 1:
-        lattice.label.append(lattice.label.data[faces])
     level.first.data[faces] = first
     level.first.append(first)
-    level.radius.append(radius)
-    level.home.append(home)
+    lattice.halve(k, faces)
     return Halved(codes, ranks(faces, minus0), minus0, zero0, slope, rho)
 
 
@@ -353,8 +335,6 @@ def _append_zero_faces(
     k: int,
     sub: Int[np.ndarray, " entries"],
     size: Int[np.ndarray, " new"],
-    radius: Float[np.ndarray, " new"],
-    home: Int[np.ndarray, " new"],
 ) -> np.ndarray:
     """Append the new k-faces with the given boundaries; returns a vertex of each."""
     if k == 1:
@@ -366,8 +346,6 @@ def _append_zero_faces(
         ends = sub.reshape(-1, 2)
         lattice.a.append(ends[:, 0])
         lattice.b.append(ends[:, 1])
-        lattice.edge_radius.append(radius)
-        lattice.edge_home.append(home)
         return ends[:, 0]
     level = lattice.levels[k]
     own = np.repeat(np.arange(level.count, level.count + len(size)), size)
@@ -377,6 +355,4 @@ def _append_zero_faces(
     level.start.append(starts)
     level.size.append(size)
     level.first.append(first)
-    level.radius.append(radius)
-    level.home.append(home)
     return first

@@ -66,7 +66,7 @@ class SignOracle:
         undecided = np.flatnonzero(~(np.abs(z) > threshold))
         self.n_signs += len(z)
         if len(undecided):
-            lip = self._lip(j, lattice.vertex_home.data[undecided])
+            lip = self._lip(j, lattice.home[0].data[undecided])
             threshold[undecided] = self.bound.eta[j] + lip * lattice.rho.data[undecided]
             undecided = undecided[~(np.abs(z[undecided]) > threshold[undecided])]
             codes[undecided] = self._decide(undecided, j)
