@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.common.errors import InputError
-from parc_jax.learning.labels import Labels, name_of, unit_of
+from parc_jax.learning.labels import Labels, named_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point, moved_to, trajectories
 from parc_jax.learning.runs.files import write_atomic
@@ -47,8 +47,8 @@ class NominalPath:
         in the last row at the end, and there alone q and its half widths.
         """
         axes, q = self.labels.p, list(self.labels.q)
-        several = len(self.points) > 1
-        names = [_of(label, point if several else "") for point in self.points for label in axes]
+        names = [named_of(x, f"of {point}") for point in self.points for x in axes]
+        names = names if len(self.points) > 1 else list(axes)
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
         both = [*names, *(f"+-{name}" for name in names), *q, *(f"+-{name}" for name in q)]
@@ -96,14 +96,6 @@ def nominal_path(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> Nomin
         points=tuple(model.points),
         labels=model.labels,
     )
-
-
-def _of(label: str, point: str) -> str:
-    """The label of a coordinate, of one of several points."""
-    if not point:
-        return label
-    unit = unit_of(label)
-    return f"{name_of(label)} of {point}" + (f" [{unit}]" if unit else "")
 
 
 def _finite(value):

@@ -14,7 +14,7 @@ import numpy as np
 from parc_jax.common.climb import Points, Ranked, climb, ranked
 from parc_jax.common.spelling import listed, rounded_down, rounded_up
 from parc_jax.learning.bound.statement import probability
-from parc_jax.learning.labels import degrees_hint, name_of, unit_of
+from parc_jax.learning.labels import degrees_hint, name_of, named_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
 from parc_jax.problem.problem import Problem, box_of_rows, goal_box
@@ -190,7 +190,7 @@ def _sides(scene: Scene) -> list[_Side]:
     """Of the goal, of the start set, and every obstacle that some plan comes near."""
     model, n_p, n_c = scene.model, scene.model.n_p, scene.model.n_c
     p, q = model.labels.p, model.labels.q
-    of_points = [f"{name_of(a)} of {point} [{unit_of(a)}]" for point in model.points for a in p]
+    of_points = [named_of(a, f"of {point}") for point in model.points for a in p]
     ends = [*(p if model.n_points == 1 else of_points), *q]
     sides = []
     for i in np.flatnonzero(scene.goal_A.any(axis=1)):

@@ -19,6 +19,7 @@ from parc_jax.common.arrays import slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.common.sets.hull import convex_hull
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.bound.calibrate import at_other_eps
 from parc_jax.learning.model import TrajectoryModel
@@ -31,6 +32,7 @@ from parc_jax.problem.problem_file import problem_text
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.outlines import Edge
+from parc_jax.safe_set.batch.estimate import all_around
 from parc_jax.safe_set.corridors.first import MOST, preferred
 from parc_jax.safe_set.corridors.sampling import ends_from, ends_of
 from parc_jax.safe_set.settings import Settings
@@ -45,7 +47,6 @@ MOST_OFF = 0.1  # [least side of the goal] of what a slider leaves unknown
 # on release: the first corridors hold nine plans in ten and more, further ones take seconds
 SOON = Settings(samples=64, target=0.2, work=0.1, proof=False, budget_s=0.5)
 PIECES = 12  # of a plan, in each of which the swept body is drawn as one convex set
-AROUND = 24  # directions in which a body is drawn in the plane
 
 
 class Grip(NamedTuple):
@@ -329,16 +330,10 @@ def swept(scene: Scene, plans: np.ndarray, pieces: int = PIECES, tube: bool = Fa
 
 def _ball(n_p: int) -> tuple[np.ndarray, np.ndarray]:
     """Directions (d, n_p) all around, and triangles between them."""
+    u = all_around(n_p).astype(float)
     if n_p == 2:
-        angle = 2 * np.pi * np.arange(AROUND) / AROUND
-        fan = [[0, i, i + 1] for i in range(1, AROUND - 1)]
-        return np.stack([np.cos(angle), np.sin(angle)], axis=1), np.array(fan)
-    from scipy.spatial import ConvexHull
-
-    side = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3)).reshape(3, -1).T
-    u = side[side.any(axis=1)]
-    u = u / np.linalg.norm(u, axis=1, keepdims=True)
-    return u, ConvexHull(u).simplices
+        return u, np.array([[0, i, i + 1] for i in range(1, len(u) - 1)])
+    return u, convex_hull(u).simplices
 
 
 def live(source, problem: Problem | None = None, at=None, port: int = 8080, wait: bool = True):

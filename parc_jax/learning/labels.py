@@ -91,6 +91,12 @@ def unit_of(label: str) -> str:
     return label.rsplit(" [", 1)[1][:-1] if label.endswith("]") and " [" in label else ""
 
 
+def named_of(label: str, more: object) -> str:
+    """The label of one of several that share it, with `more` behind its name."""
+    unit = unit_of(label)
+    return f"{name_of(label)} {more}" + (f" [{unit}]" if unit else "")
+
+
 def degrees_hint(label: str, lo: float, hi: float) -> str:
     """A hint for a range of an angle in rad that looks like degrees; else nothing."""
     ends = [abs(end) for end in (lo, hi) if math.isfinite(end)]

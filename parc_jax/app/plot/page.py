@@ -25,6 +25,7 @@ from parc_jax.proof.certificate.prove import corridor_of
 from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.polytopes import Polytopes
+from parc_jax.safe_set.separation.directions import Run
 from parc_jax.safe_set.separation.pruning import spans_of
 from parc_jax.safe_set.verdict.scene import unpruned_scene
 
@@ -156,7 +157,6 @@ def _plans(answer, polytopes) -> dict:
     """Samples, corridors and polytopes, with their directions by number."""
     n_p, problem = answer.model.n_p, answer.problem
     scene = unpruned_scene(answer.scene)
-    active = scene.obstacles.active[: int(scene.count)]
     numbers: dict[bytes, int] = {}
     directions: list[list] = []  # each once: the runs of every obstacle and part of the body
 
@@ -166,9 +166,8 @@ def _plans(answer, polytopes) -> dict:
         content = w.tobytes() + support.tobytes()
         if content not in numbers:
             numbers[content] = len(directions)
-            # rows behind the pairs only pad
-            rows = zip(w[: len(active)], support[: len(active)], active, strict=True)
-            directions.append([_runs(*row) for row in rows])
+            pairs = zip(w, support, corridor.runs, strict=False)  # rows behind the pairs only pad
+            directions.append([_spelled(*pair) for pair in pairs])
         return numbers[content]
 
     def unpruned(corridor: Corridor) -> Corridor:
@@ -212,18 +211,9 @@ def outlines(answer, polytopes) -> dict[str, list]:
     }
 
 
-def _runs(w: np.ndarray, support: np.ndarray, active: np.ndarray) -> list[list]:
-    """Runs [first, end, w, support of obstacle and part along w] of equal directions of one pair:
-    w (T, n_p), support (T,), active (T,).
-    """
-    runs: list[list] = []
-    for t in np.flatnonzero(active).tolist():
-        now = [w[t].tolist(), float(support[t])]
-        if runs and runs[-1][2:] == now:
-            runs[-1][1] = t + 1
-        else:
-            runs.append([t, t + 1, *now])
-    return runs
+def _spelled(w: np.ndarray, support: np.ndarray, runs: list[Run]) -> list[list]:
+    """[first, end, w, support of obstacle and part along w] of each run of one pair."""
+    return [[*run[:2], w[run.first].tolist(), float(support[run.first])] for run in runs]
 
 
 def _faces(faces) -> dict:

@@ -153,20 +153,11 @@ def _left(corridor: Corridor, errors: ErrorSet, paths: np.ndarray) -> np.ndarray
 
 def _runs(corridors: list[Corridor]) -> RunTable:
     """All runs, corridor by corridor."""
-    rows = []
+    rows: list[tuple] = []
     first_run = [0]
-    for corridor in corridors:
-        exists = ~np.isneginf(corridor.support)
-        for pair in np.flatnonzero(exists.any(axis=1)):
-            now = np.flatnonzero(exists[pair])
-            w, support = corridor.w[pair, now], corridor.support[pair, now]
-            same = (w[1:] == w[:-1]).all(axis=1) & (support[1:] == support[:-1])
-            starts = np.flatnonzero(np.concatenate([[True], ~(same & (np.diff(now) == 1))]))
-            ends = np.append(starts[1:], len(now)) - 1
-            rows += [
-                (pair, now[a], now[b] + 1, w[a], support[a])
-                for a, b in zip(starts, ends, strict=True)
-            ]
+    for one in corridors:
+        for pair, runs in enumerate(one.own_runs):
+            rows += [(pair, *run[:2], *(x[pair, run.first] for x in one[:2])) for run in runs]
         first_run.append(len(rows))
     pair, first, end, w, support = zip(*rows, strict=True) if rows else ((),) * 5
     n_p = corridors[0].w.shape[2]

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.learning.bound.bins import Bins, Edges
+from parc_jax.learning.bound.bins import Binned, Bins, Edges
 from parc_jax.learning.bound.measure import Errors
 
 _CELLS = 4096  # places for cuts: a grid of about this many cells over K
@@ -169,10 +169,8 @@ def _cell_maxima(
     k: Float[np.ndarray, "n n_k"], flat: Float[np.ndarray, "n m"], places: Edges
 ) -> tuple[np.ndarray, np.ndarray]:
     """Largest errors (cells of axis 1, ..., m) and runs (cells of axis 1, ...) by cell of K."""
-    number = np.zeros(len(k), int)
-    grid = tuple(len(along) - 1 for along in places)
-    for axis, along in enumerate(places):
-        number = number * grid[axis] + np.searchsorted(along[1:-1], k[:, axis], side="right")
+    cells = Binned(places)
+    number, grid = cells.bin_of(k), cells.grid
     out = np.zeros((np.prod(grid), flat.shape[1]))
     order = np.argsort(number, kind="stable")
     present, first = np.unique(number[order], return_index=True)

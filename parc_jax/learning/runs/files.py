@@ -15,9 +15,10 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.law import LawSpec
-from parc_jax.learning.system import ONE_POINT, time_grid
+from parc_jax.learning.system import time_grid
 
 FORMAT = "parc_jax.rollouts/1"
+STATED = ("seed", "stage", "points", "rotation", "given", "source")  # of a batch, as plain values
 # of an archive with a wrong byte, which may also look encrypted or of a later version
 DAMAGED = (zipfile.BadZipFile, zlib.error, EOFError, OSError, AttributeError, RuntimeError)
 RAGGED = (
@@ -86,15 +87,10 @@ def rollouts_to_npz(batch: RolloutBatch, made_by: dict | None = None) -> dict[st
         "format": FORMAT,
         "time": asdict(batch.time),
         "law": asdict(batch.law),
-        "seed": batch.seed,
-        "stage": batch.stage,
         "made_by": made_by,
-        "points": batch.points,
-        "rotation": batch.rotation,
         "labels": None if batch.labels is None else batch.labels._asdict(),
-        "given": batch.given,
-        "source": batch.source,
     }
+    meta |= {name: getattr(batch, name) for name in STATED}
     arrays = {"rows": batch.rows, "k": batch.k, "p": batch.p, "q": batch.q}
     arrays |= {"lo": batch.domain.lo, "hi": batch.domain.hi}
     optional = {"groups": batch.groups, "lost": batch.lost}
@@ -109,6 +105,8 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
         raise InputError(f"{path}: expected format {FORMAT}; got {meta.get('format')!r}.")
     law = meta["law"] | {"parameters": tuple(tuple(pair) for pair in meta["law"]["parameters"])}
     law = LawSpec(**(law | {"lo": tuple(law["lo"]), "hi": tuple(law["hi"])}))
+    about = {name: meta[name] for name in (*STATED, "labels") if meta.get(name) is not None}
+    about = {x: tuple(of) if isinstance(of, list) else of for x, of in about.items()}
     try:
         return rollout_batch(
             arrays["k"],
@@ -118,15 +116,9 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
             domain=box(arrays["lo"], arrays["hi"]),
             law=law,
             rows=arrays["rows"],
-            seed=None if meta["seed"] is None else tuple(meta["seed"]),
-            stage=meta["stage"],
             groups=arrays.get("groups"),
-            points=meta.get("points", ONE_POINT),
-            rotation=meta.get("rotation"),
-            labels=meta.get("labels"),
-            given=meta.get("given", ()),
             lost=arrays.get("lost"),
-            source=None if meta.get("source") is None else tuple(meta["source"]),
+            **about,
         )
     except KeyError as error:
         raise InputError(

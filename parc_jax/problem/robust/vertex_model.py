@@ -22,7 +22,7 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.claim import ErrorClaim, derived
 from parc_jax.learning.bound.tube import Tube, tube
 from parc_jax.learning.labels import labels as valid_labels
-from parc_jax.learning.labels import name_of, unit_of
+from parc_jax.learning.labels import named_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
@@ -95,7 +95,7 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
             model.n_q * n_v,
             len(chosen),
             p=named.p,
-            q=named.q if n_v == 1 else [_again(label, v) for v in range(n_v) for label in named.q],
+            q=named.q if n_v == 1 else [named_of(x, v) for v in range(n_v) for x in named.q],
             k=[named.k[axis] for axis in chosen],
         ),
     )
@@ -190,12 +190,6 @@ def _eps(claim: ErrorClaim, old: Tube, axes: list[Axis]):
 def _copies_of(points: Sequence[str], several: int) -> tuple[str, ...]:
     """Names of the realisations of all points, grouped by point."""
     return tuple(f"{point} {c}" for point in points for c in range(several))
-
-
-def _again(label: str, number: int) -> str:
-    """The label of a goal state in one of several executions."""
-    unit = unit_of(label)
-    return f"{name_of(label)} {number}" + (f" [{unit}]" if unit else "")
 
 
 def copied(

@@ -117,7 +117,7 @@ INSIDE = 1 - 2.0**-30  # an error at the end is pulled towards none by this fact
 
 
 class OverBins(NamedTuple):
-    """The bins (b,) that a box of k overlaps with its interior, and their errors.
+    """The bins (b,) that a box of k overlaps with its interior, None in a batch, and their errors.
 
     straddles: (n_k,) 1.0 for several bins along this axis, else 0.0.
     common: errors that all of them allow; leading axes (T, n_points).
@@ -126,7 +126,7 @@ class OverBins(NamedTuple):
         allow, and that any of them does.
     """
 
-    bins: np.ndarray
+    bins: np.ndarray | None
     straddles: np.ndarray
     common: ErrorSet
     blur: np.ndarray

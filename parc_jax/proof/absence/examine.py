@@ -17,7 +17,6 @@ from jaxtyping import ArrayLike, Float
 
 from parc_jax.common.arrays import HIGHEST, dot, least_over, product
 from parc_jax.common.shapes import ManyParams, Numbers, Params, Paths, Positions
-from parc_jax.learning.bound.error_set import ErrorSet
 from parc_jax.learning.network.predict import Layout, by_point, layer_from_the_end, predict
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.absence.bounds import ranges_of_rows
@@ -28,24 +27,16 @@ from parc_jax.proof.absence.contact_margins import (
     corners_of,
     moments,
 )
+from parc_jax.proof.absence.errors import OverBins
 from parc_jax.safe_set.verdict.scene import Tabled
 
 
 class Boxes(NamedTuple):
-    """A batch of n boxes.
-
-    lo, hi: (n, n_p + n_k).
-    common: errors that all bins allow which the box overlaps; leading axes (n, T, n_points).
-    blur, goal_least, goal_most, straddles: of every box, as in `OverBins`.
-    """
+    """A batch of n boxes lo, hi (n, n_p + n_k). over: of every box, stacked, without the bins."""
 
     lo: np.ndarray
     hi: np.ndarray
-    common: ErrorSet
-    blur: np.ndarray
-    goal_least: np.ndarray
-    goal_most: np.ndarray
-    straddles: np.ndarray
+    over: OverBins
 
 
 class Examined(NamedTuple):
@@ -101,7 +92,7 @@ def examine(
     """Vertices k of the cells, owner: number of their box, n for padding. Kernel over the
     batch.
     """
-    n, T, n_c = boxes.blur.shape
+    n, T, n_c = boxes.over.blur.shape
     n_p = scene.z_lo.shape[0]
     layout = Layout(T, n_p, n_c // n_p)
     places, q = jax.vmap(lambda x: offsets_from_end(net, layout, x))(k)
@@ -122,7 +113,7 @@ def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined
 
     `at` has 2^n_p rows for each box, one box after another: corners that hold all its places.
     """
-    n, T, n_c = boxes.blur.shape
+    n, T, n_c = boxes.over.blur.shape
     n_p = scene.z_lo.shape[0]
     layout = Layout(T, n_p, n_c // n_p)
     W, b = layer_from_the_end(net, layout)
@@ -172,7 +163,7 @@ def _examined(
 
     low = least_over(goal_z, z_lo, z_hi)
     least_rest, most_rest = known.goal
-    goal = low + least_rest - (scene.goal_b[None] - boxes.goal_least)
+    goal = low + least_rest - (scene.goal_b[None] - boxes.over.goal_least)
 
     low = least_over(scene.start_A, z_lo, z_hi)
     least_p0, most_p0 = known.start
@@ -182,7 +173,7 @@ def _examined(
     least_places, most_places = _extremes(known.places, known.owner, n)
     half_z = jnp.concatenate([(z_hi - z_lo) / 2] * layout.n_points, axis=1)
     half_size = (most_places - least_places) / 2 + half_z[:, None]
-    tried = contacts_to_try(scene, path, half_size, boxes.common, z_hi - z_lo)
+    tried = contacts_to_try(scene, path, half_size, boxes.over.common, z_hi - z_lo)
     at, depth = contact_depth(scene, tried, known.places, known.owner, z_lo, z_hi)
     _, worst = _extremes(depth, known.owner, n)
 
@@ -261,12 +252,12 @@ def _effects_of_sides(
 def _effects_of_bins(start: Float[ArrayLike, "n s"], tried: Tried, boxes: Boxes):
     """|change| of the reasons when the box is split at the edges of bins: (n, g + s + c, n_k)."""
     n = len(boxes.lo)
-    more_goal = boxes.goal_most - boxes.goal_least
-    blur = boxes.blur[jnp.arange(n)[:, None], tried.interval]
+    more_goal = boxes.over.goal_most - boxes.over.goal_least
+    blur = boxes.over.blur[jnp.arange(n)[:, None], tried.interval]
     more_hit = dot(jnp.abs(tried.way), _mixed(blur, tried))
     more = jnp.concatenate([more_goal, jnp.zeros_like(start), more_hit], axis=1)
-    count = jnp.maximum(boxes.straddles.sum(axis=1), 1.0)
-    return more[:, :, None] * (boxes.straddles / count[:, None])[:, None]
+    count = jnp.maximum(boxes.over.straddles.sum(axis=1), 1.0)
+    return more[:, :, None] * (boxes.over.straddles / count[:, None])[:, None]
 
 
 def _spans(tried: Tried, size: Paths):

@@ -101,20 +101,12 @@ class Examiner:
         rows = np.minimum(np.arange(BOXES), len(nodes) - 1)
         # a box in one bin has its template, one in several has half widths: of one shape here
         templates = self.model.tube.templates
-        common = [each.common for each in over]
+        alike = [each._replace(bins=None) for each in over]
         if templates is not None:
             n_bases = templates.interval.errors.half.shape[-2]
-            common = [as_template(errors, n_bases) for errors in common]
-        boxes = Boxes(
-            np.array([node.lo for node in nodes])[rows],
-            np.array([node.hi for node in nodes])[rows],
-            jax.tree.map(lambda *of_box: np.array(of_box)[rows], *common),
-            *(
-                np.array([getattr(each, name) for each in over])[rows]
-                for name in ("blur", "goal_least", "goal_most", "straddles")
-            ),
-        )
-        return boxes, over
+            alike = [x._replace(common=as_template(x.common, n_bases)) for x in alike]
+        each = [Boxes(node.lo, node.hi, of) for node, of in zip(nodes, alike, strict=True)]
+        return jax.tree.map(lambda *of_box: np.array(of_box)[rows], *each), over
 
 
 def _fitting(nodes: list[Node]) -> Iterator[list[Node]]:

@@ -21,7 +21,7 @@ AROUND = 24  # directions tried in the plane; in space those from a cube to its 
 
 def along_fan(tube: Tube) -> Reach:
     """Error support table against the direction set, in float32."""
-    return reach(tube, _fan(tube.n_p), dtype=np.float32)
+    return reach(tube, all_around(tube.n_p), dtype=np.float32)
 
 
 def estimate_clearance(obstacles: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
@@ -91,7 +91,7 @@ def _along_a_fan(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken:
     """
     n_pairs, _, n_p = pairs.vertices.shape
     n_steps = path.shape[2] - 1
-    fan = jnp.asarray(_fan(n_p))
+    fan = jnp.asarray(all_around(n_p))
     places = jnp.moveaxis(path.reshape(len(path), -1, n_p, n_steps + 1), 2, 0)
 
     def look(i, gaps):
@@ -109,7 +109,7 @@ def _along_a_fan(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken:
     return jnp.where(pairs.active[:, None], gaps, jnp.inf).min(axis=(0, 2))
 
 
-def _fan(n_p: int) -> np.ndarray:
+def all_around(n_p: int) -> np.ndarray:
     """(f, n_p) unit directions all around, those along the axes among them."""
     if n_p == 2:
         angle = 2 * np.pi * np.arange(AROUND) / AROUND

@@ -58,17 +58,19 @@ class Corridor(NamedTuple):
         return self.support[..., None] + lost(self.w, errors, self.points)
 
     @property
-    def runs(self) -> list[list[Run]]:
-        """Per pair, pruned ones included, the intervals in which it exists as runs of equal
-        directions; padding has none.
-        """
+    def own_runs(self) -> list[list[Run]]:
+        """The intervals of each pair as runs of equal directions; padding has none."""
         exists = ~np.isneginf(self.support)
-        runs = [
+        return [
             merged_runs(exact[active], np.flatnonzero(active))
             for exact, active in zip(self.multipliers, exists, strict=True)
             if active.any()
         ]
-        return runs if self.apart is None else self.apart.with_runs(runs)
+
+    @property
+    def runs(self) -> list[list[Run]]:
+        """`own_runs`, and those of the pruned pairs."""
+        return self.own_runs if self.apart is None else self.apart.with_runs(self.own_runs)
 
 
 class Stacked(NamedTuple):
