@@ -131,14 +131,30 @@ def spread(
     cores = (os.cpu_count() or 1) if how.threads else 1
     lanes = cores if mesh is None else mesh.size
     calls = Calls(n, how.scenes, lanes, min(how.scenes, -(-n // lanes)), how.in_turn)
-    if mesh is not None:
-        begins = range(0, calls.n, calls.share * calls.lanes)
-        parts = [_on_mesh(mesh, one, calls, rows, start, shared, begin) for begin in begins]
-    else:
-        call = partial(_here, one, calls, rows, start, shared)
-        with ThreadPoolExecutor(calls.lanes) as pool:
-            parts = list(pool.map(call, range(0, calls.n, calls.share)))
+
+    def run(counts: np.ndarray, taken: Any):
+        if mesh is None:
+            return _local(one, calls.loop, counts, *taken, shared)
+        split, whole = (jax.NamedSharding(mesh, jax.P(*axis)) for axis in (mesh.axis_names, ()))
+        placed = jax.device_put((counts, *taken), split)
+        return _sharded(one, calls.loop, mesh)(*placed, jax.device_put(shared, whole))
+
+    # a thread runs the rows of one lane in a call, a mesh those of all
+    together, threads = (1, lanes) if mesh is None else (lanes, 1)
+    call = partial(_call, run, calls, together, (rows, start))
+    with ThreadPoolExecutor(threads) as pool:
+        parts = list(pool.map(call, range(0, n, calls.share * together)))
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)
+
+
+def _call(run: Callable, calls: Calls, together: int, stacked: Any, begin: int):
+    """The rows from `begin` on of so many lanes together, in one call."""
+    first = begin + calls.share * np.arange(together)
+    counts, index = calls.counts(first), calls.padded(first).ravel()
+    with x64():
+        got = jax.device_get(run(counts, jax.tree.map(lambda x: x[index], stacked)))
+    kept = np.concatenate([d * calls.size + np.arange(count) for d, count in enumerate(counts)])
+    return jax.tree.map(lambda x: x[kept], got)
 
 
 def _many(one: Callable, loop: bool, n: Int[jax.Array, " lanes"], rows: Any, start: Any, shared):
@@ -162,40 +178,6 @@ def _many(one: Callable, loop: bool, n: Int[jax.Array, " lanes"], rows: Any, sta
 
 
 _local = jax.jit(_many, static_argnums=(0, 1))
-
-
-def _here(one: Callable, calls: Calls, rows: Any, start: Any, shared: Any, begin: int):
-    """The rows from `begin` on of one lane, on this machine."""
-    first = np.array([begin])
-    count = calls.counts(first)
-    index = np.minimum(calls.padded(first)[0], begin + int(count[0]) - 1)
-    with x64():
-        taken = jax.tree.map(lambda x: x[index], (rows, start))
-        got = jax.device_get(_local(one, calls.loop, count, *taken, shared))
-    return jax.tree.map(lambda x: x[: int(count[0])], got)
-
-
-def _on_mesh(
-    mesh: jax.sharding.Mesh,
-    one: Callable,
-    calls: Calls,
-    rows: Any,
-    start: Any,
-    shared: Any,
-    begin: int,
-):
-    """The rows from `begin` on of one call on all devices."""
-    first = begin + calls.share * np.arange(mesh.size)
-    counts = calls.counts(first)
-    index = calls.padded(first).ravel()
-    taken = jax.tree.map(lambda x: x[index], (rows, start))
-    with x64():
-        split, whole = (jax.NamedSharding(mesh, jax.P(*axis)) for axis in (mesh.axis_names, ()))
-        placed = jax.device_put((counts, *taken), split)
-        everywhere = jax.device_put(shared, whole)
-        got = jax.device_get(_sharded(one, calls.loop, mesh)(*placed, everywhere))
-    kept = np.concatenate([d * calls.size + np.arange(count) for d, count in enumerate(counts)])
-    return jax.tree.map(lambda x: x[kept], got)
 
 
 @lru_cache

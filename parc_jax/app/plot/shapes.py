@@ -156,10 +156,6 @@ class View(NamedTuple):
         """Places or widths (..., n_p) in the view, (..., 2)."""
         return places[..., list(self.axes)]
 
-    def of_points(self, columns: np.ndarray, n_p: int) -> np.ndarray:
-        """Columns (..., m n_p) of m reference points in the view, (..., m, 2)."""
-        return self.of(columns.reshape(*columns.shape[:-1], -1, n_p))
-
 
 TOP = View("from above", (0, 1))
 SIDE = View("from the side", (0, 2))
@@ -188,7 +184,8 @@ class SceneView:
 
     def of_points(self, columns: np.ndarray) -> np.ndarray:
         """Columns (..., t, n_c) of m reference points in the view, (..., m, t, 2)."""
-        return self.view.of_points(columns, self.n_p).swapaxes(-3, -2)
+        places = columns.reshape(*columns.shape[:-1], -1, self.n_p)
+        return self.view.of(places).swapaxes(-3, -2)
 
     def bodies(self, columns: np.ndarray) -> list[np.ndarray]:
         """Outlines (v, 2) of all parts of the body at poses (t, n_c)."""

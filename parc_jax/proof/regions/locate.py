@@ -9,7 +9,7 @@ from parc_jax.common.errors import SoundnessError
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions.complex import Sign
 from parc_jax.proof.regions.exact import ExactNetwork
-from parc_jax.proof.regions.rounding import forward_error
+from parc_jax.proof.regions.rounding import forward
 from parc_jax.proof.regions.storage import hash_words, pack
 
 CHUNK = 1 << 13  # points treated at once, so that the working set stays in cache
@@ -63,17 +63,11 @@ class PatternIndex:
 
 def float_patterns(net: ReLUNetwork, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Patterns (m, n_hidden) bool at k (m, n), and whether rounding cannot have changed them (m,).
-
-    Forward error as in [T10], from the largest activations of the batch.
+    [T10]
     """
-    h = k
-    error = np.zeros(net.n_in)
-    on = []
+    on = [np.zeros((len(k), 0), bool)]
     sure = np.ones(len(k), bool)
-    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
-        z = h @ W.T + b
-        error = forward_error(W, b, error, np.abs(h).max(axis=0, initial=0.0))
+    for _, z, error in forward(net, k):
         sure &= ((np.abs(z) > error) | (error == 0)).all(axis=1)
         on.append(z > 0)
-        h = np.maximum(z, 0.0)
-    return np.concatenate(on, axis=1) if on else np.zeros((len(k), 0), bool), sure
+    return np.concatenate(on, axis=1), sure

@@ -11,7 +11,7 @@ from parc_jax.common import struct
 from parc_jax.common.arrays import slices
 from parc_jax.common.errors import SoundnessError
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.proof.regions.rounding import SAFETY, forward_error
+from parc_jax.proof.regions.rounding import SAFETY, forward
 from parc_jax.proof.regions.storage import hash_words, unpack
 
 # [1] largest relative gap between the sum of the volumes and the volume of the domain
@@ -108,14 +108,10 @@ def _recheck_chunk(
     plus: Bool[np.ndarray, "V hidden"],
     minus: Bool[np.ndarray, "V hidden"],
 ) -> None:
-    h = points
-    error = np.zeros(net.n_in)
     gradient = np.eye(net.n_in)
     first = 0
-    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
-        last = first + len(b)
-        z = h @ W.T + b
-        error = forward_error(W, b, error, np.abs(h).max(axis=0))
+    for W, z, error in forward(net, points):
+        last = first + len(W)
         gradient = np.abs(W) @ gradient * SAFETY
         slack = point_error @ (gradient.T * SAFETY) + error
         wrong = ((z > slack) & ~plus[:, first:last]) | ((z < -slack) & ~minus[:, first:last])
@@ -125,7 +121,6 @@ def _recheck_chunk(
                 f"the sign of neuron {first + neuron} at vertex {points[vertex]} is recorded "
                 f"wrongly ({int(wrong.sum())} such)"
             )
-        h = np.maximum(z, 0.0)
         first = last
 
 

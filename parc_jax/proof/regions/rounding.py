@@ -16,7 +16,7 @@ slope <= |grad of L_p along F|, which the ends of any cut edge of F bound from b
 vertex is the same formula on its edge.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,7 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import slices
 from parc_jax.learning.network.maps import last_gradients
+from parc_jax.learning.network.relu import ReLUNetwork
 
 U = 2.0**-53  # unit roundoff
 PER_STEP = 6 * U  # rounding of a + t (b - a), relative to the larger end, with t a float
@@ -70,18 +71,18 @@ def cell_gradients(weights: Sequence[np.ndarray], patterns: np.ndarray) -> np.nd
     return norms
 
 
-def forward_error(
-    W: Float[np.ndarray, "w inputs"],
-    b: Float[np.ndarray, " w"],
-    error: Float[np.ndarray, " inputs"],
-    largest: Float[np.ndarray, " inputs"],
-) -> np.ndarray:
-    """Error (w,) of float pre-activations W h + b, from that of h (in,) and the largest |h| (in,).
-    [T10]
+def forward(net: ReLUNetwork, x: Float[np.ndarray, "m n"]) -> Iterator[tuple[np.ndarray, ...]]:
+    """Of each hidden layer the weights W, float pre-activations (m, w) at points x, and their error
+    (w,), from the largest activations of all points. [T10]
     """
-    size = np.abs(W)
-    rounding = (W.shape[1] + 4) * U * (size @ largest + np.abs(b))
-    return (size @ error + rounding + TINY * size.any(axis=1)) * SAFETY
+    error = np.zeros(net.n_in)
+    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
+        size, largest = np.abs(W), np.abs(x).max(axis=0, initial=0.0)
+        rounding = (W.shape[1] + 4) * U * (size @ largest + np.abs(b))
+        error = (size @ error + rounding + TINY * size.any(axis=1)) * SAFETY
+        z = x @ W.T + b
+        yield W, z, error
+        x = np.maximum(z, 0.0)
 
 
 def layer_bound(

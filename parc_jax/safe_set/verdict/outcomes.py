@@ -5,11 +5,10 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike, Float
 
 from parc_jax.common.arrays import map_rows, slices
 from parc_jax.common.shapes import Index, Knot, Path
-from parc_jax.learning.bound.error_set import ErrorBox, at
+from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.network.predict import moved_to
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.safe_set.verdict.scene import Scene, Tabled
@@ -98,10 +97,7 @@ def _promised(scene: Tabled, path: Path):
 @partial(jax.vmap, in_axes=(None, 0, 0, 0))
 def _distances(scene: Tabled, start: Knot, end: Knot, o: Index):
     """Distance [m] of pair o between two records."""
+    # no errors: positions of runs are as they were recorded
     n_p = scene.obstacles.vertices.shape[-1]
-    return scene.obstacles.gap(o, start, end, at(_still(1, start, n_p), 0))[0]
-
-
-def _still(n: int, path: Float[ArrayLike, "*_ n_c"], n_p: int) -> ErrorBox:
-    """No errors, at n times: positions of runs are as they were recorded."""
-    return ErrorBox(jnp.zeros((n, path.shape[-1] // n_p, n_p)))
+    still = ErrorBox(jnp.zeros((len(start) // n_p, n_p)))
+    return scene.obstacles.gap(o, start, end, still)[0]
