@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.files.network_file import onnx_package
 from parc_jax.checker import number
 from parc_jax.common.errors import InputError
+from parc_jax.common.on_use import package
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.bound.tube import Tube
@@ -172,7 +172,7 @@ def write_onnx(path, net: ReLUNetwork, dtype=np.float64) -> Path:
     dtype: float64 is exact; float32, which most verifiers read, is another, rounded network.
     Raises InputError.
     """
-    onnx, dtype = onnx_package(), np.dtype(dtype)
+    onnx, dtype = package("onnx", "ONNX files"), np.dtype(dtype)
     if dtype not in (np.float32, np.float64):
         raise InputError(f"onnx: expected dtype float32 or float64; got {dtype}.")
     nodes, constants, at = [], [], "X"

@@ -12,6 +12,7 @@ from parc_jax.answer.answer import Answer, answer_data
 from parc_jax.app.live import Drawn, Grip, Live, swept
 from parc_jax.app.plot import shapes
 from parc_jax.common.errors import InputError
+from parc_jax.common.on_use import package
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.statement import in_short
@@ -33,15 +34,8 @@ class Page:
     """
 
     def __init__(self, live: Live, port: int):
-        try:
-            import viser
-            from viser.transforms import SO3
-        except ImportError:
-            raise InputError(
-                "live: expected viser, which draws in the browser; it is not installed. Try "
-                "pip install 'parc_jax[live]'."
-            ) from None
-        self.live, self._rotation = live, SO3
+        viser = package("viser", "live")
+        self.live, self._rotation = live, package("viser.transforms", "live").SO3
         live.warm_up()  # before anybody waits for it
         self.server = viser.ViserServer(LOCAL, port, label="parc_jax", verbose=False)
         self._asked, self._wake, self._over = {"draw", "settle"}, threading.Condition(), False

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from parc_jax.common import on_use
 from parc_jax.common.errors import InputError
+from parc_jax.common.on_use import package
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 METADATA = "metadata.yaml"  # makes a folder a bag of ROS 2
@@ -26,11 +26,6 @@ class Heard(NamedTuple):
     recorded: int
     stamp: int | None
     message: Any
-
-
-def package(name: str, call: str):
-    """A package of the extra `bags`. Raises InputError where it is not installed."""
-    return on_use.package(name, call, "bags")
 
 
 def is_bag(path) -> bool:

@@ -11,6 +11,8 @@ from pathlib import Path
 
 from parc_jax.common.errors import InputError
 
+MAPS, BAGS = dict.fromkeys(("shapely", "yaml", "PIL"), "maps"), {"rosbags": "bags", "mcap": "bags"}
+EXTRAS = {**MAPS, **BAGS, "onnx": "exchange", "viser": "live"}  # which bring which packages
 OFFER = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.M)
 
 
@@ -32,12 +34,14 @@ def on_use(package: str) -> tuple[Callable[[str], object], Callable[[], list[str
     return load, lambda: names, names
 
 
-def package(name: str, call: str, extra: str):
-    """A package, for a call that needs it. Raises InputError where its extra is not installed."""
+def package(name: str, call: str, extra: str = ""):
+    """A package, for a call that needs it. extra: by default that of EXTRAS. Raises
+    InputError where it is not installed.
+    """
     try:
         return importlib.import_module(name)
     except ImportError:
         raise InputError(
             f"{call}: expected the package {name.split('.')[0]}; it is not installed. Try "
-            f"pip install 'parc_jax[{extra}]'."
+            f"pip install 'parc_jax[{extra or EXTRAS[name.partition('.')[0]]}]'."
         ) from None

@@ -91,7 +91,7 @@ def test_any_direction_has_a_multiplier_close_to_it_in_any_units(unit):
     points = [c.point for c in corners(problem.obstacles[0])]
     for angle in rng.uniform(-np.pi, np.pi, 200):
         w = np.array([np.cos(angle), np.sin(angle)])
-        m = table.nearest(0, w)
+        m = table.nearest_of_many(0, w[None])[0]
         x, y, bound = exact_direction(problem.obstacles[0], m)
         assert max(x * p[0] + y * p[1] for p in points) == bound
         got, _ = table.direction(0, m)
@@ -124,7 +124,8 @@ def test_an_obstacle_with_more_facets_than_directions_still_has_proofs():
     table = direction_table(problem, 2)
     assert len(table.multipliers[0]) == N_DIRECTIONS[2] and np.isfinite(table.w).all()
     points = convex_polygon([c.point for c in corners(problem.obstacles[0])])
-    x, y, bound = exact_direction(problem.obstacles[0], table.nearest(0, np.array([0.8, 0.6])))
+    (nearest,) = table.nearest_of_many(0, np.array([[0.8, 0.6]]))
+    x, y, bound = exact_direction(problem.obstacles[0], nearest)
     assert max(x * p[0] + y * p[1] for p in points) == bound
 
 

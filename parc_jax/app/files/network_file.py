@@ -200,18 +200,13 @@ def fold_chain(chain: list, name: str) -> ReLUNetwork:
     return net
 
 
-def onnx_package():
-    """The package onnx. Raises InputError when it is not installed."""
-    return package("onnx", "ONNX files", "exchange")
-
-
 def read_onnx(path) -> ReLUNetwork:
     """The network of an ONNX file with one input and one output, in float64. Raises InputError.
 
     The numbers are those stored in the file; an inference engine that computes in float32 rounds on
     the way.
     """
-    onnx, path = onnx_package(), Path(path)
+    onnx, path = package("onnx", "ONNX files"), Path(path)
     try:
         graph = onnx.load(path).graph
     except FileNotFoundError:

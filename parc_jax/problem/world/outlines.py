@@ -13,9 +13,10 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from parc_jax.common import on_use, struct
+from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.on_use import package
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import polytope_around
 from parc_jax.common.sets.rational import area
@@ -26,11 +27,6 @@ if TYPE_CHECKING:
     import shapely
 
 FARTHEST = 1e5  # [m] from the origin: farther away floats round by more than is allowed for
-
-
-def package(name: str, call: str):
-    """A package of the extra `maps`. Raises InputError where it is not installed."""
-    return on_use.package(name, call, "maps")
 
 
 def outlines(name: str, value: object) -> list:

@@ -30,7 +30,7 @@ from parc_jax.learning.bound.error_set import ErrorSet
 from parc_jax.learning.bound.error_set import at as errors_at
 from parc_jax.learning.network.predict import by_point
 from parc_jax.safe_set.separation.inequality import excess
-from parc_jax.safe_set.separation.segment import dot2
+from parc_jax.safe_set.separation.segment import separation
 from parc_jax.safe_set.verdict.scene import Tabled
 
 SHARES = (0.0, 0.5, 1.0)  # moments within an interval at which contact is tried
@@ -127,27 +127,13 @@ def moments(path: Float[ArrayLike, "*b knots n"]):
     return jnp.stack([before * (1 - share) + after * share for share in SHARES], axis=-2)
 
 
-def point_gap(p: Vector, corners: Vectors, radius: Scalar):
-    """Signed distance [m] of a point from polygon + disc, negative inside, and the unit direction.
-
-    corners: counter-clockwise, repeated corners allowed. Along the edge normals or away from the
-    nearest corner.
-    """
-    edges = jnp.roll(corners, -1, axis=0) - corners
-    away = p[None] - corners
-    nearest = away[jnp.argmin(dot2(away, away))]
-    normals = jnp.stack([edges[:, 1], -edges[:, 0]], axis=1)
-    w = jnp.concatenate([normals, nearest[None]])
-    length = jnp.sqrt(dot2(w, w))
-    w = w / jnp.where(length > 0, length, 1.0)[:, None]
-    # a repeated corner makes an edge without length, and no direction
-    gaps = jnp.where(length > 0, dot2(w[:, None], away[None]).min(axis=1), -jnp.inf)
-    best = jnp.argmax(gaps)
-    return gaps[best] - radius, w[best]
+def _point_gap(p: Vector, corners: Vectors, radius: Scalar):
+    """Signed distance [m] of a point from polygon + disc, negative inside, and unit direction."""
+    return separation(p, p, corners, radius)
 
 
 def hull_gap(w: Directions, support: Supports, at: Vectors, lost: Float[ArrayLike, "i d"]):
-    """The same of the hull of points as far as the directions w with this support of the obstacle
+    """The same of the hull of points, as far as the directions w with this support of the obstacle
     show, less the support `lost` of the errors: for one point, how deep it is at most.
     """
     length = jnp.sqrt(dot(w, w))
@@ -234,7 +220,7 @@ def _gaps(scene: Tabled, path: Path, errors: ErrorSet):
 
         def one(vertices: Vectors, signs: Vectors, radius: Scalar):
             polygons = vertices[None] + signs[None] * errors.half
-            in_interval = jax.vmap(point_gap, in_axes=(0, None, None))
+            in_interval = jax.vmap(_point_gap, in_axes=(0, None, None))
             return jax.vmap(in_interval, in_axes=(0, 0, None))(moments(path), polygons, radius)
 
         gap, w = jax.vmap(one)(obstacles.vertices, obstacles.signs, obstacles.radius)
@@ -292,7 +278,7 @@ def _deepest(
     if obstacles.closed:
         one = jax.tree.map(lambda x: jnp.asarray(x)[o], obstacles)
         grown = one.vertices[None] + one.signs[None] * lost[:, None]
-        gap, _ = jax.vmap(point_gap, in_axes=(0, 0, None))(at, grown, one.radius)
+        gap, _ = jax.vmap(_point_gap, in_axes=(0, 0, None))(at, grown, one.radius)
     else:
         w, support = jnp.asarray(scene.directions.w)[o], jnp.asarray(scene.directions.support)[o]
         gap, _ = jax.vmap(hull_gap, in_axes=(None, None, 0, 0))(

@@ -190,7 +190,7 @@ def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: n
                 chosen.append(table.multipliers[o][d])
             else:  # none of the table separates: the direction of the largest gap
                 _, clearest = scene.obstacles.gap(o, path[t], path[t + 1], at(errors, (0, t)))
-                chosen.append(table.nearest(o, clearest))
+                chosen += table.nearest_of_many(o, clearest[None])
         sep.append(merged_runs(chosen, exists))
     if scene.apart is not None:
         sep = scene.apart.with_runs(sep)

@@ -5,7 +5,7 @@ the weights at the final vertices, then faces and volumes.
 import math
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, UInt64
+from jaxtyping import Float, Int, UInt64
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import slices
@@ -98,30 +98,20 @@ def recheck_signs(
     n_columns = first + sum(net.hidden)
     for rows in slices(len(points), CHUNK):
         is_plus, is_minus = (unpack(words[rows], n_columns)[:, first:] for words in (plus, minus))
-        _recheck_chunk(net, points[rows], point_error[rows], is_plus, is_minus)
-
-
-def _recheck_chunk(
-    net: ReLUNetwork,
-    points: Float[np.ndarray, "V n"],
-    point_error: Float[np.ndarray, "V n"],
-    plus: Bool[np.ndarray, "V hidden"],
-    minus: Bool[np.ndarray, "V hidden"],
-) -> None:
-    gradient = np.eye(net.n_in)
-    first = 0
-    for W, z, error in forward(net, points):
-        last = first + len(W)
-        gradient = np.abs(W) @ gradient * SAFETY
-        slack = point_error @ (gradient.T * SAFETY) + error
-        wrong = ((z > slack) & ~plus[:, first:last]) | ((z < -slack) & ~minus[:, first:last])
-        if wrong.any():
-            vertex, neuron = np.argwhere(wrong)[0]
-            _refuse(
-                f"the sign of neuron {first + neuron} at vertex {points[vertex]} is recorded "
-                f"wrongly ({int(wrong.sum())} such)"
-            )
-        first = last
+        gradient = np.eye(net.n_in)
+        done = 0
+        for W, z, error in forward(net, points[rows]):
+            layer = slice(done, done + len(W))
+            gradient = np.abs(W) @ gradient * SAFETY
+            slack = point_error[rows] @ (gradient.T * SAFETY) + error
+            wrong = ((z > slack) & ~is_plus[:, layer]) | ((z < -slack) & ~is_minus[:, layer])
+            if wrong.any():
+                vertex, neuron = np.argwhere(wrong)[0]
+                _refuse(
+                    f"the sign of neuron {done + neuron} at vertex {points[rows][vertex]} is "
+                    f"recorded wrongly ({int(wrong.sum())} such)"
+                )
+            done = layer.stop
 
 
 def _all_distinct(words: np.ndarray) -> bool:

@@ -2,13 +2,16 @@
 rationals elsewhere.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float, Int
 
 from parc_jax.proof.regions.complex import Budget, Complex, Sign
 from parc_jax.proof.regions.cut import Hyperplane
 from parc_jax.proof.regions.exact import ExactNetwork, sign_of
-from parc_jax.proof.regions.rounding import LayerBound
+from parc_jax.proof.regions.rounding import LayerBound, cell_gradients, layer_bound
+from parc_jax.proof.regions.storage import or_over_cells, unpack
 
 # [unit coordinates] a new vertex with a bound rho above this is computed exactly at once
 POOR = 2.0**-10
@@ -35,24 +38,31 @@ class SignOracle:
 
     def begin(
         self,
-        layer: int,
-        W: Float[np.ndarray, "w inputs"],
+        weights: Sequence[np.ndarray],
         b: Float[np.ndarray, " w"],
-        bound: LayerBound,
+        before: LayerBound,
+        h_max: Float[np.ndarray, " inputs"],
         first_column: int,
-        lip: np.ndarray,
-    ) -> None:
-        """Open a layer with weights W (w, in), b (w,); its columns start at first_column.
+    ) -> LayerBound:
+        """Open the layer whose values the complex holds; returns its bounds.
 
-        lip: (cells, w) bounds on the gradients in the cells of now, or (1, w) for all cells.
+        weights: of all layers up to it. b: its biases. before: bounds of the layer before, whose
+        outputs are h_max at most. first_column: of its neurons.
         """
-        self.layer = layer
-        self.W = W
-        self.b = b
-        self.bound = bound
+        lattice = self.lattice
+        lattice.settle()
+        done = sum(len(W) for W in weights[:-1])
+        on = or_over_cells(lattice.bits.plus.view, lattice.all_rows())
+        patterns = unpack(on, first_column)[:, first_column - done :]
+        # by the cells of now, or of the first layer for all of them
+        self.lip = cell_gradients(weights, patterns[: 1 if len(weights) == 1 else None])
+        z_max = np.abs(lattice.z.view).max(axis=0)
+        steepest = self.lip.max(axis=0)
+        self.bound = layer_bound(weights[-1], b, before, steepest, h_max, z_max, self.delta)
+        self.layer, self.W, self.b = len(weights) - 1, weights[-1], b
         self.first_column = first_column
-        self.lip = lip
         self.rows: dict[int, np.ndarray] = {}
+        return self.bound
 
     def codes(self, j: int) -> tuple[np.ndarray, Hyperplane]:
         """`Sign` (V,) uint8 of neuron j of the open layer at all vertices, and its hyperplane."""

@@ -5,7 +5,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
 
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
@@ -17,15 +16,8 @@ from parc_jax.proof.regions.complex import Budget, Sign
 from parc_jax.proof.regions.cut import cut
 from parc_jax.proof.regions.domain import MAX_DIMENSION, box_complex, unit_problem
 from parc_jax.proof.regions.exact import ExactNetwork
-from parc_jax.proof.regions.rounding import (
-    LayerBound,
-    cell_gradients,
-    input_bound,
-    layer_bound,
-    point_rounding,
-)
+from parc_jax.proof.regions.rounding import input_bound, point_rounding
 from parc_jax.proof.regions.signs import SignOracle
-from parc_jax.proof.regions.storage import or_over_cells, unpack
 from parc_jax.proof.regions.table import RegionTable
 
 
@@ -82,7 +74,7 @@ def _cut_layers(
     for layer, b in enumerate(biases):
         lattice.set_values(h @ weights[layer].T + b)
         h_max = np.abs(h).max(axis=0, initial=0.0)
-        bound = _open_layer(oracle, layer, weights[: layer + 1], b, bound, h_max, column)
+        bound = oracle.begin(weights[: layer + 1], b, bound, h_max, column)
         for j in range(len(b)):
             codes, plane = oracle.codes(j)
             if (codes == Sign.PLUS).any() and (codes == Sign.MINUS).any():
@@ -93,27 +85,3 @@ def _cut_layers(
             oracle.budget.check(lattice, column)
         # by the exact sign, not by the float's: a neuron of sign 0 feeds exactly 0 forward
         h = lattice.z.view * lattice.bits.is_plus(column - len(b), column)
-
-
-def _open_layer(
-    oracle: SignOracle,
-    layer: int,
-    weights: Sequence[np.ndarray],
-    b: Float[np.ndarray, " w"],
-    before: LayerBound,
-    h_max: Float[np.ndarray, " inputs"],
-    column: int,
-) -> LayerBound:
-    """Bounds of the layer whose values the complex holds, which the oracle is opened for; `weights`
-    are those of all layers up to it.
-    """
-    lattice = oracle.lattice
-    lattice.settle()
-    done = sum(len(W) for W in weights[:-1])
-    on = or_over_cells(lattice.bits.plus.view, lattice.all_rows())
-    patterns = unpack(on, column)[:, column - done :]
-    lip = cell_gradients(weights, patterns[: 1 if len(weights) == 1 else None])
-    z_max = np.abs(lattice.z.view).max(axis=0)
-    bound = layer_bound(weights[-1], b, before, lip.max(axis=0), h_max, z_max, oracle.delta)
-    oracle.begin(layer, weights[-1], b, bound, column, lip)
-    return bound

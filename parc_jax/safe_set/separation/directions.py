@@ -95,14 +95,10 @@ class DirectionTable:
         w = np.array(along)
         return w, bound + float(body_support(self.shapes[o], w[None])[0])
 
-    def nearest(self, o: int, w: np.ndarray) -> Multiplier:
-        """The multiplier of pair o whose direction is nearest to w (n_p,), on the rows whose
-        normals enclose w.
-        """
-        return self.nearest_of_many(o, w[None])[0]
-
     def nearest_of_many(self, o: int, w: np.ndarray) -> list[Multiplier]:
-        """The same for each of some directions w (m, n_p)."""
+        """Of pair o the multipliers whose directions are nearest to each of w (m, n_p), on the rows
+        whose normals enclose it.
+        """
         return _nearest(self.obstacles[o].A, np.array(self.cones[o]), w, POINT_BITS)
 
 
