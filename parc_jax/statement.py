@@ -11,6 +11,7 @@ from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import VALIDATED, confidence_of
 from parc_jax.problem.problem import Problem
+from parc_jax.problem.world.outlines import Edge
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
@@ -57,7 +58,8 @@ def about_obstacles(problem: Problem, steps: int) -> str:
     told, of = [x for x in problem.all_spans if x is not None], len(problem.obstacles)
     # what is told of for a whole plan is told of for that of its moment alone
     some = sum(tuple(x) != (0, steps - 1) or x.at is not None for x in told)
-    rests = " ".join(sorted({x.rests_on for x in told if x.rests_on}))
+    edges = [one for one in problem.obstacles if isinstance(one, Edge)]
+    rests = " ".join(sorted({x.rests_on for x in (*told, *edges) if x.rests_on}))
     if not some:
         return rests
     moments = [x.at for x in told if x.at is not None]

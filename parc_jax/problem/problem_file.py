@@ -44,7 +44,8 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
         without points, all of them end there.
     [[obstacles]] over p: lo, hi; or A, b; or vertices = [[x, y], ...], whose hull it is; optionally
         steps = [first, last], the intervals in which it exists; dt, at: as of `Span`.
-        edge = "...", the region of a `FreeSpace` in which the robot begins, as hexadecimal WKB.
+        edge = "... 0.1", the region of a `FreeSpace` in which the robot begins, as hexadecimal WKB,
+        and its width [m], if any.
     [body]       radius [m], or vertices = [[x, y], ...], about the first reference point; a polygon
         does not turn with the robot. With points = ["nose", ...] it is the hull of these reference
         points, grown by the radius or the vertices, if any. In place of points also disc or ball

@@ -1,5 +1,6 @@
 """Free space adds up, is simplified inwards alone, and its obstacles let nobody out. [T41]"""
 
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 
@@ -27,6 +28,7 @@ from parc_jax.problem.world import free_space  # noqa: E402
 from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E402
 from parc_jax.problem.world.grid_map import occupancy_grid  # noqa: E402
 from parc_jax.problem.world.seen import seen_from  # noqa: E402
+from parc_jax.statement import about_obstacles  # noqa: E402
 
 pytestmark = pytest.mark.soundness
 LIDAR = Lidar(np.linspace(-2.3, 2.3, 360), uncertainty=(0.01, 0.003), noise=0.01, angle_error=0.001)
@@ -207,19 +209,24 @@ def test_a_part_begins_where_errors_place_it():
 
 def test_files_keep_the_region_that_edges_are_of(tmp_path):
     line, key = line_model(4, 0.01, rests=True), jax.random.key(0)
-    edges = free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]]).obstacles()
+    place = free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]])
+    edges = replace(place, width=0.15).obstacles()
     block = pj.box([3.0, 3.0], [3.5, 3.5])
     problem = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), [block, *edges], 0.1)
     settings = pj.Settings(samples=1, method=pj.types.FirstProved())
+    said = "Edges of free space rest on this: all that stands is at least 0.15 m wide."
     answer = pj.Planner(line).solve(problem, key, settings, at=[0.0, 0.0])
+    assert said in answer.details() and said in answer.summary()
     files = [
         pj.exchange.save_problem(tmp_path / f"scene.{kind}", problem) for kind in ("toml", "json")
     ]
     read = [pj.exchange.load_problem(path) for path in files]
     for again in (*read, load_answer(answer.save(tmp_path / "answer.json")).problem):
-        assert [getattr(one, "region", None) for one in again.obstacles] == [
-            getattr(one, "region", None) for one in problem.obstacles
-        ]
+        for name in ("region", "width"):
+            assert [getattr(one, name, None) for one in again.obstacles] == [
+                getattr(one, name, None) for one in problem.obstacles
+            ]
+        assert said in about_obstacles(again, 4)
         with pytest.raises(InputError, match="expected a start inside the free space"):
             query(again, line, [5.0, 0.0]).nominal()
 

@@ -269,7 +269,8 @@ class FreeSpace:
         """Convex pieces, one an edge, that cover its boundary: a body that lies in this region at
         the start and touches none of them stays in it; another is refused. Raises InputError. [T41]
         """
-        return tuple(Edge(one.A, one.b, self.region) for one in thin_pieces(self._edges()))
+        pieces = thin_pieces(self._edges())
+        return tuple(Edge(one.A, one.b, self.region, float(self.width)) for one in pieces)
 
     def _edges(self) -> np.ndarray:
         """(n, 2 ends, 2) edges of all rings. Raises InputError if there are none."""

@@ -128,15 +128,23 @@ def convex_parts(polygon: "shapely.Polygon") -> list[list[Corner]]:
 class Edge(HPolytope):
     """An obstacle along the boundary of a region of the plane, beyond which nothing is one: for a
     start inside of it alone. region: a Shapely geometry [m], None for one in another frame, of
-    which no start is said to be inside.
+    which no start is said to be inside. width: as of `FreeSpace`.
     """
 
     region: Any = struct.field(pytree_node=False, default=None)
+    width: float = struct.field(pytree_node=False, default=0.0)
 
     @property
     def written(self) -> str:
-        """Its region as hexadecimal WKB, which `edge_of` reads; empty for none."""
-        return self.region.wkb_hex if self.region else ""
+        """Its region as hexadecimal WKB, empty for none, and its width, which `edge_of` reads."""
+        region = self.region.wkb_hex if self.region else ""
+        return f"{region} {self.width!r}" if self.width else region
+
+    @property
+    def rests_on(self) -> str:
+        """What is assumed of what stands, as a sentence; empty for nothing."""
+        wide = f"all that stands is at least {self.width!r} m wide"
+        return f"Edges of free space rest on this: {wide}." if self.width else ""
 
     def holds(self, places: np.ndarray) -> bool:
         """Whether the hull of places (n, 2) [m] lies in the region."""
@@ -150,8 +158,9 @@ def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
     """The obstacle as the edge that was written so; itself for None."""
     if written is None:
         return obstacle
-    region = package("shapely", "free space").from_wkb(written) if written else None
-    return Edge(obstacle.A, obstacle.b, region)
+    shapely, (wkb, _, width) = package("shapely", "free space"), written.partition(" ")
+    region = shapely.from_wkb(wkb) if wkb else None
+    return Edge(obstacle.A, obstacle.b, region, float(width or 0))
 
 
 def thin_pieces(segments: npt.ArrayLike) -> list[HPolytope]:
