@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,11 +36,6 @@ class NominalPath:
     points: tuple[str, ...]
     labels: Labels
 
-    def to_json(self) -> dict:
-        """All of it as plain data; a half width without claim is None."""
-        arrays = {name: getattr(self, name).tolist() for name in _ARRAYS}
-        return _finite(arrays) | {"points": self.points, "labels": self.labels._asdict()}
-
     def to_csv(self) -> str:
         """A row per time: the places, then the half widths of the tube from here to the next time,
         in the last row at the end, and there alone q and its half widths.
@@ -61,18 +55,11 @@ class NominalPath:
         return text.getvalue()
 
     def save(self, path) -> Path:
-        """Write a .csv or .json file; it appears complete or not at all. Raises InputError for any
-        other name.
-        """
+        """Write a .csv file, complete or not at all. Raises InputError for any other name."""
         path = Path(path)
-        if path.suffix not in (".csv", ".json"):
-            raise InputError(f"path: expected a file .csv or .json to write; got {path}.")
-        as_json = path.suffix == ".json"
-        text = json.dumps(self.to_json(), allow_nan=False) if as_json else self.to_csv()
-        return write_atomic(path, text.encode())
-
-
-_ARRAYS = ("times", "places", "q", "tube", "tube_at_end", "q_error")
+        if path.suffix != ".csv":
+            raise InputError(f"path: expected a file .csv to write; got {path}.")
+        return write_atomic(path, self.to_csv().encode())
 
 
 def nominal_path(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> NominalPath:
@@ -96,11 +83,3 @@ def nominal_path(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> Nomin
         points=tuple(model.points),
         labels=model.labels,
     )
-
-
-def _finite(value):
-    if isinstance(value, dict):
-        return {name: _finite(part) for name, part in value.items()}
-    if isinstance(value, list):
-        return [_finite(part) for part in value]
-    return value if np.isfinite(value) else None

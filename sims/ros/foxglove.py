@@ -14,6 +14,7 @@ import tyro
 
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.path import nominal_path
+from parc_jax.app.cli.check import is_episode
 from parc_jax.app.cli.places import require_place
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot.shapes import (
@@ -32,7 +33,6 @@ from parc_jax.drive.loop.episode_file import (
     Manoeuvre,
     episode_of,
     episode_part,
-    is_episode,
     load_episode,
 )
 from parc_jax.learning.model import TrajectoryModel

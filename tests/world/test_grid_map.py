@@ -53,7 +53,6 @@ def test_near_a_place_nothing_is_known_beyond():
         (np.zeros((3, 3), int), {"resolution": np.nan}, "resolution"),
         (np.zeros((3, 3), int), {"origin": (0, 0)}, "origin"),
         (np.zeros((3, 3), int), {"origin": (1e6, 0, 0)}, "within 100000 m"),
-        (np.zeros((3, 3), int), {"free_thresh": 1.5}, r"free_thresh in \[0, 1\]"),
         (np.zeros((0, 3), int), {}, "rows of cells"),
     ],
 )

@@ -159,7 +159,7 @@ def find_second() -> Second:
 
 
 def is_episode(file: Path) -> bool:
-    """Is it the file of an episode?"""
+    """Whether it is that of an episode, of any version; False for one that cannot be read."""
     try:
         return checker.is_episode(checker.load(file))
     except (OSError, checker.Rejected):

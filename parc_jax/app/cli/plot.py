@@ -51,11 +51,12 @@ def plot(
     """
     from tqdm import tqdm
 
+    from parc_jax.app.cli.check import is_episode
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.files.answer_file import load_answer
     from parc_jax.app.plot.film import film, require_kind, require_sample
     from parc_jax.app.plot.page import write_page
-    from parc_jax.drive.loop.episode_file import is_episode, load_episode
+    from parc_jax.drive.loop.episode_file import load_episode
 
     episode = is_episode(answer)
     if episode and html is None and video is None:

@@ -2,7 +2,6 @@
 the float64 network that is verified.
 """
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -21,8 +20,6 @@ from parc_jax.learning.network.relu import (
 )
 from parc_jax.learning.runs.files import read_npz
 
-SCALINGS = ("x_mean", "x_scale", "y_mean", "y_scale")
-_KINDS = (("weight", "W"), ("bias", "b"))
 KNOWN = "Gemm, MatMul, Add, Sub, Mul, Div, Relu, Flatten, Identity, Dropout, Constant"
 _PASSING = ("Identity", "Flatten", "Dropout")
 
@@ -32,8 +29,7 @@ def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwor
     unreadable part. Of a robot with several reference points: (c_0 without its first point, c_1 ...
     c_T, q), point by point.
 
-    *.npz       W0, b0, W1, b1, ... with W (out, in); or the names of a PyTorch state dict. May hold
-                x_mean, x_scale, y_mean, y_scale.
+    *.npz       arrays by the names of a PyTorch state dict, as of `from_state_dict`.
     *.onnx      a chain of Gemm, MatMul, Add, Sub, Mul, Div, Relu, Flatten, Identity; needs the
     package onnx.
     normalisation: the network computes y_mean + y_scale * net((k - x_mean) / x_scale); it is folded
@@ -47,24 +43,7 @@ def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwor
             f"{path}: expected a network as .npz or .onnx. A state dict of torch is written by "
             "np.savez(path, **{k: v.numpy() for k, v in net.state_dict().items()})."
         )
-    arrays = read_npz(path)
-    scalings = {name: arrays.pop(name) for name in SCALINGS if name in arrays}
-    if scalings:
-        if set(scalings) != set(SCALINGS) or normalisation is not None:
-            raise InputError(
-                f"{path}: expected all of {', '.join(SCALINGS)}, once; got {', '.join(scalings)}."
-            )
-        normalisation = Normalisation(**scalings)
-    if "W0" in arrays:
-        last = sum(re.fullmatch(r"W\d+", name) is not None for name in arrays) - 1
-        names = [(f"{short}{i}", f"{i}.{kind}") for i in range(last + 1) for kind, short in _KINDS]
-        missing = [name for name, _ in names if name not in arrays]
-        if missing:
-            raise InputError(
-                f"{path}: expected arrays W0, b0, ... W{last}, b{last}; no {missing[0]}."
-            )
-        arrays = {full: arrays[name] for name, full in names}
-    return from_state_dict(arrays, normalisation, str(path))
+    return from_state_dict(read_npz(path), normalisation, str(path))
 
 
 def from_state_dict(

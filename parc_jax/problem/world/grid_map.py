@@ -100,15 +100,14 @@ def occupancy_grid(
     resolution: float,
     origin: npt.ArrayLike = (0.0, 0.0, 0.0),
     *,
-    free_thresh: float = FREE_THRESH,
     inflated: bool | None = None,
 ) -> GridMap:
     """The map of a nav_msgs/OccupancyGrid. Raises InputError.
 
     data: (height, width) whole numbers: -1, or 255 unsigned, unknown; 0 ... 100 percent occupied.
     The message has them flat: np.array(data).reshape(height, width). resolution: [m]. origin: (x,
-    y, yaw) [m, rad] of the outer corner of cell (0, 0). free_thresh: free are cells occupied
-    with less than this; unknown is never free.
+    y, yaw) [m, rad] of the outer corner of cell (0, 0). Free are cells occupied with less than
+    FREE_THRESH; unknown is never free.
     inflated: a costmap is refused, as its inflation hides unknown cells, and robots come out
     larger than they are. It is recognised by raw costs (101 ... 254) and by the value 99, which
     costmap_2d publishes next to obstacles; with False you say that 99 is a probability.
@@ -130,10 +129,7 @@ def occupancy_grid(
             f"{CALL}: expected a map; the value {value} is one of an inflated costmap. Take the "
             "static map that it was made of (topic /map)."
         )
-    threshold = float(as_float64(f"{CALL} free_thresh", free_thresh, ()))
-    if not 0 <= threshold <= 1:
-        raise InputError(f"{CALL}: expected free_thresh in [0, 1]; got {threshold:g}.")
-    return grid_map(CALL, (cells >= 0) & (cells / 100 < threshold), resolution, origin)
+    return grid_map(CALL, (cells >= 0) & (cells / 100 < FREE_THRESH), resolution, origin)
 
 
 def _rectangles(cells: np.ndarray) -> np.ndarray:
