@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64, least, single
 from parc_jax.common.backend import backend
 from parc_jax.common.errors import InputError
@@ -20,6 +21,7 @@ from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.model import TrajectoryModel, check_model, float_slack
 from parc_jax.learning.network.predict import predict
 from parc_jax.learning.system import System
+from parc_jax.learning.systems.content import whole_digest
 from parc_jax.problem.body import Disc
 from parc_jax.problem.robust.pose import pose_of
 from parc_jax.problem.uncertainty import Uncertainty
@@ -35,10 +37,12 @@ RANKED, EVERY, FAN = 4, 2, 16  # what ranking looks at: nearest obstacles, of kn
 SEEN = 1e-3  # [m] by which ranking may take a clearance for too small
 
 
-class UnderWay(NamedTuple):
+@struct.dataclass
+class UnderWay:
     """The manoeuvre under way in each environment: k (b, n_k), the pose (b, 2 or 3) where it began,
     steps (b,) ago, its clearance (b,) [m] at least, given (b, n_given) as measured last and finite.
-    certified (b,) bool: there is one; where not, that environment must be reset again.
+    certified (b,) bool: there is one; where not, that environment must be reset again. shield: the
+    content of the one that has it under way.
     """
 
     k: jax.Array
@@ -47,6 +51,7 @@ class UnderWay(NamedTuple):
     clearance: jax.Array
     given: jax.Array
     certified: jax.Array
+    shield: str = struct.field(pytree_node=False)
 
 
 class Seen(NamedTuple):
@@ -113,6 +118,7 @@ class BatchShield:
         if model.n_c != 2:
             raise InputError("BatchShield: expected a model of one reference point in the plane.")
         self._model, self._ask, self._act, self._every = model, ask, act, every
+        self._content = whole_digest([model, radius, every, room, far, ask, act])
         self._leaving = listed.leaving("every", model, every)
         given = listed.given_axes(model, None)
         chosen = [axis for axis in range(model.n_k) if axis not in given]
@@ -143,9 +149,9 @@ class BatchShield:
         seen = _seen(pose, given, corners, active)
         rest, zero = jnp.asarray(self._rows[:1]), jnp.zeros(len(seen.pose))
         k = jnp.broadcast_to(rest, (len(zero), rest.shape[1]))
-        none = UnderWay(k, seen.pose, zero, zero, seen.given, zero > 0)
+        none = UnderWay(k, seen.pose, zero, zero, seen.given, zero > 0, self._content)
         new, _, reason = self._decide(none, seen, k[:, self._chosen])
-        return new._replace(certified=reason == 0)
+        return new.replace(certified=reason == 0)
 
     def step(
         self, under_way: UnderWay, pose: Any, given: Any, corners: Any, active: Any, action: Any
@@ -154,15 +160,20 @@ class BatchShield:
 
         pose (b, 2 or 3), given (b, n_given): measured now. corners (b, o, v, 2) [m] of convex
         obstacles in the world, counter-clockwise, one repeated where there are fewer; active (b, o)
-        bool. action (b, m): proposed by the policy.
+        bool. action (b, m): proposed by the policy. Raises InputError for that of another shield.
         """
+        if under_way.shield != self._content:  # static, so compared when it is traced
+            raise InputError(
+                "under_way: expected what this shield has under way; got that of another model, "
+                "robot, ask or act. Begin anew with `start`."
+            )
         seen, action = _seen(pose, given, corners, active), jnp.asarray(action)
-        last = UnderWay(*map(jnp.asarray, under_way))
+        last = jax.tree.map(jnp.asarray, under_way)
         finite = jnp.isfinite(action).all(axis=1, keepdims=True)
         proposed = jnp.where(finite, jax.vmap(self._ask)(action), jnp.nan)
         new, changed, reason = self._decide(last, seen, proposed)
         driven = jax.vmap(self._act)(new.k, new.steps * self._every, new.given)
-        return new._replace(steps=new.steps + 1), Driven(driven, changed, reason)
+        return new.replace(steps=new.steps + 1), Driven(driven, changed, reason)
 
     def _decide(self, last: UnderWay, seen: Seen, proposed: jax.Array):
         """The manoeuvre under way from now on, whether another than the proposed one, a reason.
@@ -172,7 +183,7 @@ class BatchShield:
         left.
         """
         finite = jnp.isfinite(seen.given).all(axis=1, keepdims=True)
-        last = last._replace(given=jnp.where(finite, seen.given, last.given))
+        last = last.replace(given=jnp.where(finite, seen.given, last.given))
         reason, asked = jax.vmap(self._asked)(last, seen, proposed)
         k = jax.vmap(self._manoeuvre, (0, 0, None))(seen.given, proposed, 0)
         clear = jax.vmap(lambda *of: self._clearance(*of, 0))(seen, k)
@@ -197,9 +208,9 @@ class BatchShield:
             state = may & ~(clear > 0), *state[1:]
         _, _, k, clear = state
         good = clear > 0
-        new = UnderWay(k, seen.pose, jnp.zeros(len(k)), clear, last.given, last.certified)
-        pairs = zip(new, last, strict=True)
-        new = UnderWay(*(jnp.where(good.reshape(-1, *[1] * (x.ndim - 1)), x, y) for x, y in pairs))
+        new = last.replace(k=k, pose=seen.pose, steps=jnp.zeros(len(k)), clearance=clear)
+        at = {1: good, 2: good[:, None]}
+        new = jax.tree.map(lambda x, y: jnp.where(at[x.ndim], x, y), new, last)
         same = good & (new.k[:, self._chosen] == proposed).all(axis=1)
         return new, ~same, jnp.where(good, 0, jnp.where(reason > 0, reason, 4))
 

@@ -154,11 +154,11 @@ class Worlds:
             self.seen[i], self.last[i] = self.reset(self.envs[i]), np.nan
         if self.start is not None and ends.any():
             new = self._started(ends)
-            chosen = [
-                np.where(ends.reshape(-1, *[1] * (x.ndim - 1)), y, x)
-                for x, y in zip(self.under_way, new, strict=True)
-            ]
-            self.under_way = type(new)(*chosen)
+            self.under_way = jax.tree.map(
+                lambda x, y: np.where(ends.reshape(-1, *[1] * (x.ndim - 1)), y, x),
+                self.under_way,
+                new,
+            )
         return np.array([*np.transpose(rows), ends, self.options.penalty * changed], np.float32)
 
     def _looked(self) -> np.ndarray:

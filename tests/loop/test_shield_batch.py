@@ -17,13 +17,13 @@ from platform_env import HELD, Platform, PlatformSystem, platform_model, shielde
 POSTS = ([[1.0, -0.1], [-9.0, 3.0]], [[0.55, -0.1], [0.1, 0.6]], [[9.0, 9.0], [-0.7, -0.7]])
 
 
-def shield_of(model):
+def shield_of(model, radius=0.2, ask=jnp.nan_to_num):  # which hides what is not finite
     return pj.drive.BatchShield(
         model,
         system=PlatformSystem(),
-        radius=0.2,
+        radius=radius,
         every=HELD,
-        ask=jnp.nan_to_num,  # hides what is not finite
+        ask=ask,
         act=lambda k, seconds, given: jnp.where(seconds < HELD / 2, k[2:], 0.0 * given),
         room=0.05,
         far=20.0,
@@ -135,11 +135,30 @@ def test_a_manoeuvre_is_left_when_those_of_the_runs_were(batch):
         shield_of(chained(2 * HELD, 3 * HELD))
     far = np.full((3, 2, 2), 10.0)
     pose, speed, corners, there = arrays(far, np.zeros((3, 2)), np.zeros((3, 2)))
-    step, rests = jax.jit(shield_of(chained(HELD, HELD)).step), model.time.t_f / HELD
+    made, rests = shield_of(chained(HELD, HELD)), model.time.t_f / HELD
+    step = jax.jit(made.step)
     with jax.enable_x64(True):
-        one = batch[1](pose, speed, corners, there)
+        seen = pose, speed, corners, there
+        one = batch[1](*seen).replace(shield=jax.eval_shape(made.start, *seen).shield)
         for steps, reason in ((1, 0), (2, 5), (rests, 0)):
-            since = one._replace(steps=np.full(3, float(steps)))
+            since = one.replace(steps=np.full(3, float(steps)))
             new, driven = step(since, pose, speed, corners, there, 0.5 * there)
             assert driven.reason.tolist() == [reason] * 3
             assert new.steps.tolist() == [steps * (reason > 0) + 1] * 3
+
+
+def test_what_another_shield_has_under_way_is_refused(batch):
+    """Of another model, robot or door: when it is traced, so that a compiled step pays nothing."""
+    _, start, step = batch
+    seen = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
+    model = platform_model()
+    wider = model.replace(claim=derived(model.claim, law=replace(model.claim.law, k_law="other")))
+    others = [shield_of(wider), shield_of(model, radius=0.3), shield_of(model, ask=jnp.tanh)]
+    with jax.enable_x64(True):  # traced alone, for nothing has to be compiled to refuse it
+        mine, same = (jax.eval_shape(f, *seen) for f in (start, shield_of(model).start))
+        jax.eval_shape(step, same, *seen, 0.5 * seen[3])  # made again of the same
+        for other in others:
+            with pytest.raises(pj.InputError, match="under_way: expected what this shield has"):
+                jax.eval_shape(step, jax.eval_shape(other.start, *seen), *seen, 0.5 * seen[3])
+            with pytest.raises(pj.InputError, match="Begin anew with `start`"):
+                jax.eval_shape(other.step, mine, *seen, 0.5 * seen[3])
