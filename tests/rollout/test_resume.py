@@ -11,6 +11,7 @@ from synthetic_plants import noisy, plant, straight_network
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
+from parc_jax.learning.runs import chunks
 from parc_jax.learning.runs.chunks import require_same_runs
 from parc_jax.learning.runs.collect import collect, stream_rollouts
 from parc_jax.learning.systems.python_system import python_system
@@ -42,6 +43,13 @@ def test_another_storage_is_refused(system, tmp_path):
     collect(system, KEY, 20, path=tmp_path / "a.npz", quiet=True)
     with pytest.raises(InputError, match="the same dtype"):
         collect(system, KEY, 20, path=tmp_path / "a.npz", dtype=np.float32, quiet=True)
+
+
+def test_chunks_of_another_version_are_refused(system, tmp_path, monkeypatch):
+    list(stream_rollouts(system, KEY, 32, chunk=16, path=tmp_path, quiet=True))
+    monkeypatch.setattr(chunks, "__version__", "0.0.1")
+    with pytest.raises(InputError, match="the same version"):
+        list(stream_rollouts(system, KEY, 32, chunk=16, path=tmp_path, quiet=True))
 
 
 def moved(by):

@@ -17,13 +17,12 @@ from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.options import check_count
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
 from parc_jax.learning.bound.counts import as_probability, clopper_pearson
-from parc_jax.learning.runs.chunks import cores, refuse_other_work
+from parc_jax.learning.runs.chunks import cores, describe_work
 from parc_jax.learning.runs.collect import seed_of
-from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.systems.content import whole_digest, with_digest
 from parc_jax.statement import about_episodes
 
-FORMAT = "parc_jax.episodes/2"
+FORMAT = "parc_jax.episodes/3"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 LINES, ABOUT = "episodes.jsonl", "meta.json"
 
@@ -199,11 +198,7 @@ class Ledger:
             raise InputError(
                 f"{self.folder}: expected a folder that no run writes to; another run does."
             ) from None
-        about = self.folder / ABOUT
-        if about.exists():
-            refuse_other_work(self.folder, json.loads(about.read_text()), self.meta)
-        else:
-            write_atomic(about, json.dumps(self.meta, sort_keys=True, indent=1).encode())
+        describe_work(self.folder / ABOUT, self.meta)
         text = (self.folder / LINES).read_bytes()
         # a line that a killed run did not finish is dropped, and its episode driven again
         whole = text.rfind(b"\n") + 1

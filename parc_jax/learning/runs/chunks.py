@@ -13,6 +13,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from parc_jax import __version__
 from parc_jax.common.backend import backend
 from parc_jax.common.errors import InputError
 from parc_jax.common.tolerances import TOLERANCES
@@ -45,13 +46,19 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
             )
 
 
-def refuse_other_work(folder: Path, stored: dict, wanted: dict) -> None:
-    """Refuse a folder whose description differs. Raises InputError."""
+def describe_work(path: Path, meta: dict) -> None:
+    """Write what a folder is filled with, by which version, into a file of it. Raises InputError
+    where that is there and differs.
+    """
+    wanted = meta | {"version": __version__}
+    if not path.exists():
+        write_atomic(path, json.dumps(wanted, sort_keys=True, indent=1).encode())
+        return
+    stored = json.loads(path.read_text())
     names = wanted.keys() | stored.keys()
-    differs = sorted(name for name in names if wanted.get(name) != stored.get(name))
-    if differs:
+    if differs := sorted(name for name in names if wanted.get(name) != stored.get(name)):
         raise InputError(
-            f"{folder}: holds chunks of other work; expected the same {', '.join(differs)}. "
+            f"{path.parent}: holds chunks of other work; expected the same {', '.join(differs)}. "
             "Delete the folder or choose another path."
         )
 
@@ -65,11 +72,7 @@ class ChunkStore:
     def __init__(self, folder, meta: dict):
         """Open or create. Raises InputError when the folder holds chunks of other work."""
         self.folder = Path(folder)
-        path = self.folder / "meta.json"
-        if path.exists():
-            refuse_other_work(self.folder, json.loads(path.read_text()), meta)
-        else:
-            write_atomic(path, json.dumps(meta, sort_keys=True, indent=1).encode())
+        describe_work(self.folder / "meta.json", meta)
 
     @staticmethod
     def stored_chunk(folder) -> int | None:
