@@ -2,7 +2,8 @@
 model and its tube (C), the error bound of the tube (E), the risk of a drawn plan.
 """
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
 from parc_jax.checker.answer import scene_of
@@ -58,8 +59,8 @@ def about_obstacles(problem: Problem, steps: int) -> str:
     told, of = [x for x in problem.all_spans if x is not None], len(problem.obstacles)
     # what is told of for a whole plan is told of for that of its moment alone
     some = sum(tuple(x) != (0, steps - 1) or x.at is not None for x in told)
-    edges = [one for one in problem.obstacles if isinstance(one, Edge)]
-    rests = " ".join(sorted({x.rests_on for x in (*told, *edges) if x.rests_on}))
+    edges = {one.rests_on for one in problem.obstacles if isinstance(one, Edge)}
+    rests = " ".join(filter(None, [*sorted(edges), about_moving(problem.rests_on)]))
     if not some:
         return rests
     moments = [x.at for x in told if x.at is not None]
@@ -68,6 +69,11 @@ def about_obstacles(problem: Problem, steps: int) -> str:
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
         f"intervals of a plan{begins} alone: nothing is said of them at other times. {rests}"
     ).rstrip()
+
+
+def about_moving(rests: Mapping[str, int]) -> str:
+    """What obstacles with spans rest on: `Problem.rests_on`, or the most of several."""
+    return " ".join(f"Of {n} at a time, at most: {said}" for said, n in sorted(rests.items()))
 
 
 def about_place(within: Place, n_k: int) -> str:
@@ -88,8 +94,11 @@ def about_uncertainty(withstood: str) -> str:
     )
 
 
-def about_pose(place: Iterable[float], heading: float | None) -> str:
-    """The pose from which all plans of the answer start."""
+def about_pose(pose: tuple[Iterable[float], float | None] | None) -> str:
+    """The pose from which all plans of the answer start; None where that is anywhere."""
+    if pose is None:
+        return "All plans start with the heading of the model's runs."
+    place, heading = pose
     where = ", ".join(repr(float(x)).removesuffix(".0") for x in place)
     if heading is None:
         return f"Here: all plans start at ({where}) m, with the heading of the model's runs."
@@ -199,12 +208,17 @@ def about_loops(driven: Sequence) -> str:
     more = f" Of {counted(others, 'episode')} without one nothing is shown." if others else ""
     short = [one.told_for for one in driven if one.loops and one.told_for is not None]
     first = f", of some for the first {rounded_down(min(short))} s alone" if short else ""
+    most: Counter[str] = Counter()
+    for one in driven:
+        most |= Counter(one.rests_on)
+    rests = f" {about_moving(most)}" if most else ""
     return (
         f"(C) Of the manoeuvres of {_some([f'a loop ({loop})' for loop in loops])}, shown in "
         "float64 with a rounding margin: whatever happens inside the tubes, nothing is ever "
         "touched, while every pose is inside its uncertainty, what was said of obstacles is so, "
         "and a robot rests where a manoeuvre ends. What moves is told of for its intervals alone, "
-        f"until that rest at most{first}: later it may run into a robot, also one that rests.{more}"
+        f"until that rest at most{first}: later it may run into a robot, also one that rests."
+        f"{rests}{more}"
     )
 
 
@@ -279,7 +293,7 @@ def summary(answer, drawn: str) -> str:
     if cover.ended is not None:
         lines.append(cover.ended.sentence)
     if asked.pose is not None:
-        lines.append(about_pose(*asked.pose))
+        lines.append(about_pose(asked.pose))
     if asked.uncertainty is not None:
         lines.append(f"Robust to: {asked.uncertainty.words}.")
     if answer.validation is not None:
@@ -298,7 +312,7 @@ def details(answer, drawn: str, polytopes: int) -> str:
     """`Answer.details`, with a number of polytopes. drawn: as of `summary`."""
     asked, cover, absence = answer.scene.nominal, answer.cover, answer.absence
     ended, uncertainty, claim = cover.ended, asked.uncertainty, answer.model.claim
-    tube = [] if asked.pose is None else [about_pose(*asked.pose)]
+    tube = [about_pose(asked.pose)]
     # in the words of the checker, which reads the same part
     scene = f"It is of {scene_of(problem_part(answer.problem, answer.model))}."
     if obstacles := about_obstacles(asked.problem, answer.model.time.n_steps):

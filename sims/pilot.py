@@ -29,6 +29,7 @@ from parc_jax.problem.world.free_space import FreeSpace, free_place
 from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.problem.world.outlines import Footprint
 from parc_jax.safe_set.settings import Settings
+from parc_jax.statement import about_moving
 from sims.driving import Driving
 from sims.guide import along_ways
 from sims.ros import measured
@@ -227,6 +228,9 @@ class Pilot:
         body, n = "; ".join(now.shared["body"]), len(now.asked.problem.obstacles)
         told = [f"{name_of(self.model.labels.k[i])} = {float(now.k[i])!r}" for i in self.loop.given]
         known = [f"its measured start is exact: {', '.join(told)}"] if told else []
+        if moves:
+            most = about_moving(now.asked.problem.rests_on)
+            known.append(f"what moves is told of until {float(now.told_until)!r} s. {most}".strip())
         return (
             f"{begun}, a body ({body}) among {n} obstacles. Proved in float64 with a margin that "
             "covers rounding: for every run inside the tube and every pose inside the uncertainty "

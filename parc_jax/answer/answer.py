@@ -176,7 +176,7 @@ class Answer:
         """The predicted path of the plan p0 (n_p,), k (n_k,), with times and tube; in the frame of
         `model`, whose points, under uncertainty of execution or heading, are copies of the robot's.
 
-        Raises InputError for a plan outside of K. `save` writes it as .csv or .json.
+        Raises InputError for a plan outside of K. `save` writes it as .csv.
         """
         starts, values = as_plans("path", self.model, p0, k)
         if len(starts) != 1:
@@ -326,7 +326,7 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
         "volume_of_all": cover.total_volume,
         "coverage": cover.coverage._asdict(),
     }
-    spans = [s and (s.dt, s.at, s.rests_on) for s in answer.problem.all_spans]
+    spans = [s and (s.dt, s.at, s.rests_on, s.more) for s in answer.problem.all_spans]
     edges = [o.written if isinstance(o, Edge) else None for o in answer.problem.obstacles]
     optional = {
         "spans": spans if any(answer.problem.spans) else None,

@@ -1,6 +1,7 @@
 """The problem: goal, obstacles, body, start set."""
 
 import dataclasses
+from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
@@ -38,7 +39,7 @@ class Span(tuple):
 
     def __new__(cls, pair, dt=None, at=None, of: Any = None, said: str = "", more: bool = False):
         self = super().__new__(cls, pair)
-        self.dt, self.at, self.of, self.said, self.more = dt, at, of, said, more
+        self.dt, self.at, self.of, self.said, self.more = dt, at, of, said, bool(more)
         return self
 
     @property
@@ -46,8 +47,7 @@ class Span(tuple):
         """`said`, or a sentence about `of`; empty for nothing."""
         if self.of is None:
             return self.said
-        manoeuvre = f"number {self.of.number} of a loop ({self.of.loop})"
-        return f"That a robot is in the way rests on its manoeuvre: {manoeuvre}."
+        return f"That a robot is in the way rests on its manoeuvre, of a loop ({self.of.loop})."
 
     @property
     def void(self) -> str:
@@ -98,6 +98,16 @@ class Problem:
     def all_spans(self) -> tuple[Span | None, ...]:
         """`spans`, one entry per obstacle also if none were given."""
         return self.spans or (None,) * len(self.obstacles)
+
+    @property
+    def rests_on(self) -> Counter[str]:
+        """Sentences that obstacles rest on, each with the most of them that exist at a time."""
+        told = [(text, x) for x in self.all_spans if x is not None and (text := x.rests_on)]
+        most: Counter[str] = Counter()
+        for text, (first, _) in told:
+            now = [other for other, x in told if x[0] <= first <= x[1]]
+            most[text] = max(most[text], now.count(text))
+        return most
 
     @property
     def parts(self) -> tuple[Part, ...]:

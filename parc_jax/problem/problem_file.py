@@ -43,7 +43,7 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
         ...] over p: where these reference points end; and [goal.q] alike over q. With [goal.q] and
         without points, all of them end there.
     [[obstacles]] over p: lo, hi; or A, b; or vertices = [[x, y], ...], whose hull it is; optionally
-        steps = [first, last], the intervals in which it exists; dt, at: as of `Span`.
+        steps = [first, last], the intervals in which it exists; dt, at, said, more: as of `Span`.
         edge = "... 0.1", the region of a `FreeSpace` in which the robot begins, as hexadecimal WKB,
         and its width [m], if any.
     [body]       radius [m], or vertices = [[x, y], ...], about the first reference point; a polygon
@@ -163,7 +163,7 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
     obstacles = data.get("obstacles", [])
     if not isinstance(obstacles, list):
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
-    further = ("steps", "dt", "at", "uncertainty", "edge")
+    further = ("steps", "dt", "at", "said", "more", "uncertainty", "edge")
     sets = [grown_set_of(f"obstacle {i}", part, further) for i, part in enumerate(obstacles)]
     sets = [edge_of(one, part.get("edge")) for one, part in zip(sets, obstacles, strict=True)]
     body = _body(data["body"])
@@ -184,8 +184,11 @@ def _span(name: str, part: dict) -> Span | None:
         float(numbers_of(f"{name} {word}", part[word], 0)) if word in part else None
         for word in ("dt", "at")
     )
-    pair = part["steps"]
-    return Span(pair if isinstance(pair, list) else (pair,), dt, at)
+    pair, said, more = part["steps"], part.get("said", ""), part.get("more", False)
+    if not (isinstance(said, str) and isinstance(more, bool)):
+        got = f"{said!r:.40} and {more!r:.40}"
+        raise InputError(f"{name}: expected said as text, more as true or false; got {got}.")
+    return Span(pair if isinstance(pair, list) else (pair,), dt, at, said=said, more=more)
 
 
 def _goal(part, points: Sequence[str] | None) -> HPolytope:
@@ -256,11 +259,10 @@ def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None)
     uncertainty, errors = written_uncertainty(problem.uncertainty, len(problem.obstacles))
     obstacles = []
     for part, span, error in zip(problem.obstacles, problem.all_spans, errors, strict=True):
-        steps = {} if span is None else {"steps": [int(i) for i in span]}
-        steps |= {name: x for name in ("dt", "at") if (x := getattr(span, name, None)) is not None}
-        own = {} if error is None else {"uncertainty": error}
+        own = {} if span is None else _written_span(span)
+        own |= {} if error is None else {"uncertainty": error}
         own |= {"edge": part.written} if isinstance(part, Edge) else {}
-        obstacles.append(written_set(part) | steps | own)
+        obstacles.append(written_set(part) | own)
     by_point = None if points is None else _goal_by_point(problem, points)
     goal = written_set(problem.goal) if by_point is None else by_point
     # a robot of one point needs no names, unless the problem was made for them
@@ -271,6 +273,17 @@ def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None)
     parts |= {} if problem.start is None else {"start": written_set(problem.start)}
     parts |= {"uncertainty": uncertainty} if uncertainty else {}
     return parts | {"obstacles": obstacles}
+
+
+def _written_span(span: Span) -> dict:
+    """The entries of a span. Raises InputError for one that rests on a manoeuvre under way."""
+    if span.of is not None:
+        raise InputError(
+            "obstacles: expected those of which a file can tell; a robot in the way may leave its "
+            "manoeuvre, and no file would see it. Leave them out, or add them to what was read."
+        )
+    told, unsaid = vars(span), vars(Span(span))
+    return {"steps": list(map(int, span))} | {x: told[x] for x in told if told[x] != unsaid[x]}
 
 
 def _goal_by_point(problem: Problem, points: Sequence[str]) -> dict | None:

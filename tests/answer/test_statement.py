@@ -37,7 +37,7 @@ def test_names_of_others_are_text_in_a_notebook():
 
 def test_what_is_proved_comes_first_then_the_tube_then_the_risk():
     lines = found().details().split("\n")
-    assert [line.split(" ")[0] for line in lines] == ["(C)", "(E)", "Risk:", "Search:"]
+    assert [line.split(" ")[0] for line in lines] == ["(C)", "All", "(E)", "Risk:", "Search:"]
     assert "proved in exact arithmetic" in lines[0]
     assert "proved in exact" not in found(proved=False).details().split("\n")[0]
     # the body, obstacles and starts, as the checker of its file has them
@@ -54,13 +54,14 @@ def test_the_summary_is_short_and_names_every_assumption():
         assert lines[-1].startswith(f"Holds if ({len(names)} assumption")
         assert names and all(name in lines[-1] for name in names)
         assert "tube (ASSUMED, not shown)" in lines[-1]  # the toy's tube is
-    assert found().details().split("\n")[2] in found().summary()  # the risk
+    assert found().details().split("\n")[3] in found().summary()  # the risk
     assert "Status: safe plans in hand, shown in float64" in found(proved=False).summary()
 
 
 def test_where_nothing_was_found_nothing_is_promised():
-    none, scene, tube, ended = nothing().details().split("\n")
+    none, scene, starts, tube, ended = nothing().details().split("\n")
     assert (none, ended) == (nothing_found(None), Ended.WORK.sentence)
+    assert starts == "All plans start with the heading of the model's runs."
     assert scene.startswith("It is of a body") and tube.startswith("(E) ASSUMED")
     assert repr(nothing()) == "<Answer for <b>toy</b> & co: not-found>"
 

@@ -101,7 +101,7 @@ def test_a_scene_says_that_it_tells_of_an_obstacle_for_some_time_alone(answer):
 @pytest.mark.parametrize("proved", [False, True])
 def test_that_there_is_no_plan_is_said_of_the_same_time_alone(proved, tmp_path):
     on_the_goal = [pj.box([-0.5, -0.5], [0.5, 0.5])]
-    then = [pj.problem.Span((3, 3), 0.25, 3.5, said="That it comes was seen.")]
+    then = [pj.problem.Span((3, 3), 0.25, 3.5, said="That it comes was seen.", more=True)]
     asked = pj.reach_avoid(toy_query.GOAL, on_the_goal, 0.1, spans=then)
     none = toy_query.planner().solve(asked, jax.random.PRNGKey(0), pj.Settings())
     none = none if proved else replace(none, absence=None)
@@ -113,6 +113,7 @@ def test_that_there_is_no_plan_is_said_of_the_same_time_alone(proved, tmp_path):
     if proved:
         back = load_answer(none.save(tmp_path / "none.json"))
         (span,), said = back.problem.all_spans, f"{said} that begins at 3.5 s"
+        assert vars(span) == vars(then[0])
         assert said in back.details() and said in back.summary()
         assert "That it comes was seen." in back.details()
         assert "in the world, and the moment when a plan begins." in back.details()

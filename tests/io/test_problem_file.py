@@ -38,7 +38,8 @@ def scenes(rng):
         goal, [box([1.0, 0.0], [2.0, 1.0])], 0.25, box([-1.0, -1.0], [0.0, 0.1]), spans=[(1, 2)]
     )
     blocks = [box([1.0, 0.0], [2.0, 1.0])] * 3
-    made = [Span((0, 1), 0.25), Span((1, 2), at=3.1), Span((2, 3), 0.25, 3.1)]
+    law = 'Movers each "leave" their tube\nwith probability at most 0.1.'
+    made = [Span((0, 1), 0.25), Span((1, 2), at=0.0), Span((2, 3), 0.25, 0.0, said=law, more=True)]
     yield reach_avoid(goal, blocks, 0.25, spans=made)
     triangle = Polygon(np.array([[0.1, 0.0], [0.0, 0.1], [-0.1, -0.3]]))
     yield reach_avoid(
@@ -88,6 +89,8 @@ WRONG = [
     ("steps = [0, 3]", "steps = [3, 0]", "0 <= first <= last"),
     ("steps = [0, 3]", "steps = 3", "whole numbers 0 <= first <= last"),
     ("steps = [0, 3]", "steps = [0, 3]\nat = '1'", "obstacle 0 at: expected finite numbers"),
+    ("steps = [0, 3]", "steps = [0, 3]\nsaid = 1", "obstacle 0: expected said as text, more as"),
+    ("steps = [0, 3]", "steps = [0, 3]\nmore = 1", "true or false; got '' and 1"),
     ("[goal]", "[gaol]", "'gaol'. Is it misspelled?"),
     ("[body]\nradius = 0.1", "", "expected an entry 'body'"),
     ("[goal]", "[goal", "expected a scene in TOML"),

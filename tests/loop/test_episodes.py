@@ -15,15 +15,19 @@ from types import SimpleNamespace
 import jax
 import numpy as np
 import pytest
+from episodes import driven
 from toy_episodes import Toy, law, no_outcome
 from toy_models import line_model
 
 import parc_jax as pj
+from parc_jax import checker
+from parc_jax.checker.answer import allowance_of
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data, stream
 from parc_jax.drive.loop.episodes import ABOUT, LINES, task_of
 from parc_jax.learning.bound.counts import clopper_pearson
+from parc_jax.learning.runs import chunks
 
 KEY = jax.random.PRNGKey(4)
 
@@ -110,6 +114,60 @@ def test_the_sentence_says_until_when_what_moves_is_told_of():
     for when, contradicts in ((0.4, True), (0.5, False), (0.9, False)):
         assert bool(drive(1, touched=True, when=when).contradictions) == contradicts
     assert not drive(1, when=0.4).contradictions
+
+
+LAW = "Movers within 0.3 m each leave their tube with probability at most 0.1."
+
+
+def with_movers(n: int):
+    """Drives once among n movers, of which a sentence says how surely they are where they are."""
+
+    def one(world, seed):
+        loop = loop_of(0.01)
+        loop.restart()
+        far = [pj.box([20.0, 20.0], [21.0, 21.0])] * 2 * n
+        pairs = [(0, 0), (1, 1)] * n
+        told = {"dt": loop.model.time.dt, "at": 0.0, "said": LAW}
+        spans = [pj.problem.Span(pair, **told, more=not pair[0]) for pair in pairs]
+        goes = {"at": 0.0, "spans": spans}
+        step = loop.step([0.0] * 2, [0.1], far, lambda x: -x.path[:, -1, 0], **goes)
+        return pj.drive.Outcome(False, False, {}, [step.committed])
+
+    return one
+
+
+def test_the_risk_of_movers_is_part_of_what_is_said_of_a_loop(tmp_path):
+    """Against whom, how many at a time, until when: in the sentence, in its folder, in files."""
+    done = asked(with_movers(2), 3, folder=tmp_path)
+    assert f"Of 2 at a time, at most: {LAW}" in done.details()
+    assert "for the first 0.5 s alone" in done.details()
+    assert asked(with_movers(2), 3, folder=tmp_path).details() == done.details()  # as it is stored
+    assert f"Of 3 at a time, at most: {LAW}" in asked(with_movers(3), 3).details()
+    assert LAW not in asked(Looped(), 3).details()
+    file = pj.drive.save_episode(tmp_path / "drive.json", with_movers(2)(0, 0).committed)
+    said = checker.check_episode(json.loads(file.read_text()), allowance_of).premises
+    assert ["what moves", "assumed"] in [entry[:2] for entry in said]
+    (told,) = (value for name, _, value in said if name == "what moves")
+    assert told == f"for the first 0.5 s of each manoeuvre at least. Of 2 at a time, at most: {LAW}"
+
+
+def test_a_heading_that_no_pose_tells_is_said_to_be_that_of_the_runs(tmp_path):
+    assert (
+        "heading told of no pose: each manoeuvre begins with that of"
+        in asked(Looped(), 8).details()
+    )
+    for turning in (False, True):
+        done = driven(turning, 1)
+        file = json.loads(pj.drive.save_episode(tmp_path / "drive.json", done).read_text())
+        (said,) = (value for name, _, value in file["premises"] if name == "heading")
+        assert ("told of no pose" in said) == ("told of no pose" in done[0].loop) == (not turning)
+
+
+def test_a_folder_of_another_version_is_refused(tmp_path, monkeypatch):
+    asked(Toy(), 6, folder=tmp_path)
+    monkeypatch.setattr(chunks, "__version__", "0.0.1")
+    with pytest.raises(InputError, match="the same version"):
+        asked(Toy(), 6, folder=tmp_path)
 
 
 def test_a_way_of_which_a_part_is_left_out_is_told_of_no_longer():

@@ -119,12 +119,24 @@ def test_plans_beside_a_robot_say_whose_manoeuvre_they_rest_on():
         obstacles, spans = pj.drive.reserved(one, later, model.time)
         asked = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), obstacles, RADIUS, spans=spans)
         answer = pj.Planner(model).solve(asked, jax.random.PRNGKey(0), pj.Settings.fast())
-        assert f"rests on its manoeuvre: number 0 of a loop ({one.loop})." in answer.details()
+        assert f"rests on its manoeuvre, of a loop ({one.loop})." in answer.details()
     prepared = pj.Planner(model).prepare(asked)
     loop.restart()  # its robot may be anywhere
     for ask in (prepared.solve, prepared.first):
         with pytest.raises(pj.InputError, match="a robot that has left that since"):
             ask(jax.random.PRNGKey(0))
+
+
+def test_no_scene_file_tells_of_a_robot_that_may_leave_its_manoeuvre(tmp_path):
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+    loop.step(np.zeros(2), [0.1], (), lambda seen: -seen.path[:, -1, 0], at=0.0)
+    obstacles, spans = pj.drive.reserved(loop.under_way, 0.0, model.time)
+    asked = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), obstacles, RADIUS, spans=spans)
+    for suffix in ("toml", "json"):
+        with pytest.raises(pj.InputError, match="obstacles: expected those of which a file can"):
+            pj.exchange.save_problem(tmp_path / f"scene.{suffix}", asked)
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_a_robot_has_left_for_another_manoeuvre_reserves_nothing():

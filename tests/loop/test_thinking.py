@@ -110,6 +110,9 @@ def test_a_loop_that_knows_how_long_it_thinks_stays_inside_and_touches_nothing(c
     assert any(said in str(value) for _, _, value in report.premises)
     other = replace(done[0], command="")
     assert other.loop != done[0].loop
+    # with its numbers, not by a hash alone
+    assert "its command begins 0.25 s after its begin and is followed until 0.75 s" in done[0].loop
+    assert "from when on the command is (0.0)" in done[0].loop
 
 
 def test_a_loop_that_forgets_it_leaves_its_tubes(clock):

@@ -54,6 +54,11 @@ def test_a_header_says_what_python_says(tmp_path):
     np.testing.assert_array_equal(said, known)
 
 
+def test_a_header_says_whose_heading_its_plans_start_with(tmp_path):
+    text = pj.exchange.write_c(toy_query.answer(), tmp_path / "toy.h").read_text()
+    assert "All plans start with the heading of the model's runs." in text
+
+
 @needs_compiler
 @pytest.mark.night
 @pytest.mark.parametrize(("n_p", "fitted"), [(2, False), (2, True), (3, False), (3, True)])

@@ -273,7 +273,7 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
     ):
         assert words in said
     told = episode_part(one.driven, assumed=one.premises)["premises"]
-    assert [[name, "assumed", value] for name, value in one.premises.items()] == told[-4:]
+    assert all([name, "assumed", value] in told for name, value in one.premises.items())
 
 
 def test_what_was_not_seen_for_its_age_is_not_free_any_more_but_where_the_body_stands():

@@ -76,12 +76,12 @@ def test_of_each_track_one_window_bounds_and_all_of_them_teach():
     told = pj.problem.mover_obstacles(model, [mover(0.3), mover(2.0)], 0.3, ROBOT, 0.0).said
     eps = model.claim.eps
     assert f"at most {rounded_up(eps)} from a moment of a track" in told
-    assert f"any of them with at most {rounded_up(2 * eps)}, if they ignore" in told
+    assert f"any of which leaves with at most {rounded_up(2 * eps)}. Movers" in told
     # all that the claim of the tracks says of itself: how surely, of how many, of which law
-    assert (
-        "against 2 movers within 0.3 m: with confidence 0.95 over 60 recordings each leaves" in told
-    )
-    assert f"of its law, {model.claim.quantifier}, any" in told and "Assumes: IID, " in told
+    assert "against 2 movers, any" in told and "Movers within 0.3 m, until the last" in told
+    assert "with confidence 0.95 over 60 recordings each leaves its tube" in told
+    assert f"of its law, {model.claim.quantifier}; of several, and of several mom" in told
+    assert "add up, if they ignore the robot" in told and "Assumes: IID, " in told
 
 
 @pytest.mark.soundness
@@ -107,10 +107,11 @@ def test_obstacles_hold_all_of_a_tube_grown_by_the_mover(heading, age, every):
 def test_until_a_moment_nobody_is_an_obstacle_later():
     told = pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, ROBOT, 0.0, until=0.35)
     assert told.until == pytest.approx(0.4) and told.spans[-1][1] == 3
-    assert told.said.startswith("Until 0.4 s after the pose at 0.0 s, against 1 mover ")
+    assert told.said.startswith("Until 0.4 s after the pose at 0.0 s, against 1 mover. Movers")
     assert "which is DECLARED, not shown, if they ignore the robot" in told.said
     asked = pj.reach_avoid(pj.box([-1, -1], [1, 1]), told.obstacles, 0.1, spans=told.spans)
-    assert told.said in about_obstacles(asked, ROBOT.n_steps)
+    law = told.said.partition("1 mover. ")[2]
+    assert f"Of 1 at a time, at most: {law}" in about_obstacles(asked, ROBOT.n_steps)
 
 
 def test_tracks_with_gaps_and_jumps_are_refused():

@@ -214,8 +214,7 @@ class Choice:
         start = ", ".join(f"{x:.4f}" for x in self.p0)
         k = ", ".join(f"{x:.6g}" for x in self.k)
         lines = [f"The plan chosen: p0 = ({start}), k = ({k})."]
-        if self.scene.nominal.pose is not None:
-            lines.append(about_pose(*self.scene.nominal.pose))
+        lines.append(about_pose(self.scene.nominal.pose))
         problem = self.scene.nominal.problem
         lines.append(f"It is of {scene_of(problem_part(problem, self.model))}.")
         if obstacles := about_obstacles(problem, self.model.time.n_steps):

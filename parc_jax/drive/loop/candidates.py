@@ -267,9 +267,11 @@ class UnderWay:
 
     @property
     def words(self) -> str:
-        """When a command begins and how long it is followed."""
-        first, last = (f"{float(x):g} s" for x in (self.seconds, self.seconds + self._held))
-        return f"its command begins {first} after its begin and is followed until {last} after it"
+        """When a command begins, how long it is followed, and what before and after."""
+        first, last = (f"{float(x)!r} s" for x in (self.seconds, self.seconds + self._held))
+        rest = ", ".join(map(repr, self.rest.tolist()))
+        told = f"its command begins {first} after its begin and is followed until {last} after it"
+        return f"{told}, from when on the command is ({rest})"
 
     def command(self, last: Commitment | None, at: Fraction) -> np.ndarray:
         """The command, values of `axes`, that lasts from a time for `seconds`. Raises InputError

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 AT_ONCE = 64  # manoeuvres scored in one compiled call
 ROUNDED = 1e-9  # [m] more than floats round places up to 1e5 m by: so far outside is inside
 WHOLE = 1e-6  # [records] a manoeuvre that begins so near to one begins there
+HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,11 +117,11 @@ class Commitment:
     def loop(self) -> str:
         """The loop that committed to it, by its content, in words."""
         model, shared, known = self.asked.query.model, self.shared, self.asked.uncertainty
-        by = f"claim {model.claim.hash[:12]}, a body of {'; '.join(shared['body'])}, safe for "
-        by += (
-            f"{known.words if known else 'what is measured, exactly'}, premises {shared.hash[:12]}"
-        )
-        return f"{model.system or 'unnamed system'}, {by}"
+        by = [f"claim {model.claim.hash[:12]}", f"a body of {'; '.join(shared['body'])}"]
+        by += [f"safe for {known.words if known else 'what is measured, exactly'}"]
+        by += [f"heading {HEADING}"] * (self.asked.pose.heading is None)
+        by += [shared["command"], f"premises {shared.hash[:12]}"]
+        return ", ".join([model.system or "unnamed system", *filter(None, by)])
 
     @property
     def part(self) -> dict:

@@ -1,8 +1,11 @@
 """An episode as a file: written for the checker, read again for pictures and bags. [T37]"""
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import reduce
+from operator import or_
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,20 +13,20 @@ import numpy as np
 
 from parc_jax.checker import Rejected, check_episode, load, number
 from parc_jax.checker.answer import allowance_of
-from parc_jax.checker.episode import EPISODE, KIND, PARTS, summary_of_episode
+from parc_jax.checker.episode import EPISODE, PARTS, summary_of_episode
 from parc_jax.checker.rests_on import known_premises, seconds
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, MEASURED, premises
-from parc_jax.common.spelling import hex_text, nearest_floats, plain
-from parc_jax.drive.loop.commitment import Commitment, copies_of, require_whole
+from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down
+from parc_jax.drive.loop.commitment import HEADING, Commitment, copies_of, require_whole
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
-from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.prove import model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import part_hash, problem_part, question_parts
+from parc_jax.statement import about_moving
 
 
 def episode_part(
@@ -42,38 +45,37 @@ def episode_part(
     if not (np.isfinite(drift) and drift >= 0):
         raise InputError(f"episode: expected a drift >= 0 m; got {drift!r:.40}.")
     drift = max(drift, *(one.drift for one in commitments))
-    part = head_part(commitments[0].asked, drift)
-    part |= {"manoeuvres": [manoeuvre_part(one) for one in commitments]}
+    first = commitments[0].asked
+    model, known = first.model, first.query.problem.uncertainty or Uncertainty()
+    _, network, tube = question_parts(first.problem, model)
+    hashes = {"network": part_hash(network), "tube": part_hash(tube)}
+    claim = model.claim.to_json() | {f"{name}_hash": value for name, value in hashes.items()}
+    part = {
+        "network": network,
+        "tube": tube,
+        "claim": plain(claim),
+        "copies": copies_of(first),
+        "doubt": hex_text([*known.shifts(model.n_p), known.heading, drift]),
+        "manoeuvres": [_manoeuvre_part(one) for one in commitments],
+    }
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]
-    if eps := getattr(commitments[0].asked.query.problem.uncertainty, "sensing_eps", 0):
+    if eps := known.sensing_eps:
         said = f"all that is measured is within its bounds but for a probability of {eps}"
         others.append(("sensing", ASSUMED, said))
+    if rests := reduce(or_, (one.asked.problem.rests_on for one in commitments), Counter()):
+        least = rounded_down(min(one.told_until - one.begin for one in commitments), 4)
+        said = f"for the first {least} s of each manoeuvre at least. {about_moving(rests)}"
+        others.append(("what moves", ASSUMED, said))
+    if first.pose.heading is None:
+        others.append(("heading", ASSUMED, HEADING))
     if command := commitments[0].command:
         others.append(("COMMAND", ASSUMED, f"of each manoeuvre {command}"))
     outside = [(i, one.seen_outside[0]) for i, one in enumerate(commitments) if one.seen_outside]
     said = [f"manoeuvres[{i}], by {seconds(at)}: it is none inside the tube" for i, at in outside]
     others += [("TUBE_LEFT", MEASURED, said)][: len(said)]
     part["premises"] = premises([*known_premises(part), *others]).to_json()
-    hashes = {name: part_hash(part[name]) for name in ("network", "tube")}
     hashes["episode"] = part_hash({name: part[name] for name in PARTS})
     return {"format": EPISODE, "hash": hashes, **part, "meta": plain(meta)}
-
-
-def head_part(first: NominalProblem, drift: float = 0.0) -> dict:
-    """The entries of an episode about all its manoeuvres. first: question of the first one. drift:
-    [m] as of `episode_part`.
-    """
-    model = first.model
-    _, network, tube = question_parts(first.problem, model)
-    hashes = {"network_hash": part_hash(network), "tube_hash": part_hash(tube)}
-    known = first.query.problem.uncertainty or Uncertainty()
-    return {
-        "network": network,
-        "tube": tube,
-        "claim": plain(model.claim.to_json() | hashes),
-        "copies": copies_of(first),
-        "doubt": hex_text([*known.shifts(model.n_p), known.heading, drift]),
-    }
 
 
 def save_episode(
@@ -90,8 +92,7 @@ def save_episode(
     return write_atomic(path, text.encode())
 
 
-def manoeuvre_part(one: Commitment) -> dict:
-    """The entry of one manoeuvre."""
+def _manoeuvre_part(one: Commitment) -> dict:
     return {
         "begin": str(one.begin),
         "pose": hex_text(one.asked.pose.values),
@@ -121,15 +122,6 @@ class Episode(NamedTuple):
     manoeuvres: tuple[Manoeuvre, ...]
     statement: str
     meta: Any = None
-
-
-def is_episode(path: str | Path) -> bool:
-    """Whether a file is marked as an episode, of any version; False for one that cannot be read."""
-    try:
-        with open(path, "rb") as file:
-            return KIND.encode() in file.read(200)
-    except OSError:
-        return False
 
 
 def load_episode(path: str | Path) -> Episode:

@@ -5,9 +5,10 @@ identified. Imports NumPy alone: workers start at once.
 import functools
 import json
 import pickle
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
+from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -40,7 +41,8 @@ class Driven(NamedTuple):
     """One stored episode. number: from 0. failed: why it has no outcome, else empty. loops: those
     that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
-    told_then: whether what moves was told of at the first contact.
+    told_then: whether what moves was told of at the first contact. rests_on: as of a Problem, the
+    most at a time.
     """
 
     number: int
@@ -51,6 +53,7 @@ class Driven(NamedTuple):
     loops: list[str]
     told_for: float | None = 0.0
     told_then: bool = False
+    rests_on: Mapping[str, int] = {}
 
     @property
     def bad(self) -> bool:
@@ -92,7 +95,9 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         at = -np.inf if at is None else float(at)
         under_way = {id(x.episode): x for x in committed if x.begin <= at}  # one of each robot
         told_then = bool(under_way) and all(at < x.told_until for x in under_way.values())
-        return Driven(task.number, bool(touched), left, "", told, loops, least, told_then)
+        most = functools.reduce(or_, (one.asked.problem.rests_on for one in committed), Counter())
+        found = loops, least, told_then, dict(most)
+        return Driven(task.number, bool(touched), left, "", told, *found)
     except Exception as error:
         place = own_place(error)
         where = f"in {place}: " if place else ""

@@ -215,21 +215,22 @@ def mover_obstacles(
         reach += SLACK + ABOUT * model.domain.hi[0]  # who goes as fast as its law has
         obstacles += polytopes(A, reach, model.time.dt, ends.tolist())
     n, eps, p = len(movers), model.claim.eps, model.claim.premises
+    some = counted(n, "mover")
     if eps is None:
         held = f"each stays in its tube, which is {str(p['tube']).partition(',')[0]}, not shown"
     else:
+        some += f", any of which leaves with at most {rounded_up(min(Fraction(1), n * eps))}"
         held = (
             f"with confidence {confidence_of(p)} over {count_of(p)[0]:,} {count_of(p)[1]} each "
             f"leaves its tube with probability at most {rounded_up(eps)} from a moment of a track "
-            f"of its law, {p['law']}, any of them with at most "
-            f"{rounded_up(min(Fraction(1), n * eps))}"
+            f"of its law, {p['law']}; of several, and of several moments, these add up"
         )
-    said = (
-        f"Until {steps * time.dt:.3g} s after the pose at {float(at)!r} s, against "
-        f"{counted(n, 'mover')} within {radius:g} m: {held}, if they ignore the robot. Of whoever "
-        f"is not among them nothing is said. {assumes(p)}"
+    law = (
+        f"Movers within {radius:g} m, until the last interval of each: {held}, if they ignore the "
+        f"robot. Of whoever is not among them nothing is said. {assumes(p)}"
     )
-    spans = spans_of(0, steps - 1, every, time.dt, float(at), said=said)
+    said = f"Until {steps * time.dt:.3g} s after the pose at {float(at)!r} s, against {some}. {law}"
+    spans = spans_of(0, steps - 1, every, time.dt, float(at), said=law)
     return Moving(obstacles, spans * n, steps * time.dt, said)
 
 
