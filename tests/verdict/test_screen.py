@@ -7,6 +7,7 @@ import pytest
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, toy_case
 
+import sims
 from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors import sampling as drawing
@@ -72,6 +73,27 @@ def test_same_verdicts_for_bodies_of_several_points(n_p, size, fitted):
     quick, exact = both(model, scene, *proposals(model, scene, rng, 400))
     assert 20 < len(exact) < 380
     np.testing.assert_array_equal(quick, exact)
+
+
+@pytest.mark.slow
+def test_between_fitted_faces_a_table_settles_what_facets_do_not(rng, monkeypatch):
+    """Most plans touch where they look worst, which one search per plan tells; of what else no
+    facet separates hardly any pair waits for a search, and no safe plan is lost.
+    """
+    model = sims.model("asv")
+    scene = scene_of(sims.asv.problem(), model)
+    searched, one = [], screening.map_rows
+
+    def counted(size, kernel, *batch, **options):
+        if size == screening.SIZES[False][1] and len(batch) == 5:  # items of pairs
+            searched.append(len(batch[0]))
+        return one(size, kernel, *batch, **options)
+
+    monkeypatch.setattr(screening, "map_rows", counted)
+    z, k = proposals(model, scene, rng, 1000)
+    quick, exact = both(model, scene, z, k)
+    assert len(exact) > 50 and set(exact) <= set(quick)
+    assert sum(searched) < 1.2 * len(k)
 
 
 @pytest.mark.parametrize("n", [1, CHUNK, CHUNK + 1])

@@ -9,11 +9,11 @@ separated by a facet of the obstacle. A few intervals of a few plans remain.
 All facets and points of a group of obstacles at once, the intervals innermost: the projections of a
 plan on their normals are computed once per group, and padding is never tested. The support of
 fitted errors along a fixed direction is a number per bin, interval and point; so a fitted tube
-costs as much as a box.
+costs as much as a box. What no facet separates a direction of the whole table mostly does.
 """
 
 from collections.abc import Callable
-from functools import reduce
+from functools import partial, reduce
 from typing import Any, NamedTuple
 
 import jax
@@ -21,11 +21,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from parc_jax.common.arrays import map_rows, once, slices, x64
+from parc_jax.common.arrays import least, map_rows, once, slices, x64
 from parc_jax.common.shapes import Index, Knot, ManyParams, Params, Path, Positions, Vector
 from parc_jax.learning.bound.reach import Reach, numbered, reach
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.learning.network.predict import predict
+from parc_jax.learning.network.predict import by_point, predict
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
 from parc_jax.safe_set.verdict.pointwise import anchor, on_device, prediction
@@ -35,7 +35,7 @@ from parc_jax.safe_set.verdict.scene import Scene, Tabled
 class Facets(NamedTuple):
     """Supports of errors along the facet normals of the pairs of a scene, each normal once.
 
-    number: (o, f) which of the normals.
+    number: (o, f) which of the normals; of the whole table (o, d) where all are tabulated.
     reach: error support table along these.
     """
 
@@ -96,14 +96,17 @@ def facet_gap(o: Index, along: list[jax.Array], scene: Tabled):
 
 def facets_of(scene: Scene) -> Facets:
     """The facets of a scene. Supports of fitted errors are computed once per tube and set of
-    normals.
+    normals, along the whole table if that is not much.
     """
     tube, table = scene.model.tube, scene.directions
-    normals = table.w[: int(scene.count), : table.n_facets]
+    n_d, n_sets = table.w.shape[1], np.prod(jax.tree.leaves(tube.errors)[0].shape[:3])
+    few = tube.templates is None or table.w[..., 0].size * n_sets > MOST
+    normals = table.w[: int(scene.count), : table.n_facets if few else n_d]
     unique, number = numbered(normals, len(table.w))
     return Facets(number, reach(tube, unique, number.size))
 
 
+MOST = 2**24  # supports of errors along all directions of a scene
 CHUNK = 512  # plans per compiled call: intermediates stay in cache
 COMPARED = 32  # intervals, about, among which the one that looks worst is sought
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
@@ -173,6 +176,20 @@ _facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(None, None, None, 0, 0, Non
 _separated_items = jax.jit(jax.vmap(_separated, in_axes=(None, None, 0, 0, 0, 0, 0)))
 
 
+@jax.jit
+@partial(jax.vmap, in_axes=(None, None, 0, 0, 0, 0, 0))
+def _separated_by_table(
+    facets: Facets, scene: Tabled, start: Knot, end: Knot, bin: Index, o: Index, t: Index
+):
+    """Does a direction of the table separate an open item? Kernel."""
+    w, points = jnp.asarray(scene.directions.w)[o], jnp.asarray(scene.obstacles.points)[o]
+    places = [by_point(x, len(x) // w.shape[1])[points].T[..., None] for x in (start, end)]
+    lost = facets.reach.lost[facets.number[o], bin, points[:, None], t]
+    room = least(excess([height(w.T[:, None], x) for x in places], lost), axis=0)
+    support = jnp.asarray(scene.directions.support)[o] + scene.slack * jnp.abs(w).sum(axis=1)
+    return (room > support).any()
+
+
 def _resident(scene: Scene) -> tuple:
     """Network, tube, scene and facets on the device."""
     model = scene.model
@@ -223,7 +240,14 @@ def _screen(scene: Scene, z: Positions, k: ManyParams, row: np.ndarray) -> tuple
             return np.zeros(0, bool)
         o, t = o.astype(np.int32), t.astype(np.int32)  # one type, whoever found them: one program
         items = seen.path[plan, t], seen.path[plan, t + 1], seen.bin[plan], o, t
-        return map_rows(sizes[1], lambda *items: _separated_items(tube, arrays, *items), *items)
+        found = np.zeros(len(plan), bool)
+        if facets.number.shape[1] > arrays.directions.n_facets:
+            # a tenth of the cost of a search, and settles most
+            found = map_rows(ITEMS, partial(_separated_by_table, facets, arrays), *items)
+        if len(left := np.flatnonzero(~found)):
+            items = (x[left] for x in items)
+            found[left] = map_rows(sizes[1], partial(_separated_items, tube, arrays), *items)
+        return found
 
     safe = np.ones(len(row), bool)
     unsure = np.flatnonzero(seen.unsure)
