@@ -12,7 +12,6 @@ from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import VALIDATED, confidence_of
 from parc_jax.problem.problem import Problem
-from parc_jax.problem.world.outlines import Edge
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
@@ -59,8 +58,7 @@ def about_obstacles(problem: Problem, steps: int) -> str:
     told, of = [x for x in problem.all_spans if x is not None], len(problem.obstacles)
     # what is told of for a whole plan is told of for that of its moment alone
     some = sum(tuple(x) != (0, steps - 1) or x.at is not None for x in told)
-    edges = {one.rests_on for one in problem.obstacles if isinstance(one, Edge)}
-    rests = " ".join(filter(None, [*sorted(edges), about_moving(problem.rests_on)]))
+    rests = about_said(problem.rests_on)
     if not some:
         return rests
     moments = [x.at for x in told if x.at is not None]
@@ -71,9 +69,9 @@ def about_obstacles(problem: Problem, steps: int) -> str:
     ).rstrip()
 
 
-def about_moving(rests: Mapping[str, int]) -> str:
-    """What obstacles with spans rest on: `Problem.rests_on`, or the most of several."""
-    return " ".join(f"Of {n} at a time, at most: {said}" for said, n in sorted(rests.items()))
+def about_said(rests: Mapping[str, int]) -> str:
+    """What obstacles rest on: `Problem.rests_on`, or the most of several."""
+    return " ".join(f"Of at most {n} at a time: {said}" for said, n in sorted(rests.items()))
 
 
 def about_place(within: Place, n_k: int) -> str:
@@ -211,7 +209,7 @@ def about_loops(driven: Sequence) -> str:
     most: Counter[str] = Counter()
     for one in driven:
         most |= Counter(one.rests_on)
-    rests = f" {about_moving(most)}" if most else ""
+    rests = f" {about_said(most)}" if most else ""
     return (
         f"(C) Of the manoeuvres of {_some([f'a loop ({loop})' for loop in loops])}, shown in "
         "float64 with a rounding margin: whatever happens inside the tubes, nothing is ever "

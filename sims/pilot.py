@@ -29,7 +29,7 @@ from parc_jax.problem.world.free_space import FreeSpace, free_place
 from parc_jax.problem.world.grid_map import GridMap
 from parc_jax.problem.world.outlines import Footprint
 from parc_jax.safe_set.settings import Settings
-from parc_jax.statement import about_moving
+from parc_jax.statement import about_said
 from sims.driving import Driving
 from sims.guide import along_ways
 from sims.ros import measured
@@ -229,7 +229,7 @@ class Pilot:
         told = [f"{name_of(self.model.labels.k[i])} = {float(now.k[i])!r}" for i in self.loop.given]
         known = [f"its measured start is exact: {', '.join(told)}"] if told else []
         if moves:
-            most = about_moving(now.asked.problem.rests_on)
+            most = about_said(now.asked.problem.rests_on)
             known.append(f"what moves is told of until {float(now.told_until)!r} s. {most}".strip())
         return (
             f"{begun}, a body ({body}) among {n} obstacles. Proved in float64 with a margin that "

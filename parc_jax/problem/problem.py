@@ -103,7 +103,8 @@ class Problem:
     def rests_on(self) -> Counter[str]:
         """Sentences that obstacles rest on, each with the most of them that exist at a time."""
         told = [(text, x) for x in self.all_spans if x is not None and (text := x.rests_on)]
-        most: Counter[str] = Counter()
+        edges = (x.rests_on for x in self.obstacles if isinstance(x, Edge))
+        most = Counter(text for text in edges if text)
         for text, (first, _) in told:
             now = [other for other, x in told if x[0] <= first <= x[1]]
             most[text] = max(most[text], now.count(text))

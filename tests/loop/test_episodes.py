@@ -139,16 +139,16 @@ def with_movers(n: int):
 def test_the_risk_of_movers_is_part_of_what_is_said_of_a_loop(tmp_path):
     """Against whom, how many at a time, until when: in the sentence, in its folder, in files."""
     done = asked(with_movers(2), 3, folder=tmp_path)
-    assert f"Of 2 at a time, at most: {LAW}" in done.details()
+    assert f"Of at most 2 at a time: {LAW}" in done.details()
     assert "for the first 0.5 s alone" in done.details()
     assert asked(with_movers(2), 3, folder=tmp_path).details() == done.details()  # as it is stored
-    assert f"Of 3 at a time, at most: {LAW}" in asked(with_movers(3), 3).details()
+    assert f"Of at most 3 at a time: {LAW}" in asked(with_movers(3), 3).details()
     assert LAW not in asked(Looped(), 3).details()
     file = pj.drive.save_episode(tmp_path / "drive.json", with_movers(2)(0, 0).committed)
     said = checker.check_episode(json.loads(file.read_text()), allowance_of).premises
-    assert ["what moves", "assumed"] in [entry[:2] for entry in said]
-    (told,) = (value for name, _, value in said if name == "what moves")
-    assert told == f"for the first 0.5 s of each manoeuvre at least. Of 2 at a time, at most: {LAW}"
+    assert ["said of obstacles", "assumed"] in [entry[:2] for entry in said]
+    (told,) = (value for name, _, value in said if name == "said of obstacles")
+    assert told == f"for the first 0.5 s of each manoeuvre at least. Of at most 2 at a time: {LAW}"
 
 
 def test_a_heading_that_no_pose_tells_is_said_to_be_that_of_the_runs(tmp_path):

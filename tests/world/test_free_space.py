@@ -13,6 +13,7 @@ from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError
+from parc_jax.drive.loop.episode_file import episode_part
 
 need("shapely")
 import shapely  # noqa: E402
@@ -229,6 +230,21 @@ def test_files_keep_the_region_that_edges_are_of(tmp_path):
         assert said in about_obstacles(again, 4)
         with pytest.raises(InputError, match="expected a start inside the free space"):
             query(again, line, [5.0, 0.0]).nominal()
+
+
+def test_a_loop_says_how_wide_all_is_that_stands():
+    model = line_model(4, 0.01, rests=True)
+    patient = pj.drive.Effort(candidates=64, deadline=300.0)
+    loop = pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=patient)
+    place = free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]])
+    edges, key = replace(place, width=0.15).obstacles(), jax.random.key(0)
+    one = loop.step([0.0] * 2, [0.1], edges, lambda x: -x.path[:, -1, 0], at=0.0).committed
+    law = "Edges of free space rest on this: all that stands is at least 0.15 m wide."
+    said = dict(entry[::2] for entry in episode_part([one])["premises"])["said of obstacles"]
+    assert said.endswith(f"Of at most {len(edges)} at a time: {law}")
+    outcome = pj.drive.Outcome(False, False, {}, [one])
+    drive = {"drive": lambda *_: outcome, "law": lambda seed: 0, "workers": 0, "quiet": True}
+    assert law in pj.drive.drive_episodes(key=key, n=1, **drive).details()
 
 
 def test_what_is_proposed_is_not_believed(drives, monkeypatch):

@@ -26,7 +26,7 @@ from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.prove import model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import part_hash, problem_part, question_parts
-from parc_jax.statement import about_moving
+from parc_jax.statement import about_said
 
 
 def episode_part(
@@ -64,8 +64,8 @@ def episode_part(
         others.append(("sensing", ASSUMED, said))
     if rests := reduce(or_, (one.asked.problem.rests_on for one in commitments), Counter()):
         least = rounded_down(min(one.told_until - one.begin for one in commitments), 4)
-        said = f"for the first {least} s of each manoeuvre at least. {about_moving(rests)}"
-        others.append(("what moves", ASSUMED, said))
+        said = f"for the first {least} s of each manoeuvre at least. {about_said(rests)}"
+        others.append(("said of obstacles", ASSUMED, said))
     if first.pose.heading is None:
         others.append(("heading", ASSUMED, HEADING))
     if command := commitments[0].command:
