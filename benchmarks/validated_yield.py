@@ -73,6 +73,7 @@ def main() -> None:
     parser.add_argument("--body")
     parser.add_argument("--risk", nargs="+", type=float, default=[0.003, 0.01, 0.03])
     parser.add_argument("--smallest", type=float, help="scale that no set has less than")
+    parser.add_argument("--tests", type=int, help="runs of drawn plans, else as by default")
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3, 4, 5])
     asked = parser.parse_args()
     body = {} if asked.body is None else {"body": asked.body}
@@ -95,7 +96,7 @@ def main() -> None:
         for risk in asked.risk:
             begin = time.process_time()
             scales = None if asked.smallest is None else falling(asked.smallest)
-            checked = pj.drive.Validate(system, risk=risk, scales=scales)
+            checked = pj.drive.Validate(system, risk=risk, tests=asked.tests, scales=scales)
             tested = validated(answer, key, settings, checked).validation.answer
             spent = time.process_time() - begin
             held = np.zeros(PLANS, bool) if tested is None else tested.contains(*plans)
