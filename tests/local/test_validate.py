@@ -20,9 +20,9 @@ from parc_jax.app.study.report import VALIDATED_SET, explained
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import rounded_down
-from parc_jax.drive.local import trials
 from parc_jax.drive.local import validate as module
 from parc_jax.drive.local.nested import first_set, fixed_sequence, level, nested_sets
+from parc_jax.drive.local.trials import run_once
 from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.claim import check_claim, derived
 from parc_jax.learning.bound.counts import NoStatement, required_runs
@@ -30,7 +30,7 @@ from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.fresh import ledger_of, used_by
 from parc_jax.learning.bound.tube import fitted_tube
-from parc_jax.learning.runs.collect import collect, stream_rollouts
+from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.nominal import query
 
 pytestmark = pytest.mark.soundness
@@ -186,17 +186,17 @@ def test_tests_and_draws_have_one_law(answer, monkeypatch):
         seen["inside"] = inside
         return real(asked, inside, failed, first)
 
-    def streamed(*arguments, k, **rest):
-        seen["k"] = k
-        return stream_rollouts(*arguments, k=k, **rest)
+    def run(system, scene, key, stage, plans, *rest):
+        seen["plans"] = plans
+        return run_once(system, scene, key, stage, plans, *rest)
 
     monkeypatch.setattr(module, "fixed_sequence", noted)
-    monkeypatch.setattr(trials, "stream_rollouts", streamed)
+    monkeypatch.setattr(module, "run_once", run)
     asked = asked_of()
     again = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=asked)
     last = ASKED.scales.index(float(again.validation.answer.model.claim.evidence["scale"]))
-    of_tests = seen["k"][seen["inside"][last]]
-    of_draws = again.validation.answer.sample(jax.random.PRNGKey(4), 600)[:, 2:]
+    of_tests = seen["plans"][seen["inside"][last]]  # starts and parameters
+    of_draws = again.validation.answer.sample(jax.random.PRNGKey(4), 600)
     assert min(ks_2samp(a, b).pvalue for a, b in zip(of_tests.T, of_draws.T, strict=True)) > 1e-4
 
 
