@@ -126,8 +126,8 @@ ROBOT = (
     Fault(
         "unknown_cells_are_free",
         "problem.world.grid_map.occupancy_grid",
-        "(cells >= 0) & (cells / 100 < threshold)",
-        "cells / 100 < threshold",
+        "(cells >= 0) & (cells / 100 < FREE_THRESH)",
+        "cells / 100 < FREE_THRESH",
         "tests/world/test_grid_map.py::test_99_may_be_declared_a_probability_and_255_is_unknown",
     ),
 )
