@@ -310,20 +310,24 @@ class Pilot:
 
     def _step(self) -> Step | None:
         d = self.driving
-        if self.goal is None or np.linalg.norm(self.pose[:2] - self.goal[:2]) <= d.arrived:
+        if self.goal is None:
             return None
-        if self._begun is not None and self._stamp < self._begun + round(d.leave * 1e9):
-            return None
+        seen = self._at(self.pose), (self._stamp - self._first) / 1e9, self.drift
+        arrived = np.linalg.norm(self.pose[:2] - self.goal[:2]) <= d.arrived
+        soon = None if self._begun is None else self._begun + round(d.leave * 1e9)
+        if arrived or (soon is not None and self._stamp < soon):
+            step = self.loop.go_on("", None, *seen)  # nothing is to begin, or not yet
+            return step if step.left else None
         scene = self._stale() or self._ways(self.pose)
         gone = None if self.seen is None else self._remembered().gone
         if not isinstance(scene, str):
-            scene = self._with_movers(scene, (self._stamp - self._first) / 1e9)
+            scene = self._with_movers(scene, seen[1])
         if isinstance(scene, str):
-            return self.loop.go_on(scene, gone)
+            return self.loop.go_on(scene, gone, *seen)
         obstacles, spans = scene
         liked = functools.partial(self.prefer, goal=self.goal[:2])
-        now = {"at": (self._stamp - self._first) / 1e9, "drift": self.drift, "gone": gone}
-        step = self.loop.step(self._at(self.pose), self.given, obstacles, liked, spans=spans, **now)
+        asked = {"at": seen[1], "drift": seen[2], "spans": spans, "gone": gone}
+        step = self.loop.step(seen[0], self.given, obstacles, liked, **asked)
         if step.new:
             self._begun = self._stamp
             self.driven.append(step.committed)

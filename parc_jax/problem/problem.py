@@ -102,12 +102,16 @@ class Problem:
     @property
     def rests_on(self) -> Counter[str]:
         """Sentences that obstacles rest on, each with the most of them that exist at a time."""
-        told = [(text, x) for x in self.all_spans if x is not None and (text := x.rests_on)]
         edges = (x.rests_on for x in self.obstacles if isinstance(x, Edge))
-        most = Counter(text for text in edges if text)
-        for text, (first, _) in told:
-            now = [other for other, x in told if x[0] <= first <= x[1]]
-            most[text] = max(most[text], now.count(text))
+        most, told = Counter(text for text in edges if text), {}
+        for span in self.all_spans:
+            if span is not None and (text := span.rests_on):
+                told.setdefault(text, []).append(tuple(span))
+        for text, spans in told.items():
+            first, last = np.array(spans).T
+            # most exist where one of them begins
+            now = (first <= first[:, None]) & (first[:, None] <= last)
+            most[text] = max(most[text], int(now.sum(axis=1).max()))
         return most
 
     @property

@@ -107,10 +107,10 @@ def drive(
             guide.see(look.hits, look.free)
         guide.update()
         guided = time.process_time()
+        off = drifted_since([told for _, told in poses[begun:]], sight.allowed[begun:], corner)
         if look.why:
-            step = loop.go_on(look.why, look.free.gone)
+            step = loop.go_on(look.why, look.free.gone, look.here, robot.time, off)
         else:
-            off = drifted_since([told for _, told in poses[begun:]], sight.allowed[begun:], corner)
             prefer = others(guide.prefer, at_rest) if at_rest else guide.prefer
             asked = look.here, robot.measured, look.obstacles, prefer, robot.time
             step = loop.step(*asked, drift=off, gone=look.free.gone, explain=explain)

@@ -24,7 +24,7 @@ class CraxGuide(Guide):
         return _discs(world), np.concatenate([world.goals, radius], axis=1)
 
 
-@lru_cache(maxsize=1024)  # as many worlds as are driven in step
+@lru_cache(maxsize=128)  # as many worlds as are driven in step
 def _discs(world: World) -> np.ndarray:
     """(m, 3) as of `Guide._seen`, which do not move."""
     keep = world.sizes + np.where(world.solid, OUTLINE, 0.0) + AWAY

@@ -431,3 +431,23 @@ def test_workers_drive_the_same_episodes_and_one_that_ends_its_process_counts(tm
 def test_what_makes_no_sense_is_told(drive, n, options, words):
     with pytest.raises(InputError, match=words):
         asked(drive, n, **options)
+
+
+def test_a_pose_outside_of_the_tube_is_said_whatever_else_is_wrong():
+    """Wrong measurements, obstacles and reasons of the caller come with a pose, too."""
+    loop = loop_of(0.01)
+    goes = lambda seen: -seen.path[:, -1, 0]  # noqa: E731
+    for given, obstacles in (([9.0], []), ([np.nan], []), ([0.1], ["no obstacle"])):
+        loop.restart()
+        first = loop.step([0.0, 0.0], [0.1], [], goes).committed
+        step = loop.step([0.0, 40.0], given, obstacles, goes)
+        assert step.left and step.committed is first and len(first.seen_outside) == 1
+        assert "m beyond what tube, uncertainty and drift allow" in step.reason
+    loop.restart()
+    first = loop.step([0.0, 0.0], [0.1], [], goes).committed
+    half = float(loop.leave_after) / 2  # nothing may begin then
+    assert not loop.go_on("no scan", None, [0.0, 0.0], half, 0.5).left
+    assert not loop.go_on("no scan", None, [np.nan, 0.0], half).left
+    assert not loop.go_on("no scan").left and not first.seen_outside
+    step = loop.go_on("no scan", None, [0.0, 40.0], half)
+    assert step.left and step.reason.endswith("; no scan") and len(first.seen_outside) == 1

@@ -180,6 +180,16 @@ def test_sensing_that_disagrees_with_itself_ends_in_the_stop(model):
         assert said in info["shield"]["reason"] and (info["shield"]["driven"] == 0).all()
 
 
+def test_a_pose_that_jumps_is_told_of_also_where_the_action_is_none(model):
+    env = shielded(model=model)
+    env.reset()
+    env.unwrapped.place = env.unwrapped.place + 40.0
+    env.step(AHEAD)
+    told = env.step([np.nan, 0.0])[4]["shield"]
+    assert told["left"] and env.commitments[-1].seen_outside
+    assert "beyond what tube" in told["reason"] and "expected finite numbers" in told["reason"]
+
+
 def test_speeds_that_disagree_with_the_poses_end_in_the_stop(model):
     """They stick at rest while it goes on: one step later the pose tells."""
     stuck = []

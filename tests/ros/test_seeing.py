@@ -189,6 +189,20 @@ def test_a_pose_that_jumps_begins_nothing_and_drift_is_a_parameter():
 
 
 @pytest.mark.soundness
+@pytest.mark.parametrize("there", [(40.0, 0.0), (2.5, 0.0)])
+def test_a_pose_that_jumps_out_of_what_is_known_or_onto_the_goal_is_told_of(there):
+    """Also where nothing could begin for another reason, or nothing has to."""
+    one = pilot()
+    one.hear_goal(sliding.posed(2.5, 0.0))
+    first = one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9)).committed
+    step = one.hear_pose(sliding.odometry(there, [0, 0], 10**9 + CYCLE))
+    assert step.left and not step.new and "beyond what tube" in step.reason
+    told = episode_part(one.driven, assumed=one.premises)["premises"]
+    left = next(value for name, _, value in told if name == "TUBE_LEFT")
+    assert left[0].startswith("manoeuvres[0], by ") and first.seen_outside
+
+
+@pytest.mark.soundness
 def test_an_older_scan_does_not_take_away_who_came_since():
     one, person = pilot(), shapely.Point(1.0, 0.0).buffer(0.2)
     one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))

@@ -44,7 +44,7 @@ class Standing:
     def step(self, *_, **__):
         return Step(None, False, "nothing is safe")
 
-    def go_on(self, reason, gone):
+    def go_on(self, reason, gone, pose, at, drift):
         return Step(None, False, reason)
 
 

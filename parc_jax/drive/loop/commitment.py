@@ -239,17 +239,20 @@ def left_tube(
     return False
 
 
-def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> float:
+def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | None) -> float:
     """Distance [m] of a measured pose from the places that a manoeuvre may have led to by a time of
     the clock, of the farthest reference point; 0 inside. [T38]
 
-    k (n_k,): with the parameters measured at the pose; its start places the other points.
+    k (n_k,): with the parameters measured at the pose; its start places the other points. None
+    where they are not known: of the first point alone, which is where the pose is.
     The places are a box around the tube, grown by the uncertainty of both poses and ROUNDED. A
     heading shows in the other points alone, so it is ignored for a robot of one point.
     """
     asked, begun = last.asked.query, last.asked.pose
     model, known = asked.model, asked.problem.uncertainty or Uncertainty()
     tube, n_p, steps = model.tube, model.n_p, model.time.n_steps
+    points = np.s_[:1] if k is None else np.s_[:]
+    k = last.k if k is None else k
     (knots, starts), _ = trajectories(model.net, model.layout, np.stack([last.k, k]))
     passed = min(float((at - last.begin) / Fraction(model.time.dt)), float(steps))
     before = min(int(passed), steps - 1)
@@ -264,7 +267,7 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray) -> f
     far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
     allowed = allowed + 2 * known.shifts(n_p).sum() + known.heading * far[:, None]
     beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)
-    return float(np.linalg.norm(beyond, axis=1).max())
+    return float(np.linalg.norm(beyond, axis=1)[points].max())
 
 
 def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:

@@ -181,17 +181,15 @@ class Loop:
         try:
             if measured is not None:
                 begin = min(begin, float(as_float64("measured", measured, ())))
-            at = self._time(at)
-            here = pose_of(pose, self.model)
-            if here.heading is not None:  # certificates take no more than a turn
-                here = here._replace(heading=math.remainder(here.heading, 2 * math.pi))
-            k = self._all_of_k(self._with_command(given, at))
-            self._require_inside(here, at, k[0], drift)
+            now, here = self._time(at, begins=True), self._here(pose)
+            k = self._all_of_k(self._with_command(given, now))
+            self._require_inside(here, now, k[0], drift)
             drifted = float(drift) + (0.0 if self.under_way is None else self.under_way.drifted)
-            scene = self._scenes.scene(here, obstacles, spans, goal, at, drifted)
+            scene = self._scenes.scene(here, obstacles, spans, goal, now, drifted)
+        except LeftTube as error:
+            return replace(self.go_on(str(error).rstrip("."), gone), left=True)
         except InputError as error:
-            step = self.go_on(str(error).rstrip("."), gone)
-            return replace(step, left=isinstance(error, LeftTube))
+            return self.go_on(str(error).rstrip("."), gone, pose, at, drift)
         cost = np.asarray(prefer(outlook(self.model, here, k, self._leaving.intervals)), float)
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
@@ -222,7 +220,7 @@ class Loop:
                 number = 0 if self.under_way is None else self.under_way.number + 1
                 told = {} if self._command is None else {"command": self._command.words}
                 one = Commitment(
-                    number, at, at + self.lasts, chosen, *about, episode=self._episode, **told
+                    number, now, now + self.lasts, chosen, *about, episode=self._episode, **told
                 )
                 self._before, self.under_way, self._last = self.under_way, one, one
                 self._episode[:] = [one]
@@ -259,17 +257,46 @@ class Loop:
         self._episode = [] if first is None else first.episode
         self._episode[:] = [] if first is None else [first]
 
-    def go_on(self, reason: str, gone: "shapely.Geometry | None" = None) -> Step:
+    def go_on(
+        self,
+        reason: str,
+        gone: "shapely.Geometry | None" = None,
+        pose: ArrayLike | None = None,
+        at: float | None = None,
+        drift: float = 0.0,
+    ) -> Step:
         """Continue the manoeuvre under way to its stop, for a reason of the caller: an invalid
         scan, a place without free space. gone: as of `step`; the sentence says whether the
-        manoeuvre may lead there.
+        manoeuvre may lead there. pose, at, drift: as of `step`, where they are known: its first
+        reference point is looked for in the tube, and one that is outside is said first.
         """
+        left = "" if pose is None else self._left(pose, at, drift)
+        reason = "; ".join(filter(None, [left, reason]))
         if self.under_way is not None and gone is not None and leads_to(self.under_way, gone):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
-        return Step(self.under_way, False, reason)
+        return Step(self.under_way, False, reason, bool(left))
 
-    def _time(self, at: float | None) -> Fraction:
-        """[s] of the clock, exact, after the manoeuvre under way began. Raises InputError."""
+    def _left(self, pose: ArrayLike, at: float | None, drift: float) -> str:
+        """Why a pose is not of the manoeuvre under way; empty where it is, or none was measured."""
+        try:
+            self._require_inside(self._here(pose), self._time(at), None, drift)
+        except LeftTube as error:
+            return str(error).rstrip(".")
+        except InputError:
+            pass
+        return ""
+
+    def _here(self, pose: ArrayLike) -> Pose:
+        here = pose_of(pose, self.model)
+        if here.heading is None:
+            return here
+        # certificates take no more than a turn
+        return here._replace(heading=math.remainder(here.heading, 2 * math.pi))
+
+    def _time(self, at: float | None, begins: bool = False) -> Fraction:
+        """[s] of the clock, exact, after the manoeuvre under way began. begins: another may begin
+        then. Raises InputError.
+        """
         last = self.under_way
         if at is None:
             return Fraction(0) if last is None else last.begin + self.leave_after
@@ -279,7 +306,7 @@ class Loop:
                 f"at: expected a time after {float(last.begin):g} s, when the manoeuvre under way "
                 f"began; got {at:g} s. Another episode begins with `restart`."
             )
-        if last is not None:
+        if last is not None and begins:
             self._leaving.require(now - last.begin, "at")
         return now
 
@@ -296,8 +323,10 @@ class Loop:
         values[command.axes] = command.command(self.under_way, at)
         return values[list(self.given)]
 
-    def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray, drift: float) -> None:
-        """Raises InputError for a pose to which the manoeuvre under way cannot have led. [T38]"""
+    def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray | None, drift: float) -> None:
+        """Raises LeftTube for a pose to which the manoeuvre under way cannot have led. k: as of
+        `outside_tube`. [T38]
+        """
         last = self.under_way
         drift = float(as_float64("drift", drift, ()))
         if not drift >= 0:
