@@ -103,7 +103,8 @@ class Problem:
     def rests_on(self) -> Counter[str]:
         """Sentences that obstacles rest on, each with the most of them that exist at a time."""
         edges = (x.rests_on for x in self.obstacles if isinstance(x, Edge))
-        most, told = Counter(text for text in edges if text), {}
+        most = Counter(text for text in edges if text)
+        told: dict[str, list] = {}
         for span in self.all_spans:
             if span is not None and (text := span.rests_on):
                 told.setdefault(text, []).append(tuple(span))
