@@ -4,6 +4,6 @@ From "DynaBARN" (MIT licence beside this file); Nair et al., "DynaBARN: Benchmar
 Navigation in Dynamic Environments", SSRR 2022.
 """
 
-from sims.dynabarn.worlds import KINDS, World, law, numbers, world
+from sims.dynabarn.worlds import KINDS, Law, World, numbers, world
 
-__all__ = ["KINDS", "World", "law", "numbers", "world"]
+__all__ = ["KINDS", "Law", "World", "numbers", "world"]

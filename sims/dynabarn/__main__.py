@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import tyro
 
+import parc_jax as pj
 from parc_jax.common.keys import key_of
 from sims.dynabarn import driver, plain
-from sims.dynabarn.worlds import KINDS, PHASES, World, numbers, world
+from sims.dynabarn.sight import Known, Seen
+from sims.dynabarn.worlds import KINDS, PHASES, Law, World, numbers, world
 
 PLANNERS = ("loop", "plain")
 
@@ -25,10 +27,16 @@ class Options:
     """Moments of each at which an episode begins, drawn by number."""
     first_phase: int = 0
     """Number of the first of them."""
+    lidar: bool = False
+    """Movers are seen by the lidar; else their places are known."""
     planners: tuple[str, ...] = PLANNERS
     """loop: proved manoeuvres. plain: the bar."""
     out: Path = Path("runs/dynabarn.jsonl")
-    """A line for each episode; what is there is not driven again."""
+    """A line for each episode; what is there is not driven again. A folder, of episodes."""
+    episodes: int = 0
+    """So many episodes of the loop in fresh worlds of the law instead, and what they show [T40]."""
+    kinds: tuple[str, ...] = tuple(KINDS)
+    """Kinds of these."""
     save: Path | None = None
     """A folder for a file of every episode of the loop, which `parc-jax check` verifies."""
 
@@ -38,29 +46,66 @@ def begun(number: int, phase: int) -> World:
     return world(number, np.random.default_rng([number, phase]).uniform(0.0, PHASES))
 
 
-def episode(planner: str, number: int, phase: int, save: Path | None = None) -> dict:
+def episode(
+    planner: str, number: int, phase: int, lidar: bool = False, save: Path | None = None
+) -> dict:
     """Drive one; a line about it."""
     here, key = begun(number, phase), key_of(phase)
-    told = {"planner": planner, "world": number, "phase": phase, "kind": here.kind}
+    told = {"planner": planner, "world": number, "phase": phase, "lidar": lidar, "kind": here.kind}
+    sight = (Seen if lidar else Known)(here, np.random.default_rng([number, phase, 1]))
     if planner == "plain":
-        return told | plain.drive(here, key)
-    one = driver.drive(here, key, np.random.default_rng([number, phase, 1]))
+        return told | plain.drive(here, key, sight)
+    one = driver.drive(here, key, sight)
     if save is not None:
         driver.save(one, save / f"world_{number}_{phase}.json")
     return told | driver.told_of(one)
 
 
+@dataclass(frozen=True)
+class Driver:
+    """Drives a fresh world with the randomness of a seed, (2,) words; returns an `Outcome`.
+
+    Its commitments are not told: each is about who was known, for a part of its time, and a contact
+    with others or later is none of its tubes.
+    """
+
+    lidar: bool
+
+    def __call__(self, world: World, seed) -> pj.drive.Outcome:
+        sight = (Seen if self.lidar else Known)(world, np.random.default_rng(seed))
+        one = driver.drive(world, np.asarray(seed, np.uint32), sight)
+        told = {"planner": "loop", "world": world.number, "kind": world.kind}
+        return pj.drive.Outcome(one.touched, one.left, told | driver.told_of(one))
+
+
+def count(options: Options) -> str:
+    """Drive fresh worlds; returns a table and what is said of the law."""
+    done = pj.drive.drive_episodes(
+        Driver(options.lidar),
+        Law(options.kinds),
+        key_of(0),
+        options.episodes,
+        folder=options.out,
+        workers=0,
+    )
+    told = [one.told for one in done.driven if not one.failed]
+    return f"{table(told)}\n{done.details()}"
+
+
 def drive(options: Options) -> str:
     """Drive all that is left; returns a table in Markdown."""
+    if options.episodes:
+        return count(options)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     if options.save is not None:
         options.save.mkdir(parents=True, exist_ok=True)
     lines = options.out.read_text().splitlines() if options.out.exists() else []
-    done = {(one["planner"], one["world"], one["phase"]): one for one in map(json.loads, lines)}
+    told = map(json.loads, lines)
+    done = {(x["planner"], x["world"], x["phase"], x["lidar"]): x for x in told}
     # the worlds of all kinds alternate, so that an unfinished run has some of each
     shown = sorted(options.worlds or numbers(), key=lambda number: (number % 20, number))
     asked = [
-        (planner, number, phase)
+        (planner, number, phase, options.lidar)
         for phase in range(options.first_phase, options.first_phase + options.phases)
         for number in shown
         for planner in options.planners

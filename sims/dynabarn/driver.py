@@ -20,6 +20,7 @@ from parc_jax.problem.world.movers import Moving
 from sims.barn.contact import distance_to_cylinders
 from sims.dynabarn import guidance
 from sims.dynabarn import movers as walking
+from sims.dynabarn.sight import Known, Seen, Sighting
 from sims.dynabarn.worlds import RADIUS, START, TIMEOUT, World, clearances, reached
 from sims.jackal import learn as jackal
 from sims.jackal.driven import Driven
@@ -27,6 +28,7 @@ from sims.jackal.params import TICK
 from sims.rectangle import centre_and_corners, rectangle
 
 HORIZONS = (0.6, 0.3)  # [s] the longest first
+NORMALS = np.array([(np.cos(a), np.sin(a)) for a in np.pi / 4 * np.arange(8)])  # of a loose mover
 EVERY = 2  # intervals of a manoeuvre per obstacle
 BEYOND = 0.9  # [m] of who cannot come so near by a horizon nobody is asked: both radii, and a bit
 COMMANDS = (19, 15)  # of speed and turning
@@ -34,12 +36,12 @@ COMMANDS = (19, 15)  # of speed and turning
 
 class Claimed(NamedTuple):
     """What a step claims. until: [s] after its beginning; 0 where nothing is. moving: who may be
-    where; of: their numbers in the world.
+    where; of: as they were seen.
     """
 
     until: float
     moving: Moving | None
-    of: tuple[int, ...]
+    of: tuple[Sighting, ...]
 
 
 @dataclass(frozen=True)
@@ -82,18 +84,16 @@ def loop() -> pj.drive.Loop:
     return made
 
 
-def drive(world: World, key, seen: np.random.Generator) -> Drive:
+def drive(world: World, key, sight: Known | Seen) -> Drive:
     """Drive from the start to the goal, or until something is touched or the time is out."""
     planner, system = loop(), jackal.robot()
     planner.restart()
     robot = Driven(system, START, key)
-    model = walking.model(1 - walking.half_of(world.number))
     steps, claims, plan_s, touched = [], [], [], False
     while robot.time + jackal.HELD <= TIMEOUT and not reached(robot.pose) and not touched:
-        now, before = robot.time, len(robot.path) - 1
+        before = len(robot.path) - 1
         begin = time.process_time()
-        known = sighted(world, robot.pose[:2], now, seen)
-        step, claim = decide(planner, robot, model, known, now)
+        step, claim = decide(planner, robot, sight.model, sight.look(robot))
         plan_s.append(time.process_time() - begin)
         if step.new:
             robot.begin(*step.committed.k[-2:])
@@ -112,48 +112,53 @@ def drive(world: World, key, seen: np.random.Generator) -> Drive:
     return Drive(world, arrived, seconds, nearest, cause, left, path, steps, claims, plan_s)
 
 
-def sighted(
-    world: World, here, now: float, seen: np.random.Generator
-) -> dict[int, pj.problem.Mover]:
-    """Movers near a place (2,) by their numbers, as they are seen; who appeared within two steps is
-    taken to have walked on for both.
-    """
-    times = now - walking.STEP * np.arange(2, -1, -1)
-    places = walking.seen(world.movers(times), seen)
-    since = world.since(now)
-    first = world.first_steps(walking.STEP)
-    found = {}
-    for i, track in enumerate(np.moveaxis(places, 1, 0)):
-        if np.linalg.norm(track[-1] - here) > guidance.FAR:
-            continue
-        if since[i] < 2 * walking.STEP:
-            track = track[-1] + np.arange(-2, 1)[:, None] * first[i]
-        found[i] = pj.problem.see_mover(times, track, walking.STEP)
-    return found
-
-
-def decide(planner, robot: Driven, model, known: dict, now: float):
+def decide(planner, robot: Driven, model, known: list[Sighting]):
     """The step of a loop, and what it claims."""
-    pose, speeds = robot.pose, robot.measured
-    guide = guidance.Guidance(pose, speeds, list(known.values()))
+    pose, speeds, now = robot.pose, robot.measured, robot.time
+    guide = guidance.Guidance(pose, speeds, known, now)
     asked = {"at": now, "explain": False}
     for horizon in HORIZONS:
-        near = {
-            i: one
-            for i, one in known.items()
-            if np.linalg.norm(one.place - pose[:2])
-            < (walking.FASTEST + jackal.SPEED) * horizon + BEYOND
-        }
-        moving = pj.problem.mover_obstacles(
-            model, list(near.values()), RADIUS, planner.model.time, now, until=horizon, every=EVERY
-        )
+        near = [one for one in known if comes_near(one, pose[:2], now, horizon)]
+        moving, of = obstacles(model, near, planner.model.time, now, horizon)
         step = planner.step(
             pose, speeds, moving.obstacles, guide.prefer, spans=moving.spans, **asked
         )
         if step.new:
-            return step, Claimed(moving.until, moving, tuple(near))
+            return step, Claimed(moving.until, moving, of)
     step = planner.step(pose, speeds, (), guide.prefer, **asked)
     return step, Claimed(0.0, None, ())
+
+
+def comes_near(one: Sighting, here, now: float, horizon: float) -> bool:
+    """May a mover come so near by a horizon that it matters?"""
+    fastest = walking.FASTEST * (now - one.at + horizon) + jackal.SPEED * horizon
+    return bool(np.linalg.norm(one.place - here) < fastest + one.off + BEYOND)
+
+
+def obstacles(
+    model, near: list[Sighting], grid, now: float, horizon: float
+) -> tuple[Moving, tuple[Sighting, ...]]:
+    """Where movers may be until a horizon, and in which order: by their learned tubes, or anywhere
+    at FASTEST where there is no track or it is too old.
+    """
+    old = model.time.t_f - horizon + 1e-6
+    tracked = [one.mover is not None and now - one.at <= old for one in near]
+    tubes = [one for one, is_tracked in zip(near, tracked, strict=True) if is_tracked]
+    loose = [one for one, is_tracked in zip(near, tracked, strict=True) if not is_tracked]
+    movers = [one.mover for one in tubes]
+    told = pj.problem.mover_obstacles(model, movers, RADIUS, grid, now, until=horizon, every=EVERY)
+    parts, spans = list(told.obstacles), list(told.spans)
+    during = (0, round(told.until / grid.dt) - 1)
+    for one in loose:
+        reach = RADIUS + one.off + walking.FASTEST * (now - one.at)
+        body = pj.hpolytope(NORMALS, NORMALS @ one.place + reach)
+        asked = {"at": now, "every": EVERY, "off_by": walking.FASTEST}
+        places, when = pj.problem.moving(body, [0.0, 0.0], during, grid.dt, **asked)
+        parts, spans = parts + places, spans + when
+    said = told.said
+    if loose:
+        said += f" Besides against {len(loose)} that may go anywhere at {walking.FASTEST:g} m/s."
+    return Moving(parts, spans, told.until, said), (*tubes, *loose)
 
 
 def cause_of(world: World, path, begun, claims, distance: np.ndarray, left: bool) -> str:
@@ -172,8 +177,11 @@ def cause_of(world: World, path, begun, claims, distance: np.ndarray, left: bool
     pose, here = path[tick], world.movers(at)
     size = jackal.robot().size
     each = [distance_to_cylinders(pose, size, mover[None], RADIUS)[0] for mover in here]
-    if world.since(at)[int(np.argmin(each))] < since:
+    who = int(np.argmin(each))
+    if world.since(at)[who] < since:
         return "a mover appeared"
+    if who not in map(world.nearest, claim.of):
+        return "a mover was not seen"
     if gone_out(world, one, claim, since):
         return "a mover left its tube"
     return "the robot left its tube" if left else "CONTRADICTED"
@@ -185,7 +193,8 @@ def gone_out(world: World, one, claim: Claimed, since: float) -> bool:
     places = world.movers(float(one.begin) + times)
     each = len(claim.moving.spans) // max(1, len(claim.of))
     dt = jackal.model().time.dt
-    for n, number in enumerate(claim.of):
+    for n, seen in enumerate(claim.of):
+        number = world.nearest(seen)
         parts = slice(n * each, (n + 1) * each)
         for body, (first, last) in zip(
             claim.moving.obstacles[parts], claim.moving.spans[parts], strict=True

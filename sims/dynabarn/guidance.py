@@ -2,10 +2,8 @@
 
 import numpy as np
 
-import parc_jax as pj
 from sims.dynabarn import plain
-
-FAR = 6.0  # [m] who is farther away is left out
+from sims.dynabarn.sight import Sighting, straight_on
 
 
 class Guidance:
@@ -13,12 +11,10 @@ class Guidance:
     them: commands that are held on, movers that go straight on.
     """
 
-    def __init__(self, pose, speeds, movers: list[pj.problem.Mover]):
+    def __init__(self, pose, speeds, movers: list[Sighting], now: float):
         self._pose, self._speeds = pose, speeds
         self._costs: np.ndarray | None = None
-        self._places = np.array([one.place for one in movers]).reshape(-1, 2)
-        speed, heading = np.array([(one.k[0], one.heading) for one in movers]).reshape(-1, 2).T
-        self._velocities = speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+        self._places, self._velocities = straight_on(movers, now)
 
     def prefer(self, seen) -> np.ndarray:
         """Of an Outlook: costs (b,) [m]; of one step all are of the same commands."""

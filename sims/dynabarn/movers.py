@@ -8,54 +8,58 @@ import jax
 import numpy as np
 
 import parc_jax as pj
-from sims.dynabarn.worlds import Track, numbers, world
+from sims.dynabarn.worlds import Track, half_of, numbers, world
 from sims.jackal.params import TICK
 
 STEP = 0.1  # [s] between the places from which a mover is seen
-SEEN = 1e-4  # [m] within which each is seen, uniform; the files round to 1e-2
+SEEN = 1e-4  # [m] within which each is seen where places are known; the files round to 1e-2
 AHEAD = 1.2  # [s] of a window
 FASTEST = 2.0  # [m/s]
+WALKS = 1.96  # [m/s] that none of the files exceeds
 EVERY = 0.25  # [s] between windows to learn from
 # Of the claim, and tracks that are left outside. Who turns within the window is far from where it
 # would be straight on, so a tube that holds nearly all is as wide as that of a greatest speed
 EPS, DELTA, OUTSIDE = 0.05, 0.01, 3
 LEARNED = 6  # worlds of a half for network and shape; the tracks of all others bound
-EDGES = ([0.0, 0.98, 1.46, FASTEST], [-3.15, -0.02, 0.02, 3.15])
+EDGES = (0.98, 1.46)  # [m/s] between bins
 
 
-def half_of(number: int) -> int:
-    """0 or 1: to which half of the worlds a world belongs."""
-    return numbers().index(number) % 2
-
-
-def tracks_of(worlds, rng: np.random.Generator) -> list[Track]:
-    """All tracks of worlds, as they are seen every 0.02 s."""
+def tracks_of(worlds, rng: np.random.Generator, off: float) -> list[Track]:
+    """All tracks of worlds, as they are seen every 0.02 s within off [m]."""
     found = []
     for track in (track for number in worlds for track in world(number).tracks):
         times = np.arange(0.0, track.length, TICK)
-        found.append(Track(times, seen(track.at(times), rng)))
+        found.append(Track(times, seen(track.at(times), rng, off)))
     return found
 
 
-def seen(places: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Places as they are seen."""
-    return places + rng.uniform(-SEEN, SEEN, places.shape)
+def seen(places: np.ndarray, rng: np.random.Generator, off: float) -> np.ndarray:
+    """Places as they are seen: uniform within off [m] along x and y."""
+    return places + rng.uniform(-off, off, places.shape)
+
+
+def most(off: float) -> float:
+    """[m/s] that a mover seen within off [m] seems to have at most, from a tick to the next."""
+    return max(FASTEST, WALKS + 2 * np.sqrt(2) * off / TICK)
 
 
 @cache
-def model(half: int) -> pj.types.TrajectoryModel:
-    """For movers of worlds of the other half."""
+def model(half: int, off: float = SEEN) -> pj.types.TrajectoryModel:
+    """For movers of worlds of the other half, seen within off [m]."""
     ours = [number for number in numbers() if half_of(number) == half]
     grid = pj.learning.time_grid(0.1, AHEAD, 0.02)
     # of all three kinds alike
     learned = ours[:: len(ours) // LEARNED][:LEARNED]
     rest = [number for number in ours if number not in learned]
-    about = {"step": STEP, "most": FASTEST, "name": f"tracks of half {half} of DynaBARN"}
+    about = {"step": STEP, "most": most(off), "name": f"tracks of half {half} of DynaBARN"}
     rng = np.random.default_rng(half)
-    tracks, others = tracks_of(learned, rng), tracks_of(rest, rng)
+    tracks, others = tracks_of(learned, rng, off), tracks_of(rest, rng, off)
     of = [f"track {i}" for i in range(len(tracks) + len(others))]
     train = pj.problem.mover_runs(tracks, grid, of=of[: len(tracks)], every=EVERY, **about)
     held = pj.problem.mover_runs(others, grid, of=of[len(tracks) :], rng=rng, **about)
-    asked = {"hidden": (8, 8), "seeds": 2, "steps": 1000, "bins": EDGES, "shape": "fitted"}
+    # who seems to turn by less may go straight on
+    turns = max(0.02, 20 * off)
+    edges = ([0.0, *EDGES, most(off)], [-3.15, -turns, turns, 3.15])
+    asked = {"hidden": (8, 8), "seeds": 2, "steps": 1000, "bins": edges, "shape": "fitted"}
     bound = {"eps": EPS, "delta": DELTA, "discard": OUTSIDE}
     return pj.learn(train, jax.random.PRNGKey(half), holdout=held, quiet=True, **asked, **bound)

@@ -4,6 +4,7 @@ at the velocity that is seen, 2.5 s ahead, positions known, nothing proved.
 
 import numpy as np
 
+from sims.dynabarn.sight import Known, Seen, straight_on
 from sims.dynabarn.worlds import GOAL, RADIUS, START, TIMEOUT, World, clearances, reached
 from sims.jackal.driven import Driven
 from sims.jackal.learn import BACKWARD, SPEED, TURNING, robot
@@ -60,17 +61,15 @@ def choose(pose, speeds, movers, velocities, commands) -> np.ndarray:
     return commands[np.argmin(costs(rolled(pose, speeds, commands), movers, velocities))]
 
 
-def drive(world: World, key, again: float = 0.1) -> dict:
+def drive(world: World, key, sight: Known | Seen, again: float = 0.1) -> dict:
     """Drive from the start to the goal, or until something is touched or the time is out, with a
     new command every `again` seconds; what came of it.
     """
     system, commands = robot(), arcs(SPEED, TURNING, BACKWARD)
     driven, touched = Driven(system, START, key), False
     while driven.time < TIMEOUT and not reached(driven.pose) and not touched:
-        now, first = driven.time, len(driven.path) - 1
-        movers = world.movers(now)
-        velocities = (movers - world.movers(now - STEP)) / STEP
-        velocities[world.since(now) < STEP] = 0.0  # who appeared has no velocity yet
+        first = len(driven.path) - 1
+        movers, velocities = straight_on(sight.look(driven), driven.time)
         command = choose(driven.pose, driven.measured, movers, velocities, commands)
         driven.begin(*command)
         driven.drive(again)

@@ -45,7 +45,9 @@ class Track(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """A world from a moment on. number: as published. phase: [s] of the loops when it begins."""
+    """A world from a moment on. number: as published, or of the one that it resembles. phase: [s]
+    of the loops when it begins.
+    """
 
     number: int
     phase: float
@@ -64,6 +66,10 @@ class World:
     def since(self, seconds: float) -> np.ndarray:
         """(movers,) [s] for which each has walked since it appeared."""
         return np.mod(self.phase + seconds, [track.length for track in self.tracks])
+
+    def nearest(self, seen) -> int:
+        """Number of the mover that a sighting is of, by its place at its moment."""
+        return int(np.argmin(np.linalg.norm(self.movers(seen.at) - seen.place, axis=1)))
 
     def first_steps(self, step: float) -> np.ndarray:
         """(movers, 2) [m] of the way of each in the first seconds after it appeared."""
@@ -95,10 +101,36 @@ def world(number: int, phase: float = 0.0) -> World:
     return World(number, float(phase), _stored()[number])
 
 
-def law(seed) -> World:
-    """The law of episodes: each of the 40 worlds alike, from a moment that is uniform."""
-    draw = np.random.default_rng(seed)
-    return world(int(draw.choice(numbers())), draw.uniform(0.0, PHASES))
+def half_of(number: int) -> int:
+    """0 or 1: to which half of the worlds a world belongs."""
+    return numbers().index(number) % 2
+
+
+@dataclass(frozen=True)
+class Law:
+    """The law of fresh worlds: as many movers as a random one of the 40 of these kinds has, each on
+    a track of a random mover of the worlds of its kind and half, the field turned and mirrored for
+    it, all from a moment of their loops that is uniform.
+    """
+
+    kinds: tuple[str, ...] = tuple(KINDS)
+
+    def __call__(self, seed) -> World:
+        """A world; its number is that of the one that it resembles."""
+        draw = np.random.default_rng(seed)
+        number = int(draw.choice([n for n in numbers() if world(n).kind in self.kinds]))
+        like = [n for n in numbers() if half_of(n) == half_of(number)]
+        kind = world(number).kind
+        tracks = [track for n in like if world(n).kind == kind for track in world(n).tracks]
+        chosen = draw.integers(len(tracks), size=len(world(number).tracks))
+        turned = [Track(tracks[i].times, tracks[i].places @ _turn(draw)) for i in chosen]
+        return World(number, draw.uniform(0.0, 10 * PHASES), tuple(turned))
+
+
+def _turn(draw: np.random.Generator) -> np.ndarray:
+    """(2, 2) one of the eight by which a square becomes itself."""
+    turned = np.eye(2)[draw.permutation(2)]
+    return turned * draw.choice([-1.0, 1.0], 2)
 
 
 def reached(place) -> bool:

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 import parc_jax as pj
+from parc_jax.common.keys import key_of
 from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.problem.world.movers import Moving
+from sims.barn.drive import LIDAR
 from sims.dynabarn import __main__ as shell
-from sims.dynabarn import driver, movers, plain, worlds
+from sims.dynabarn import driver, movers, plain, sight, worlds
 from sims.jackal import learn
+from sims.jackal.driven import Driven
 from sims.jackal.params import TICK
+from sims.lidar import lidar, shapes
 
 
 def test_the_worlds_are_those_that_were_published():
@@ -46,7 +50,7 @@ def test_the_judge_sees_a_contact_of_one_tick():
 
 
 def test_what_walks_is_learned_from_other_worlds_than_it_is_asked_in():
-    halves = [[n for n in worlds.numbers() if movers.half_of(n) == half] for half in (0, 1)]
+    halves = [[n for n in worlds.numbers() if worlds.half_of(n) == half] for half in (0, 1)]
     assert len(halves[0]) == len(halves[1]) == 20 and not set(halves[0]) & set(halves[1])
     for half in halves:  # of all kinds
         assert {worlds.world(number).kind for number in half} == set(worlds.KINDS)
@@ -58,9 +62,9 @@ def test_a_mover_that_leaves_its_tube_is_found_and_one_that_does_not_is_not():
     track = worlds.Track(np.array([0.0, 20.0]), np.array([[-10.0, 0.0], [10.0, 0.0]]))
     here = worlds.World(2, 5.0, (track,))
     times = np.array([-0.2, -0.1, 0.0])
-    one = pj.problem.see_mover(times, here.movers(times)[:, 0], movers.STEP)
-    told = pj.problem.mover_obstacles(model, [one], worlds.RADIUS, grid, 0.0, until=0.6)
-    claim = driver.Claimed(told.until, told, (0,))
+    one = sight.sighting(times, here.movers(times)[:, 0], movers.SEEN)
+    told = pj.problem.mover_obstacles(model, [one.mover], worlds.RADIUS, grid, 0.0, until=0.6)
+    claim = driver.Claimed(told.until, told, (one,))
 
     class Begun:
         begin = 0.0
@@ -76,11 +80,12 @@ def test_a_contact_has_one_cause():
     here, path = worlds.World(2, 9.0, (track,)), np.zeros((20, 3))
     distance = worlds.clearances(here, path, learn.robot().size)
     begun = [SimpleNamespace(begin=0.0)]
+    seen = sight.Sighting(0.0, here.movers(0.0)[0], np.zeros(2), 0.0, None)
 
-    def why(until: float, wide: float, left: bool = False) -> str:
+    def why(until: float, wide: float, left: bool = False, of=(seen,)) -> str:
         body = pj.hpolytope([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]], [wide] * 4)
         moving = Moving([body], [(0, 5)], until, "")
-        claims = [driver.Claimed(until, moving, (0,))]
+        claims = [driver.Claimed(until, moving, of)]
         return driver.cause_of(here, path, begun, claims, distance, left)
 
     assert distance[0] > 0 >= distance.min()
@@ -89,6 +94,7 @@ def test_a_contact_has_one_cause():
     assert why(0.6, 0.1) == "a mover left its tube"
     assert why(0.6, 9.0, left=True) == "the robot left its tube"
     assert why(0.6, 9.0) == "CONTRADICTED"
+    assert why(0.6, 9.0, of=()) == "a mover was not seen"
     comes = worlds.Track(np.array([0.0, 10.0]), np.array([[-0.8, 0.0], [9.2, 0.0]]))
     here = worlds.World(2, 9.9, (comes,))
     distance = worlds.clearances(here, path, learn.robot().size)
@@ -97,7 +103,7 @@ def test_a_contact_has_one_cause():
 
 def test_a_world_is_crossed_by_proved_manoeuvres(tmp_path):
     """Nothing touched, no tube of the robot left; the checker accepts the file of the episode."""
-    told = shell.episode("loop", 1, 0, tmp_path)
+    told = shell.episode("loop", 1, 0, save=tmp_path)
     assert told["reached"] and told["clearance"] > 0 and not told["left"] and not told["cause"]
     assert sum(told["claimed"].values()) > 50 and "0.6" in told["claimed"]
     assert told["said"].startswith("Until 0.6 s after the pose at ")
@@ -108,3 +114,95 @@ def test_the_plain_planner_crosses_it_too():
     told = shell.episode("plain", 1, 0)
     assert told["reached"] and told["seconds"] < 30
     assert len(plain.arcs(1.8, 1.3, 0.8)) == 143
+
+
+def stands(*places) -> worlds.World:
+    """A world whose movers stand at places."""
+    times = np.array([0.0, 100.0])
+    return worlds.World(1, 0.0, tuple(worlds.Track(times, np.array([p, p])) for p in places))
+
+
+def looked(world: worlds.World, seconds: float = 0.4) -> sight.Seen:
+    """Sight of a robot that stood at the origin for so long."""
+    robot = Driven(learn.robot(), (0.0, 0.0, 0.0), key_of(0))
+    robot.drive(seconds)
+    seen = sight.Seen(world, np.random.default_rng(0))
+    seen.look(robot)
+    return seen
+
+
+def test_who_is_behind_another_or_in_the_blind_quarter_gives_no_track():
+    front, hidden, blind, beside = [2.0, 0.0], [4.0, 0.0], [-3.0, 0.5], [0.0, 3.0]
+    seen = looked(stands(front, hidden, blind, beside))
+    places = sorted(track.sighting.place.round(1).tolist() for track in seen.tracks)
+    assert places == [beside, front]
+    assert all(track.sighting.mover is not None for track in seen.tracks)
+
+
+@pytest.mark.soundness
+def test_a_fitted_circle_contains_the_truth_within_its_named_error():
+    """Cylinders that stand apart, one in front of another now and then."""
+    draw, scanner, found = np.random.default_rng(1), lidar(**LIDAR), []
+    for _ in range(200):
+        here = draw.uniform(-6.0, 6.0, (8, 2))
+        apart = np.linalg.norm(here[:, None] - here[None], axis=-1) + 9.0 * np.eye(8)
+        here = here[(apart.min(axis=1) > 1.1) & (np.linalg.norm(here, axis=1) > 1.0)]
+        pose = [0.0, 0.0, draw.uniform(-np.pi, np.pi)]
+        scan = scanner.scan(pose, shapes(here, worlds.RADIUS), draw)
+        for fit in sight.fits(scan):
+            away = np.abs(here - fit.place)
+            nearest = np.argmin(np.hypot(*away.T))
+            assert np.hypot(*away[nearest]) <= fit.off
+            found.append((fit.off, away[nearest].max()))
+    off, truly = np.array(found).T
+    assert len(found) > 500 and off.max() > 0.3  # some are nearly hidden
+    # what tracks are learned with is more than what their fits are off
+    assert np.quantile(truly[off <= sight.SURE], 0.99) < sight.SEEN
+
+
+def test_who_was_seen_is_remembered_for_a_while_and_who_has_gone_is_not():
+    comes = worlds.Track(
+        np.array([0.0, 0.6, 0.61, 9.0]), np.array([[0.5, 3.0]] * 2 + [[9.0, 9.0]] * 2)
+    )
+    stays = worlds.Track(comes.times[[0, 3]], np.array([[2.0, 0.0]] * 2))
+    both = worlds.World(1, 0.0, (comes, stays))
+    assert len(looked(both, 0.4).tracks) == 2
+    # all places to which it can have gone by now are seen to be free
+    gone = looked(both, 0.8)
+    assert not any(np.linalg.norm(track.fits[-1].place - [0.5, 3.0]) < 0.1 for track in gone.tracks)
+    # it slips behind one that stands: it may be there, and is remembered, then forgotten
+    hides = worlds.Track(comes.times, np.array([[2.6, 1.2]] * 2 + [[4.0, 0.0]] * 2))
+    both = worlds.World(1, 0.0, (hides, stays))
+    assert len(looked(both, 1.0).tracks) == 2
+    assert len(looked(both, 2.0).tracks) == 1
+
+
+def test_who_appears_at_the_side_of_the_robot_stops_it():
+    """Nothing is known of it but its place, so it may go anywhere, at once."""
+    robot = Driven(learn.robot(), worlds.START, key_of(0))
+    planner = driver.loop()
+    planner.restart()
+    appears = stands([worlds.START[0] - 1.8, 0.9])
+    model = movers.model(0, sight.SEEN)
+    free, claim = driver.decide(planner, robot, model, [])
+    assert free.committed.k[-2] > 1.0 and claim.of == ()
+    planner.restart()
+    seen = sight.Seen(appears, np.random.default_rng(0)).look(robot)
+    assert [one.mover for one in seen] == [None]
+    step, claim = driver.decide(planner, robot, model, seen)
+    assert claim.until and len(claim.of) == 1
+    assert step.committed.k[-2] < 0.5
+    assert "against 1 that may go anywhere" in claim.moving.said
+
+
+def test_fresh_worlds_are_of_their_kind():
+    law = worlds.Law(("easy", "medium"))
+    drawn = [law(seed) for seed in range(12)]
+    assert {here.kind for here in drawn} == {"easy", "medium"}
+    for here in drawn:
+        like = worlds.world(here.number)
+        assert len(here.tracks) == len(like.tracks)
+        times = np.arange(0.0, 5.0, TICK)
+        places = here.movers(times)
+        assert np.abs(places).max() <= worlds.FIELD
+    assert not np.array_equal(drawn[0].movers(0.0), worlds.Law()(1).movers(0.0))
