@@ -175,6 +175,12 @@ def test_who_was_seen_is_remembered_for_a_while_and_who_has_gone_is_not():
     both = worlds.World(1, 0.0, (hides, stays))
     assert len(looked(both, 1.0).tracks) == 2
     assert len(looked(both, 2.0).tracks) == 1
+    # who comes back may go anywhere, until it was seen three times in a row again
+    again = np.array([[2.6, 1.2]] * 2 + [[4.0, 0.0]] * 2 + [[2.6, 1.2]] * 2)
+    back = worlds.Track(np.array([0.0, 0.4, 0.41, 0.65, 0.66, 9.0]), again)
+    both = worlds.World(1, 0.0, (back, stays))
+    known = [[one.sighting.mover is not None for one in looked(both, t).tracks] for t in (0.8, 1.0)]
+    assert sorted(known[0]) == [False, True] and known[1] == [True, True]
 
 
 def test_who_appears_at_the_side_of_the_robot_stops_it():
