@@ -205,3 +205,27 @@ def test_no_size_overstates_the_gap(n, power):
         [near((p - v) / 2.0 ** max(power, 0)) for p, v in zip(a, tiny, strict=True)]
     )
     np.testing.assert_allclose(gap, distance * 2.0 ** max(power, 0), rtol=1e-9)
+
+
+@pytest.mark.soundness
+def test_steps_that_end_at_an_overlap_say_which_pairs_touch_and_nothing_else():
+    """Of the intervals of one pair: where none overlaps all gaps are as they were, bit by bit;
+    where one does the least is not positive; intervals that do not count end nothing.
+    """
+    a, b, vertices = random_pairs(np.random.default_rng(4), 2)
+    errors = ErrorBox(np.full((8, 4, 2), 0.01))
+    search = jax.jit(distance.separations)
+    apart = 0
+    with x64():
+        for i in range(0, N, 8):
+            for obstacle in vertices[i : i + 8]:
+                pair = a[i : i + 8], b[i : i + 8], errors, obstacle, 0.0
+                whole, _ = search(*pair)
+                until, _ = search(*pair, np.ones(8, bool))
+                np.testing.assert_array_equal(search(*pair, np.zeros(8, bool))[0], whole)
+                assert (until.min() > 0) == (whole.min() > 0)
+                assert (until <= whole).all()
+                if whole.min() > 0:
+                    apart += 1
+                    np.testing.assert_array_equal(until, whole)
+    assert 4 < apart < N - 4

@@ -156,7 +156,7 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
     of which obstacles are edges. No verdict lets a part touch an edge, wherever in its tube and its
     uncertainty it is, so one place of it, of those that its tube allows, tells of all. [T41]
     """
-    edges = {one.written: one for one in problem.obstacles if isinstance(one, Edge)}
+    edges = {id(one.region): one for one in problem.obstacles if isinstance(one, Edge)}
     if not edges:
         return
     starts = np.array([[-np.inf, np.inf]] * 2).T

@@ -119,5 +119,6 @@ def _turned(
     bounds = b - A @ place + ROUNDING * terms
     last = np.cumsum([len(o.b) for o in obstacles])[:-1]
     own = zip(obstacles, np.split(A @ turn, last), np.split(bounds, last), strict=True)
-    lost = {Edge: {"region": None}}  # which is told in the world
-    return tuple(o.replace(A=rows, b=off, **lost.get(type(o), {})) for o, rows, off in own)
+    # a region is told in the world
+    told = ((type(o), rows, off, (None, o.width) * (type(o) is Edge)) for o, rows, off in own)
+    return tuple(kind(rows, off, *lost) for kind, rows, off, lost in told)

@@ -11,14 +11,16 @@ of them.
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import ArrayLike, Float
+from jaxtyping import ArrayLike, Bool, Float
 
 from parc_jax.common.arrays import dot
-from parc_jax.common.shapes import Index, Scalar, Vector, Vectors
-from parc_jax.learning.bound.error_set import ErrorSet
+from parc_jax.common.shapes import Scalar, Vector, Vectors
+from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.safe_set.separation.inequality import excess
 
 STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
+Many = Float[ArrayLike, "t i n_p"]
+Some = Bool[ArrayLike, " t"] | None
 FLAT = 1e3  # [units in the last place] sine of an angle below which a triangle is its edges
 
 
@@ -32,23 +34,42 @@ def separation(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, radi
     The gap is the exact distance when positive, up to rounding; a touching or overlapping pair
         gives gap <= 0 up to rounding.
     """
-    n = a.shape[-1]
+    gap, w = separations(a[None], b[None], at(errors, None), vertices, radius)
+    return gap[0], w[0]
 
-    def step(_: Index, state: tuple):
-        gap, w, towards, simplex = state
-        tried, point = _support(a, b, errors, vertices, towards)
-        better = (tried > gap) & towards.any()
-        gap, w = jnp.where(better, tried, gap), jnp.where(better, towards, w)
-        simplex, nearest = _nearest(simplex, point)
-        return gap, w, _unit(nearest), simplex
+
+def separations(
+    a: Many, b: Many, errors: ErrorSet, vertices: Vectors, radius: Scalar, until: Some = None
+):
+    """The same of many intervals: gaps (t,), directions (t, n_p). Kernel; with `until` not for
+    vmap. until: the steps end where an overlap shows in one of these intervals, in the plane: its
+    gap is not positive, and those of others are less than they might be.
+    """
+    n = a.shape[-1]
+    support = jax.vmap(_support, in_axes=(0, 0, 0, None, 0))
+
+    def step(state: tuple):
+        i, gap, w, towards, simplex, met = state
+        tried, point = support(a, b, errors, vertices, towards)
+        better = (tried > gap) & towards.any(axis=1)
+        gap, w = jnp.where(better, tried, gap), jnp.where(better[:, None], towards, w)
+        if until is not None and n == 2:  # three supports whose triangle holds the origin
+            p, q, r = simplex[:, 0].T, simplex[:, 1].T, point.T
+            turns = jnp.stack([u[0] * v[1] - u[1] * v[0] for u, v in ((p, q), (q, r), (r, p))])
+            around = (turns > 0).all(axis=0) | (turns < 0).all(axis=0)
+            met = (until & (gap < 0) & around).any()
+        simplex, nearest = jax.vmap(_nearest)(simplex, point)
+        return i + 1, gap, w, jax.vmap(_unit)(nearest), simplex, met
 
     # from the middle of the obstacle to that of the points; any direction where they coincide
-    first = _unit((a.mean(axis=0) + b.mean(axis=0)) / 2 - vertices.mean(axis=0))
-    first = jnp.where(first.any(), first, jnp.eye(n, dtype=first.dtype)[0])
-    gap, point = _support(a, b, errors, vertices, first)
-    simplex = jnp.broadcast_to(point, (n, n))
-    state = (jnp.where(gap == gap, gap, -jnp.inf), first, _unit(point), simplex)
-    gap, w, _, _ = jax.lax.fori_loop(0, STEPS[n], step, state)
+    first = (a.mean(axis=1) + b.mean(axis=1)) / 2 - vertices.mean(axis=0)[None]
+    first = jax.vmap(_unit)(first)
+    first = jnp.where(first.any(axis=1)[:, None], first, jnp.eye(1, n, dtype=first.dtype))
+    gap, point = support(a, b, errors, vertices, first)
+    gap = jnp.where(gap == gap, gap, -jnp.inf)
+    simplex = jnp.broadcast_to(point[:, None], (len(a), n, n))
+    state = (0, gap, first, jax.vmap(_unit)(point), simplex, False)
+    _, gap, w, *_ = jax.lax.while_loop(lambda s: (s[0] < STEPS[n]) & ~s[-1], step, state)
     return gap - radius, w
 
 

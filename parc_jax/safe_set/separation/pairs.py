@@ -175,16 +175,16 @@ class Pair(NamedTuple):
         """As of `Obstacles`."""
         return self.signs.shape[0] > 0
 
-    def gaps(self, path: Path, errors: ErrorSet):
+    def gaps(self, path: Path, errors: ErrorSet, until_touched: bool = False):
         """Gap (T,) [m] in every interval, and the unit direction (T, n_p) that shows it; errors
-        (T, n_points).
+        (T, n_points). until_touched: as of `distance.separations`.
         """
         if self.closed:
             polygons = self.vertices[None] + self.signs[None] * errors.half[:, 0, None]
             return segment.separations(path[:-1], path[1:], polygons, self.radius)
         near, allowed = self._own(path, errors)
-        times = jax.vmap(distance.separation, in_axes=(0, 0, 0, None, None))
-        return times(near[:-1], near[1:], allowed, self.vertices, self.radius)
+        until = self.active if until_touched else None
+        return distance.separations(near[:-1], near[1:], allowed, self.vertices, self.radius, until)
 
     def gap(self, start: Knot, end: Knot, errors: ErrorSet):
         """The same in one interval: start, end its knots, errors (n_points,)."""

@@ -152,7 +152,6 @@ def verdict_in_turn(
     seen = prediction(net, tube, scene, p0, k, bin)
     errors = tube.during(seen.bin)
     rounding = 2 * scene.slack * p0.shape[0]
-    away = _away(scene, seen.path, errors) - rounding
 
     def look(state: tuple):
         away, nearest, o, looks = state
@@ -164,8 +163,13 @@ def verdict_in_turn(
         away, nearest, _, _ = state
         return seen.reaches & (least(away) < nearest) & (nearest > 0)
 
-    first = jnp.where(first < 0, _first_of(away), first)
-    begin = away, _far(scene, seen.path), first, jnp.zeros((), jnp.int32)
+    # mostly the given pair is touched, and how far all others are away is not asked
+    far, given = _far(scene, seen.path), (first >= 0) & seen.reaches
+    near = jax.lax.cond(given, lambda: _nearer(scene, first, seen.path, errors, far), lambda: far)
+    none = jnp.full(len(scene.obstacles.active), jnp.inf, far.dtype)
+    away = jax.lax.cond(near > 0, lambda: _away(scene, seen.path, errors) - rounding, lambda: none)
+    away = jnp.where(given, away.at[first].set(jnp.inf), away)
+    begin = away, near, jnp.where(near > 0, _first_of(away), first), given.astype(jnp.int32)
     _, nearest, touched, looks = jax.lax.while_loop(open_still, look, begin)
     return seen._replace(clearance=nearest), touched, looks
 
@@ -194,7 +198,7 @@ def clearance(scene: SceneArrays, path: Path, errors: ErrorSet):
         return jnp.minimum(_nearest(scene, scene.obstacles, path, errors), _far(scene, path))
 
     def look(o: Index, nearest: Scalar):
-        return _nearer(scene, o, path, errors, nearest)
+        return jnp.minimum(nearest, _nearest(scene, scene.obstacles.only(o), path, errors))
 
     return jax.lax.fori_loop(0, scene.count, look, _far(scene, path))
 
@@ -204,12 +208,16 @@ def _first_of(away: jax.Array) -> jax.Array:
 
 
 def _nearer(scene: SceneArrays, o: Index, path: Path, errors: ErrorSet, nearest: Scalar):
-    return jnp.minimum(nearest, _nearest(scene, scene.obstacles.only(o), path, errors))
+    pair = scene.obstacles.only(o)
+    return jnp.minimum(nearest, _least(scene, pair, *pair.gaps(path, errors, until_touched=True)))
 
 
 def _nearest(scene: SceneArrays, obstacles: Obstacles | Pair, path: Path, errors: ErrorSet):
     """The smallest gap from one or all of a scene's obstacles."""
-    gap, w = obstacles.gaps(path, errors)
+    return _least(scene, obstacles, *obstacles.gaps(path, errors))
+
+
+def _least(scene: SceneArrays, obstacles: Obstacles | Pair, gap: jax.Array, w: jax.Array):
     gap = gap - scene.slack * jnp.abs(w).sum(axis=-1)
     return least(jnp.where(obstacles.active, gap, jnp.inf))
 
