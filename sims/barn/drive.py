@@ -105,7 +105,7 @@ def drive(
         free.append(look.free)
         if not look.why:
             guide.see(look.hits, look.free)
-        guide.update()
+        guide.update(look.here)
         guided = time.process_time()
         off = drifted_since([told for _, told in poses[begun:]], sight.allowed[begun:], corner)
         if look.why:

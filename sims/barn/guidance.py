@@ -19,6 +19,8 @@ TURN = 0.3  # [m / rad] ... and turning is worth this much of it
 TRIED = 0.4  # [m] around a place where no manoeuvre was found, cells count as longer ...
 FACTOR = 1.5  # ... by this, each time
 FAR = 1e3  # [m] cost of a place from which no way is known
+MORE = 3.0  # [m] of cost beyond the robot's own that are counted at once: where its manoeuvres end
+CLOSE = 5  # cells from the robot, one of which has a cost even where it stands beside something
 
 STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))  # and back
 
@@ -40,6 +42,7 @@ class Guidance:
         self._edges = _edges(self._shape)
         self._cost = np.zeros(self._shape)
         self._way = np.zeros((*self._shape, 2))
+        self._known = 0.0  # [m] up to which costs are counted
 
     def see(self, hits: np.ndarray, free=None) -> None:
         """Something stands at hits (n, 2) [m], and nothing in the places (FreeSpace) that are free:
@@ -60,21 +63,33 @@ class Guidance:
         close = np.linalg.norm(self._places - np.asarray(place)[:2], axis=-1) < TRIED
         self._tried[close] *= FACTOR
 
-    def update(self) -> None:
-        """The cost to go, with all that was seen."""
-        distance = distance_transform_edt(~self._occupied) * CELL
-        weight = self._tried * (1 + STEEP * np.maximum(0, NEAR - distance) ** 2)
-        weight[distance < NEEDS] *= NARROW
-        weight[distance < INSIDE] = np.inf
+    def update(self, place=None) -> None:
+        """The cost to go, with all that was seen; at first of what is as near to the goal as a
+        place (2,), and a little beyond.
+        """
+        self._distance = distance_transform_edt(~self._occupied) * CELL
+        weight = self._tried * (1 + STEEP * np.maximum(0, NEAR - self._distance) ** 2)
+        weight[self._distance < NEEDS] *= NARROW
+        weight[self._distance < INSIDE] = np.inf
         worth = weight.ravel()
         pointers, neighbours, halves = self._edges
         lengths = np.repeat(worth, np.diff(pointers)) + worth[neighbours]
-        graph = csr_matrix((lengths * halves, neighbours, pointers))
+        self._graph = csr_matrix((lengths * halves, neighbours, pointers))
+        here = FAR
+        if place is not None:
+            a, b = self._cell(np.asarray(place)[:2])
+            around = np.s_[max(a - CLOSE, 0) : a + CLOSE + 1, max(b - CLOSE, 0) : b + CLOSE + 1]
+            here = self._cost[around].min()
+        self._count(np.inf if here >= FAR else here + MORE)
+
+    def _count(self, limit: float) -> None:
+        """Costs up to a limit [m]: those beyond it are asked for only where a place is."""
         cost, following, _ = dijkstra(
-            graph, indices=self._goal, min_only=True, return_predecessors=True
+            self._graph, indices=self._goal, min_only=True, return_predecessors=True, limit=limit
         )
+        self._known = limit
         self._cost = np.where(np.isfinite(cost), cost, FAR).reshape(self._shape)
-        following = np.where(following < 0, np.arange(worth.size), following)
+        following = np.where(following < 0, np.arange(cost.size), following)
         for _ in range(AHEAD):
             following = following[following]
         places = self._places.reshape(-1, 2)
@@ -82,7 +97,11 @@ class Guidance:
 
     def cost(self, places: np.ndarray) -> np.ndarray:
         """(...) [m] from places (..., 2) to the goal."""
-        return self._cost[self._cell(places)]
+        cells = self._cell(places)
+        farther = (self._cost[cells] >= FAR) & (self._distance[cells] >= INSIDE)
+        if self._known < np.inf and farther.any():
+            self._count(np.inf)
+        return self._cost[cells]
 
     def _cell(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         cell = np.round((places - self._lo) / CELL).astype(int)
@@ -94,10 +113,11 @@ class Guidance:
         worse than its neighbours on both sides, so the robot turns around where it has to.
         """
         rest = seen.path[:, -1]
+        cost = self.cost(rest)  # first: it may count the ways
         x, y = self._way[self._cell(rest)].T
         turn = np.arctan2(y, x) - seen.heading
         away = np.abs(np.arctan2(np.sin(turn), np.cos(turn)))
-        return self.cost(rest) + TURN * np.where(np.hypot(x, y) > 0, away, 0.0)
+        return cost + TURN * np.where(np.hypot(x, y) > 0, away, 0.0)
 
 
 def _edges(shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

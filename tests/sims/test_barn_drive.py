@@ -3,6 +3,7 @@
 import json
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -33,6 +34,25 @@ def test_a_wall_is_gone_around_and_no_way_is_far():
     guide.see(np.stack([np.linspace(1.0, 3.0, 200), np.full(200, 3.0)], axis=1))
     guide.update()
     assert guide.cost(here) == FAR
+
+
+def test_costs_near_the_robot_are_counted_first_and_are_the_same():
+    """What lies farther is counted once it is asked for, the robot beside something or not."""
+    world = barn.world(58)
+    near, whole = (Guidance(world.start, world.goal, 1.0) for _ in range(2))
+    for guide in (near, whole):
+        guide.see(world.cylinders)
+    near.update()
+    whole.update()
+    middles = world.cylinders[::40]
+    for place in (world.start[:2], world.goal - [0.0, 3.0], *middles[:2]):
+        near.update(place)
+        around = place + np.random.default_rng(0).uniform(-1.0, 1.0, (200, 2))
+        for asked in (place, around, world.cylinders, world.start[:2]):
+            np.testing.assert_array_equal(near.cost(asked), whole.cost(asked))
+        seen = SimpleNamespace(path=around[:, None], heading=np.zeros(len(around)))
+        near.update(place)
+        np.testing.assert_array_equal(near.prefer(seen), whole.prefer(seen))
 
 
 class Standing:
