@@ -120,5 +120,5 @@ def _turned(
     last = np.cumsum([len(o.b) for o in obstacles])[:-1]
     own = zip(obstacles, np.split(A @ turn, last), np.split(bounds, last), strict=True)
     # a region is told in the world
-    told = ((type(o), rows, off, (None, o.width) * (type(o) is Edge)) for o, rows, off in own)
-    return tuple(kind(rows, off, *lost) for kind, rows, off, lost in told)
+    told = ((o, (None, o.width) if isinstance(o, Edge) else (), *rest) for o, *rest in own)
+    return tuple(type(o)(rows, off, *lost) for o, lost, rows, off in told)
