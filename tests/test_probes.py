@@ -1,6 +1,7 @@
 """Start-up probes: a fault of the arithmetic refuses to certify, and no cache can hide one."""
 
 import json
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -9,8 +10,9 @@ import pytest
 from toy_models import toy_case
 
 from parc_jax.common import probes
+from parc_jax.common.backend import CPU, options
 from parc_jax.common.errors import SoundnessError
-from parc_jax.common.probes import probe_all, require_sound_arithmetic
+from parc_jax.common.probes import probe_all, probe_options, require_sound_arithmetic
 from parc_jax.planner import Planner
 
 
@@ -30,6 +32,14 @@ def test_this_installation_passes_and_remembers(store, monkeypatch):
     probes._cached.cache_clear()
     monkeypatch.setattr(probes, "probe_all", lambda: pytest.fail("probed again"))
     require_sound_arithmetic()
+
+
+@pytest.mark.smoke
+def test_an_option_that_this_xla_does_not_know_is_left_out_and_told():
+    kind = replace(CPU, compiler=(*CPU.compiler, ("xla_of_the_future", "1")))
+    assert "xla_of_the_future" not in (options(kind) or {})
+    assert (options(kind) or {}).items() <= dict(CPU.compiler).items()
+    assert "xla_of_the_future" in probe_options(dict(kind.compiler)).detail
 
 
 @pytest.mark.night

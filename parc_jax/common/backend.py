@@ -10,7 +10,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from typing import Any, NamedTuple
 
 import jax
@@ -77,6 +77,21 @@ ACCELERATOR = Backend(
     rollout_bytes=2**28,
     compiler=(),
 )
+
+
+def refused(name: str, value: str | bool) -> str:
+    """Why this version of XLA does not take a compiler option; nothing where it does."""
+    try:
+        jax.jit(lambda x: x + 1, compiler_options={name: value})(1.0)
+    except jax.errors.JaxRuntimeError as error:
+        return f"{name}: {str(error).splitlines()[0]}"
+    return ""
+
+
+@cache
+def options(kind: Backend) -> dict[str, str] | None:
+    """Of its options for programs of runs those that XLA takes: they only make runs faster."""
+    return {name: value for name, value in kind.compiler if not refused(name, value)} or None
 
 
 def backend(device=None) -> Backend:

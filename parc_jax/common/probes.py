@@ -18,6 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.arrays import product, x64
+from parc_jax.common.backend import refused
 from parc_jax.common.errors import SoundnessError
 
 SIZES = (16_385, 20_000, 32_769)  # batch sizes at which jaxlib 0.10.2 returns wrong rows
@@ -113,12 +114,7 @@ def probe_batched_rows() -> Finding:
 
 def probe_options(options: dict[str, str | bool]) -> Finding:
     """The compiler knows these options."""
-    wrong = []
-    for name, value in options.items():
-        try:
-            jax.jit(lambda x: x + 1, compiler_options={name: value})(1.0)
-        except jax.errors.JaxRuntimeError as error:
-            wrong.append(f"{name}: {str(error).splitlines()[0]}")
+    wrong = [why for name, value in options.items() if (why := refused(name, value))]
     return Finding(
         "options", not wrong, "; ".join(wrong) or "the compiler knows all that are used."
     )

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.arrays import x64
-from parc_jax.common.backend import backend
+from parc_jax.common.backend import backend, options
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, row_keys, stream
 from parc_jax.learning.runs.chunks import worker_devices
@@ -186,7 +186,7 @@ def in_columns(system, trajectory: Trajectory | Retried) -> Trajectory | Retried
 
 def jitted_rollouts(system):
     """jit(vmap(rollout)), compiled as suits the kind of device."""
-    return jax.jit(jax.vmap(system.rollout), compiler_options=dict(backend().compiler) or None)
+    return jax.jit(jax.vmap(system.rollout), compiler_options=options(backend()))
 
 
 def is_traceable(system) -> bool:
