@@ -26,9 +26,13 @@ class Options:
     seeds: int = 1
     """Episodes in each."""
     first_seed: int = 0
-    """Of the first of them."""
+    """Of the first of them, or of the key of the episodes of a law."""
     episodes: int = 0
     """So many episodes of the law instead, each in a random world, and what they show [T40]."""
+    looks: tuple[int, ...] = ()
+    """Numbers of these at which their claim may be read, declared before the first; default: all
+    of them.
+    """
     model: Path = MODEL
     """A saved model of the Jackal that thinks, `sims.jackal.learn`; the one that comes along."""
     out: Path = Path("barn/drives.jsonl")
@@ -77,8 +81,9 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
     )
     of_model = f"Model {options.model}: {pj.load(options.model).claim}."
     if options.episodes:
-        key = jax.random.PRNGKey(0)
+        key = jax.random.PRNGKey(options.first_seed)
         asked = {"folder": options.out, "workers": options.jobs, "quiet": options.quiet}
+        asked["looks"] = options.looks
         done = pj.drive.drive_episodes(driver, any_world, key, options.episodes, **asked)
         told = [one.told for one in done.driven if not one.failed]
         return told, f"{summary(told)}\n{of_model}\n{done.details()}"
