@@ -116,10 +116,11 @@ def drive(seed: int, robots: int = ROBOTS) -> Yard:
             here = jackals[i].pose
             if np.linalg.norm(here[:2] - goals[i]) <= NEAR:
                 arrived[i] = min(arrived[i], now)
-            if np.isfinite(arrived[i]):
-                continue  # the manoeuvre under way goes on to its stop
-            if any(one.under_way and one.under_way.seen_outside for one in loops):
-                steps[i].append(loops[i].go_on("somebody was seen outside of its tube"))
+            outside = any(one.under_way and one.under_way.seen_outside for one in loops)
+            if outside or np.isfinite(arrived[i]):
+                # the manoeuvre under way goes on to its stop, and is looked at until then
+                why = "somebody was seen outside of its tube" if outside else "it has arrived"
+                steps[i].append(loops[i].go_on(why, None, here, now))
                 continue
             begin = process_time()
             obstacles, spans = list(border), [None] * len(border)

@@ -59,3 +59,22 @@ def test_two_that_face_each_other_swap_places_and_never_touch(tmp_path):
         assert any(len(one.asked.problem.obstacles) > 5 for one in new)
         pj.drive.save_episode(tmp_path / f"{i}.json", new)
         load_episode(tmp_path / f"{i}.json")  # raises where the checker rejects it
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("near", [fleet.NEAR, 9.5], ids=["under way", "arrived"])
+def test_everybody_is_looked_at_until_the_end(near, monkeypatch):
+    """Also who has arrived, and who stops because another one was seen outside of its tube."""
+
+    class Pushed(Driven):
+        @property
+        def pose(self):
+            return super().pose + np.array([0.0, 0.5 * (self.time >= 1.0), 0.0])
+
+    for name, value in {"Driven": Pushed, "NEAR": near, "TIMEOUT": 1.5}.items():
+        monkeypatch.setattr(fleet, name, value)
+    yard = fleet.drive(0, robots=2)
+    assert np.isfinite(yard.arrived).all() == (near > fleet.HALF)
+    for steps in yard.steps:
+        last = [step.committed for step in steps if step.new][-1]
+        assert last.seen_outside and steps[-1].left and not steps[-1].new
