@@ -176,6 +176,23 @@ def test_recordings_are_known_by_name_whatever_the_file(train, held, profile):
                 calibrate(NET, runs, profile, eps=0.1, train=of(train, "file:log", seen))
 
 
+@pytest.mark.parametrize("name", ["rec{}", " REC{}\t", "ReC{}", "\uff52ec{}", "re\u0063{}\u00a0"])
+def test_names_of_recordings_that_are_spelled_otherwise_are_one(name, train, held, profile):
+    """In case, spaces around them, full-width letters: REC7 of one file is rec7 of the next."""
+
+    def of(runs, name, by="Rec{}"):
+        groups = np.array([by.format(row // 2) for row in range(100)])
+        return recorded(runs.k, runs.p, runs.q, runs, groups=groups, name=name)
+
+    mine = of(train, "file:log")
+    with pytest.raises(InputError, match=r"100 of 100 runs belong to rec.* case or spaces alone"):
+        calibrate(NET, of(held, "file:other", name), profile, eps=0.1, train=mine)
+    assert len(np.unique(mine.groups)) == 50
+    # a sign or a space between letters is another name
+    for other in ("Rec-{}", "Rec {}", "Rec{}b"):
+        assert calibrate(NET, of(held, "file:other", other), profile, eps=0.1, train=mine).n == 50
+
+
 def test_what_nobody_could_compare_is_assumed(train, held, profile):
     mine = recorded(train.k, train.p, train.q, train)
     for name in ("file:other", "file:log"):

@@ -300,8 +300,8 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     if shared.any():
         raise InputError(
             f"holdout: {int(shared.sum())} of {len(shared)} runs belong to recordings of which "
-            f"training has seen a part, the first is row {scores.rows[np.argmax(shared)]}. "
-            "Split by group: batch.split(share)."
+            f"training has seen a part, the first is row {scores.rows[np.argmax(shared)]}. Names "
+            "that differ in case or spaces alone are one. Split by group: batch.split(share)."
         )
 
 

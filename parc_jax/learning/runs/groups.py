@@ -2,18 +2,21 @@
 
 import hashlib
 import re
+import unicodedata
 
 import numpy as np
 
 from parc_jax.common.errors import InputError
 
-NAMED = 1 << 62  # numbers of groups that have names; below it they have nothing but a number
+# Numbers of groups that have names; below it they have nothing but a number, as those have that an
+# earlier rule made of names
+NAMED = 3 << 61
 
 
 def group_numbers(groups, n: int) -> np.ndarray | None:
     """Names of groups as int64: whole numbers, also as text, as they are; other texts by hash,
-    equal in every file, from NAMED on. Raises InputError, also for an empty name and for a
-    fraction.
+    equal in every file, whatever the case and spaces, from NAMED on. Raises InputError, also for an
+    empty name and for a fraction.
     """
     if groups is None:
         return None
@@ -25,10 +28,13 @@ def group_numbers(groups, n: int) -> np.ndarray | None:
         )
     if names.dtype.kind in "iu":
         return names.astype(np.int64)
-    return np.array([_number(name.strip()) for name in names.astype(str).tolist()], np.int64)
+    return np.array([_number(name) for name in names.astype(str).tolist()], np.int64)
 
 
 def _number(name: str) -> int:
+    # what differs in case, spaces or the form of Unicode alone is one name, spelled twice
+    folded = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())
+    name = " ".join(folded.split())
     whole = re.fullmatch(r"([+-]?\d{1,18})(\.0*)?", name)
     if whole:
         return int(whole[1])
