@@ -27,7 +27,8 @@ class Span(tuple):
     """First and last interval in which an obstacle exists, and what that was made for.
 
     pair: whole numbers. dt: [s] of an interval. at: [s] of a clock at which the intervals begin.
-    of: the commitment whose places the obstacle has. Each of these None where it is not stated.
+    of: the commitment whose places the obstacle has; of an answer's file only the name of its loop.
+    Each of these None where it is not stated.
     said: what it rests on, a sentence. more: another one goes on where it ends.
     """
 
@@ -45,9 +46,14 @@ class Span(tuple):
     @property
     def rests_on(self) -> str:
         """`said`, or a sentence about `of`; empty for nothing."""
-        if self.of is None:
+        if not self.loop:
             return self.said
-        return f"That a robot is in the way rests on its manoeuvre, of a loop ({self.of.loop})."
+        return f"That a robot is in the way rests on its manoeuvre, of a loop ({self.loop})."
+
+    @property
+    def loop(self) -> str:
+        """The loop of `of`, by its content; empty without one."""
+        return "" if self.of is None else getattr(self.of, "loop", self.of)
 
     @property
     def void(self) -> str:
@@ -56,6 +62,8 @@ class Span(tuple):
         """
         if self.of is None:
             return ""
+        if isinstance(self.of, str):
+            return "is of a file, which does not see whether its robot follows its manoeuvre yet"
         if not self.of.under_way:
             return f"was made for number {self.of.number} of a robot that has left that since"
         outside = "was made of a robot that was seen outside of its tube since: stop"

@@ -175,3 +175,28 @@ def test_who_rests_before_the_other_does_avoids_all_of_its_way(dt, share):
     assert last == time.n_steps - 1
     for seconds in np.linspace(step * first + 1e-6, 1.5 * grid.t_f, 60):
         assert (places(one, seconds, rng) @ obstacles[-1].A.T <= obstacles[-1].b).all()
+
+
+def test_what_a_file_keeps_of_another_robot_is_not_asked_again(tmp_path):
+    """No file sees whether that robot has left its manoeuvre since."""
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+    goes = lambda seen: -seen.path[:, -1, 0]  # noqa: E731
+    one = loop.step(np.zeros(2), [0.1], (), goes, at=0.0).committed
+    obstacles, spans = pj.drive.reserved(one, 1.0, model.time)
+    goal, planner = pj.box([-0.2] * 3, [9.0] * 3), pj.Planner(model)
+    free = pj.Uncertainty(given={axis: pj.types.FREE for axis in model.given})
+    asked = pj.reach_avoid(goal, obstacles, RADIUS, spans=spans, uncertainty=free)
+    answer = planner.solve(asked, jax.random.PRNGKey(0), pj.Settings(target=0.5))
+    back = pj.load_answer(answer.save(tmp_path / "answer.json"))
+    said = "That a robot is in the way rests on its manoeuvre, of a loop ("
+    assert said in answer.details() and answer.problem.rests_on == back.problem.rests_on
+    again = pj.load_answer(back.save(tmp_path / "again.json"))
+    for problem in (back.problem, again.problem, back.problem.replace(body=0.01)):
+        with pytest.raises(pj.InputError, match="span of obstacle 0: .* is of a file, which does"):
+            planner.solve(problem, jax.random.PRNGKey(0))
+        with pytest.raises(pj.InputError, match="no file would see it"):
+            pj.exchange.save_problem(tmp_path / "scene.toml", problem)
+    about = {"spans": back.problem.spans, "at": 1.0}
+    step = loop.another().step([0.0, 9.0], [0.1], back.problem.obstacles, goes, **about)
+    assert not step.new and "is of a file, which does not see whether" in step.reason

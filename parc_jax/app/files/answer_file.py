@@ -98,8 +98,8 @@ def _answer(data: dict, report) -> Answer:
     return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
 
 
-def _span(pair: Span, dt: str | None, at: str | None, said: str, more: bool = False) -> Span:
-    return Span(pair, dt and float(dt), at and float(at), said=said, more=more)
+def _span(pair: Span, dt: str | None, at: str | None, said: str, more: bool, loop: str) -> Span:
+    return Span(pair, dt and float(dt), at and float(at), loop or None, said, more)
 
 
 def _meta(part: dict, model: TrajectoryModel) -> dict:
