@@ -193,7 +193,7 @@ def test_what_a_file_keeps_of_another_robot_is_not_asked_again(tmp_path):
     assert said in answer.details() and answer.problem.rests_on == back.problem.rests_on
     again = pj.load_answer(back.save(tmp_path / "again.json"))
     for problem in (back.problem, again.problem, back.problem.replace(body=0.01)):
-        with pytest.raises(pj.InputError, match="span of obstacle 0: .* is of a file, which does"):
+        with pytest.raises(pj.InputError, match=r"span of obstacle 0: .* is of a file, which does"):
             planner.solve(problem, jax.random.PRNGKey(0))
         with pytest.raises(pj.InputError, match="no file would see it"):
             pj.exchange.save_problem(tmp_path / "scene.toml", problem)
