@@ -13,7 +13,7 @@ import parc_jax as pj
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.law import LawSpec, law_spec, subject_of
+from parc_jax.learning.runs.law import LawSpec, Subject, law_spec, subject_of
 from parc_jax.safe_set.verdict.outline import require_same
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -99,6 +99,7 @@ MEET = {
 
 
 def test_every_field_of_runs_and_of_their_law_is_made_another():
+    assert {field.name for field in fields(Subject)} <= ROBOT.keys()
     of_runs = {field.name for field in fields(RolloutBatch)} - {"law"}
     assert of_runs | {f"law.{field.name}" for field in fields(LawSpec)} == OTHER.keys()
     for left in LEFT.values():
