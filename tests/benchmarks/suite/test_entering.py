@@ -1,10 +1,13 @@
 """Entries are run as a newcomer's are: three programs, files, runs that are counted."""
 
 import json
+import os
+import signal
 import socket
 import struct
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -145,6 +148,42 @@ def test_what_is_no_request_is_refused_and_runs_nothing(tmp_path, head):
         line.sendall(struct.pack("<I", len(head)) + head)
         said, runs = receive(line)
         assert said.startswith("rollout: expected 1 to") and not runs and not door.used
+
+
+STOPPED = """
+import os, signal, socket, struct, sys
+sys.path.insert(0, sys.argv[1])
+from benchmarks.suite.wire import receive
+line = socket.socket(socket.AF_UNIX)
+line.connect(os.environ["SUITE_DOOR"])
+line.sendall(struct.pack("<I", 1000))
+print("stops", flush=True)
+os.kill(os.getpid(), signal.SIGSTOP)  # in the middle of a request, until the next scene is asked
+line.sendall(b" " * 1000)
+print(receive(line), flush=True)
+"""
+
+
+def test_a_client_that_was_stopped_gets_nothing_from_the_next_scene(tmp_path):
+    first, script = Door(load("puck"), 100, tmp_path), tmp_path / "stopped.py"
+    script.write_text(STOPPED)
+    first.__enter__()
+    command = [sys.executable, script, ROOT]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
+    with subprocess.Popen(command, env=first.environment, **pipes) as client:
+        try:
+            assert client.stdout.readline() == "stops\n"
+            os.waitid(os.P_PID, client.pid, os.WSTOPPED | os.WNOWAIT)
+            closing = threading.Thread(target=first.__exit__, args=(None,) * 3, daemon=True)
+            closing.start()
+            closing.join(10.0)  # [s], where a client may say nothing for thrice as long
+            assert not closing.is_alive()
+            with Door(load("puck"), 100, tmp_path) as door:
+                client.send_signal(signal.SIGCONT)
+                assert client.stdout.read() == "" and client.wait()
+                assert not door.used and not first.used
+        finally:
+            client.kill()
 
 
 def test_runs_of_one_scene_are_not_there_for_the_next(tmp_path):

@@ -97,7 +97,22 @@ def whole():
     return [{"lo": (-1e9 * np.ones(4)).tolist(), "hi": (1e9 * np.ones(4)).tolist()}]
 
 
+def dust(n):
+    """Slices of all plans, so thin that no draw is in one."""
+    slices = [[0, 0, 1, 1], [0, 0, -1, -1]]
+    ends = [[at, 1e-7 - at] for at in np.linspace(2.0, 3.0, n)]
+    return [{"lo": LO.tolist(), "hi": HI.tolist(), "A": slices, "b": b} for b in ends]
+
+
+def twins(n):
+    """A set that holds, told so often, each a little smaller than the one before."""
+    one = robust()
+    return [one | {"b": [float(b) - 1e-7 * i for b in one["b"]]} for i in range(n)]
+
+
 CHEATS = {
+    "dust": (text(polytopes=dust(5)), "empty", 0),
+    "twins": (text(polytopes=twins(100)), "invalid", 0),
     "the whole space": (text(boxes=whole()), "refuted", LOST),
     "all plans": (text(boxes=[{"lo": LO.tolist(), "hi": HI.tolist()}]), "refuted", LOST),
     "NaN": (b'{"verdict": "some", "plans": [[NaN, 0, 2, 0]]}', "invalid", 0),
@@ -119,6 +134,12 @@ CHEATS = {
     "none where there are some": (text("none"), "refuted", LOST),
     "unknown": (text("unknown"), "unknown", 0),
 }
+
+
+def test_dust_beside_a_set_that_holds_adds_nothing():
+    alone, more = (judged(case(), text(polytopes=[robust(), *dust(n)])) for n in (0, 5))
+    assert more["status"] == alone["status"] == "stands"
+    assert more["yield"][1] <= alone["yield"][0] <= more["yield"][2]  # other draws, the same share
 
 
 @pytest.mark.parametrize("name", CHEATS)
