@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -9,6 +10,7 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 
@@ -24,6 +26,8 @@ ROOT = Path(__file__).parents[2]
 NOTHING = b'{"verdict": "unknown"}'  # what counts as the answer of an entry that gave none
 LOOK = 0.01  # [s] between looks for a first plan
 LONGEST = 1 << 26  # bytes of an answer
+# bytes of any file that a program writes, sparse or not; of what it said at last, that is read
+LARGEST, SAID = 1 << 30, 1 << 16
 
 
 @dataclass
@@ -159,6 +163,7 @@ def call(arguments, room: Path, limit_s: float, door: Door | None = None, plan=N
                 stdout=said,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
+                preexec_fn=partial(resource.setrlimit, resource.RLIMIT_FSIZE, (LARGEST, LARGEST)),
             )
         except OSError as error:
             why = f"{error.strerror}; expected a first line such as #!/usr/bin/env python3"
@@ -171,7 +176,9 @@ def call(arguments, room: Path, limit_s: float, door: Door | None = None, plan=N
             code = process.poll()
         finally:
             _end(process)
-    lines = printed.read_text(errors="replace").strip().splitlines()
+    with printed.open("rb") as said:
+        said.seek(-min(SAID, printed.stat().st_size), os.SEEK_END)
+        lines = said.read().decode(errors="replace").strip().splitlines()
     refused = [line for line in lines[:-1] if line.startswith("rollout:")]
     last = " ".join(refused[-1:] + lines[-1:])[:300]
     return Ran(code, time.monotonic() - begin, first, last)

@@ -20,7 +20,7 @@ from benchmarks.suite.bad import Refused
 from benchmarks.suite.boxes import load
 from benchmarks.suite.certified import FILE, certified
 from benchmarks.suite.door import Door
-from benchmarks.suite.enter import NOTHING, enter
+from benchmarks.suite.enter import LARGEST, NOTHING, enter
 from benchmarks.suite.fresh import fresh
 from benchmarks.suite.instances import instances
 from benchmarks.suite.result import freeze, frozen, scored
@@ -197,8 +197,19 @@ def test_runs_of_one_scene_are_not_there_for_the_next(tmp_path):
 
 
 def test_an_answer_that_is_too_large_is_not_read(tmp_path):
-    large = enter(entry(tmp_path, 'truncate -s 64G "$4"'), [asked()])["puck_01"]
+    large = enter(entry(tmp_path, 'truncate -s 100M "$4"'), [asked()])["puck_01"]
     assert large["answer"] == NOTHING and "at most 64 MB" in large["why"]
+
+
+@pytest.mark.parametrize("place", ["$2/large", "/dev/stdout"], ids=["kept", "said"])
+def test_files_that_would_fill_a_disk_are_not_written(tmp_path, place):
+    """Files that are sparse for their entry and would be whole for who copies or reads them."""
+    write = f'truncate -s 64G "{place}"'
+    keep = tmp_path / "keep"
+    found = enter(entry(tmp_path, 'echo "{}" >"$4"', write), [asked()], keep=keep)["puck_01"]
+    assert "prepare: exit code" in found["why"]
+    sizes = [path.stat().st_size for path in keep.rglob("*") if path.is_file()]
+    assert sizes and max(sizes) <= LARGEST
 
 
 @pytest.mark.slow
