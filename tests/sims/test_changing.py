@@ -2,23 +2,17 @@
 and false returns cost no drive. [T44]
 """
 
-from dataclasses import dataclass, replace
-
-import jax
 import numpy as np
 import pytest
 from needs import need
 
 import parc_jax as pj
-from sims import barn
-from sims.barn.contact import distance_to_cylinders
-from sims.barn.drive import drive
+from sims.barn.changing import Changing, driven
 from sims.jackal import learn
-from sims.lidar import Lidar, lidar
+from sims.lidar import lidar
 from sims.rectangle import rectangle
 
 pytestmark = pytest.mark.slow
-TICKS = 10  # of a cycle
 
 
 @pytest.fixture(scope="module")
@@ -36,49 +30,6 @@ def loop():
     )
 
 
-@dataclass
-class Changing:
-    """A lidar in whose world a person appears, some metres ahead and aside of the robot, in a
-    cycle, and of whose beams a share ends short of what stands.
-    """
-
-    lidar: Lidar
-    person: tuple[float, float, float] | None = None  # ahead, aside, radius [m]
-    cycle: int = 0
-    short: float = 0.0
-    cycles: int = 0
-    there: np.ndarray | None = None
-
-    def __post_init__(self):
-        self.draw = np.random.default_rng(0)
-
-    def pose(self, robot):
-        return self.lidar.pose(robot)
-
-    def scan(self, robot, stands, rng):
-        if self.person is not None and self.cycles >= self.cycle:
-            if self.there is None:
-                cos, sin = np.cos(robot[2]), np.sin(robot[2])
-                ahead, aside, radius = self.person
-                away = [cos * ahead - sin * aside, sin * ahead + cos * aside]
-                self.there = np.append(robot[:2] + away, radius)
-            stands = replace(stands, circles=np.vstack([stands.circles, self.there]))
-        self.cycles += 1
-        scan = self.lidar.scan(robot, stands, rng)
-        bad = self.draw.uniform(size=len(scan.ranges)) < self.short
-        ends = self.draw.uniform(size=len(bad)) * scan.ranges
-        return replace(scan, ranges=np.where(bad, ends, scan.ranges))
-
-    def clearance(self, done) -> float:
-        """[m] least distance from the robot to the person."""
-        since, size = done.path[TICKS * self.cycle :], learn.robot().size
-        return distance_to_cylinders(since, size, self.there[None, :2], self.there[2]).min()
-
-
-def driven(loop, world, sight, odometry):
-    return drive(world, learn.robot(), loop, jax.random.PRNGKey(0), sight, odometry)
-
-
 @pytest.mark.soundness
 @pytest.mark.parametrize("odometry", [False, True])
 @pytest.mark.parametrize("person", [(2.0, 0.0, 0.25), (1.5, 0.6, 0.3)])
@@ -86,7 +37,7 @@ def test_who_appears_in_full_view_and_stays_is_driven_around(loop, odometry, per
     import shapely
 
     sight = Changing(lidar(beams=541), person, cycle=12)
-    done = driven(loop, barn.world(1), sight, odometry)
+    done = driven(loop, 1, sight, odometry)
     assert sight.clearance(done) > 0 and not done.touched and not done.drifted and done.reached
     off = 0.1 if odometry else 1e-6  # [m] that the frame of what is known is off, at most
     stands = shapely.Point(sight.there[:2]).buffer(sight.there[2] - off)
@@ -96,5 +47,5 @@ def test_who_appears_in_full_view_and_stays_is_driven_around(loop, odometry, per
 @pytest.mark.parametrize("odometry", [False, True])
 def test_false_returns_of_a_hundredth_of_the_beams_cost_no_drive(loop, odometry):
     sight = Changing(lidar(beams=541), short=0.01)
-    done = driven(loop, barn.world(1), sight, odometry)
+    done = driven(loop, 1, sight, odometry)
     assert done.reached and not done.touched and done.seconds < 12.0
