@@ -137,7 +137,7 @@ VERDICTS = (
     ),
     Fault(
         "slack_dropped",
-        "pointwise._nearest",
+        "pointwise._least",
         "scene.slack",
         "0",
         "tests/verdict/test_pointwise.py::test_the_clearance_pays_the_slack",

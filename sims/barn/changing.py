@@ -53,7 +53,7 @@ class Changing:
         ends = self.draw.uniform(size=len(bad)) * scan.ranges
         return replace(scan, ranges=np.where(bad, ends, scan.ranges))
 
-    def clearance(self, done: Driven) -> float:
+    def gap_of(self, done: Driven) -> float:
         """[m] least distance from the robot to the person."""
         since, size = done.path[TICKS * self.cycle :], learn.robot().size
         return distance_to_cylinders(since, size, self.there[None, :2], self.there[2]).min()
@@ -99,7 +99,7 @@ def main(options: Options) -> Iterable[str]:
                 for number, sight in zip(options.worlds, sights, strict=True)
             ]
             near = [
-                s.clearance(d) for s, d in zip(sights, done, strict=True) if s.there is not None
+                s.gap_of(d) for s, d in zip(sights, done, strict=True) if s.there is not None
             ]
             touched = sum(one.touched for one in done) + sum(gap <= 0 for gap in near)
             yield (

@@ -10,6 +10,7 @@ from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.learning.network.predict import trajectories
+from parc_jax.problem.uncertainty import FREE
 
 pytestmark = pytest.mark.soundness
 RADIUS, OFF = 0.05, 0.01  # [m] of the body, and of the uncertainty of its place
@@ -185,7 +186,7 @@ def test_what_a_file_keeps_of_another_robot_is_not_asked_again(tmp_path):
     one = loop.step(np.zeros(2), [0.1], (), goes, at=0.0).committed
     obstacles, spans = pj.drive.reserved(one, 1.0, model.time)
     goal, planner = pj.box([-0.2] * 3, [9.0] * 3), pj.Planner(model)
-    free = pj.Uncertainty(given={axis: pj.types.FREE for axis in model.given})
+    free = pj.Uncertainty(given={axis: FREE for axis in model.given})
     asked = pj.reach_avoid(goal, obstacles, RADIUS, spans=spans, uncertainty=free)
     answer = planner.solve(asked, jax.random.PRNGKey(0), pj.Settings(target=0.5))
     back = pj.load_answer(answer.save(tmp_path / "answer.json"))

@@ -38,7 +38,7 @@ def test_who_appears_in_full_view_and_stays_is_driven_around(loop, odometry, per
 
     sight = Changing(lidar(beams=541), person, cycle=12)
     done = driven(loop, 1, sight, odometry)
-    assert sight.clearance(done) > 0 and not done.touched and not done.drifted and done.reached
+    assert sight.gap_of(done) > 0 and not done.touched and not done.drifted and done.reached
     off = 0.1 if odometry else 1e-6  # [m] that the frame of what is known is off, at most
     stands = shapely.Point(sight.there[:2]).buffer(sight.there[2] - off)
     assert not any(free.region.intersects(stands) for free in done.free[sight.cycle :])
