@@ -98,9 +98,7 @@ def main(options: Options) -> Iterable[str]:
                 driven(loop, number, sight, odometry)
                 for number, sight in zip(options.worlds, sights, strict=True)
             ]
-            near = [
-                s.gap_of(d) for s, d in zip(sights, done, strict=True) if s.there is not None
-            ]
+            near = [s.gap_of(d) for s, d in zip(sights, done, strict=True) if s.there is not None]
             touched = sum(one.touched for one in done) + sum(gap <= 0 for gap in near)
             yield (
                 f"| {name} | {'odometry' if odometry else 'true'} "
