@@ -6,11 +6,14 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 
+ROUNDS = 1e-9  # [m] by which a beam may seem to miss what it grazes
+
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """What stands in a world. circles (m, 3): middle x, y and radius [m]. edges (n, 2, 2): ends [m]
-    of straight walls. Build with `shapes`.
+    """What stands in a world. circles (m, 3): middle x, y and radius [m]; (beams, m, 3) of who
+    moves while a lidar turns, as each beam meets them. edges (n, 2, 2): ends [m] of straight walls.
+    Build with `shapes`.
     """
 
     circles: np.ndarray
@@ -19,7 +22,7 @@ class Shapes:
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """One scan. pose (3,): of the sensor when it was taken, x, y [m], heading [rad]. angles (n,)
+    """One scan. pose (3,): of the sensor at its middle beam, x, y [m], heading [rad]. angles (n,)
     [rad] of the beams from its heading, ascending; ranges (n,) [m], `max_range` where nothing was
     hit: what `parc_jax.seen_from` asks for.
 
@@ -58,7 +61,7 @@ class Lidar:
     beams over view [rad], symmetric about straight ahead. max_range [m]. noise [m]: a range is off
     by at most so much, uniform; the data sheet's accuracy is 0.04 m, Clearpath's simulator has a
     standard deviation of 0.001 m. mount: x, y [m] and heading [rad] of the sensor in the robot's
-    frame. Build with `lidar`.
+    frame. sweep: [s] from the first beam to the last. Build with `lidar`.
     """
 
     beams: int = 1081
@@ -66,6 +69,12 @@ class Lidar:
     max_range: float = 10.0
     noise: float = 0.01
     mount: tuple[float, float, float] = (0.12, 0.0, 0.0)
+    sweep: float = 0.0
+
+    @property
+    def moments(self) -> np.ndarray:
+        """(beams,) [s] of each beam, the last one at 0."""
+        return np.linspace(-self.sweep, 0.0, self.beams)
 
     @property
     def angles(self) -> np.ndarray:
@@ -73,34 +82,36 @@ class Lidar:
         return np.linspace(-self.view / 2, self.view / 2, self.beams)
 
     def pose(self, robot) -> np.ndarray:
-        """(3,) pose of the sensor on a robot at pose (3,)."""
-        x, y, heading = np.asarray(robot, np.float64)
+        """(..., 3) poses of the sensor on a robot at poses (..., 3)."""
+        x, y, heading = np.moveaxis(np.asarray(robot, np.float64), -1, 0)
         ahead, left, turned = self.mount
         cos, sin = np.cos(heading), np.sin(heading)
         x, y = x + cos * ahead - sin * left, y + sin * ahead + cos * left
-        return np.array([x, y, heading + turned])
+        return np.stack([x, y, heading + turned], axis=-1)
 
     def scan(self, robot, shapes: Shapes, rng: np.random.Generator | None = None) -> Scan:
-        """A scan from a robot at pose (3,): x, y [m], heading [rad]. Without rng it has no noise.
+        """A scan from a robot at pose (3,): x, y [m], heading [rad], or at poses (beams, 3), one at
+        the moment of each beam. Without rng it has no noise.
 
         A beam that starts inside of a circle has range 0.
         """
-        pose, angles = self.pose(robot), self.angles
-        ranges = np.minimum(cast(pose, angles, shapes), self.max_range)
+        poses, angles = np.broadcast_to(self.pose(robot), (self.beams, 3)), self.angles
+        ranges = np.minimum(cast(poses, angles, shapes), self.max_range)
         if rng is not None and self.noise:
             off = rng.uniform(-self.noise, self.noise, len(ranges))
             moved = np.clip(ranges + off, 0.0, self.max_range)
             ranges = np.where(ranges < self.max_range, moved, ranges)
-        return Scan(pose, angles, ranges, self.max_range, self.noise)
+        return Scan(poses[self.beams // 2], angles, ranges, self.max_range, self.noise)
 
 
 def lidar(**options) -> Lidar:
     """A sensor with other numbers than the default ones (see `Lidar`). Raises InputError."""
     made = Lidar(**options)
-    if made.beams < 2 or not 0 < made.view <= 2 * np.pi or not made.max_range > 0 or made.noise < 0:
+    least = min(made.noise, made.sweep)
+    if made.beams < 2 or not 0 < made.view <= 2 * np.pi or not made.max_range > 0 or not least >= 0:
         raise InputError(
-            "lidar: expected at least 2 beams, a view up to 2 pi rad, max_range > 0 m and noise "
-            f"of 0 m or more; got {made}."
+            "lidar: expected at least 2 beams, a view up to 2 pi rad, max_range > 0 m, noise of "
+            f"0 m or more and a sweep of 0 s or more; got {made}."
         )
     return made
 
@@ -123,48 +134,79 @@ def shapes(circles=(), radius=None, polygons=(), boxes=()) -> Shapes:
     return Shapes(np.column_stack([middles, radii]), ends)
 
 
-def cast(pose, angles: np.ndarray, shapes: Shapes) -> np.ndarray:
-    """Distance (n,) [m] from a pose (3,) along beams (n,) [rad], ascending, to the first thing;
-    infinite where there is none.
+def cast(poses, angles: np.ndarray, shapes: Shapes) -> np.ndarray:
+    """Distance (n,) [m] along beams (n,) [rad], ascending, to the first thing; infinite where there
+    is none. poses: (3,), or (n, 3) of each beam.
 
-    Broad phase: of each shape only the beams between the angles under which it is seen.
+    Broad phase: of each shape only the beams between the angles under which it is seen from the
+    middle pose, and as many more as poses and shapes move meanwhile.
     """
-    ranges = np.full(len(angles), np.inf)
-    _cast_circles(ranges, pose, angles, shapes.circles)
-    _cast_edges(ranges, pose, angles, shapes.edges)
+    n, middle = len(angles), len(angles) // 2
+    poses = np.broadcast_to(np.asarray(poses, np.float64), (n, 3))
+    moved, walked = np.linalg.norm(poses[:, :2] - poses[middle, :2], axis=1).max(), 0.0
+    if shapes.circles.ndim == 3:
+        away = shapes.circles[..., :2] - shapes.circles[middle, :, :2]
+        walked = np.linalg.norm(away, axis=-1).max(initial=0.0)
+    turned = np.abs(poses[:, 2] - poses[middle, 2]).max()
+    ranges = np.full(n, np.inf)
+    _cast_circles(ranges, poses, angles, shapes.circles, moved + walked, turned)
+    _cast_edges(ranges, poses, angles, shapes.edges, moved, turned)
     return ranges
 
 
-def _cast_circles(ranges, pose, angles, circles) -> None:
-    away = circles[:, :2] - pose[:2]
-    far, radius = np.hypot(*away.T), circles[:, 2]
-    if (far <= radius).any():
-        ranges[:] = 0.0
-        return
-    at = np.arctan2(away[:, 1], away[:, 0]) - pose[2]
-    half = np.arcsin(radius / far)
+def _cast_circles(ranges, poses, angles, circles, moved, turned) -> None:
+    middle = len(angles) // 2
+    now = circles if circles.ndim == 2 else circles[middle]
+    at, far = _polar(now, poses[middle])
+    half = _half(now[:, 2] + moved, far) + turned
     beam, shape = _pairs(angles, at - half, 2 * half)
-    off = angles[beam] - at[shape]
-    across = far[shape] * np.sin(off)
-    depth = np.sqrt(np.maximum(radius[shape] ** 2 - across**2, 0.0))
-    np.minimum.at(ranges, beam, far[shape] * np.cos(off) - depth)
+    circle = circles[shape] if circles.ndim == 2 else circles[beam, shape]
+    (at, far), radius = _polar(circle, poses[beam]), circle[:, 2]
+    off = angles[beam] - at
+    across, along = far * np.sin(off), far * np.cos(off)
+    depth = np.sqrt(np.maximum(radius**2 - across**2, 0.0))
+    meets = (along > 0) & (np.abs(across) <= radius + ROUNDS)
+    away = np.where(meets, along - depth, np.inf)
+    np.minimum.at(ranges, beam, np.where(far <= radius, 0.0, away))
 
 
-def _cast_edges(ranges, pose, angles, edges) -> None:
+def _cast_edges(ranges, poses, angles, edges, moved, turned) -> None:
+    pose = poses[len(angles) // 2]
     a, b = np.moveaxis(edges - pose[:2], 1, 0)
     seen = np.arctan2(a[:, 1], a[:, 0]) - pose[2]
     wide = np.arctan2(_cross(a, b), (a * b).sum(axis=1))
-    beam, shape = _pairs(angles, np.where(wide < 0, seen + wide, seen), np.abs(wide))
-    angle = pose[2] + angles[beam]
+    more = turned + (_half(moved, _nearest(a, b)) if moved else 0.0)
+    first = np.where(wide < 0, seen + wide, seen) - more
+    beam, shape = _pairs(angles, first, np.abs(wide) + 2 * more)
+    a, b = np.moveaxis(edges[shape] - poses[beam, None, :2], 1, 0)
+    angle = poses[beam, 2] + angles[beam]
     along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    wall = (b - a)[shape]
+    wall = b - a
     slant = _cross(along, wall)
-    low, high = _nearest(a, b)[shape], np.maximum(np.hypot(*a.T), np.hypot(*b.T))[shape]
+    low, high = _nearest(a, b), np.maximum(np.hypot(*a.T), np.hypot(*b.T))
     with np.errstate(divide="ignore", invalid="ignore"):
-        meets = _cross(a[shape], wall) / slant
+        far = _cross(a, wall) / slant
     # a beam along a wall meets its nearest point
-    meets = np.where(np.isfinite(meets), np.clip(meets, low, high), low)
-    np.minimum.at(ranges, beam, meets)
+    far = np.where(np.isfinite(far), far, np.where(_ahead(along, a, b), low, -1.0))
+    meets = (far >= -ROUNDS) & (_cross(along, a) * _cross(along, b) <= ROUNDS)
+    np.minimum.at(ranges, beam, np.where(meets, np.clip(far, low, high), np.inf))
+
+
+def _ahead(along: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(n,) does any of a wall from a to b (n, 2) lie ahead?"""
+    return np.maximum((along * a).sum(axis=1), (along * b).sum(axis=1)) >= 0
+
+
+def _polar(places: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions [rad] and distances [m] of places (..., 2 or more) from poses (..., 3)."""
+    away = places[..., :2] - poses[..., :2]
+    at = np.arctan2(away[..., 1], away[..., 0]) - poses[..., 2]
+    return at, np.hypot(away[..., 0], away[..., 1])
+
+
+def _half(radius, far: np.ndarray) -> np.ndarray:
+    """[rad] half of the angle under which a disc is seen; all around from inside of it."""
+    return np.where(far > radius, np.arcsin(np.minimum(radius / np.maximum(far, 1e-12), 1)), np.pi)
 
 
 def _nearest(a: np.ndarray, b: np.ndarray) -> np.ndarray:

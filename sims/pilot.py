@@ -34,6 +34,7 @@ from sims.driving import Driving
 from sims.guide import along_ways
 from sims.ros import measured
 from sims.ros.measured import Movers, among, require_frame, swept_in
+from sims.sweep import swept
 
 ANYTHING = 1e3  # [units of q] bound of goal states that are free
 SIDES = 16  # of the polygon around a disc, for free space at the start
@@ -276,33 +277,16 @@ class Pilot:
             self.said += f"a scan was {late!r} s older than all poses, and is not used; "
             return
         poses[:, 2] = np.unwrap(poses[:, 2])
-        during = stamps[(begin < stamps) & (stamps < end)]
-        # the middle comes second: its pose stands for the scan, the others bound the motion
-        times = np.concatenate([[begin, (begin + end) // 2], during, [end]])
-        way = np.stack([np.interp(times - begin, stamps - begin, one) for one in poses.T], axis=1)
-        there, (x, y, yaw) = way[1], d.sensor
-        arm = np.hypot(x, y)
-
-        def motion(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-            turned = np.abs(one[:, 2] - other[:, 2])
-            moved = np.linalg.norm(one[:, :2] - other[:, :2], axis=1) + turned * arm
-            return np.stack([moved, turned], axis=1)
-
-        along = np.delete(np.arange(len(times)), 1)  # in the order of time
-        took = np.diff(times[along]) / 1e9
-        rates = motion(way[along[1:]], way[along[:-1]])[took > 0] / took[took > 0, None]
-        # what accelerates by a strays from a straight way of gap [s] by a gap^2 / 8 at most, and
-        # from its speed by a gap / 2
-        gap = (np.diff(stamps) / 1e9)[(stamps[:-1] < end) & (begin < stamps[1:])].max(initial=0.0)
-        most = np.array([d.acceleration, d.acceleration_turning]) @ [[1.0, 0.0], [arm, 1.0]]
-        # motion from one beam to the next at the fastest rate of the sweep
-        between = (rates.max(axis=0, initial=0.0) + most * gap / 2) * float(scan.time_increment)
-        moved, turned = motion(way, there[None]).max(axis=0) + most * gap**2 / 8
+        x, y, yaw = d.sensor
+        arm, most = float(np.hypot(x, y)), (d.acceleration, d.acceleration_turning)
+        times, lasts = (stamps - begin) / 1e9, (end - begin) / 1e9
+        one = swept(times, poses, lasts, float(scan.time_increment), arm, most)
+        there = one.pose
         eye = np.append(placed(np.array([x, y]), there[:2], there[2]), there[2] + yaw)
         # uncertainty is along each axis, so a place may be off by its diagonal
-        off = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm + moved
-        uncertainty = (off, d.uncertainty_heading + turned)
-        limits = {"noise": d.noise, "width": d.width, "between": tuple(between)}
+        off = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm + one.moved
+        uncertainty = (off, d.uncertainty_heading + one.turned)
+        limits = {"noise": d.noise, "width": d.width, "between": one.between}
         self._forget(begin)
         self.seen = self.seen.add(measured.seen_in(scan, eye, uncertainty=uncertainty, **limits))
         self._added, self.said = begin, self.said + self.seen.said

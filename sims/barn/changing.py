@@ -36,6 +36,10 @@ class Changing:
     def __post_init__(self):
         self.draw = np.random.default_rng(0)
 
+    @property
+    def sweep(self) -> float:
+        return self.lidar.sweep
+
     def pose(self, robot):
         return self.lidar.pose(robot)
 

@@ -11,10 +11,11 @@ from scipy.stats import qmc
 
 import parc_jax as pj
 from parc_jax.learning.network.predict import trajectories
-from sims.barn.drive import Drive, drive
+from sims.barn.drive import LIDAR, Drive, drive
 from sims.barn.film import film
 from sims.barn.worlds import World, numbers, world
 from sims.jackal.learn import HELD, THINKS, robot, thinking
+from sims.lidar import lidar
 from sims.rectangle import centre_and_corners, rectangle
 
 SLOW = 1.7  # power of the share of the speed: more candidates are slow than fast
@@ -34,16 +35,17 @@ class Driver:
     """Drives a world with the randomness of a seed, (2,) words; returns an `Outcome`.
 
     model: file of the Jackal's model. content: `content_of` it, so that episodes of two models are
-    never taken for those of one. odometry, known: as of `drive`. clock: that of the machine ends a
-    step in time. prove: every commitment in exact arithmetic, after the episode. save: folder for a
-    file of every episode, which `parc-jax check` verifies. film: folder for a film and a page of
-    every episode.
+    never taken for those of one. odometry, known: as of `drive`. sweep: [s] of its lidar. clock:
+    that of the machine ends a step in time. prove: every commitment in exact arithmetic, after the
+    episode. save: folder for a file of every episode, which `parc-jax check` verifies. film: folder
+    for a film and a page of every episode.
     """
 
     model: Path
     content: str
     odometry: bool = False
     known: bool = False
+    sweep: float = 0.0
     clock: bool = False
     prove: bool = False
     save: Path | None = None
@@ -52,14 +54,16 @@ class Driver:
     @property
     def told(self) -> dict:
         """What a line of an episode says of who drove it."""
-        return {"model": self.content[:16], "odometry": self.odometry, "map": self.known}
+        about = {"odometry": self.odometry, "map": self.known, "sweep": self.sweep}
+        return {"model": self.content[:16]} | about
 
     def __call__(self, world: World, seed) -> pj.drive.Outcome:
         system = robot()
         key = np.asarray(seed, np.uint32)
         loop = loop_of(self.model, self.content, self.clock)
         asked = {"odometry": self.odometry, "known": self.known}
-        one = drive(world, system, loop, key, **asked, explain=self.film is not None)
+        scanner = lidar(**LIDAR, sweep=self.sweep)
+        one = drive(world, system, loop, key, scanner, **asked, explain=self.film is not None)
         new = [step.committed for step in one.steps if step.new]
         points = centre_and_corners(one.path[:, :2], one.path[:, 2], *system.size)
         left = bool(new) and pj.drive.left_tube(new, points, one.path[:, 2])

@@ -12,6 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 import parc_jax as pj
+from sims.barn.drive import SWEEP
 from sims.barn.driver import Driver, any_world, content_of
 from sims.barn.worlds import numbers, world
 from sims.jackal.learn import MODEL, THINKS
@@ -41,6 +42,8 @@ class Options:
     """
     odometry: bool = False
     """The robot knows where it is by dead reckoning alone, which drifts; else it truly knows."""
+    sweep: float = SWEEP
+    """[s] from the first beam of its lidar to the last; 0: as the challenge's, in no time."""
     map: bool = False
     """It has the map and no lidar, and truly knows where it is."""
     prove: bool = False
@@ -74,6 +77,7 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
         content_of(options.model),
         odometry=options.odometry,
         known=options.map,
+        sweep=options.sweep,
         clock=options.clock,
         prove=options.prove,
         save=options.save,

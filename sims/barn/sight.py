@@ -1,5 +1,6 @@
 """What a robot knows of what stands around it: what its lidar saw, or the map."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -8,9 +9,11 @@ import parc_jax as pj
 from sims.barn.rectangles import rectangles
 from sims.barn.worlds import World
 from sims.jackal import drift
+from sims.jackal import params as c
 from sims.jackal.driven import Driven
-from sims.lidar import Lidar, shapes
+from sims.lidar import Lidar, Scan, shapes
 from sims.rectangle import centre_and_corners
+from sims.sweep import swept
 
 REACH = (0.7, 0.7, 1.35)  # [m] half width of the square around the robot whose edges are
 # obstacles: at rest, more per m/s, and at most: so far leads no manoeuvre
@@ -63,7 +66,8 @@ class Seen:
 
     odometry: the robot knows where it is by dead reckoning alone, which drifts. Its lidar sees from
     where it is, so the drift matters for what it remembers: that shrinks every cycle, by what is
-    `allowed` for it.
+    `allowed` for it. A lidar that turns sees with each beam from where it is then; what it saw is
+    told as a pilot tells it, from the middle of its sweep, the motion as uncertainty.
     """
 
     def __init__(
@@ -80,11 +84,8 @@ class Seen:
     def look(self) -> Look:
         """A scan, added to what is remembered."""
         robot, speeds = self._robot, self._robot.measured
-        scan = self._scanner.scan(robot.pose, self._stands, self._rng)
-        here = robot.pose
-        if self._odometry:
-            here = robot.odometry
-            scan = scan.taken_from(self._scanner.pose(here))
+        here = robot.odometry if self._odometry else robot.pose
+        scan, errors = self._scan()
         stands = self._before is not None and np.abs(here - self._before[0]).max() < STANDS
         self._stood = self._stood + 1 if stands else 0
         if self._odometry:
@@ -99,8 +100,8 @@ class Seen:
                 scan.angles,
                 scan.ranges,
                 max_range=scan.max_range,
-                noise=scan.noise,
                 width=WIDTH,
+                **errors,
             )
             free = seen.within(here, KEPT).add(self._free.within(here, KEPT))
             if self._stood < 2 or free.refuting:  # else it has seen all this, less noise
@@ -109,6 +110,28 @@ class Seen:
         except pj.InputError as error:
             return Look(here, self._free, (), np.empty((0, 2)), str(error))
         return Look(here, free, obstacles, scan.ends[scan.returned])
+
+    def _scan(self) -> tuple[Scan, dict]:
+        """A scan that ends now, held to be taken from where the robot takes itself to be; its
+        errors, as of `seen_from`.
+        """
+        robot, sensor = self._robot, self._scanner
+        known = robot.reckoned if self._odometry else robot.path
+        if not sensor.sweep:
+            scan = sensor.scan(robot.pose, self._stands, self._rng)
+            return scan.taken_from(sensor.pose(known[-1])), {"noise": scan.noise}
+        ticks = c.TICK * np.arange(1 - len(known), 1)
+        poses = [np.interp(sensor.moments, ticks, one) for one in robot.path.T]
+        scan = sensor.scan(np.stack(poses, axis=1), self._stands, self._rng)
+        n = math.ceil(sensor.sweep / c.TICK)
+        arm, beam = float(np.hypot(*sensor.mount[:2])), sensor.sweep / (sensor.beams - 1)
+        told = ticks[-n - 1 :] + sensor.sweep, known[-n - 1 :]
+        one = swept(*told, sensor.sweep, beam, arm, robot.system.ramp)
+        moved, turned = self._odometry * n * np.array(c.DRIFT_TICK)
+        off = one.moved + moved + turned * arm, one.turned + turned
+        noise = scan.noise + one.between[0]
+        errors = {"noise": noise, "angle_error": one.between[1], "uncertainty": off}
+        return scan.taken_from(sensor.pose(one.pose)), errors
 
     def _drift(self, here: np.ndarray, speeds: np.ndarray) -> None:
         """What is remembered shrinks, unless this is the first look."""

@@ -39,8 +39,7 @@ class Driven:
         self._command, self._left = np.zeros(2), 0
         self._next: np.ndarray | None = None  # a command that is on its way ...
         self._waits = 0  # ... for so many ticks more
-        self._odometry, self._forward = pose.copy(), 0.0
-        self._path = [pose.copy()]
+        self._path, self._reckoned, self._forward = [pose.copy()], [pose.copy()], 0.0
         self._measure()
 
     @property
@@ -70,7 +69,12 @@ class Driven:
         """(3,) where it is as far as wheels and gyro know: dead reckoning from the first pose, less
         the slip that is usual. `sims.jackal.drift` says how far it is off.
         """
-        return self._odometry.copy()
+        return self._reckoned[-1].copy()
+
+    @property
+    def reckoned(self) -> np.ndarray:
+        """(n + 1, 3) the same at each tick so far, as `path`."""
+        return np.stack(self._reckoned)
 
     @property
     def path(self) -> np.ndarray:
@@ -144,15 +148,15 @@ class Driven:
         self._forward += (wheels - self._forward) * c.TICK / (c.TICK + c.SLIP_ALONG)
         noise = c.GYRO_NOISE * self._sensors.standard_normal()
         if max(np.abs(encoders).max(), abs(self._forward) / c.WHEEL_RADIUS) < c.STANDS:
+            self._reckoned.append(self.odometry)
             return
         turn = self.pose[2] - self._path[-1][2] + c.TICK * (self._bias + noise)
-        x, y, heading = self._odometry
+        x, y, heading = self.odometry
         cos, sin = np.cos(heading + 0.5 * turn), np.sin(heading + 0.5 * turn)
         ahead = c.TICK * self._forward
         left = -c.SLIP_OUTWARDS * self._forward * turn
-        self._odometry = np.array(
-            [x + cos * ahead - sin * left, y + sin * ahead + cos * left, heading + turn]
-        )
+        x, y = x + cos * ahead - sin * left, y + sin * ahead + cos * left
+        self._reckoned.append(np.array([x, y, heading + turn]))
 
 
 def _numbers(what: str, meaning: str, values, n: int) -> np.ndarray:

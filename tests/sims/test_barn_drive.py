@@ -11,12 +11,16 @@ import pytest
 from compilations import compiled_by
 from needs import need
 
+import parc_jax as pj
 import sims
 from parc_jax.app import cli
 from parc_jax.drive.loop.commitment import Step
 from sims import barn
-from sims.barn.drive import PATIENCE, drive
+from sims.barn.drive import LIDAR, PATIENCE, drive
 from sims.barn.guidance import FAR, Guidance
+from sims.barn.sight import WIDTH, Seen
+from sims.jackal.driven import Driven
+from sims.jackal.learn import robot
 from sims.lidar import lidar
 
 START, GOAL = np.array([0.0, 0.0, np.pi / 2]), np.array([0.0, 6.0])
@@ -83,7 +87,10 @@ class Failing:
     """A lidar whose scans are, one after the other, whole, with NaN, and too short."""
 
     def __init__(self):
-        self.whole, self.n = lidar(beams=181), 0
+        self.whole, self.n, self.sweep = lidar(beams=181), 0, 0.0
+
+    def pose(self, robot):
+        return self.whole.pose(robot)
 
     def scan(self, *asked):
         scan, self.n = self.whole.scan(*asked), self.n + 1
@@ -123,6 +130,46 @@ def test_on_odometry_the_robot_goes_on_too_and_drifts_no_more_than_allowed():
     assert len(done.steps) == PATIENCE and done.drifted == 0 and not done.touched
     assert loop.drift[0] == 0.0 < loop.drift[1] < loop.drift[-1]
     assert {step.reason for step in done.steps} == {"nothing is safe"}
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("odometry", [False, True])
+def test_what_a_lidar_that_turns_sees_free_is_free(odometry):
+    """Also from a robot that drives and turns fast; told as if it stood still, it would not be."""
+    need("shapely")
+    import shapely
+
+    world, system, sensor = barn.world(1), robot(), lidar(**LIDAR, sweep=0.1)
+    standing = [shapely.Point(place).buffer(world.radius - 1e-6) for place in world.cylinders]
+    stands, wrong = shapely.union_all(standing), 0.0
+    for seed, turning in enumerate((-1.3, 1.3)):
+        driven = Driven(system, world.start, jax.random.PRNGKey(seed))
+        sight = Seen(world, driven, sensor, np.random.default_rng(seed), odometry)
+        for _ in range(8):
+            look, true = sight.look(), driven.pose
+            assert not look.why
+            # to the frame in which it truly stands
+            move = framed_as(look.here, true)
+            free = shapely.transform(look.free.region, move)
+            assert shapely.intersection(free, stands).area == 0.0
+            scan, _ = sight._scan()
+            told = scan.taken_from(sensor.pose(look.here))
+            still = pj.problem.seen_from(
+                told.pose, told.angles, told.ranges, max_range=30.0, noise=told.noise, width=WIDTH
+            )
+            wrong = max(
+                wrong, shapely.intersection(shapely.transform(still.region, move), stands).area
+            )
+            driven.begin(1.6, turning)
+            driven.drive(0.2)
+    assert wrong > 1e-4
+
+
+def framed_as(one, other):
+    """Places near a pose (3,), as they lie near another."""
+    turn = other[2] - one[2]
+    spun = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    return lambda places: (places - one[:2]) @ spun.T + other[:2]
 
 
 def test_the_job_is_found_by_its_name_and_asks_for_a_model_that_exists(tmp_path, capsys):

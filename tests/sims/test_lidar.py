@@ -68,3 +68,39 @@ def test_noise_is_bounded_as_declared_and_only_on_what_was_hit():
     assert np.abs(off[true.returned]).max() > 0.009 and not off[~true.returned].any()
     again = sensor.scan((0, 0, 0), world, np.random.default_rng(5))
     np.testing.assert_array_equal(again.ranges, noisy.ranges)
+
+
+def test_each_beam_of_a_sweep_is_cast_from_its_own_pose():
+    """Against the plain loops, beam by beam, from a robot that drives, turns and passes shapes
+    closely, while some of them move.
+    """
+    draw, sensor = np.random.default_rng(3), lidar(beams=181, sweep=0.1, noise=0.0, max_range=99.0)
+    assert sensor.moments[0] == -0.1 and sensor.moments[-1] == 0.0
+    share = np.linspace(0.0, 1.0, sensor.beams)[:, None]
+    for seed in range(6):
+        world = drawn_world(seed)
+        poses = draw.uniform(-0.3, 0.3, 3) + share * draw.uniform([-1, -1, -0.6], [1, 1, 0.6])
+        walks = share[..., None] * draw.uniform(-0.5, 0.5, (1, len(world.circles), 3)) * [1, 1, 0]
+        moving = Shapes(world.circles + walks, world.edges)
+        for shown in (world, moving):
+            found = sensor.scan(poses, shown)
+            at, circles = sensor.pose(poses), np.broadcast_to(shown.circles, moving.circles.shape)
+            each = [
+                plain(one, [angle], Shapes(now, world.edges))[0]
+                for one, angle, now in zip(at, sensor.angles, circles, strict=True)
+            ]
+            inside = np.linalg.norm(circles[..., :2] - at[:, None, :2], axis=-1) <= circles[..., 2]
+            each = np.where(inside.any(axis=1), 0.0, np.minimum(each, sensor.max_range))
+            np.testing.assert_allclose(found.ranges, each, rtol=0, atol=1e-9)
+            np.testing.assert_array_equal(found.pose, at[sensor.beams // 2])
+
+
+def test_a_late_beam_of_a_sweep_is_of_the_later_pose():
+    sensor = lidar(beams=3, view=np.pi, mount=(0.0, 0.0, 0.0), sweep=0.1)
+    around = shapes(boxes=[[-3.0, -3.0, 3.0, -2.0], [-3.0, 2.0, 3.0, 3.0], [2.0, -2.0, 3.0, 2.0]])
+    away = np.array([[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [1.0, 1.0, 0.0]])
+    np.testing.assert_allclose(sensor.scan(away, around).ranges, [2.0, 1.5, 1.0])
+    turned = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -np.pi / 3]])
+    np.testing.assert_allclose(
+        sensor.scan(turned, around).ranges, [2.0, 2.0, 2.0 / np.cos(np.pi / 6)]
+    )
