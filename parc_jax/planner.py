@@ -110,7 +110,8 @@ def answered(
 
     written = certificates
     if settings.proof:
-        parts = certificates()
+        parts, n = certificates(), len(cover.corridors)
+        _log.info("checking %d plans and %d corridors in exact arithmetic", len(parts), n)
         accepted, held, _ = prove(scene.problem, scene.model, parts, cover.corridors)
         refused = int((~accepted).sum() + (~held).sum())
         samples, written = samples[accepted], list(compress(parts, accepted))

@@ -108,10 +108,6 @@ def _numbers(name: str, value):
     return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
 
 
-def _number(name: str, value) -> float:
-    return float(numbers_of(name, value, 0))
-
-
 def _exact(name: str, value):
     """A probability, for a rational: its decimal."""
     return value if isinstance(value, list | dict) else str(value)
@@ -126,7 +122,7 @@ def _by_name(pairs: tuple) -> dict:
 # fields of an uncertainty in a file, in its order: how an entry is read, and how it is written
 UNCERTAINTY = {
     "start": (_numbers, list),
-    "heading": (_number, float),
+    "heading": (lambda name, value: float(numbers_of(name, value, 0)), float),
     "goal": (_numbers, list),
     "k": (_numbers, _by_name),
     "given": (_numbers, _by_name),

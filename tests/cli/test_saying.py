@@ -1,21 +1,37 @@
 """What a command says while it works, and of sizes that look like another unit."""
 
+import re
+
 import pytest
 import toy_query
 from toy_bodies import points_model
 
 from parc_jax.answer.why import odd_size
-from parc_jax.app.cli.process import saying
+from parc_jax.app.cli import process
+from parc_jax.app.cli.process import SEARCHING, say
 from parc_jax.common.sets.box import box
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.problem_file import save_problem
 
 
 def test_the_stage_is_named_unless_nothing_is_wanted(capsys):
-    saying(quiet=False)("looking")
+    say("looking")
     assert capsys.readouterr().err == "looking ...\n"
-    saying(quiet=True)("looking")
+    say("looking", quiet=True)
     assert capsys.readouterr().err == ""
+
+
+def test_a_search_gives_signs_of_life_into_a_pipe(shell, files, monkeypatch):
+    """Whoever waits reads what is done at present, also while a proof of no plan is looked for."""
+    save_problem(files / "wall.json", toy_query.gap(wall=True))
+    asked = "solve", "model.npz", "wall.json", "--out", "none.json", "--no-cache", "--work", 0.1
+    monkeypatch.setattr(process, "SIGN_S", 1e-3)
+    _, said, told = shell(*asked)
+    after = told.partition(SEARCHING)[2]
+    assert re.search(r"^\d+ s: proof of no plan: \d+ boxes, \d+ open$", after, re.MULTILINE)
+    assert " s: " not in said.partition("\n")[0]
+    assert shell(*asked, "--quiet")[2] == ""
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input, 3 a fault in a
 program, or a part that `check --second` did not look at, 130 stopped. Files appear complete or not
 at all, and a stopped `run` or `learn` continues where it was.
-With --verbose (twice for more), or PARC_JAX_LOG=info or debug, every command logs its stages.
+With --verbose every command logs its stages.
 Completion scripts: parc-jax --tyro-print-completion bash (or zsh). Version: parc-jax --version.
 """
 

@@ -30,12 +30,12 @@ def live(
             the start set.
         port: Of this machine; the next that is free where it is taken.
     """
-    from parc_jax.app.cli.process import COMPILING, saying
+    from parc_jax.app.cli.process import COMPILING, say
     from parc_jax.app.cli.scene import place_of_option
     from parc_jax.app.cli.systems import asked_of
     from parc_jax.app.live import live as open_page
 
     learned, problem = asked_of(model, scene)
-    saying(shell.quiet)(COMPILING)
+    say(COMPILING, shell.quiet)
     open_page(learned, problem, place_of_option(at), port)
     return 0

@@ -6,48 +6,68 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Iterator
 
-from parc_jax.common.errors import InputError
-
-VARIABLE, OPTION = "PARC_JAX_LOG", "--verbose"
-LEVELS = {"warning": logging.WARNING, "info": logging.INFO, "debug": logging.DEBUG}
+OPTION, QUIET = "--verbose", "--quiet"
 STOPPED = 130  # exit code
 _LOADING = "<frozen importlib"  # file of the frames of an import
 COMPILING = "compiling"
-SEARCHING = "looking for safe plans, or for a proof that there are none"
+SEARCHING = "looking for safe plans, or for a proof that there are none, within --work and --budget"
 STAGES = {"first query (cold)": COMPILING, "safe set": SEARCHING}  # of a study, without a bar
+SIGN_S, SIGNING = 10.0, ("run", "learn", "solve")  # [s] between signs of life, and who gives some
+_log = logging.getLogger(__name__)
 
 
 class _BesideBars(logging.Handler):
-    """Lines on stderr that progress bars make room for."""
+    """Lines on stderr that progress bars make room for: records of at least `told`, and of the
+    others the last one as a sign of life.
+    """
+
+    def __init__(self, told: int):
+        super().__init__()
+        self.told, self.last = told, ""
 
     def emit(self, record: logging.LogRecord) -> None:
-        from tqdm import tqdm
+        self.last = record.getMessage()
+        if record.levelno >= self.told:
+            from tqdm import tqdm
 
-        tqdm.write(self.format(record), file=sys.stderr)
+            tqdm.write(self.format(record), file=sys.stderr)
+
+    def give_signs(self, over: threading.Event) -> None:
+        """Until it is over, a line every SIGN_S in which no progress bar is on the screen."""
+        begin = time.monotonic()
+        while not over.wait(SIGN_S):
+            bars = getattr(sys.modules.get("tqdm"), "tqdm", None)
+            if self.last and not getattr(bars, "_instances", ()):
+                print(f"{time.monotonic() - begin:.0f} s: {self.last}", file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
 def logging_of(arguments: list[str]) -> Iterator[list[str]]:
-    """Within, the logger "parc_jax" writes to stderr: "info" where OPTION is given, "debug" where
-    it is given twice, or the level of VARIABLE.
+    """Within, the logger "parc_jax" writes to stderr, all stages where OPTION is given; else
+    commands of SIGNING give signs of life, unless they are QUIET.
 
-    Yields the arguments without OPTION. Raises InputError.
+    Yields the arguments without OPTION.
     """
-    word = os.environ.get(VARIABLE, "warning").lower()
-    if word not in LEVELS:
-        raise InputError(f"{VARIABLE}: expected one of {', '.join(LEVELS)}; got {word!r:.40}.")
-    level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(2, arguments.count(OPTION))]
-    logger = logging.getLogger("parc_jax")
-    before, handler = (logger.level, logger.propagate), _BesideBars()
+    logger, over = logging.getLogger("parc_jax"), threading.Event()
+    told = logging.INFO if OPTION in arguments else logging.WARNING
+    before, handler = (logger.level, logger.propagate), _BesideBars(told)
     handler.setFormatter(logging.Formatter("%(asctime)s %(name)s: %(message)s", "%H:%M:%S"))
-    logger.setLevel(min(level, LEVELS[word]))
+    signs = arguments[:1] and arguments[0] in SIGNING and not {OPTION, QUIET} & {*arguments}
+    logger.setLevel(logging.INFO if signs else told)
     logger.addHandler(handler)
     logger.propagate = False  # a library may give the root logger a handler: all would come twice
+    thread = threading.Thread(target=handler.give_signs, args=(over,), daemon=True)
+    if signs:
+        thread.start()
     try:
         yield [word for word in arguments if word != OPTION]
     finally:
+        over.set()
+        if signs:
+            thread.join()
         logger.removeHandler(handler)
         logger.setLevel(before[0])
         logger.propagate = before[1]
@@ -81,19 +101,16 @@ def stoppable() -> Iterator[threading.Event]:
         signal.signal(signal.SIGINT, before)
 
 
-def saying(quiet: bool = False) -> Callable[[str], None]:
-    """`say(stage)` names the present stage on stderr. quiet: nothing is said."""
-
-    def say(stage: str) -> None:
-        if not quiet:
-            print(f"{stage} ...", file=sys.stderr, flush=True)
-
-    return say
+def say(stage: str, quiet: bool = False) -> None:
+    """Name the present stage on stderr, and in signs of life. quiet: nothing is said."""
+    _log.info("%s", stage)
+    if not quiet:
+        print(f"{stage} ...", file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
 def during(stage: str, quiet: bool = False) -> Iterator[None]:
     """A stage of a study without a progress bar is named as by `solve`."""
     if stage in STAGES:
-        saying(quiet)(STAGES[stage])
+        say(STAGES[stage], quiet)
     yield

@@ -61,7 +61,9 @@ def run(
     if settings.plant and "plant" not in study:
         learn_from = black_box_of(module, settings.plant, settings.body)
     problem = build(module, "problem", body=settings.body)
-    out = out or Path("runs") / _folder_of(system, black_box.name)
+    # neither modules whose systems share a name, nor systems of one module, share a folder
+    alone = system.rpartition(".")[2] == black_box.name
+    out = out or Path("runs") / (system if alone else f"{system}.{black_box.name}")
     for name in ("model.npz", "answer.json", METRICS):
         require_place(out / name)
     saved = None if model is None else load(model)  # refused before the long part
@@ -72,10 +74,3 @@ def run(
     facts = json.dumps(outcome.metrics, indent=1) if shell.json else report(outcome, out)
     print(facts)
     return 0 if outcome.answer.status.found else 1
-
-
-def _folder_of(typed: str, name: str) -> str:
-    """Folder of the results of a system: neither modules whose systems share a name, nor systems
-    that share a module, share it.
-    """
-    return typed if typed.rpartition(".")[2] == name else f"{typed}.{name}"

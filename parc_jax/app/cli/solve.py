@@ -67,7 +67,7 @@ def solve(
 
     from parc_jax.answer.why import odd_size
     from parc_jax.app.cli.places import require_place
-    from parc_jax.app.cli.process import COMPILING, SEARCHING, saying
+    from parc_jax.app.cli.process import COMPILING, SEARCHING, say
     from parc_jax.app.cli.scene import as_json, place_of_option, under_uncertainty, verdict
     from parc_jax.app.cli.systems import asked_of
     from parc_jax.common.errors import InputError
@@ -92,17 +92,16 @@ def solve(
         odd = degrees_hint("heading [rad]", place[-1], place[-1]).strip()
     if odd:
         print(odd, file=sys.stderr)
-    say = saying(shell.quiet)
     cold_s = None
     if first:
-        say("looking for a safe plan")
+        say("looking for a safe plan", shell.quiet)
         one = {"samples": 1, "proof": True, "method": FirstProved()}
         settings = Settings.fast().replace(budget_s=settings.budget_s, **one)
     else:
         # so that the times are those of the search and not of the compiler
-        say(COMPILING)
+        say(COMPILING, shell.quiet)
         cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
-        say(SEARCHING)
+        say(SEARCHING, shell.quiet)
     asked = _tests(learned, runs, **study) if validate or runs or study else None
     answer = planner.solve(problem, key_of(shell.seed), settings, at=place, validate=asked)
     answer.save(out)

@@ -216,7 +216,7 @@ def _streamed(work: _Work, chunk: int, path, quiet: bool) -> Iterator[RolloutBat
         done = run_chunks(one, len(chunks), devices, store, count_losses=not sim.traceable)
         for rows, arrays in zip(chunks, done, strict=True):
             size = min(chunk, first_row + n - int(rows[0]))
-            _log.debug("%s: rows %d to %d", title, rows[0], rows[0] + size - 1)
+            _log.info("%s: rows %d to %d", title, rows[0], rows[0] + size - 1)
             bar.update(size)
             yield rollout_batch(
                 **{name: array[:size] for name, array in arrays.items()},

@@ -4,6 +4,7 @@ split. [T15, T16, T30, T36]
 
 import heapq
 import itertools
+import logging
 from collections.abc import Callable
 
 import numpy as np
@@ -18,6 +19,7 @@ from parc_jax.safe_set.corridors.sampling import ends_from
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene
 
+_log = logging.getLogger(__name__)
 TRIED = 16  # plans per open box that are tried, since one safe plan ends the search for a proof
 
 
@@ -61,6 +63,7 @@ class BranchAndBound:
         max_leaves. Those without a reason are split, and their halves wait.
         """
         while not (self.decided or self.leaves >= max_leaves or until(self.exact_vertices)):
+            _log.info("proof of no plan: %d boxes, %d open", self.leaves, len(self._waiting))
             n = min(BOXES, len(self._waiting))
             children = self._decide([heapq.heappop(self._waiting)[2] for _ in range(n)])
             self.leaves += len(children) // 2

@@ -7,6 +7,7 @@ the independent checker, in exact arithmetic.
 """
 
 import itertools
+import logging
 import time
 from collections.abc import Sequence
 from fractions import Fraction
@@ -30,6 +31,7 @@ from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.infeasible import Reason, why_none
 from parc_jax.safe_set.verdict.scene import Scene
 
+_log = logging.getLogger(__name__)
 PROVED = "proved"
 UNDECIDED = "undecided"
 KIND_IN_FILE = {PROVED: "proved", UNDECIDED: "bracket"}
@@ -86,16 +88,13 @@ class NoPlan(NamedTuple):
         if self.reason is not None and self.reason.sure:
             return f"No plan is safe: {self.reason.words}"
         why = f": {self.reason.words}" if self.reason else "."
+        ended = "" if self.ended in (None, Ended.TARGET) else f" {self.ended.sentence}"
         share = rounded_up(100 * self.undecided / self.total, 4)
         return (
             f"No safe plan was found{why} This is not a proof that none exists: "
             f"of the plans {IN_THE_BOX}, {share} % by volume are undecided; the "
-            f"others are proved unsafe.{self._ended}"
+            f"others are proved unsafe.{ended}"
         )
-
-    @property
-    def _ended(self) -> str:
-        return "" if self.ended in (None, Ended.TARGET) else f" {self.ended.sentence}"
 
 
 def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
@@ -136,6 +135,7 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
         "faces": faces,
         "tree": tree,
     }
+    _log.info("checking a proof of %d boxes in exact arithmetic", search.leaves)
     context.work_left = checker.allowance(*question, plan)  # as for the file that will hold it
     try:
         with checker.rejecting():

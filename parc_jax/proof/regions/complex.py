@@ -59,7 +59,7 @@ class SignBits:
 
     def mark(self, column: int, codes: np.ndarray) -> None:
         """Set one column for the first len(codes) vertices. codes: uint8, see `Sign`."""
-        word, bit = _place(column)
+        word, bit = column >> 6, np.uint64(column & 63)
         for bits, sign in ((self.plus, Sign.PLUS), (self.minus, Sign.MINUS)):
             bits.data[: len(codes), word] |= ((codes & sign) != 0).astype(np.uint64) << bit
 
@@ -73,11 +73,6 @@ class SignBits:
         plus = unpack(self.plus.data[row], n_columns)[0]
         minus = unpack(self.minus.data[row], n_columns)[0]
         return plus, ~(plus | minus)
-
-
-def _place(column: int) -> tuple[int, np.uint64]:
-    """Word and bit of a column."""
-    return column >> 6, np.uint64(column & 63)
 
 
 def _with_dummy(values: np.ndarray, dummy: int = 0) -> Growable:

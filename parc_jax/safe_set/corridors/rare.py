@@ -8,6 +8,8 @@ exist. `common.climb` ends around the best candidate; here all of a level is mov
 the result is spread over the safe set.
 """
 
+import logging
+
 import numpy as np
 
 from parc_jax.common.climb import Ranked
@@ -25,6 +27,7 @@ MOST_LEVELS = 60
 PATIENCE = 4  # levels without PROGRESS, a share of what a level still lacks, that end a climb
 PROGRESS = 0.05
 JITTER = 1e-10  # [sides of K and of the goal's box] added to every move
+_log = logging.getLogger(__name__)
 JUMP = 2.38  # of differential evolution, over the square root of twice the dimension
 
 
@@ -71,6 +74,7 @@ def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int, limit: Limit)
     for _ in range(MOST_LEVELS):
         if levels[-1] >= 0:
             break
+        _log.info("%d plans climb to safe ones: a quarter lack at most %.3g", n, -levels[-1])
         plans = _copied(rng, plans, levels[-1], n)
         plans = _moved(scene, rng, plans, levels[-1], MOVES, limit)
         levels.append(_level(plans))

@@ -6,6 +6,7 @@ around the uncovered plans of the draw, `cover` alternates both until the stoppi
 or the work is done. No clock decides the result, except the limit in seconds above the work. [T31]
 """
 
+import logging
 import time
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -53,6 +54,7 @@ LEAVE_NEAR = 0.5  # the same for points drawn close by, as a share of those outs
 
 
 SHARE_CONFIDENCE = 0.99  # of the interval of the safe share
+_log = logging.getLogger(__name__)
 UNTIMED = dict.fromkeys(("first_sample_s", "first_corridor_s", "corridors_s"))
 
 
@@ -250,6 +252,7 @@ def look(search: Search, fresh: Points) -> Search:
     rule = search.rule.after(covered)
     since = {"corridors_s": seconds} if rule.satisfied else {}
     progress = Progress(seconds, len(building.corridors), float(covered.mean()))
+    _log.info("%d corridors hold %.1f %% of safe plans", progress.corridors, 100 * covered.mean())
     return search._replace(
         rule=rule,
         timings={"first_sample_s": seconds, **search.timings, **since},
@@ -270,6 +273,7 @@ def extend(search: Search) -> Search:
     while len(search.building.waiting.k) > leave:
         if search.building.tried >= search.work.corridors or search.limit.over():
             break
+        _log.info("building corridors: %d plans wait for one", len(search.building.waiting.k))
         building = build(search.scene, search.building, search.rng)
         timings = {"first_corridor_s": search.spent(), **search.timings}
         search = search._replace(building=building, timings=timings)
