@@ -309,7 +309,7 @@ def summary(answer, drawn: str) -> str:
 def details(answer, drawn: str, polytopes: int) -> str:
     """`Answer.details`, with a number of polytopes. drawn: as of `summary`."""
     asked, cover, absence = answer.scene.nominal, answer.cover, answer.absence
-    ended, uncertainty, claim = cover.ended, asked.uncertainty, answer.model.claim
+    uncertainty, claim = asked.uncertainty, answer.model.claim
     tube = [about_pose(asked.pose)]
     # in the words of the checker, which reads the same part
     scene = f"It is of {scene_of(problem_part(answer.problem, answer.model))}."
@@ -326,13 +326,11 @@ def details(answer, drawn: str, polytopes: int) -> str:
         lines += [*tube, drawn]
     elif absence is not None:
         lines = [f"{absence.details()} {scene}", *tube]
-        if absence.ended is ended:  # which the sentence of the proof has already
-            ended = None
     else:
         none = nothing_found(why_none(answer.scene))
         none = none if uncertainty is None else uncertainty.of_none(none)
         lines = [none, scene, *tube]
-    if ended is not None:
-        lines.append(ended.sentence)
+    if cover.ended is not None:
+        lines.append(cover.ended.sentence)
     lines += [] if answer.validation is None else [answer.validation.details()]
     return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)

@@ -47,11 +47,11 @@ class Ended(Told):
     """The reason for the end of a search. The text says it to people, with advice."""
 
     TARGET = "target", "which is reached"
-    WORK = "work", "done before what was asked is reached; more may reach it"
+    WORK = "work", "done before what was asked is reached; more (work, --work) may reach it"
     SECONDS = (
         "seconds",
         "a limit that cut work off, so a less busy machine may give another answer; "
-        "try a larger budget_s",
+        "try a larger budget_s (--budget)",
     )
 
     @property

@@ -5,6 +5,7 @@ machine. A limit in seconds lies above the work; what it cuts off, the answer sa
 import itertools
 import subprocess
 import sys
+from dataclasses import replace
 
 import jax
 import numpy as np
@@ -167,6 +168,9 @@ def test_where_no_seconds_are_left_nothing_climbs_and_nothing_is_proved(draws, m
     answer = ask(pj.Settings.fast().replace(samples=MOST + 1))
     assert not answer.status.found and answer.cover.ended is Ended.SECONDS and len(draws) == 1
     assert "seconds, of which none were left" in answer.details()
+    absence = answer.absence._replace(ended=Ended.WORK)  # before a climb that was cut off
+    for text in (replace(answer, absence=absence).details(), answer.summary()):
+        assert text.count("Search: ended by its") == 1 and Ended.SECONDS.sentence in text
 
 
 def test_work_is_a_multiple_of_the_standard_and_never_nothing():

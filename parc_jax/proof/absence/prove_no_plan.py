@@ -88,12 +88,11 @@ class NoPlan(NamedTuple):
         if self.reason is not None and self.reason.sure:
             return f"No plan is safe: {self.reason.words}"
         why = f": {self.reason.words}" if self.reason else "."
-        ended = "" if self.ended in (None, Ended.TARGET) else f" {self.ended.sentence}"
         share = rounded_up(100 * self.undecided / self.total, 4)
         return (
             f"No safe plan was found{why} This is not a proof that none exists: "
             f"of the plans {IN_THE_BOX}, {share} % by volume are undecided; the "
-            f"others are proved unsafe.{ended}"
+            f"others are proved unsafe."
         )
 
 
