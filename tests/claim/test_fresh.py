@@ -14,7 +14,9 @@ from parc_jax.learning.bound.monitor import monitor
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.runs.law import FITTED, TO_ALL, law_spec
+from parc_jax.learning.runs.loaders import load_rollouts
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness
@@ -191,6 +193,24 @@ def test_names_of_recordings_that_are_spelled_otherwise_are_one(name, train, hel
     # a sign or a space between letters is another name
     for other in ("Rec-{}", "Rec {}", "Rec{}b"):
         assert calibrate(NET, of(held, "file:other", other), profile, eps=0.1, train=mine).n == 50
+
+
+@pytest.mark.parametrize("older", [1 << 62, 0], ids=["an older file", "another list"])
+def test_recordings_of_one_log_that_have_other_names_there_cannot_be_told(
+    older, train, held, profile, tmp_path
+):
+    """Half of the windows were saved with other numbers for their recordings: all were shared."""
+    k, p, q = (np.concatenate([getattr(x, name) for x in (train, held)]) for name in "kpq")
+    names = np.array([f"rec {row // 2}" for row in range(200)])
+    before = recorded(k, p, q, train, groups=older + np.arange(200) // 2)
+    save_rollouts(tmp_path / "before.npz", before.select(slice(0, 200, 2)))
+    trained = load_rollouts(tmp_path / "before.npz")
+    now = recorded(k, p, q, train, groups=names)
+    with pytest.raises(InputError, match=r"recordings that can be told.*Name them"):
+        calibrate(NET, now.select(slice(1, 200, 2)), profile, eps=0.1, train=trained)
+    theirs = before.select(slice(1, 200, 2))  # by the same rule they can be told
+    with pytest.raises(InputError, match="100 of 100 runs belong to recordings"):
+        calibrate(NET, theirs, profile, eps=0.1, train=trained)
 
 
 def test_what_nobody_could_compare_is_assumed(train, held, profile):

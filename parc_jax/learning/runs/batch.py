@@ -220,10 +220,13 @@ def rollout_batch(
     lost = lost if lost is not None and lost.any() else None
     about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels, given)
     named = (points, about.rotation, about.labels, about.given)
+    groups = group_numbers(groups, n)
     if source is None and n:
-        log = content_hash(k, p[:, -1], q) if seed is None else ""
+        # the recordings too: two lists of them, or rules for their names, cannot be compared
+        content = (k, p[:, -1], q) if groups is None else (k, p[:, -1], q, groups)
+        log = content_hash(*content) if seed is None else ""
         source = (log, int(rows.min()), int(rows.max()))
-    more = group_numbers(groups, n), *named, lost, source
+    more = groups, *named, lost, source
     return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, *more)
 
 
