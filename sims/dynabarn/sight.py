@@ -22,7 +22,6 @@ from sims.lidar import Lidar, Scan, lidar, shapes
 FAR = 6.0  # [m] who is farther away is left out
 CELL = 0.01  # [rad] of directions in which the middle is sought from the first return
 SIDES = np.arange(-np.pi / 2 - 0.1, np.pi / 2 + 0.1, CELL)  # a return is off, so a bit beyond
-SEEN = 0.01  # [m] by which places of a track are taken to be off, uniform along x and y
 SURE = 0.045  # [m] a place that may be farther off is no part of a track
 FORGOTTEN = 1.0  # [s] after which who is out of sight is forgotten
 LOOSE = 0.02  # [m] besides their errors, by which places may jump within a greatest speed
@@ -140,7 +139,7 @@ class Track:
         off = self.fits[-1].off
         if len(places) == 3 and max(fit.off for fit in self.fits) <= SURE:
             seen = sighting(self.times, places, off)
-            if seen.mover.k[0] <= walking.most(SEEN):
+            if seen.mover.k[0] <= walking.most(walking.SCANNED):
                 return seen
         velocity = np.zeros(2)
         if len(places) > 1 and max(fit.off for fit in self.fits[-2:]) <= 2 * SURE:
@@ -158,7 +157,7 @@ class Seen:
     """
 
     def __init__(self, world: World, rng: np.random.Generator, scanner: Lidar | None = None):
-        self.model = walking.model(1 - half_of(world.number), SEEN)
+        self.model = walking.model(1 - half_of(world.number), walking.SCANNED)
         self._world, self._rng = world, rng
         self._scanner = lidar(**LIDAR) if scanner is None else scanner
         self._scanned, self.tracks = 0, list[Track]()

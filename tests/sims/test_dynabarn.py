@@ -157,7 +157,7 @@ def test_a_fitted_circle_contains_the_truth_within_its_named_error():
     off, truly = np.array(found).T
     assert len(found) > 500 and off.max() > 0.3  # some are nearly hidden
     # what tracks are learned with is more than what their fits are off
-    assert np.quantile(truly[off <= sight.SURE], 0.99) < sight.SEEN
+    assert np.quantile(truly[off <= sight.SURE], 0.99) < movers.SCANNED
 
 
 def test_who_was_seen_is_remembered_for_a_while_and_who_has_gone_is_not():
@@ -189,7 +189,7 @@ def test_who_appears_at_the_side_of_the_robot_stops_it():
     planner = driver.loop()
     planner.restart()
     appears = stands([worlds.START[0] - 1.8, 0.9])
-    model = movers.model(0, sight.SEEN)
+    model = movers.model(0, movers.SCANNED)
     free, claim = driver.decide(planner, robot, model, [])
     assert free.committed.k[-2] > 1.0 and claim.of == ()
     planner.restart()
@@ -212,3 +212,26 @@ def test_fresh_worlds_are_of_their_kind():
         places = here.movers(times)
         assert np.abs(places).max() <= worlds.FIELD
     assert not np.array_equal(drawn[0].movers(0.0), worlds.Law()(1).movers(0.0))
+
+
+def test_tubes_of_movers_are_the_same_on_another_processor():
+    """Training rounds elsewhere there, and made every drive another one."""
+    import os
+    import subprocess
+    import sys
+
+    ask = (
+        "from sims.dynabarn import movers; from hashlib import sha256;"
+        "tube = movers.model(0).tube;"
+        "print(sha256(b''.join(part.tobytes() for part in tube.halves)).hexdigest())"
+    )
+    told = {
+        subprocess.run(
+            [sys.executable, "-c", ask],
+            env=os.environ | {"XLA_FLAGS": f"--xla_cpu_max_isa={kind}"},
+            check=True,
+            capture_output=True,
+        ).stdout
+        for kind in ("SSE4_2", "AVX2")
+    }
+    assert len(told) == 1
