@@ -10,7 +10,7 @@ from synthetic_plants import noisy, plant, straight_network
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
-from parc_jax.learning.bound.monitor import monitor
+from parc_jax.learning.bound.monitor import monitor, update
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
@@ -276,3 +276,27 @@ def test_a_monitor_counts_recordings(held, profile, train):
     assert runs.observe(train).seen == 100
     with pytest.raises(InputError, match="expected runs, as the claim counts; got recordings"):
         runs.observe(recorded(*parts, groups=groups))
+
+
+def test_other_windows_of_recordings_that_trained_a_network_are_no_news(train, held):
+    """Neither to its monitor nor to an update, in which other runs are those seen since."""
+
+    def of(runs, name, by):
+        groups = [f"{by} {row}" for row in range(100)]
+        return recorded(runs.k, runs.p, runs.q, runs, groups=groups, name=name)
+
+    more = [collect(plant(noisy), jax.random.PRNGKey(i), 100, quiet=True) for i in (7, 8, 9)]
+    made = {"eps": 0.2, "delta": 0.1, "bins": (1, 1), "quiet": True}
+    mine, theirs = of(train, "file:a", "day"), of(held, "file:b", "night")
+    claim = bound_error(NET, theirs, None, train=mine, **made)
+    since = of(more[0], "file:c", "week")
+    windows, others = of(more[1], "file:d", "DAY"), of(more[2], "file:d", "year")
+    again = update(claim, NET, since, others)[1]
+    for one in (claim, again):
+        for meet in (
+            monitor(one, NET).observe,
+            lambda runs, one=one: update(one, NET, since, runs),
+        ):
+            with pytest.raises(InputError, match="100 of 100 are its training runs"):
+                meet(windows)
+    assert monitor(claim, NET).observe(others).seen == again.n == 100

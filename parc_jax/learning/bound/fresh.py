@@ -166,10 +166,13 @@ def ledger_of(claim: ErrorClaim) -> list[list]:
 
 
 def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
-    """(n,) text: the use that was made of each run, or of one that it copies, in its `ledger_of`,
-    "" of a fresh one.
+    """(n,) text: the use that was made of each run, of one that it copies, in its `ledger_of`, or
+    of its recording, by name; "" of a fresh one.
     """
     uses, ids = np.full(runs.n, "", "U20"), short_ids(runs.hashes())
+    if runs.groups is not None:
+        names = np.array(claim.evidence.get("training", {}).get("recordings", []), np.int64)
+        uses[np.isin(runs.groups, names[names >= NAMED])] = TRAINING
     for use, *source, rows, marks in ledger_of(claim):
         by_k, contents = [mark[:12] for mark in marks], [mark[12:] for mark in marks]
         old = np.isin(ids, contents) | repeated(runs, by_k)

@@ -347,4 +347,7 @@ def update(
     told += [x.replace("the claim", "the claim before") for x in before]
     said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
     said += (f"FRESH({'; '.join(told)})",) if told else ()
-    return net, derived(new, evidence={"updated_from": source, SEEN: seen}, assumptions=said)
+    trained = [one.evidence.get("training", {"recordings": []}) for one in (claim, new)]
+    names = sorted({name for one in trained for name in one["recordings"]})
+    known = {"updated_from": source, SEEN: seen, "training": trained[1] | {"recordings": names}}
+    return net, derived(new, evidence=known, assumptions=said)

@@ -118,6 +118,7 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
     question = question_parts(scene.problem, model)
     context = checker.Context(*question)
     search = BranchAndBound(scene, root)
+    _log.info("compiling for a proof that there is no plan")
     with limit.uncounted():
         search.compile()
     begin = time.perf_counter()

@@ -39,9 +39,8 @@ def separation(pa: Vector, pb: Vector, corners: Vectors, radius: Scalar, xp: Mod
     nearest = _nearest(pa, along, corners, xp)
     tips = xp.stack([across, -across, nearest])
     w = _unit(xp.concatenate([normals, tips]), xp)
-    support = xp.concatenate(
-        [dot2(corners, w[: len(corners)]), _support(corners, w[len(corners) :], xp)]
-    )
+    of_tips = xp.max(dot2(w[len(corners) :, None], corners[None]), axis=1)
+    support = xp.concatenate([dot2(corners, w[: len(corners)]), of_tips])
     gaps = excess((height(w.T, pa), height(w.T, pb)), support)
     gaps = xp.where(
         xp.abs(w).sum(axis=1) > 0.5, gaps, -xp.inf
@@ -64,10 +63,6 @@ def _nearest(pa: Vector, along: Vector, corners: Vectors, xp: ModuleType):
     share = xp.clip(dot2(corners - pa[None], along[None]) / xp.where(length > 0, length, 1), 0, 1)
     offset = pa[None] + share[:, None] * along[None] - corners
     return offset[xp.argmin(dot2(offset, offset))]
-
-
-def _support(corners: Vectors, w: Vectors, xp: ModuleType):
-    return xp.max(dot2(w[:, None], corners[None]), axis=1)
 
 
 def _unit(w: Vectors, xp: ModuleType):
