@@ -108,11 +108,6 @@ def _numbers(name: str, value):
     return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
 
 
-def _exact(name: str, value):
-    """A probability, for a rational: its decimal."""
-    return value if isinstance(value, list | dict) else str(value)
-
-
 def _by_name(pairs: tuple) -> dict:
     """A table of pairs (parameter, value); an interval of one value is that value."""
     single = {p: v[0] if isinstance(v, tuple) and v[0] == v[1] else v for p, v in pairs}
@@ -127,7 +122,8 @@ UNCERTAINTY = {
     "k": (_numbers, _by_name),
     "given": (_numbers, _by_name),
     "unknown": (_numbers, _by_name),
-    "sensing_eps": (_exact, float),
+    # for a rational: its decimal
+    "sensing_eps": (lambda _, x: x if isinstance(x, list | dict) else str(x), float),
     "obstacles": (grown_set_of, None),  # written with each obstacle
 }
 UNCERTAINTY_ENTRIES = tuple(field.name for field in fields(Uncertainty))

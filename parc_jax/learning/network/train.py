@@ -8,7 +8,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import flax.linen as nn
 import jax
@@ -144,9 +144,7 @@ def _fit_features(
     optimiser = optax.chain(optax.clip_by_global_norm(1.0), optax.adam(schedule))
 
     def loss(params, xb, tb):
-        features = model.apply(params, xb)
-        ones = jnp.ones((len(features), 1), features.dtype)
-        hidden = jnp.concatenate([features, ones], axis=1)
+        hidden = _with_one(model.apply(params, xb))
         # the loss is at its minimum over the last layer: its derivative there is zero
         last = jax.lax.stop_gradient(_solve_last(hidden, tb))
         return jnp.mean((hidden @ last - tb) ** 2)
@@ -204,6 +202,10 @@ def _tail(k: np.ndarray, worst: np.ndarray) -> float:
     largest = np.full(bins ** k.shape[1], -np.inf)
     np.maximum.at(largest, number, worst)
     return float(largest[np.isfinite(largest)].mean())
+
+
+def _with_one(features: Float[Any, "n width"]):
+    return jnp.concatenate([features, jnp.ones((features.shape[0], 1), features.dtype)], axis=1)
 
 
 def _spread(key, shape, dtype=jnp.float32):
