@@ -3,6 +3,7 @@ thousands of them. [T37, T38]
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -31,10 +32,12 @@ from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import prediction
 from parc_jax.safe_set.verdict.scene import CORNERS, SceneArrays
 
-AT_ONCE = 16  # environments of which alternatives are looked at in one round; a GPU takes all
+AT_ONCE = 16  # environments of which alternatives are looked at in one round; a GPU takes all,
+TOGETHER = 8  # and of each so many alternatives
 NEAREST = 2  # obstacles whose gaps have a direction for each interval, not boxes alone
-RANKED, EVERY, FAN = 4, 2, 16  # what ranking looks at: nearest obstacles, of knots, directions
-SEEN = 1e-3  # [m] by which ranking may take a clearance for too small
+RANKED, EVERY, FAN = 4, 2, 32  # what ranking looks at: nearest obstacles, of knots, directions
+SEEN = 5e-4  # [m] by which ranking may take a clearance for too small
+TINY = 1e-12  # [m] or [m^2], of who stands
 
 
 @struct.dataclass
@@ -128,15 +131,17 @@ class BatchShield:
         self._rows = listed.listed_candidates(model, given, rows)
         listed.require_rest(model, self._rows, given)
         self._room, self._far, self._radius = as_float64("numbers", [room, far, radius], (3,))
-        # ranking: knots from 1 on, and what errors take of any direction
-        knots = np.arange(1, model.time.n_steps + 1, EVERY)
-        kept = (2 * knots[:, None] - [2, 1]).ravel()
+        # ranking: every other knot, and what errors take of each direction until then
+        knots = np.append(np.arange(EVERY, model.time.n_steps, EVERY), model.time.n_steps)
+        kept = (2 * knots - np.array([[2], [1]])).ravel()
         weights, biases = ((*x[:-1], x[-1][kept]) for x in (model.net.weights, model.net.biases))
         self._few = model.net.replace(weights=weights, biases=biases)
-        angles = np.linspace(0, 2 * np.pi, FAN, endpoint=False)
-        ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        taken = np.array([model.tube.errors.support(way) for way in ways]).min(axis=0)
-        self._taken = taken[:, knots - 1, 0].astype(np.float32)
+        along = np.arange(FAN) / (FAN // 4)  # the square |x| + |y| = 1
+        ways = np.stack([abs(along - 2) - 1, abs((along - 1) % 4 - 2) - 1], axis=1)
+        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+        taken = np.stack([model.tube.errors.support(way)[..., 0] for way in ways], axis=-1)
+        since = np.append(0, knots[:-1])
+        self._taken = np.minimum.reduceat(taken, since, axis=1).astype(np.float32)
         # seen from the robot: a goal that holds every end, no obstacle yet
         here = pose_of(np.zeros(2 + (model.rotation is not None)), model)
         scenes = Scenes(model, Disc(float(self._radius)), None, Uncertainty())
@@ -189,13 +194,15 @@ class BatchShield:
         clear = jax.vmap(lambda *of: self._clearance(*of, 0))(seen, k)
         far = jnp.full((len(k), len(self._rows)), jnp.inf).at[:, 0].set(0.0)
 
-        def judged(state: tuple, of: tuple):
+        def judged(state: tuple, of: tuple, together: int = 1):
             (_, far, *_), (seen, asked) = state, of
-            i = far.argmin()
-            k = self._manoeuvre(seen.given, asked.proposed, i)
-            gap, far = self._clearance(seen, k, NEAREST), far.at[i].set(jnp.inf)
-            safe = (gap > 0) & (gap >= asked.least)
-            return ~safe & jnp.isfinite(far).any(), far, k, jnp.where(safe, gap, -jnp.inf)
+            away, near = jax.lax.top_k(-far, together)
+            k = jax.vmap(self._manoeuvre, (None, None, 0))(seen.given, asked.proposed, near)
+            gap = jax.vmap(lambda k: self._clearance(seen, k, NEAREST))(k)
+            safe = jnp.isfinite(away) & (gap > 0) & (gap >= asked.least)
+            i, far = safe.argmax(), far.at[near].set(jnp.inf)  # the nearest of them that is
+            more = ~safe.any() & jnp.isfinite(far).any()
+            return more, far, k[i], jnp.where(safe[i], gap[i], -jnp.inf)
 
         def ranked(state: tuple, of: tuple):
             far = self._ranked(*of)
@@ -203,7 +210,10 @@ class BatchShield:
 
         may, good = reason == 0, (reason == 0) & (clear > 0) & (clear >= self._room)
         state = may & ~good, far, k, jnp.where(good, clear, -jnp.inf)
-        for one in (judged, ranked, judged):
+        nearest = partial(
+            judged, together=1 if backend().in_turn else min(TOGETHER, len(self._rows))
+        )
+        for one in (judged, ranked, nearest):
             *_, clear = state = _while_open(one, state, (seen, asked))
             state = may & ~(clear > 0), *state[1:]
         _, _, k, clear = state
@@ -248,7 +258,7 @@ class BatchShield:
         far = jnp.linalg.norm(away, axis=1).at[0].set(0.0)
         far, brake = far[:-1], far[-1]
         nearer = ((asked.ahead <= 0) | (far * asked.ahead < brake)).at[0].set(True)
-        knots = jax.vmap(jax.tree.map(single, self._few))(single(k)).reshape(n, -1, 1, 2)
+        ends = jax.vmap(jax.tree.map(single, self._few))(single(k))
         bins = jax.vmap(open_bin_of, (None, 0))(self._model.tube.edges, k)
         corners = _from_robot(seen)
         middle = jnp.where(seen.active[:, None], corners.mean(axis=1), self._far)
@@ -257,9 +267,26 @@ class BatchShield:
         # a disc within each: as wide as its sides are near
         sides = (corners + jnp.roll(corners, 1, axis=1)) / 2 - middle[:, None]
         within = jnp.sqrt((sides**2).sum(axis=-1).min(axis=1)) + single(self._radius)
-        away = jnp.sqrt(((knots - middle[None, None]) ** 2).sum(axis=-1)) - within[None, None]
-        gap = (away.min(axis=2, initial=jnp.inf) - jnp.asarray(self._taken)[bins]).min(axis=1)
-        may = gap.astype(k.dtype) + SEEN >= asked.least
+        # from the nearest place of each part of the way to the nearest obstacle, axis by axis: XLA
+        # would compute the network anew for each
+        ends, bins = jax.lax.optimization_barrier((ends, bins))
+        axes = jnp.split(ends, 2, axis=1)
+        bx, by = (jnp.pad(end, ((0, 0), (1, 0)))[:, :-1] for end in axes)
+        px, py = (end - begin for end, begin in zip(axes, (bx, by), strict=True))
+        scale = 1 / jnp.maximum(px**2 + py**2, TINY)
+        least, x, y = jnp.full(px.shape, jnp.inf, px.dtype), px, py
+        for (mx, my), size in zip(middle, within, strict=True):
+            ax, ay = mx - bx, my - by
+            share = jnp.clip((ax * px + ay * py) * scale, 0, 1)
+            ax, ay = ax - share * px, ay - share * py
+            gap = jnp.sqrt(ax**2 + ay**2) - size
+            x, y = jnp.where(gap < least, ax, x), jnp.where(gap < least, ay, y)
+            least = jnp.minimum(gap, least)
+        # what errors take that way, which is numbered along that square
+        way = y / jnp.maximum(abs(x) + abs(y), TINY)
+        way = jnp.round(jnp.where(x >= 0, way, 2 - way) * (FAN // 4)).astype(jnp.int32) % FAN
+        taken = jnp.asarray(self._taken)[bins[:, None], np.arange(way.shape[1]), way]
+        may = (least - taken).min(axis=1).astype(k.dtype) + SEEN >= asked.least
         return jnp.where(nearer & may, far, jnp.inf)
 
     def _clearance(self, seen: Seen, k: jax.Array, nearest: int) -> jax.Array:

@@ -9,6 +9,8 @@ import pytest
 from needs import need
 
 import parc_jax as pj
+from parc_jax.common.backend import ACCELERATOR, CPU
+from parc_jax.drive import shield_batch
 from parc_jax.learning.bound.claim import derived
 
 need("gymnasium")
@@ -43,9 +45,12 @@ def arrays(posts, places, speeds):
     return places, speeds, corners, np.ones(corners.shape[:2], bool)
 
 
-def test_it_decides_as_the_shield_of_one_environment(batch):
+@pytest.mark.parametrize("kind", [CPU, ACCELERATOR], ids=["in turn", "at once"])
+def test_it_decides_as_the_shield_of_one_environment(kind, monkeypatch):
     """Proposals at random, mostly ahead, posts all around; nothing goes to the host and back."""
-    _, start, step = batch
+    monkeypatch.setattr(shield_batch, "backend", lambda: kind)
+    made = shield_of(platform_model())
+    start, step = jax.jit(made.start), jax.jit(made.step)
     model = platform_model()
     envs = [shielded(Platform(posts=posts), model, room=0.05) for posts in POSTS]
     for env in envs:
