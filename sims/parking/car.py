@@ -29,17 +29,21 @@ CORNERS = np.array([[x, y] for x, y in ((1, 1), (0, 1), (0, -1), (1, -1))]) * [
     WIDTH / 2,
 ] - [BEHIND, 0.0]
 
-WAY, TURN = 8.0, 0.74  # most that is asked for: [m] of way, [rad] of steering
+WAY, TURN = 12.0, 0.74  # most that is asked for: [m] of way, [rad] of steering
 BEND = 1.2  # [rad] most that the car turns in a manoeuvre: steering is asked for as a share of that
+TIGHT = WHEELBASE * BEND / math.tan(TURN)  # [m] of the longest way that may turn all along it
+# [m] of ways that k has at 0, 1/4, 1/2, 3/4 and 1: short ones are told apart more finely, and in
+# between it is linear, as the way itself is and as the network is by parts
+WAYS = np.array([0.0, 0.2, 1.0, TIGHT, WAY])
 SHARES = 16  # intervals of the way
 EVERY = 4  # records of an interval
 SUBSTEPS = 12  # of the integration between records
-MARGIN = 0.9  # share of the limits of speed and rate that the driver plans with
-PLANNED, BRAKING = 0.75, 0.7  # [m/s^2] of the plan, and with which it is sure to stop
+MARGIN = 0.96  # share of the limits of speed and rate that the driver plans with
+PLANNED, BRAKING = 0.83, 0.76  # [m/s^2] of the plan, and with which it is sure to stop
 SERVO, MOTOR, BRAKE = 0.08, 0.1, 0.05  # [s] lags
-SETTLE = 0.15  # [s] after the wheels should stand, and [s] of the brake, three times its lag
+SETTLE = 0.1  # [s] after the wheels should stand, and [s] of the brake, twice its lag
 CREEP = 0.1  # [s] after the way should have been driven, until the brake
-WAY_GAIN, SPEED_GAIN, LAST_GAIN = 3.0, 6.0, 4.0  # [1/s] of the driver; the last is near the end
+WAY_GAIN, SPEED_GAIN, LAST_GAIN = 2.0, 10.0, 4.0  # [1/s] of the driver; the last is near the end
 
 
 @dataclass(frozen=True)
@@ -65,23 +69,23 @@ def corners(x, y, heading):
     )
 
 
-def way_of(root):
-    """[m] of the way, negative backwards, of what k has in its place: its root, as a share, so that
-    short ways are told apart more finely and the network is flat where they begin.
-    """
-    return WAY * root * abs(root)
+def way_of(told):
+    """[m] of the way, negative backwards, of what k has in its place, by WAYS."""
+    xp = jnp if isinstance(told, jax.Array) else np
+    told = xp.asarray(told)
+    at, ways = (xp.asarray(each, told.dtype) for each in (np.linspace(0.0, 1.0, len(WAYS)), WAYS))
+    return xp.sign(told) * xp.interp(xp.abs(told), at, ways)
 
 
-def root_of(way):
+def told_of(way):
     """What k has in place of a way [m]."""
-    return np.sign(way) * np.sqrt(np.abs(way) / WAY)
+    return np.sign(way) * np.interp(np.abs(way), WAYS, np.linspace(0.0, 1.0, len(WAYS)))
 
 
 def most_steering(way):
     """[rad] with which the car turns by BEND along a way [m]; not more than TURN."""
     xp = jnp if isinstance(way, jax.Array) else np
-    tight = WHEELBASE * BEND / math.tan(TURN)  # [m] of the longest way that may turn all along it
-    return xp.arctan(WHEELBASE * BEND / xp.maximum(abs(way), tight))
+    return xp.arctan(WHEELBASE * BEND / xp.maximum(abs(way), TIGHT))
 
 
 def steerings(k):
@@ -121,7 +125,7 @@ def moments(k):
 
 @dataclass(frozen=True, eq=False)
 class Car:
-    """k = (steering before [rad]; root of the way, as `way_of` has it; steering where the way
+    """k = (steering before [rad]; the way, as `way_of` has it; steering where the way
     begins and where it ends, linear in between, as shares of the most that `steerings` allows) -> p
     (n_record + 1, 5, 2) of POINTS in the frame of the rear axle at the start, q = (heading,) at the
     end.
@@ -141,7 +145,7 @@ class Car:
     q_labels: ClassVar[tuple[str, ...]] = ("heading [rad]",)
     k_labels: ClassVar[tuple[str, ...]] = (
         "steering before [rad]",
-        "root of the way",
+        "way, finer near none",
         "steering first",
         "steering last",
     )
@@ -243,8 +247,8 @@ class Car:
         return jnp.concatenate([jnp.stack(start[:5])[None], states])
 
 
-def system(law: Law | None = None, way: float = WAY) -> Car:
-    """The car, with what differs between its runs. way: [m] most that is asked for."""
-    most = np.array([TURN, root_of(way), 1.0, 1.0])
+def system(law: Law | None = None) -> Car:
+    """The car, with what differs between its runs."""
+    most = np.array([TURN, 1.0, 1.0, 1.0])
     grid = time_grid(1.0, SHARES + 2.0, 1.0 / EVERY)
     return Car(box(-most, most), grid, Law() if law is None else law)

@@ -8,11 +8,12 @@ import numpy as np
 import shapely
 
 import parc_jax as pj
-from sims.parking.car import corners
+from sims.parking.car import LENGTH, WAY, corners
 
 FILE = Path(__file__).with_name("cases.json")
 FAR = 200.0  # [m] from the start: goals that are farther are refused
-NEAR = 14.0  # [m] from the rear axle: obstacles that are farther are reached by no manoeuvre
+# [m] from the rear axle: obstacles that are farther are reached by no manoeuvre
+NEAR = WAY + LENGTH + 1.0
 
 
 class Case(NamedTuple):

@@ -23,7 +23,7 @@ from sims.parking.kinematics import LONGEST, MOST, compose, offset_from, reach_e
 from sims.rectangle import rectangle
 
 MODEL = Path(__file__).with_name("model.npz")
-NEAREST = 0.01  # [m] from its target that a manoeuvre may end, less with shorter manoeuvres
+NEAREST = 0.01  # [m] from its target that a manoeuvre may end
 GOAL = (0.1, np.radians(2.0))  # [m] along and across, [rad]: how far from the goal is in it
 AROUND, SPREAD = 384, (0.12, 0.12, 0.12)  # candidates around the way's own, and their spread
 WIDER = 3.0  # times as wide spread where no manoeuvre leads there exactly
@@ -116,7 +116,6 @@ def guide_of(case: Case, model, within=GOAL, shift: float = 0.0, heading: float 
             model, k, within, offset_from(case.goal, aim), shift, heading
         ),
         aims=compose(case.goal, offsets),
-        longest=longest_of(model),
     )
     guide.require_reach()
     return guide
@@ -202,13 +201,13 @@ def link(loop, around, pose, wheels, k, target, goal, at):
     if that is not None.
     """
     aim = offset_from(pose, target)
-    k, longest = np.asarray(k, float)[None], longest_of(loop.model)
-    exact, there = reach_exactly(aim[None], k, predicted(loop.model, wheels), longest)
+    k = np.asarray(k, float)[None]
+    exact, there = reach_exactly(aim[None], k, predicted(loop.model, wheels))
     draw = np.random.default_rng(0).normal(size=(AROUND - 1, 3)) * SPREAD
     draw *= np.random.default_rng(1).uniform(0, 1, (AROUND - 1, 1)) ** 2
     # a target that none leads to exactly may be reached nearly by what was planned, or far from it
     near = np.concatenate([exact, exact + draw] if there[0] else [k, k + WIDER * draw])
-    most = np.array([longest, MOST, MOST])
+    most = np.array([LONGEST, MOST, MOST])
     near = np.clip(near, -most, most)
     loop.candidates = listed_candidates(loop.model, loop.given, asked(near))
     here = shapely.Point(pose[:2])
@@ -217,14 +216,9 @@ def link(loop, around, pose, wheels, k, target, goal, at):
     def prefer(seen) -> np.ndarray:
         off = np.linalg.norm(seen.path[:, -1] - target[:2], axis=1)
         turned = (seen.heading - target[2] + np.pi) % (2 * np.pi) - np.pi
-        return np.maximum(off - NEAREST * longest / LONGEST, 0.0) + PER_RADIAN * np.abs(turned)
+        return np.maximum(off - NEAREST, 0.0) + PER_RADIAN * np.abs(turned)
 
     return loop.step(pose, [wheels], obstacles, prefer, at=at, goal=goal)
-
-
-def longest_of(model) -> float:
-    """[m] of the longest manoeuvre that is asked of a model."""
-    return LONGEST / c.WAY * float(c.way_of(model.domain.hi[1]))
 
 
 def tube_of(model, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -253,8 +247,8 @@ def ends_surely(
 
 
 def asked(k: np.ndarray) -> np.ndarray:
-    """Manoeuvres (b, 3) as the model has them: their way in metres becomes its root."""
-    return np.column_stack([c.root_of(k[:, 0]), k[:, 1:]])
+    """Manoeuvres (b, 3) as the model has them: their way not in metres."""
+    return np.column_stack([c.told_of(k[:, 0]), k[:, 1:]])
 
 
 def predicted(model, wheels: float):

@@ -25,16 +25,15 @@ from sims.parking.kinematics import (
 )
 from sims.parking.space import BORDER, LIKED, TIGHT, Space
 
-WAYS = (0.2, 0.45, 0.9, 1.8, 3.2, 5.2, LONGEST)  # [m], forwards and backwards
+WAYS = (0.2, 0.45, 0.9, 1.8, 3.2, 5.2, 8.0, LONGEST)  # [m], forwards and backwards
 SHORT = (0.05, 0.1, 0.3)  # [m] of a fine search, too
 TURNS = np.linspace(-MOST, MOST, 5)  # shares of the steering, first and last
 SAMPLED = 0.3  # [m] of way between poses that are looked at
 BLOCK, SECTORS = 0.35, 48  # [m] and number of headings of cells of which one pose is followed
 FINER = 16  # times as fine are these cells in a fine search, where it is tight
 WIDTH = 0.08  # [m] of a tube that nobody told
-LEAST = 0.02  # [m] of clearance beside a tube's, less with shorter manoeuvres
+LEAST = 0.01  # [m] of clearance beside a tube's
 DISLIKED = 3.0  # [s / m] that each m of clearance less than LIKED costs
-SHOT = 9.0  # [m] from the start: it is tried to be reached at once
 SINGLE = 2.0  # [s] that each further manoeuvre costs beside its time
 # weights of what is thought to be left, most poses followed with each, and whether they are told
 # apart finely where it is tight: the next where none was found with the one before
@@ -48,7 +47,7 @@ GREEDY = (
 BUDGET = 12_000  # poses followed in all searches of a case
 STOPS = 1.5  # [m] of way between poses from which a shorter way may go on
 SPREADS = (0.0, 1.0, 1.0, 0.7, 0.5, 0.35, 0.25, 0.2)  # of poses near a way, one round after another
-# [m, m, rad] of such poses, less with shorter manoeuvres, and how many for each of the way
+# [m, m, rad] of such poses, and how many for each of the way
 DRAWN, NEARBY = np.array([0.6, 0.4, 0.2]), 6
 REPLACED = 4  # manoeuvres that are tried to be replaced by one
 DETOUR = 1.0  # [s] that a manoeuvre may take more than what it is in place of
@@ -67,9 +66,9 @@ class Way(NamedTuple):
 
 class Guide:
     """Ways of a case. share: of its tube's width by which a manoeuvre has to be clear. width: [m]
-    (b,) of the tubes of manoeuvres k (b, 3), of which longest: [m] is the longest. aims (n, 3):
-    poses at which a way may end, by default the goal. sure: which of k (b, 3) may be the last,
-    aimed at a pose (3,). left: poses that its searches may still follow.
+    (b,) of the tubes of manoeuvres k (b, 3). aims (n, 3): poses at which a way may end, by default
+    the goal. sure: which of k (b, 3) may be the last, aimed at a pose (3,). left: poses that its
+    searches may still follow.
     """
 
     def __init__(
@@ -79,16 +78,13 @@ class Guide:
         width=None,
         sure=None,
         aims=None,
-        longest: float = LONGEST,
     ):
         self.case, self.share, self.left = case, share, BUDGET
-        self._longest, self._scale = longest, longest / LONGEST
         self._aims = case.goal[None] if aims is None else aims
         self._width = (lambda k: np.full(len(k), WIDTH)) if width is None else width
         self.space = Space(case)
         self._sure = (lambda k, aim: np.ones(len(k), bool)) if sure is None else sure
-        ways = [way for way in WAYS + SHORT if way <= longest]
-        listed = product(ways, (1, -1), TURNS, TURNS)
+        listed = product(WAYS + SHORT, (1, -1), TURNS, TURNS)
         self.k = np.array([(s * w, a, b) for w, s, a, b in listed])
         self._short = np.isin(np.abs(self.k[:, 0]), SHORT)
         self._seconds = seconds(self.k)
@@ -131,7 +127,7 @@ class Guide:
         nodes = [(aim, None, None, -1, 0.0) for aim in aims]
         cells = [(*self._cell(aim, fine), i) for i, aim in enumerate(aims)]
         heap = [(0.0, next(number), i) for i in range(len(aims))]
-        margins = np.minimum(self.share * self._widths + self._scale * LEAST, room)
+        margins = np.minimum(self.share * self._widths + LEAST, room)
         most = min(most, self.left)
         while heap and most > 0:
             bound, _, i = heapq.heappop(heap)
@@ -187,7 +183,7 @@ class Guide:
         """
         draw = np.random.default_rng(0)
         for spread in SPREADS:
-            way = self._quickest(way, start, *near(way, spread * self._scale, draw, self._wheels))
+            way = self._quickest(way, start, *near(way, spread, draw, self._wheels))
         return way
 
     def _quickest(self, way: Way, start, stops, order, passed) -> Way:
@@ -200,7 +196,7 @@ class Guide:
         far = np.hypot(*(stops[end, :2] - stops[begin, :2]).T)
         some = c.profile(np.maximum(far, 1e-3), 0.0)[1] < most
         begin, end = begin[some], end[some]
-        k, there = joined(stops[begin], stops[end], self._longest)
+        k, there = joined(stops[begin], stops[end])
         begin, end = np.tile(begin, len(k) // len(begin)), np.tile(end, len(k) // len(end))
         final = end == len(stops) - 1
         there &= (np.abs(k[:, 0]) > 0.05) & (seconds(k) < passed[end] - passed[begin] + DETOUR)
@@ -210,9 +206,7 @@ class Guide:
         begin = np.concatenate([begin[there], np.arange(n)])
         end = np.concatenate([end[there], [*range(1, n), len(stops) - 1]])
         clear = np.full(len(k), -1.0)
-        margins = np.minimum(
-            self.share * self._width(k) + self._scale * LEAST, self._room(start, True)
-        )
+        margins = np.minimum(self.share * self._width(k) + LEAST, self._room(start, True))
         n = samples_of(k)
         for m in np.unique(n):
             some = np.flatnonzero(n == m)
@@ -275,10 +269,10 @@ class Guide:
 
     def _shot(self, pose, start, wheels, room):
         """The manoeuvre (3,) from the start to a pose, and its cost; None without one."""
-        if np.hypot(*(pose[:2] - start[:2])) > SHOT:
+        if np.hypot(*(pose[:2] - start[:2])) > LONGEST:
             return None
-        k, there = joined(start[None], pose[None], self._longest)
-        margins = np.minimum(self.share * self._width(k[there]) + self._scale * LEAST, room)
+        k, there = joined(start[None], pose[None])
+        margins = np.minimum(self.share * self._width(k[there]) + LEAST, room)
         for one, margin in zip(k[there], margins, strict=True):
             n = int(samples_of(one[None])[0])
             least = float(self.space.around(compose(start, ends(one[None], n)[0])).min())
@@ -313,23 +307,21 @@ def near(way: Way, spread: float, draw, wheels: float) -> tuple[np.ndarray, np.n
     return poses, order, np.interp(order, np.arange(len(clock)), clock)
 
 
-def joined(
-    poses: np.ndarray, others: np.ndarray, longest: float = LONGEST
-) -> tuple[np.ndarray, np.ndarray]:
+def joined(poses: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Manoeuvres (3 n, 3) from poses (n, 3) to others (n, 3), three of each pair, one behind the
-    other; and (3 n,) whether they lead there. longest: [m] of these.
+    other; and (3 n,) whether they lead there.
     """
     target = offset_from(poses, others)
     far = np.hypot(target[:, 0], target[:, 1])
     way = np.copysign(np.maximum(far, 0.1), target[:, 0])
-    near = (far < longest) & (np.abs(target[:, 2]) < c.BEND)
+    near = (far < LONGEST) & (np.abs(target[:, 2]) < c.BEND)
     bend = target[:, 2] / way * c.WHEELBASE / np.tan(c.most_steering(way))
     guess = [np.stack([way, bend + a, bend - a], axis=1) for a in (-0.6, 0.0, 0.6)]
-    most = np.array([longest, MOST, MOST])
+    most = np.array([LONGEST, MOST, MOST])
     k = np.clip(np.concatenate(guess), -most, most)
     near, target = np.tile(near, 3), np.tile(target, (3, 1))
     there = np.zeros(len(k), bool)
-    k[near], there[near] = reach_exactly(target[near], k[near], longest=longest)
+    k[near], there[near] = reach_exactly(target[near], k[near])
     return k, there
 
 

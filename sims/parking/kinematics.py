@@ -68,12 +68,12 @@ def seconds(k: np.ndarray) -> np.ndarray:
 
 
 def reach_exactly(
-    targets: np.ndarray, k: np.ndarray, predict=ends, longest: float = LONGEST
+    targets: np.ndarray, k: np.ndarray, predict=ends
 ) -> tuple[np.ndarray, np.ndarray]:
     """Manoeuvres (b, 3) from the origin that end at targets (b, 3), near k (b, 3), by Newton's
-    method; and (b,) whether they do. predict: as `ends`. longest: [m] most of their way.
+    method; and (b,) whether they do. predict: as `ends`.
     """
-    step, most = np.diag([1e-3, 1e-3, 1e-3]), np.array([longest, MOST, MOST])
+    step, most = np.diag([1e-3, 1e-3, 1e-3]), np.array([LONGEST, MOST, MOST])
     for _ in range(8):
         around = k[:, None] + np.concatenate([np.zeros((1, 3)), step])
         end = predict(around.reshape(-1, 3))[:, -1].reshape(-1, 4, 3)
