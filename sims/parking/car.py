@@ -29,7 +29,7 @@ CORNERS = np.array([[x, y] for x, y in ((1, 1), (0, 1), (0, -1), (1, -1))]) * [
     WIDTH / 2,
 ] - [BEHIND, 0.0]
 
-WAY, TURN = 12.0, 0.74  # most that is asked for: [m] of way, [rad] of steering
+WAY, TURN = 8.0, 0.74  # most that is asked for: [m] of way, [rad] of steering
 BEND = 1.2  # [rad] most that the car turns in a manoeuvre: steering is asked for as a share of that
 TIGHT = WHEELBASE * BEND / math.tan(TURN)  # [m] of the longest way that may turn all along it
 # [m] of ways that k has at 0, 1/4, 1/2, 3/4 and 1: short ones are told apart more finely, and in

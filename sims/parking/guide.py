@@ -25,7 +25,7 @@ from sims.parking.kinematics import (
 )
 from sims.parking.space import BORDER, LIKED, TIGHT, Space
 
-WAYS = (0.2, 0.45, 0.9, 1.8, 3.2, 5.2, 8.0, LONGEST)  # [m], forwards and backwards
+WAYS = (0.2, 0.45, 0.9, 1.8, 3.2, 5.2, LONGEST)  # [m], forwards and backwards
 SHORT = (0.05, 0.1, 0.3)  # [m] of a fine search, too
 TURNS = np.linspace(-MOST, MOST, 5)  # shares of the steering, first and last
 SAMPLED = 0.3  # [m] of way between poses that are looked at
