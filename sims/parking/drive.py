@@ -174,7 +174,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
     return Parked(
         reached=bool((np.abs(off) <= [within[0], *within]).all()),
         proved=proved,
-        why=why,
+        why=why or ("" if proved else f"not in the goal after {LINKS} manoeuvres"),
         clearance=judged(case, path),
         gears=int((np.diff(np.sign(ways)) != 0).sum()) if len(ways) else 0,
         seconds=driven,

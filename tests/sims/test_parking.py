@@ -48,6 +48,15 @@ def test_the_car_keeps_the_limits_and_comes_to_rest():
     assert np.abs(driven - np.abs(car.way_of(k[:, 1]))).max() < 0.1
 
 
+def test_a_way_is_told_finer_where_it_is_short():
+    ways = np.linspace(-car.WAY, car.WAY, 401)
+    told = car.told_of(ways)
+    assert np.abs(car.way_of(told) - ways).max() < 1e-9
+    assert np.abs(car.way_of(told.astype(np.float32)) - ways).max() < 1e-5
+    assert np.abs(jax.jit(car.way_of)(told.astype(np.float32)) - ways).max() < 1e-5
+    assert car.told_of(0.2) == 0.25 and car.told_of(car.WAY) == 1.0
+
+
 def test_its_model_is_of_the_car_as_it_is():
     model, system = drive.model(), car.system()
     require_same(system, model)
@@ -55,6 +64,10 @@ def test_its_model_is_of_the_car_as_it_is():
     assert drive.MODEL.stat().st_size < 1_000_000
     # [m] at rest, of the rear axle
     assert np.median(np.linalg.norm(model.tube.final[:, :2], axis=1)) < 0.08
+    # and where there is no room, of the corners
+    k = np.random.default_rng(0).uniform([0.0, -1, -1], [0.19, 1, 1], (200, 3))
+    for way in (k, k * [-1, 1, 1]):
+        assert drive.tube_of(model, way)[1][:, : model.n_c].max() < 0.03
 
 
 @pytest.mark.parametrize(
@@ -280,6 +293,12 @@ def test_a_case_is_parked_and_its_file_is_accepted(tmp_path):
     assert len(driven.manoeuvres) == len(one.commitments)
     # the last manoeuvre is proved to end in the goal: two axes and the heading, each on both sides
     assert len(driven.manoeuvres[-1].problem.goal.b) == 6
+
+
+def test_why_a_car_stopped_on_its_way_is_told(monkeypatch):
+    monkeypatch.setattr(drive, "LINKS", 2)
+    one = drive.drive(cases.case(5), drive.loop_of(), jax.random.PRNGKey(5))
+    assert not one.reached and one.why == "not in the goal after 2 manoeuvres"
 
 
 @pytest.mark.night
