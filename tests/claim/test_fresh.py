@@ -299,4 +299,6 @@ def test_other_windows_of_recordings_that_trained_a_network_are_no_news(train, h
         ):
             with pytest.raises(InputError, match="100 of 100 are its training runs"):
                 meet(windows)
-    assert monitor(claim, NET).observe(others).seen == again.n == 100
+    watch, said = monitor(claim, NET).observe(others), "nor a part of its recording by another name"
+    assert watch.seen == again.n == 100
+    assert said in watch.details() and said in again.details() and said not in claim.details()

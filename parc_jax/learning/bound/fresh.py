@@ -195,11 +195,13 @@ def not_named(claim: ErrorClaim, logs: bool) -> list[str]:
     ledger = ledger_of(claim)
     in_files = [entry for entry in ledger if entry[4] and (logs or entry[2] is None)]
     known, bare = {entry[0] for entry in ledger}, {x[0] for x in in_files if not x[5]}
+    windows = logs and claim.evidence.get("training", {}).get("recordings")
     marked = f" beside {MARKED} of each part of these, compared by content and by uniform k"
     uses = {
         ", whose network does not say what it was trained on": {TRAINING, SHAPE} - known,
         "": bare,
         marked: {entry[0] for entry in in_files} - bare,
+        ", nor a part of its recording by another name or number": {TRAINING} if windows else (),
     }
     said = ((" or ".join(sorted(use)), more) for more, use in uses.items() if use)
     return [f"none is a {use} run of the claim{more}" for use, more in said]
