@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from parc_jax.checker.answer import scene_of
 from parc_jax.common.premises import ASSUMED, Premises
-from parc_jax.common.spelling import counted, listed, rounded_down, rounded_up
+from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import VALIDATED, confidence_of
 from parc_jax.problem.problem import Problem
@@ -97,12 +97,11 @@ def about_pose(pose: tuple[Iterable[float], float | None] | None) -> str:
     if pose is None:
         return "All plans start with the heading of the model's runs."
     place, heading = pose
-    where = ", ".join(repr(float(x)).removesuffix(".0") for x in place)
+    where = ", ".join(map(exact, place))
     if heading is None:
         return f"Here: all plans start at ({where}) m, with the heading of the model's runs."
-    angle = repr(float(heading)).removesuffix(".0")
     return (
-        f"Here: all plans start at ({where}) m with heading {angle} rad. Scene, plans and "
+        f"Here: all plans start at ({where}) m with heading {exact(heading)} rad. Scene, plans and "
         "certificates are told in the robot's frame: its start is the origin, its heading 0. "
         "That a run turns with its heading is declared by the system."
     )

@@ -143,7 +143,5 @@ def part_of(part: dict, copies: int) -> str:
 
 
 def seconds(time: Fraction) -> str:
-    """A time to a millisecond."""
-    sign = "-" if time < 0 else ""
-    whole_s, rest = divmod(round(abs(time) * 1000), 1000)
-    return f"{sign}{whole_s}.{rest:03d} s"
+    """A time for people."""
+    return f"{decimal(time)} s"

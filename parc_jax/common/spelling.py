@@ -53,6 +53,11 @@ def rounded_up(value, digits: int = 2) -> str:
     return _rounded(value, digits, ROUND_CEILING)
 
 
+def exact(value: float) -> str:
+    """A number in its shortest decimal that reads back as the same one."""
+    return repr(float(value)).removesuffix(".0")
+
+
 def rounded_down(value, digits: int = 2) -> str:
     """A lower bound for people: never above the value. See `rounded_up`."""
     return _rounded(value, digits, ROUND_FLOOR)

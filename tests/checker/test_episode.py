@@ -18,6 +18,7 @@ from episode_mutants import check_episode_mutants
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of, main
 from parc_jax.checker.episode import summary_of_episode
+from parc_jax.checker.rests_on import seconds
 
 HAIR = F(1, 1 << 40)
 
@@ -233,8 +234,8 @@ def test_numbers_of_all_that_it_rests_on_are_told():
     told = said(file)
     for words in (
         "checked manoeuvres: 3, of 4 steps of 0.25 s each",
-        "checked begins: 0.000 s to 1.000 s, 0.500 s to 0.500 s apart",
-        "checked end: 2.000 s",
+        "checked begins: 0 s to 1 s, 0.5 s to 0.5 s apart",
+        "checked end: 2 s",
         "checked body: hull of points 0, 1 grown by 0.05 m",
         "checked frame: told from the pose of each manoeuvre",
         "checked tube: of each manoeuvre from its stated pose alone",
@@ -403,3 +404,8 @@ def test_what_was_measured_of_k_is_assumed():
     assert "assumed k: each was driven with its k, of which what is measured was so" in said(
         Robot(3).episode(Robot(3).driven(2))
     )
+
+
+def test_a_time_is_told_whole():
+    """2.8136 s was 2.814 s, up to which nothing had been shown."""
+    assert seconds(F("2.8136")) == "2.8136 s" and seconds(F(-1, 4)) == "-0.25 s"

@@ -3,6 +3,7 @@ data.
 """
 
 import json
+import re
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
@@ -158,7 +159,7 @@ def test_rows_that_never_come_have_failed_where_somebody_says_so(claim):
     said = watch.details()
     assert not watch.alarm and said.startswith("No alarm. Of 15 runs, drawn from plant (k")
     assert "Rows that are not here, 25 of plant: nothing was bet on them. Those that fail" in said
-    assert "at most 0.02. The bets won 1 of 1e+03 that ring" in said
+    assert "at most 0.02. The bets won 1 of 1000 that ring" in said
     assert "rings with probability at most 0.001." in said and "k as declared: share = 1.0" in said
     closed = watch.closed()
     assert closed.alarm and (closed.seen, closed.left) == (40, 25)
@@ -378,3 +379,11 @@ def test_new_data_gives_a_new_claim(claim):
     assert small.eps > claim.eps  # what a hundred runs support
     with pytest.raises(InputError, match="training runs"):
         update(claim, NET, seen, seen, bins=(1, 1))
+
+
+def test_bets_that_ring_are_told_above_those_that_were_won(claim):
+    """They were told as 865 of 865, and no alarm."""
+    peak = monitor(claim, NET).bet(True).peak
+    watch = monitor(claim, NET, alpha=1 / (1.0004 * peak)).bet(True)
+    won, ring = re.search(r"won (\S+) of (\S+) that ring", watch.details()).groups()
+    assert not watch.alarm and float(won) <= watch.peak < 1 / watch.alpha <= float(ring)

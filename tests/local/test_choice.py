@@ -1,5 +1,6 @@
 """The plan that is driven: what is said of it, and that no more is said than was seen."""
 
+import re
 from dataclasses import replace
 from fractions import Fraction
 
@@ -49,6 +50,13 @@ def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
     claim = fresh.model.claim
     assert f"which has confidence {float(1 - claim.delta):g}. Assumes: IID, " in said
     assert all(entry in said for entry in claim.assumptions)
+
+
+def test_the_plan_that_is_told_is_the_plan_that_was_tested(chosen):
+    """It was rounded, to a plan that the answer does not hold."""
+    told = re.search(r"plan chosen: p0 = \((.*?)\), k = \((.*?)\)\.", chosen.details())
+    p0, k = ([float(x) for x in part.split(", ")] for part in told.groups())
+    assert p0 == list(chosen.p0) and k == list(chosen.k)
 
 
 @pytest.mark.slow

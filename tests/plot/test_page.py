@@ -83,7 +83,7 @@ def test_the_corridors_of_an_answer_are_on_its_page():
     answer = toy_query.answer()
     data = page_data(answer)
     assert len(data["corridors"]) == len(answer.corridors) > 0
-    assert data["corridor_share"] == answer.coverage.share > 0
+    assert data["corridor_share"] == answer.coverage.at_least > 0
     for corridor, part in zip(answer.corridors, data["corridors"], strict=True):
         ((first, end, w, support),) = data["directions"][part["sep"]][0][:1]
         assert w == corridor.w[0, first].tolist() and support == corridor.support[0, first]

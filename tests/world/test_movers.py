@@ -104,6 +104,14 @@ def test_obstacles_hold_all_of_a_tube_grown_by_the_mover(heading, age, every):
         assert ((middle + off[:, 1:] * left + rim) @ part.A.T <= part.b).all()
 
 
+def test_the_moment_until_which_it_holds_is_not_told_later():
+    made = pj.learning.time_grid(0.35171, 1.05513, 0.35171)
+    told = pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, made, 0.0)
+    assert told.until == pytest.approx(1.05513) and told.said.startswith(
+        "Until 1.05 s after the pose"
+    )
+
+
 def test_until_a_moment_nobody_is_an_obstacle_later():
     told = pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, ROBOT, 0.0, until=0.35)
     assert told.until == pytest.approx(0.4) and told.spans[-1][1] == 3

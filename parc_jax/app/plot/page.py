@@ -111,8 +111,8 @@ def page_data(answer, polytopes=None) -> dict:
         "statement": answer.details(),
         "claim": in_short(model.claim),
         "hash": {name: part_hash(part) for name, part in parts},
-        "share": polytopes.coverage.share if polytopes else 0.0,
-        "corridor_share": answer.coverage.share,
+        "share": polytopes.coverage.at_least if polytopes else 0.0,
+        "corridor_share": answer.coverage.at_least,
         "views": [view._asdict() for view in views_of(model.n_p)],
         "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
         "goals": [

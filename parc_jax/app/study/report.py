@@ -11,7 +11,7 @@ from parc_jax.answer.why import SMALL
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.replay import Replay
 from parc_jax.common.errors import InputError
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.statement import probability
 from parc_jax.learning.labels import name_of, unit_of
@@ -47,7 +47,7 @@ def report(outcome: Studied, out: Path) -> str:
         lines += _replayed(m["replay"], eps_of(answer.model.claim))
     if m.get("driven") is not None:
         d = m["driven"]
-        plan = ", ".join(f"{x:.5g}" for x in d["plan"])
+        plan = ", ".join(map(exact, d["plan"]))
         lines.append(f"To drive: ({plan}); {d['failures']:,} of {d['runs']:,} fresh runs failed.")
     lines.append(f"All sentences: parc-jax explain {out}; check: parc-jax check {out}/answer.json")
     return "\n".join(lines)

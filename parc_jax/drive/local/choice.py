@@ -11,7 +11,7 @@ from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.checker.answer import scene_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.drive.local.localise import (
     Driven,
     Local,
@@ -211,8 +211,7 @@ class Choice:
 
     def details(self) -> str:
         """The sentences (D), about the plan to drive and nothing else."""
-        start = ", ".join(f"{x:.4f}" for x in self.p0)
-        k = ", ".join(f"{x:.6g}" for x in self.k)
+        start, k = (", ".join(map(exact, values)) for values in (self.p0, self.k))
         lines = [f"The plan chosen: p0 = ({start}), k = ({k})."]
         lines.append(about_pose(self.scene.nominal.pose))
         problem = self.scene.nominal.problem

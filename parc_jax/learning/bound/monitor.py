@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.common.arrays import in_chunks
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, MEASURED, Premises, agree, premises, text_of
-from parc_jax.common.spelling import rounded_up
+from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
@@ -88,7 +88,7 @@ class Monitor:
             "seen": f"{self.seen:,} {claim.unit.many}",
             "laws": sorted(self.laws) or "whose law nobody told",
             "left": self.left,
-            "largest": f"{self.peak:.3g} of {1 / self.alpha:.3g}",
+            "largest": f"{rounded_down(self.peak, 3)} of {rounded_up(1 / self.alpha, 3)}",
             "alarm": int(self.alarm),
             "counted as failed": self.failed,
         }

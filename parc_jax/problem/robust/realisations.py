@@ -18,7 +18,7 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import listed
+from parc_jax.common.spelling import exact, listed
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS
@@ -50,7 +50,7 @@ class Parameter(NamedTuple):
     @property
     def words(self) -> str:
         """Of a parameter that no plan chooses: "every load from 1 to 2 (measured)"."""
-        (lo, hi), off = map(told, self.value), told(self.off)
+        (lo, hi), off = map(exact, self.value), exact(self.off)
         if self.off:
             values = lo if lo == hi else f"what is from {lo} to {hi}"
             how = f"{self.source}, executed roughly"
@@ -154,11 +154,6 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
         )
 
 
-def told(x: float) -> str:
-    """The shortest decimal that reads back as this float."""
-    return repr(float(x)).removesuffix(".0")
-
-
 def _by_axis(word: str, pairs: tuple, names: Sequence[str]) -> dict:
     """Values of named parameters, by axis of k."""
     axes = []
@@ -183,8 +178,8 @@ def _require_inside(p: Parameter, lo: float, hi: float) -> None:
             f"{(hi - lo) / 2:g}; got {p.off:g}."
         )
     if p.source is not None and not (lo <= low and high <= hi):
-        rough = f", executed within ±{told(p.off)}" if p.off else ""
-        value = ", ".join(told(x) for x in p.value)
+        rough = f", executed within ±{exact(p.off)}" if p.off else ""
+        value = ", ".join(exact(x) for x in p.value)
         raise InputError(
             f"uncertainty of {p.name}: expected a box within K, [{lo:g}, {hi:g}]; got [{value}] "
             f"({p.source}{rough}). Narrow it, or learn a model of more."
@@ -286,12 +281,12 @@ class Robustness(NamedTuple):
 def words(uncertainty: Uncertainty, executions: Executions) -> str:
     """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
     chosen = [p for p in executions.parameters if p.source is None and p.off]
-    off = ", ".join(f"{p.name} off by up to {told(p.off)}" for p in chosen)
+    off = ", ".join(f"{p.name} off by up to {exact(p.off)}" for p in chosen)
     parts = []
     if any(uncertainty.start):
         parts.append(f"every start within {_spread(uncertainty.start)} m of the one asked about")
     if uncertainty.heading:
-        parts.append(f"every heading within ±{told(uncertainty.heading)} rad")
+        parts.append(f"every heading within ±{exact(uncertainty.heading)} rad")
     parts += [f"every execution with {off}"] if off else []
     if any(uncertainty.goal):
         parts.append(f"every goal moved by up to {_spread(uncertainty.goal)}")
@@ -299,14 +294,14 @@ def words(uncertainty: Uncertainty, executions: Executions) -> str:
         if s is not None:
             ends = zip(*finite_box(s, "uncertainty of obstacles"), strict=True)
             of = "every obstacle" if len(uncertainty.obstacles) == 1 else f"obstacle {i}"
-            within = ", ".join(f"{told(lo)} to {told(hi)}" for lo, hi in ends)
+            within = ", ".join(f"{exact(lo)} to {exact(hi)}" for lo, hi in ends)
             parts.append(f"{of} moved by an error of its set, which lies within {within} m")
     parts += [p.words for p in executions.parameters if p.source is not None]
     return "; ".join(parts) or "everything exactly as it was told"
 
 
 def _spread(widths: Sequence[float]) -> str:
-    return ", ".join(f"±{told(w)}" for w in widths)
+    return ", ".join(f"±{exact(w)}" for w in widths)
 
 
 def robustness_of_json(data: dict | None) -> Robustness | None:

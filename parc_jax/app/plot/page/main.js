@@ -17,6 +17,11 @@ const nameOf = (label) => label.replace(/ \[[^\]]*\]$/, "");
 const origin = data.labels.p.map(() => 0); // a start from which paths are offsets
 const endOf = (p0, k) => model.plan(p0, k).path[model.T][0]; // of the first reference point
 const partsOf = (pair) => (data.parts.length > 1 ? ` with part ${pair.part}` : "");
+// a bound for people, to three digits: never above the value
+const atLeast = (x) => {
+  const unit = x ? 10 ** (Math.floor(Math.log10(Math.abs(x))) - 2) : 1;
+  return Number((Math.floor(x / unit) * unit).toPrecision(3));
+};
 const few = (values, digits = 4) => values.map((v) => Number(v.toPrecision(digits))).join(", ");
 let painting = 0, frame = 0;
 
@@ -67,7 +72,7 @@ function words() {
   const { seen, within } = state, box = $("verdict");
   const kind = within ? "proved" : seen.safe ? "safe" : "unsafe";
   const where = seen.worst ? `obstacle ${seen.worst.pair.obstacle}${partsOf(seen.worst.pair)} at ${(seen.worst.t * data.dt).toFixed(2)} s` : "no obstacle";
-  const room = Number.isFinite(seen.clearance) ? `${seen.clearance.toPrecision(3)} m from ${where}` : where;
+  const room = Number.isFinite(seen.clearance) ? `${atLeast(seen.clearance)} m from ${where}` : where;
   const title = {
     proved: within && { sample: "Safe: sample ", polytope: "Safe: inside polytope ", corridor: "Safe: keeps to corridor " }[within.kind] + within.number,
     safe: "Safe for the model, but in no returned corridor or polytope",
@@ -283,7 +288,7 @@ function readAddress() {
 }
 
 $("title").textContent = `${data.system || "Answer"}: safe manoeuvres`;
-const holding = (n, word, share) => `${n} ${word}${n === 1 ? "" : "s"}${share > 0 ? ` (${(100 * share).toFixed(1)} % of the model's safe set)` : ""}`;
+const holding = (n, word, share) => `${n} ${word}${n === 1 ? "" : "s"}${share > 0 ? ` (at least ${(Math.floor(1000 * share) / 10).toFixed(1)} % of the model's safe set)` : ""}`;
 $("summary").textContent = `${holding(data.samples.length, "sample")}, ${holding(data.corridors.length, "corridor", data.corridor_share)}, `
   + `${holding(data.polytopes.length, "polytope", data.share)}; ${data.level}; the tube: ${data.claim}.`;
 $("statement").textContent = data.statement;
