@@ -154,7 +154,7 @@ def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_pat
         checker.load(env.certificate(tmp_path / "left.json")), allowance_of
     )
     last, at = len(env.commitments) - 1, 0.4 * [one["left"] for one in told].index(True)
-    said = f"manoeuvres[{last}], by {at:.3f} s: it is none inside the tube"
+    said = f"manoeuvres[{last}], by {at:g} s: it is none inside the tube"
     assert report.premises[-1] == ["TUBE_LEFT", "measured", [said]]
     assert f"  measured TUBE_LEFT: {said}" in checker.episode.summary_of_episode(report)
     brief([str(tmp_path / "left.json")])
