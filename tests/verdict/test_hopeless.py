@@ -151,7 +151,8 @@ def test_an_obstacle_that_uncertainty_made_larger_makes_nothing_sure():
     model = line_model(half=8.0)
     problem = reach_avoid(GOAL, [WALL], 2.01, uncertainty=Uncertainty(start=(0.1, 0.1)))
     found = why_none(lowered(query(problem, model).nominal({})))
-    assert found.of_scene and not found.sure
+    assert not found.of_scene and not found.sure
+    assert found.words.startswith("with obstacles, goal and body as the uncertainty has them, ")
 
 
 @pytest.mark.parametrize("n_k", [1, 2, 3])

@@ -77,8 +77,10 @@ class NoPlan(NamedTuple):
 
     def _told(self) -> str:
         if self.kind == PROVED:
-            why = f"; {self.reason.words}" if self.reason else "; a longer search cannot find one."
-            told = f"Proved in exact arithmetic: the model has no safe (p0, k) with this tube{why}"
+            told = "Proved in exact arithmetic: the model has no safe (p0, k) with this tube"
+            told += "; a longer search cannot find one."
+            if self.reason is not None:
+                told += f" Why, as float64 has it: {self.reason.words}"
             if self.reason is not None and self.reason.of_scene:
                 return told
             return (

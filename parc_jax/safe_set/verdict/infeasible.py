@@ -18,13 +18,15 @@ from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import box_of_rows, goal_box
 from parc_jax.safe_set.verdict.scene import Scene
 
+GROWN = "with obstacles, goal and body as the uncertainty has them, "
 NEAR = 1e-9  # [share of the sizes] by which a body must reach deeper, so that rounding is no word
 
 
 class Reason(NamedTuple):
     """The reason why no plan is safe.
 
-    words: a sentence. of_scene: it holds for every model and tube.
+    words: a sentence. of_scene: it holds for every model and tube, and of the scene itself, no
+        uncertainty allowed for.
     sure: no search is needed; shown in float64 with margins that pay for rounding, and no
         uncertainty made obstacles larger than they are.
     """
@@ -39,14 +41,20 @@ def why_none(scene: Scene) -> Reason | None:
     start set, no plan of the model gets from there to the goal, or the tube is wider than the goal.
     None where nothing of this is so, which says nothing.
     """
-    sure = scene.nominal.uncertainty is None
+    found = _reason(scene)
+    if found is None or scene.nominal.uncertainty is None:
+        return found
+    return Reason(GROWN + found.words, of_scene=False)
+
+
+def _reason(scene: Scene) -> Reason | None:
     words = _touching(scene, of_model=False)
     if words is not None:
-        return Reason(words, True, sure)
+        return Reason(words, True, sure=True)
     if all(faces.allow_none.all() for faces in scene.model.tube.templates or ()):
         words = _touching(scene, of_model=True) or _out_of_reach(scene)
         if words is not None:
-            return Reason(words, False, sure)
+            return Reason(words, False, sure=True)
     words = no_end_fits(scene)
     return None if words is None else Reason(words, False)
 
