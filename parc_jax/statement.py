@@ -77,7 +77,7 @@ def about_said(rests: Mapping[str, int]) -> str:
 def about_place(within: Place, n_k: int) -> str:
     """The place that coverage is about, where plans are so rare that only a box was drawn from."""
     sides = zip(*(side[-n_k:] for side in within.box), strict=True)
-    box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in sides)
+    box = " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in sides)
     return (
         "Safe plans are rare: hardly a uniform draw met one, a search did. Coverage and volume are "
         f"of the safe set around what it found, with k in {box}; beyond that box nothing is known."

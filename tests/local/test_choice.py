@@ -171,6 +171,11 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     most = toy.GUST * domain.hi[0]
     assert near.model.tube.final[:, :2].max() < 1.6 * most
     assert "all of N is proved safe" in near.details()
+    sides = re.findall(r"in \[(\S+), (\S+)\]", near.details().split(" % of K")[0])
+    assert [[float(x) for x in side] for side in zip(*sides, strict=True)] == [
+        near.model.domain.lo.tolist(),
+        near.model.domain.hi.tolist(),
+    ]
     claim = near.model.claim
     assert (
         f"a new rollout drawn from {claim.law.describe()} leaves the local tube" in near.details()

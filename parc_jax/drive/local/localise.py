@@ -18,7 +18,7 @@ from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, folded, stream
 from parc_jax.common.options import part_of
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.drive.local.safe_box import SafeBox, safe_box, share_of
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, Risk
@@ -127,7 +127,7 @@ class Near:
         """The sentence (D ii)."""
         claim, domain, p = self.model.claim, self.model.domain, self.model.claim.premises
         sides = " x ".join(
-            f"{name} in [{lo:.6g}, {hi:.6g}]"
+            f"{name} in [{exact(lo)}, {exact(hi)}]"
             for name, lo, hi in zip(self.model.labels.k, domain.lo, domain.hi, strict=True)
         )
         where = f"Near it: k in N = {sides}, {100 * float(self.share):.2g} % of K."
