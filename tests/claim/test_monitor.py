@@ -26,8 +26,10 @@ from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.fresh import entry_of, noted
+from parc_jax.learning.bound.measure import allowance, kept
 from parc_jax.learning.bound.monitor import inside_tube, monitor, update
 from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.independent import marks_by_k, repeated
@@ -69,6 +71,29 @@ def test_a_shifted_disturbance_rings(claim):
     assert not before.alarm and before.seen == 0  # monitors are values
     calm = before.observe(collect(plant(disturbed), jax.random.PRNGKey(8), 1500, quiet=True))
     assert not calm.alarm
+
+
+@jax.jit
+def breaks_down(key, k, s):
+    """Runs in the right half of K fail."""
+    p, q = disturbed(key, k, s)
+    return jax.numpy.where(k[0] > 0.5, np.nan, p), q
+
+
+def test_a_bin_without_a_claim_is_not_watched():
+    """A failed run has left the tube, also an infinite one; of runs there nothing is said."""
+    options = {"eps": 0.02, "delta": 1e-3, "bins": (2, 1), "claims": ("bins",), "quiet": True}
+    claim = bound_error(NET, plant(breaks_down), jax.random.PRNGKey(1), **options)
+    assert claim.tube.claimed.tolist() == [True, False]
+    assert "in 1 of 2 bins, confidence" in in_short(claim)
+    runs = collect(plant(breaks_down), KEY, 200, quiet=True)
+    with pytest.raises(InputError, match=r"in bins that have a claim; .* of 200 runs are outside"):
+        monitor(claim, NET).observe(runs)
+    slack = allowance(NET, runs.domain, claim.tube.layout)
+    with_claim = runs.k[:, 0] < 0.5
+    assert not kept(NET, slack, claim, runs.k, runs.p, runs.q)[~with_claim].any()
+    watch = monitor(claim, NET).observe(runs.select(with_claim))
+    assert watch.seen == with_claim.sum() and not watch.alarm
 
 
 def test_an_alarm_does_not_stop(claim):

@@ -114,8 +114,8 @@ class ErrorClaim:
     ) -> Risk | NoStatement:
         """Probability that a run leaves the tube when k is drawn in a certain way. [T5]
 
-        share: k is drawn by the law of the claim's runs restricted to a set, which that law enters
-            with this probability; vol(set) / vol(K) where it is uniform on K.
+        share: k is drawn by the law of the claim's runs restricted to a set of bins that have a
+            claim, which that law enters with this probability; vol(set) / vol(K) where uniform.
         density: k is drawn by any law that is at most so many times as dense as the claim's.
         Neither: one k, picked by hand or by a planner. Nothing is promised of it.
         bin: the set lies in this bin, of a claim per bin; share stays that of all of K.

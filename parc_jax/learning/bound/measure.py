@@ -257,14 +257,15 @@ def kept(
     net: ReLUNetwork, slack: Errors, claim: ErrorClaim, k: ManyParams, p: Paths, q: States
 ) -> np.ndarray:
     """(n,) bool: runs within the tube at all records, less its part for the time between them, in
-    every bin they touch, as in calibration. slack: their `allowance`. NaN is outside.
+    every bin they touch, as in calibration. slack: their `allowance`. A failed run is outside.
     """
     tube, fits = claim.tube, np.ones(len(k), bool)
     between, _ = tube.halves_around(claim.intersample or 0.0, 0.0)
     held = (tube.halves[0] - between, tube.halves[1])
     for bins in tube.bins_of(k).T:
         for size, half in zip(sizes(net, slack, tube, bins, k, p, q), held, strict=True):
-            fits &= (size <= half[bins]).reshape(len(k), -1).all(axis=1)
+            held_by = np.isfinite(size) & (size <= half[bins])  # a failed run has infinite sizes
+            fits &= held_by.reshape(len(k), -1).all(axis=1)
     return fits
 
 

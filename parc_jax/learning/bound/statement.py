@@ -58,8 +58,9 @@ def in_short(c: "ErrorClaim") -> str:
     p = c.premises
     if "eps" not in p:
         return f"{c.kind}, not shown"
-    eps = probability(p["eps"])
-    return f"left with probability ≤ {eps}, confidence {confidence_of(p)}"
+    without, of = map(int, p["open bins"].split(" of "))
+    where = f" in {of - without} of {of} bins" if without else ""
+    return f"left with probability ≤ {probability(p['eps'])}{where}, confidence {confidence_of(p)}"
 
 
 def _shown(c: "ErrorClaim") -> list[tuple]:
