@@ -113,6 +113,7 @@ def page_data(answer, polytopes=None) -> dict:
         "hash": {name: part_hash(part) for name, part in parts},
         "share": polytopes.coverage.at_least if polytopes else 0.0,
         "corridor_share": answer.coverage.at_least,
+        "around": answer.cover.within is not None,
         "views": [view._asdict() for view in views_of(model.n_p)],
         "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
         "goals": [
