@@ -23,11 +23,12 @@ DELTA = Fraction(1, 1000)  # of all looks together, by default
 
 
 class Look(NamedTuple):
-    """One of the declared looks. number: from 1. delta: its share of the error probability."""
+    """One of the declared looks. number: from 1. delta: its share. others: those before it here."""
 
     number: int
     planned: int
     delta: Fraction
+    others: tuple[Fraction, ...] = ()
 
     @property
     def sure(self) -> str:
@@ -41,10 +42,10 @@ class Look(NamedTuple):
     @property
     def ledger(self) -> tuple[str, ...]:
         """The assumptions on other tests, of plans or of sets."""
-        unseen = "UNSEEN(1 look; no set or plan of this scene was tested but in looks of its delta)"
-        if self.planned == 1:
-            return (unseen,)
-        return unseen, f"LOOK({self.number} of {self.planned}, which share one delta)"
+        unseen = "UNSEEN(1 look; before it only looks told here chose sets or plans of this scene)"
+        told = [f"{self.number} of {self.planned}, which share one delta"] * (self.planned > 1)
+        told += [f"after looks of another delta, {rounded_up(x, 10)}" for x in self.others]
+        return (unseen, f"LOOK({'; '.join(told)})") if told else (unseen,)
 
 
 @dataclass(eq=False, repr=False)
@@ -54,12 +55,13 @@ class Looks:
     design: a look is spent when its runs are made, with every outcome.
 
     delta: error probability of all looks together, None until `declare`. planned: how many may be
-    taken. taken: how many were.
+    taken. taken: how many were. others: deltas of other accounts that tested sets of this answer.
     """
 
     delta: Fraction | None = None
     planned: int = 0
     taken: int = 0
+    others: tuple[Fraction, ...] = ()
 
     def __repr__(self) -> str:
         if self.delta is None:
@@ -89,13 +91,16 @@ class Looks:
         return self
 
     def to_json(self) -> dict | None:
-        """As plain data, for the answer file; None where none are declared."""
-        if self.delta is None:
+        """As plain data, for the answer file; None where none are declared, nor others known."""
+        if self.delta is None and not self.others:
             return None
-        return {"delta": str(self.delta), "planned": self.planned, "taken": self.taken}
+        delta, others = self.delta and str(self.delta), [str(x) for x in self.others]
+        return {"delta": delta, "planned": self.planned, "taken": self.taken, "others": others}
 
-    def take(self) -> Look:
-        """The next look. Raises InputError when all that were declared are spent."""
+    def take(self, here: "Looks | None" = None) -> Look:
+        """The next look. here: the account of the answer, if that is another one; each then tells
+        of the other. Raises InputError when all that were declared are spent.
+        """
         if self.delta is None:
             raise InputError("looks: expected some to be declared before one is taken; none are.")
         if self.taken >= self.planned:
@@ -105,15 +110,20 @@ class Looks:
                 f"{self.planned + 1} splits delta over them."
             )
         self.taken += 1
-        return Look(self.taken, self.planned, self.delta / self.planned)
+        share, others = self.delta / self.planned, (here or self).others
+        if here not in (None, self):
+            others += (here.delta,) * (here.taken > 0)
+            here.others += (share,)
+        return Look(self.taken, self.planned, share, others)
 
 
 def looks_of_json(data: dict | None) -> Looks:
     """The account of `Looks.to_json`, which goes on where it was. Raises InputError."""
     looks = Looks()
     if data is not None:
-        looks.declare(Fraction(data["delta"]), data["planned"])
-        looks.taken = data["taken"]
+        if data["delta"] is not None:
+            looks.declare(Fraction(data["delta"]), data["planned"])
+        looks.taken, looks.others = data["taken"], tuple(map(Fraction, data.get("others", ())))
         check_count("looks taken", looks.taken, 0, "how many were taken")
     return looks
 

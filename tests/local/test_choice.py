@@ -304,7 +304,7 @@ def test_a_plan_has_as_much_room_as_the_claim_says_that_the_start_matters(chosen
         found = Choice(plan, 0.0, scene, looks).test(toy.Hill(), KEY, n=8).tested
         assert found.failures == fails, end
     assert f"Assumes: IID, {claim.assumptions[1]}, DISCRETE_TIME(h" in found.details()
-    assert "UNSEEN(1 look; no set or plan of this scene was tested but in" in found.details()
+    assert "UNSEEN(1 look; before it only looks told here chose sets" in found.details()
     seen = {}
 
     def noted(net, runs, train, delta, local, start, between):

@@ -14,7 +14,7 @@ from synthetic_plants import plant
 from toy_file import hashed
 
 import parc_jax as pj
-from parc_jax.answer.looks import Looks
+from parc_jax.answer.looks import Looks, looks_of_json
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.report import VALIDATED_SET, explained
 from parc_jax.common.errors import InputError
@@ -23,6 +23,7 @@ from parc_jax.common.spelling import rounded_down
 from parc_jax.drive.local import validate as module
 from parc_jax.drive.local.nested import first_set, fixed_sequence, level, nested_sets
 from parc_jax.drive.local.trials import run_once
+from parc_jax.drive.local.validate import validated
 from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.claim import check_claim, derived
 from parc_jax.learning.bound.counts import NoStatement, required_runs
@@ -317,11 +318,25 @@ def test_sets_and_plans_may_share_one_account():
     found = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=asked).validation
     assert found.asked.delta == ASKED.delta / 2
     tested = chosen.test(SYSTEM, KEY, n=30)
-    assert tested.tested.look == (2, 2, ASKED.delta / 2) and "LOOK(2 of 2" in tested.details()
+    assert tested.tested.look == (2, 2, ASKED.delta / 2, ()) and "LOOK(2 of 2" in tested.details()
     with pytest.raises(InputError, match="all 2 that were declared are spent"):
         chosen.test(SYSTEM, KEY, n=30)
     with pytest.raises(InputError, match="expected those declared by the first choice"):
         asked_of(delta=0.2, looks=answer.looks)
+
+
+def test_accounts_of_one_scene_tell_of_each_other():
+    planner, asked = toy.planner(), asked_of(looks=2)
+    found = planner.solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=asked)
+    assert "another delta" not in found.validation.details()
+    again = looks_of_json(found.looks.to_json())
+    for looks in (found.looks, again):  # also of a file
+        tested = replace(found, looks=looks).choose(delta=0.001).test(SYSTEM, KEY, n=30)
+        assert "LOOK(after looks of another delta, 0.05)" in tested.details()
+    after = validated(found, KEY, toy.SETTINGS, asked)  # once more, after its plan
+    told = [f"after looks of another delta, {delta}" for delta in (0.05, 0.001)]
+    said = "; ".join(["2 of 2, which share one delta", *told])
+    assert f"LOOK({said})" in after.validation.details()
 
 
 def test_sets_are_nested_and_found_by_halving(answer):

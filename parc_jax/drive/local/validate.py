@@ -95,7 +95,7 @@ def validated(
     else:
         require_same(source, query.model)
         start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
-    look = asked.looks.take()
+    look = asked.looks.take(answer.looks)
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
     if not len(sets[-1].corridors):
