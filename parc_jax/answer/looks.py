@@ -111,8 +111,8 @@ class Looks:
             )
         self.taken += 1
         share, others = self.delta / self.planned, (here or self).others
-        if here not in (None, self):
-            others += (here.delta,) * (here.taken > 0)
+        if here is not None and here is not self:
+            others += (here.delta,) if here.delta and here.taken else ()
             here.others += (share,)
         return Look(self.taken, self.planned, share, others)
 
