@@ -95,8 +95,8 @@ class Driving(Options):
                 "poses the robot turns by less than half a turn, and accelerates by at most "
                 f"{self.acceleration!r} m/s² and "
                 f"{self.acceleration_turning!r} rad/s²; what it sees no more "
-                f"stays{f' for {self.age!r} s' if self.age else ''}, and before the start "
-                f"{self.margin!r} m around the robot were looked at"
+                f"stays{f' for {self.age!r} s and the manoeuvre after' if self.age else ''}, and "
+                f"before the start {self.margin!r} m around the robot were looked at"
             )
         size, speed = self.mover_radius, self.mover_speed
         moving = f"all are told, within {size!r} m, no faster than {speed!r} m/s"

@@ -220,7 +220,7 @@ class Page:
         told = f"**{len(drawn.plans)} safe plans** in {1e3 * drawn.seconds:.0f} ms"
         if len(drawn.plans):
             self._show("plans", drawn.plans, PLAN, 0.1)
-            told += f", at most {drawn.clearance[0]:.2g} m clear"
+            told += f", at most {rounded_up(drawn.clearance[0])} m clear"
         else:
             self._clear("plans", "body")
         self._set.content = ""  # first: what was measured is not of these plans

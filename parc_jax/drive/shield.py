@@ -60,7 +60,8 @@ class Shield(gymnasium.Wrapper):
     ask: action -> chosen parameters (n_chosen,) of the manoeuvre that begins with it.
     act: (k (n_k,), seconds since its begin, given now) -> action of a manoeuvre, as in the runs
         that the model was learned from.
-    rest: chosen parameters of a stop, which must be certified at each reset; zeros by default.
+    rest: chosen parameters of a stop, zeros by default: at each reset the nearest to it that is
+        certified begins, and there must be one. Every manoeuvre ends in a stop.
     candidates (b, n_chosen): alternatives, at most 62; even over K by default.
     metric: (proposed (n_chosen,), candidates (b, n_chosen)) -> distances (b,); by default Euclidean
         in shares of the widths of K.
@@ -296,6 +297,8 @@ class Shield(gymnasium.Wrapper):
         return np.linalg.norm((candidates - proposed) / (self._hi - self._lo), axis=1)
 
     def _about(self, one: Commitment) -> dict:
+        if one.seen_outside:  # what was proved is of another run
+            return {"certified_until": float(one.seen_outside[0]), "clearance": -np.inf}
         return {"certified_until": float(one.told_until), "clearance": one.clearance}
 
     def _require_actions(self) -> None:

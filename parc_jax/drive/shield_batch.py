@@ -44,8 +44,8 @@ TINY = 1e-12  # [m] or [m^2], of who stands
 class UnderWay:
     """The manoeuvre under way in each environment: k (b, n_k), the pose (b, 2 or 3) where it began,
     steps (b,) ago, its clearance (b,) [m] at least, given (b, n_given) as measured last and finite.
-    certified (b,) bool: there is one; where not, that environment must be reset again. shield: the
-    content of the one that has it under way.
+    certified (b,) bool: there is one, whatever poses since say, as `Driven.reason` 3 does; where
+    not, that environment must be reset again. shield: the content of the one that has it under way.
     """
 
     k: jax.Array

@@ -58,6 +58,8 @@ def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
     assert step.committed.k.tolist() == [free[-1], 0.25]
     assert step.committed.clearance == pytest.approx(0.34 - free[-1], abs=1e-9)
     assert step.committed.end - step.committed.begin == line.time.t_f
+    k = repr(step.committed).partition("k = (")[2].partition(")")[0]
+    assert [float(x) for x in k.split(", ")] == step.committed.k.tolist()
     for clearance in (0.016827, 0.0994999):  # told as 0.017 and 0.099
         told_as = repr(replace(step.committed, clearance=clearance)).split(" s, ")[1]
         assert float(told_as.split(" m clear")[0]) <= clearance

@@ -149,7 +149,8 @@ def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_pat
     env = shielded(Platform(posts=[[3.0, -0.1]], heavier=1.3), model)
     env.reset()
     told = [env.step(AHEAD * 0.7)[4]["shield"] for _ in range(6)]
-    assert "beyond what tube" in told[-1]["reason"] and (told[-1]["driven"] == 0).all()
+    assert "a pose was beyond what tube" in told[-1]["reason"] and (told[-1]["driven"] == 0).all()
+    assert told[-1]["clearance"] == -np.inf and told[-1]["certified_until"] < 0.4 * 6
     report = checker.check_episode(
         checker.load(env.certificate(tmp_path / "left.json")), allowance_of
     )

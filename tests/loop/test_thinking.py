@@ -165,6 +165,7 @@ def test_a_pose_outside_of_the_tube_begins_nothing(clock):
 
     def asked(x, y, **known):
         loop.under_way = first
+        first.seen_outside.clear()
         return loop.step([x, y], [], [WALL], forward, at=0.5, **known)
 
     for x, y, believed in ((there, 0.01, True), (there, 0.0101, False), (there + 40, 0, False)):
@@ -174,6 +175,8 @@ def test_a_pose_outside_of_the_tube_begins_nothing(clock):
     assert step.committed is first and "begin again with `restart`" in step.reason
     assert asked(there + 0.05, 0.0, drift=0.05).new
     assert not asked(there + 0.07, 0.0, drift=0.05).new
+    back = loop.step([there, 0.0], [], [WALL], forward, at=0.5)  # what was left stays left
+    assert not back.new and "by 0.5 s a pose was beyond what tube" in back.reason
     for drift in (-0.1, np.nan):
         assert "drift: expected" in asked(there, 0.0, drift=drift).reason
     loop.restart()

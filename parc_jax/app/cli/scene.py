@@ -9,6 +9,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.report import facts_of, in_the_way, said_of
 from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import exact
 from parc_jax.common.status import Status
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.problem.problem import Problem
@@ -96,4 +97,4 @@ def verdict(answer: Answer, path: Path, short: bool = False) -> str:
 def _named(values: np.ndarray, labels: tuple[str, ...]) -> str:
     """Values with names and units."""
     parts = zip(values, labels, strict=True)
-    return ", ".join(f"{name_of(n)} = {v:.5g} {unit_of(n)}".rstrip() for v, n in parts)
+    return ", ".join(f"{name_of(n)} = {exact(v)} {unit_of(n)}".rstrip() for v, n in parts)

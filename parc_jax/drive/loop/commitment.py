@@ -15,7 +15,7 @@ from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, part_of
 from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
-from parc_jax.common.spelling import rounded_down
+from parc_jax.common.spelling import exact, rounded_down
 from parc_jax.learning.bound.measure import allowance, kept
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import parts_of
@@ -66,10 +66,10 @@ class Commitment:
     command: str = ""
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{x:.3g}" for x in self.k)
         return (
-            f"<Commitment {self.number}: k = ({values}) from {float(self.begin):g} s to its end at "
-            f"{float(self.end):g} s, {rounded_down(self.clearance, 3)} m clear>"
+            f"<Commitment {self.number}: k = ({', '.join(map(exact, self.k))}) from "
+            f"{exact(self.begin)} s to its end at {exact(self.end)} s, "
+            f"{rounded_down(self.clearance, 3)} m clear>"
         )
 
     @property

@@ -331,7 +331,15 @@ class Loop:
         drift = float(as_float64("drift", drift, ()))
         if not drift >= 0:
             raise InputError(f"drift: expected 0 m or more; got {drift:g}.")
-        if last is None or (outside := outside_tube(last, pose, at, k)) <= drift:
+        if last is None:
+            return
+        if last.seen_outside:
+            raise LeftTube(
+                f"at: by {float(last.seen_outside[0]):g} s a pose was beyond what tube, "
+                "uncertainty and drift of the manoeuvre under way allow. At rest, begin again with "
+                "`restart`."
+            )
+        if (outside := outside_tube(last, pose, at, k)) <= drift:
             return
         last.seen_outside.append(at)
         late, before = "", self._before

@@ -16,7 +16,7 @@ import numpy as np
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import check_count
-from parc_jax.common.spelling import counted
+from parc_jax.common.spelling import counted, exact
 from parc_jax.learning.labels import labels_of
 from parc_jax.learning.runs.law import given_of
 from parc_jax.learning.system import check_system
@@ -49,7 +49,7 @@ class Chained:
         """How k is drawn, for a LawSpec."""
         begin, end = self.hand_over
         manoeuvres = counted(self.before, "manoeuvre")
-        return f"a chain of {manoeuvres} before it, {LEFT}{begin:g} to {end:g} s"
+        return f"a chain of {manoeuvres} before it, {LEFT}{exact(begin)} to {exact(end)} s"
 
     @cached_property
     def leaves(self) -> np.ndarray:

@@ -16,7 +16,7 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
-from parc_jax.common.spelling import counted, rounded_down, rounded_up
+from parc_jax.common.spelling import counted, exact, rounded_down, rounded_up
 from parc_jax.learning.bound.error_set import at as errors_at
 from parc_jax.learning.bound.statement import assumes, confidence_of, count_of
 from parc_jax.learning.model import TrajectoryModel
@@ -226,8 +226,8 @@ def mover_obstacles(
             f"of its law, {p['law']}; of several, and of several moments, these add up"
         )
     law = (
-        f"Movers within {radius:g} m, until the last interval of each: {held}, if they ignore the "
-        f"robot. Of whoever is not among them nothing is said. {assumes(p)}"
+        f"Movers within {exact(radius)} m, until the last interval of each: {held}, if they ignore "
+        f"the robot. Of whoever is not among them nothing is said. {assumes(p)}"
     )
     until = rounded_down(str(steps * time.dt), 3)
     said = f"Until {until} s after the pose at {float(at)!r} s, against {some}. {law}"

@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import once
 from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.spelling import exact, rounded_down
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.labels import degrees_hint, name_of
 from parc_jax.learning.model import TrajectoryModel
@@ -86,9 +87,9 @@ def no_end_fits(scene: Scene) -> str | None:
     if short[:, axis].min() <= 0:
         return "in every bin of K the goal is narrower than the tube at the end along some axis."
     return (
-        f"the goal is narrower than the tube at the end: its axis {axis} is {(hi - lo)[axis]:.3g} "
-        "wide, and the error "
-        f"there is bounded by no less than ±{least[axis]:.3g}."
+        f"the goal is narrower than the tube at the end: its axis {axis} is "
+        f"{exact((hi - lo)[axis])} wide, and the error there is bounded by no less than "
+        f"±{rounded_down(least[axis], 3)}."
     )
 
 
@@ -123,7 +124,7 @@ def _touching(scene: Scene, of_model: bool) -> str | None:
                 sides = zip(lo + box_lo, hi + box_hi, strict=True)
                 corners = itertools.product(*sides)
                 if all(_touches(obstacle, np.array(z), radius) for z in corners):
-                    reach = f", which reaches {radius:.3g} m from there," if radius else ""
+                    reach = f", which reaches {exact(radius)} m from there," if radius else ""
                     return f"{where}, the body{reach} touches obstacle {j}."
     return None
 
@@ -188,8 +189,9 @@ def _out_of_reach(scene: Scene) -> str | None:
     label = q[axis - model.n_c] if axis >= model.n_c else p[axis % model.n_p]
     asked = float(goal_lo[axis]), float(goal_hi[axis])
     return (
-        f"{words}: {name_of(label)} at its end is between {lo[axis]:.4g} and {hi[axis]:.4g}, the "
-        f"goal asks for {asked[0]:.4g} to {asked[1]:.4g}.{degrees_hint(label, *asked)}"
+        f"{words}: {name_of(label)} at its end is between {lo[axis]:.6g} and "
+        f"{hi[axis]:.6g}, the goal asks for {exact(asked[0])} to {exact(asked[1])}."
+        f"{degrees_hint(label, *asked)}"
     )
 
 
