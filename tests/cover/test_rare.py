@@ -1,5 +1,7 @@
 """Safe sets that uniform draws never hit: a slit between two blocks, known by its width."""
 
+import re
+
 import jax
 import numpy as np
 import pytest
@@ -58,6 +60,9 @@ def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
 
 def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path):
     said = verdict(answer, tmp_path / "answer.json")
+    example = said.partition("For example: ")[2].partition("\n")[0]
+    told = [float(x) for x in re.findall(r" = (\S+?)[, .]*(?: |$)", example)]
+    assert told == answer.samples[0].tolist()  # the plan that is proved, to its last digit
     assert "of the plans whose first point ends in the goal's box, whatever else" in said
     assert "those around what a search found" in said and "the tube leaves" not in said
     assert said.count("% of the safe set around what a search found") == 1
