@@ -89,7 +89,7 @@ def no_end_fits(scene: Scene) -> str | None:
     return (
         f"the goal is narrower than the tube at the end: its axis {axis} is "
         f"{exact((hi - lo)[axis])} wide, and the error there is bounded by no less than "
-        f"±{rounded_down(least[axis], 3)}."
+        f"±{rounded_down(str(least[axis]), 3)}."
     )
 
 
