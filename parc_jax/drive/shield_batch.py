@@ -37,7 +37,7 @@ TOGETHER = 8  # and of each so many alternatives
 NEAREST = 2  # obstacles whose gaps have a direction for each interval, not boxes alone
 RANKED, EVERY, FAN = 4, 2, 32  # what ranking looks at: nearest obstacles, of knots, directions
 SEEN = 5e-4  # [m] by which ranking may take a clearance for too small
-TINY = 1e-12  # [m] or [m^2], of who stands
+TINY = 1e-12  # [m], [m^2] a part of a way that is shorter is none: no division by zero
 
 
 @struct.dataclass
@@ -267,9 +267,9 @@ class BatchShield:
         # a disc within each: as wide as its sides are near
         sides = (corners + jnp.roll(corners, 1, axis=1)) / 2 - middle[:, None]
         within = jnp.sqrt((sides**2).sum(axis=-1).min(axis=1)) + single(self._radius)
-        # from the nearest place of each part of the way to the nearest obstacle, axis by axis: XLA
-        # would compute the network anew for each
+        # without it XLA would compute the network anew for each axis and obstacle
         ends, bins = jax.lax.optimization_barrier((ends, bins))
+        # from the nearest place of each part of the way to the nearest obstacle, axis by axis
         axes = jnp.split(ends, 2, axis=1)
         bx, by = (jnp.pad(end, ((0, 0), (1, 0)))[:, :-1] for end in axes)
         px, py = (end - begin for end, begin in zip(axes, (bx, by), strict=True))

@@ -13,7 +13,7 @@ from parc_jax.learning.bound.claim import check_claim, derived, error_claim, wea
 from parc_jax.learning.bound.claim_file import claim_from_json, load_claim
 from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import tube, tube_from_json, tube_to_json
-from parc_jax.learning.runs.law import law_spec, subject
+from parc_jax.learning.runs.law import law_spec, subject, told_of_part
 from parc_jax.learning.system import STAYS, TURNS, time_grid
 
 pytestmark = pytest.mark.soundness
@@ -212,6 +212,11 @@ def test_the_order_of_points_and_every_word_of_rotation_count():
     turns = claim(subject=subject("toy", K, time_grid(0.5, 1.5), 2, 1, rotation=(TURNS,)))
     with pytest.raises(InputError, match="made about"):
         check_claim(replace(turns, subject=replace(turns.subject, rotation=(STAYS,))))
+
+
+def test_a_law_is_told_with_its_box_to_the_last_digit():
+    law = told_of_part(law_spec("toy", box([0.1], [1 / 3])))
+    assert law.k_law == "a uniform draw on [0.1, 0.3333333333333333], of which K is a part"
 
 
 def test_labels_are_for_people():

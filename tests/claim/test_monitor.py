@@ -412,3 +412,11 @@ def test_bets_that_ring_are_told_above_those_that_were_won(claim):
     watch = monitor(claim, NET, alpha=1 / (1.0004 * peak)).bet(True)
     won, ring = re.search(r"won (\S+) of (\S+) that ring", watch.details()).groups()
     assert not watch.alarm and float(won) <= watch.peak < 1 / watch.alpha <= float(ring)
+
+
+def test_an_alarm_is_told_with_no_fewer_bets_won_than_ring(claim):
+    """They were told as 333 of 334, with an alarm."""
+    peak = monitor(claim, NET).bet(True).peak
+    watch = monitor(claim, NET, alpha=1 / (0.99999 * peak)).bet(True)
+    won, ring = re.search(r"won (\S+) of (\S+) that ring", watch.details()).groups()
+    assert watch.alarm and float(ring) <= float(won) <= watch.peak

@@ -240,6 +240,8 @@ out.slid = state.k.slice(); out.kept = endOf(state.p0, state.k).map((v, i) => v 
 $("time").value = 3; $("time").oninput(); out.clock = $("clock").textContent;
 $("next").onclick(); out.sample = [state.sample, state.k.slice()];
 out.rows = document.querySelectorAll("#certificate tr").length;
+select(0); move(state.p0, [0.123456789012, 0.5]); state.within ??= { kind: "sample", number: 0, sep: 0 }; certificate();
+out.told = $("certificate").textContent;
 document.getElementById("result").textContent = JSON.stringify(out);
 """
     got = result(run(browser, toy_page, "--dump-dom", script=script))
@@ -248,3 +250,4 @@ document.getElementById("result").textContent = JSON.stringify(out);
     assert got["slid"][0] == 0.25 and got["kept"] == pytest.approx([0, 0], abs=1e-12)
     assert got["clock"] == "0.75 of 1.00 s"
     assert got["sample"] == [1, [0.9, -0.0625]] and got["rows"] == 4
+    assert "k = (0.123456789012, 0.5)" in got["told"]  # of another plan nothing is proved

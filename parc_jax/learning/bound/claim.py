@@ -10,7 +10,7 @@ from parc_jax.checker.claim import DRAWN, OF_A_RECORDING
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import hex_text, listed, plain, rounded_up
+from parc_jax.common.spelling import exact, hex_text, listed, plain, rounded_up
 from parc_jax.learning.bound.counts import (
     RECORDED_IDS,
     RECORDED_ROWS,
@@ -278,7 +278,7 @@ def check_edges(tube: Tube, domain: Box) -> None:
         if edge[0] != domain.lo[axis] or edge[-1] != domain.hi[axis]:
             raise InputError(
                 f"tube: expected bins that span K = {_box(domain)}; along axis {axis} they cover "
-                f"[{edge[0]:.10g}, {edge[-1]:.10g}]. Make them on K, or run all of what they cover."
+                f"[{exact(edge[0])}, {exact(edge[-1])}]. Make them on K, or run all of these."
             )
 
 
@@ -326,4 +326,4 @@ def _corners(domain: Box) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 def _box(domain: Box) -> str:
     sides = zip(domain.lo, domain.hi, strict=True)
-    return " x ".join(f"[{lo:.10g}, {hi:.10g}]" for lo, hi in sides)
+    return " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in sides)

@@ -81,6 +81,7 @@ class Monitor:
     def premises(self) -> Premises:
         """Premises of its sentence."""
         claim, law = self.claim, self.declared or f"k {self.claim.law.how_drawn}, as the claim's"
+        short = rounded_down if self.alarm else rounded_up
         told: dict[str, Any] = {
             "claim": claim.hash[:12],
             "rate": rounded_up(str(self.rate), DIGITS),
@@ -88,7 +89,8 @@ class Monitor:
             "seen": f"{self.seen:,} {claim.unit.many}",
             "laws": sorted(self.laws) or "whose law nobody told",
             "left": self.left,
-            "largest": f"{rounded_down(self.peak, 3)} of {rounded_up(1 / self.alpha, 3)}",
+            # one that rings has no less than rings, also where both are told in short
+            "largest": f"{rounded_down(self.peak, 3)} of {short(1 / self.alpha, 3)}",
             "alarm": int(self.alarm),
             "counted as failed": self.failed,
         }

@@ -12,7 +12,7 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options, check_count
-from parc_jax.common.spelling import rounded_up
+from parc_jax.common.spelling import exact, rounded_up
 from parc_jax.learning.bound.counts import MOST, as_probability
 from parc_jax.learning.bound.profile import SHAPES
 
@@ -29,7 +29,7 @@ class DiscreteTime:
 
     def assumption(self, h: float) -> str:
         """Identifier for the ledger."""
-        return f"DISCRETE_TIME(h = {h:g} s)"
+        return f"DISCRETE_TIME(h = {exact(h)} s)"
 
 
 class Bounded:
@@ -61,7 +61,7 @@ class Bounded:
         (value,) = vars(self).values()
         plain = np.asarray(value, float).tolist()  # checkers read the numbers
         plain = tuple(plain) if isinstance(plain, list) else plain
-        return f"INTERSAMPLE({self.word} <= {plain} {self.unit}, h = {h:g} s)"
+        return f"INTERSAMPLE({self.word} <= {plain} {self.unit}, h = {exact(h)} s)"
 
 
 @dataclass(frozen=True)

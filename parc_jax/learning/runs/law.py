@@ -12,7 +12,7 @@ from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
-from parc_jax.common.spelling import hex_floats, hex_text, nearest_floats
+from parc_jax.common.spelling import exact, hex_floats, hex_text, nearest_floats
 from parc_jax.learning.labels import PARTS, Labels, labels_of, name_of, plain_parts
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
@@ -113,7 +113,7 @@ def told_of_part(law: LawSpec) -> LawSpec:
         return law
     how = {"uniform": EVEN, "logged": "the log's law"}.get(law.k_law, law.k_law)
     corners = zip(hex_floats(law.lo), hex_floats(law.hi), strict=True)
-    whole = " x ".join(f"[{lo:.10g}, {hi:.10g}]" for lo, hi in corners)
+    whole = " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in corners)
     return replace(law, k_law=f"{how} on {whole}{PART}")
 
 

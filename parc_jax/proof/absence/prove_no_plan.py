@@ -81,8 +81,8 @@ class NoPlan(NamedTuple):
             told += "; a longer search cannot find one."
             if self.reason is not None:
                 told += f" Why, as float64 has it: {self.reason.words}"
-            if self.reason is not None and self.reason.of_scene:
-                return told
+                if self.reason.of_scene:
+                    return told
             return (
                 f"{told} "
                 "The robot may still be able to do it: a better model or a narrower tube may tell."
@@ -94,7 +94,7 @@ class NoPlan(NamedTuple):
         return (
             f"No safe plan was found{why} This is not a proof that none exists: "
             f"of the plans {IN_THE_BOX}, {share} % by volume are undecided; the "
-            f"others are proved unsafe."
+            "others are proved unsafe."
         )
 
 

@@ -60,7 +60,7 @@ function words(number, one, time) {
   $("link").href = `#t=${time.toFixed(2)}`;
   $("k").replaceChildren(...data.k.map((label, i) => {
     const row = document.createElement("tr"), cell = (kind, text) => Object.assign(document.createElement(kind), { textContent: text });
-    row.append(cell("th", label), cell("td", Number(one.k[i].toPrecision(4))));
+    row.append(cell("th", label), cell("td", one.k[i]));
     return row;
   }));
   Object.assign(document.body.dataset, { number, kept: kept ? kept[1] : "" });

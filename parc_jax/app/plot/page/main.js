@@ -19,10 +19,9 @@ const endOf = (p0, k) => model.plan(p0, k).path[model.T][0]; // of the first ref
 const partsOf = (pair) => (data.parts.length > 1 ? ` with part ${pair.part}` : "");
 // a bound for people, to three digits: never above the value
 const atLeast = (x) => {
-  const unit = x ? 10 ** (Math.floor(Math.log10(Math.abs(x))) - 2) : 1;
+  const unit = x && Number.isFinite(x) ? 10 ** (Math.floor(Math.log10(Math.abs(x))) - 2) : 1;
   return Number((Math.floor(x / unit) * unit).toPrecision(3));
 };
-const few = (values, digits = 4) => values.map((v) => Number(v.toPrecision(digits))).join(", ");
 let painting = 0, frame = 0;
 
 function select(number) {
@@ -83,7 +82,7 @@ function words() {
   const lines = {
     proved: `For every run inside the tube, ${proof}. Least clearance ${room}.`,
     safe: `Computed by this page in double precision, not proved. Least clearance ${room}.`,
-    unsafe: !seen.tube ? "There is no tube." : `Goal margin ${seen.goal.least.toPrecision(3)}; least clearance ${room}.`,
+    unsafe: !seen.tube ? "There is no tube." : `Goal margin ${atLeast(seen.goal.least)}; least clearance ${room}.`,
   }[kind];
   box.className = kind;
   box.replaceChildren(Object.assign(document.createElement("b"), { textContent: title }), lines, ...state.clipped);
@@ -106,12 +105,12 @@ function certificate() {
     const pair = model.pairs[number], [first, end, w] = run, size = Math.hypot(...w), now = state.t >= first && state.t < end;
     const span = `${(first * data.dt).toFixed(2)} to ${(end * data.dt).toFixed(2)}`;
     return `<tr class="${now ? "now" : ""}"><td>${pair.obstacle}</td>${several ? `<td>${pair.part}</td>` : ""}<td>${span}</td>`
-      + `<td>(${few(w.map((v) => v / size), 3)})</td><td>${model.runMargin(run, pair, state.seen).toPrecision(3)}</td></tr>`;
+      + `<td>(${w.map((v) => Number((v / size).toPrecision(3))).join(", ")})</td><td>${atLeast(model.runMargin(run, pair, state.seen))}</td></tr>`;
   }));
-  out.innerHTML = `<p>Of ${within.kind} ${within.number}: p0 = (${few(state.p0)}), k = (${few(state.k)}). While one direction w holds, the tube stays on`
+  out.innerHTML = `<p>Of ${within.kind} ${within.number}: p0 = (${state.p0.join(", ")}), k = (${state.k.join(", ")}). While one direction w holds, the tube stays on`
     + ` the far side of the dotted line.</p><table><tr><th>obstacle</th>${several ? "<th>part</th>" : ""}<th>time [s]</th>`
     + "<th>direction w</th><th>room [m]</th></tr>"
-    + `${rows.join("")}</table><p>Goal margin ${state.seen.goal.least.toPrecision(3)}.</p>`
+    + `${rows.join("")}</table><p>Goal margin ${atLeast(state.seen.goal.least)}.</p>`
     + "<p><code></code></p>";
   const [problem, network] = [data.hash.problem, data.hash.network].map((h) => String(h).slice(0, 16));
   out.querySelector("code").textContent = `problem ${problem}… network ${network}…`;
