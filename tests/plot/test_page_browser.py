@@ -240,7 +240,9 @@ out.slid = state.k.slice(); out.kept = endOf(state.p0, state.k).map((v, i) => v 
 $("time").value = 3; $("time").oninput(); out.clock = $("clock").textContent;
 $("next").onclick(); out.sample = [state.sample, state.k.slice()];
 out.rows = document.querySelectorAll("#certificate tr").length;
-select(0); move(state.p0, [0.123456789012, 0.5]); state.within ??= { kind: "sample", number: 0, sep: 0 }; certificate();
+select(0); move(state.p0, [0.123456789012, 0.5]);
+state.within ??= { kind: "sample", number: 0, sep: 0 };
+certificate();
 out.told = $("certificate").textContent;
 document.getElementById("result").textContent = JSON.stringify(out);
 """
