@@ -191,6 +191,11 @@ class Answer:
         start; a vector c for the linear c . (p0, k); or a JAX function of p0 (n_p,), k (n_k,). A
         hand-picked k has no probabilistic statement: see `risk`. Raises InputError.
         """
+        if self.model.claim.kind == VALIDATED:
+            raise InputError(
+                "best, choose: expected the answer under the claim's own tube, for a plan that is "
+                "chosen is not drawn; this is a validated set. Choose from the answer that has it."
+            )
         rng = generator(jax.random.PRNGKey(0) if key is None else key)
         return best_plan(self._plans, objective, rng)
 
@@ -217,13 +222,8 @@ class Answer:
                 "plan driven exactly; solve the same problem with uncertainty=None and choose "
                 "from that."
             )
-        if self.model.claim.kind == VALIDATED:
-            raise InputError(
-                "choose: expected the answer under the claim's own tube, for a plan that is chosen "
-                "is not drawn; this is a validated set. Choose from the answer that has it."
-            )
-        account = self.looks.declare(delta, looks)
         plan, value = self.best(objective, key)
+        account = self.looks.declare(delta, looks)
         # a late import, since a choice can train: a query alone loads no trainer
         from parc_jax.drive.local.choice import Choice
 

@@ -32,6 +32,7 @@ from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.fresh import ledger_of, used_by
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.runs.collect import collect
+from parc_jax.method import Exact, FirstProved
 from parc_jax.problem.robust.nominal import query
 
 pytestmark = pytest.mark.soundness
@@ -238,8 +239,9 @@ def test_a_validated_set_is_of_its_scene_and_of_draws_alone(answer, tmp_path):
     validated = answer.validation.answer
     with pytest.raises(InputError, match="one set of plans in one scene"):
         pj.Planner(validated.model)
-    with pytest.raises(InputError, match="a plan that is chosen is not drawn"):
-        validated.choose()
+    for pick in (validated.choose, validated.best):
+        with pytest.raises(InputError, match="a plan that is chosen is not drawn"):
+            pick()
     claim, net = validated.model.claim, validated.model.net
     assert isinstance(claim.risk(share=0.5), NoStatement)
     runs = collect(SYSTEM, KEY, 10, quiet=True)
@@ -404,6 +406,36 @@ def test_runs_that_do_not_return_have_failed():
 def test_bad_input_is_refused(changes, words):
     with pytest.raises(InputError, match=words):
         asked_of(**changes)
+
+
+class Everywhere(Exact):
+    """Draws from all plans, however few of them a search found."""
+
+    def search(self, scene, key, settings):
+        cover, no_plan = super().search(scene, key, settings)
+        return cover._replace(within=None), no_plan
+
+
+def test_of_a_set_without_volume_it_is_said_that_no_draw_met_it():
+    start, flat = pj.box([0.05, 0.0], [0.0501, 1e-7]), pj.box([0.5, 0.3, -1.0], [0.5, 0.7, 2.0])
+    for scene, method in (
+        (toy.problem().replace(start=start), Everywhere()),  # corridors that none of 50,000 meets
+        (toy.problem(), FirstProved()),  # a plan without corridors
+        (toy.problem().replace(goal=flat), None),  # no end that lies in it for all errors
+    ):
+        settings = toy.SETTINGS.replace(method=method)
+        found = toy.planner().solve(scene, KEY, settings, validate=asked_of())
+        assert found.validation.answer is None and "No set was validated: no draw met" in (
+            found.details() if found.status.found else found.validation.details()
+        )
+    assert found.share is None and "Validated: no set." in found.summary()
+
+
+def test_of_a_place_that_a_search_found_the_share_is_told_as_one_of_all():
+    scene = toy.problem().replace(start=pj.box([0.05, -1e-5], [0.0501, 1e-5]))
+    found = toy.planner().solve(scene, KEY, toy.SETTINGS, validate=asked_of())
+    said = "0.98, counting only those around what a search found. A plan drawn from them"
+    assert said in found.validation.summary()
 
 
 def test_what_has_no_law_is_refused():

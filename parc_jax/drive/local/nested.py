@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import jax
 import numpy as np
 
+from parc_jax.common.errors import InputError
 from parc_jax.drive.local.validation import Step, Validate
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import wrong_claim_probability
@@ -31,7 +32,7 @@ def nested_sets(
 ) -> list[SafePlans]:
     """The nested sets in the order of the scales, fixed before any test: the corridors are those of
     the last one, of which each set has those that hold one of SEEDS plans, under its tube or a
-    wider one: its seed there.
+    wider one: its seed there. None where no draw meets the last one.
     """
     scenes = []
     recorded = isinstance(asked.source, RolloutBatch)
@@ -42,9 +43,10 @@ def nested_sets(
         scenes.append(padded(lowered(query.of(query.model.replace(claim=claim)).nominal())))
     cover = Prepared(scenes[-1]).solve(key, settings.replace(proof=False)).cover
     last = SafePlans(scenes[-1], Corridors(scenes[-1].model.tube, cover.corridors), cover.within)
-    if not len(last.corridors):
-        return [last]
-    p0, k = np.split(last.sample(rng, SEEDS), [query.model.n_p], axis=1)
+    try:
+        p0, k = np.split(last.sample(rng, SEEDS), [query.model.n_p], axis=1)
+    except InputError:  # without corridors, or hardly a draw meets it
+        return []
     waiting, seeded, sets = dict(enumerate(last.corridors.all)), {}, []
     for scene in scenes:
         seeded |= _seeded(scene, waiting, p0, k)

@@ -70,8 +70,8 @@ def validated(
 
     key: its SCENE stream is used, and nothing else. settings: of the search under the smallest
     tube. asked: by default the recordings that the model keeps, where they can show more than its
-    claim. Raises InputError for a problem under uncertainty, another system, recordings that do not
-    fit or were seen in training, and a set too small to draw from.
+    claim. Raises InputError for a problem under uncertainty, another system, and recordings that do
+    not fit or were seen in training.
     """
     query = answer.scene.nominal.query
     lawless = query.problem.uncertainty is not None or query.model.given
@@ -98,7 +98,7 @@ def validated(
     look = asked.looks.take(answer.looks)
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
-    if not len(sets[-1].corridors):
+    if not sets:
         return replace(answer, validation=Validation(None, (), asked))
     # where the sequence begins is settled by draws that are no tests
     least = required_runs(asked.risk, asked.delta)

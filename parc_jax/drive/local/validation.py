@@ -136,21 +136,19 @@ class Validation:
         """The sentence (V) in short."""
         if self.answer is None:
             return "Validated: no set."
-        found, claim, safe = self.answer, self.answer.model.claim, ""
-        p = claim.premises
-        share, held = found.share, found.coverage
-        if share is not None:
-            at_least = Fraction(share.at_least) * Fraction(held.at_least)
-            both = Fraction(str(share.confidence)) + Fraction(str(held.confidence)) - 1
-            around = "" if found.cover.within is None else "around what a search found, of "
-            of_all = around + all_plans(found.scene.at is not None, claim.law.box)
-            sure = f"with confidence {rounded_down(both, 10)}"
-            safe = f"at least {rounded_down(100 * at_least, 3)} % of {of_all}, {sure}. "
+        found, claim = self.answer, self.answer.model.claim
+        p, share, held = claim.premises, found.share, found.coverage
+        at_least = Fraction(share.at_least) * Fraction(held.at_least)
+        both = Fraction(str(share.confidence)) + Fraction(str(held.confidence)) - 1
+        of_all, sure = all_plans(found.scene.at is not None, claim.law.box), rounded_down(both, 10)
+        if found.cover.within is not None:
+            sure += ", counting only those around what a search found"
         drawn = "drawn from them"
         if recorded(claim):
             drawn = f"for k as in the log, of {p['tests']:,} recordings,"
         return (
-            f"Validated in this scene: {safe}A plan {drawn} fails with probability at most "
+            f"Validated in this scene: at least {rounded_down(100 * at_least, 3)} % of {of_all}, "
+            f"with confidence {sure}. A plan {drawn} fails with probability at most "
             f"{probability(p['risk'], 2)}, confidence {confidence_of(p)}."
         )
 
@@ -158,24 +156,23 @@ class Validation:
         """The sentence (V), or why there is none."""
         if self.answer is not None:
             return f"(V) {self.answer.model.claim.details()}"
-        asked = self.asked
+        asked, none = self.asked, "(V) No set was validated:"
         risk, least = rounded_up(asked.risk), required_runs(asked.risk, asked.delta)
         if not self.steps:
-            return "(V) No set was validated: no plan was found under the smallest tube."
-        if self.steps[0].n < least:
+            return f"{none} no draw met a plan that is proved under the smallest tube."
+        first = self.steps[0]
+        if first.n < least:
             return (
-                f"(V) No set was validated: the first one holds {self.steps[0].n:,} of "
-                f"{asked.tests:,} tests, where a risk of {risk} takes {least:,}. Allow more tests, "
-                "or more risk."
+                f"{none} the first one holds {first.n:,} of {asked.tests:,} tests, where a risk of "
+                f"{risk} takes {least:,}. Allow more tests, or more risk."
             )
         if self.refused:
             return (
-                f"(V) No set was validated: the exact checker refused {self.refused:,} corridors "
-                "of the one that passed. Validate with another key."
+                f"{none} the exact checker refused {self.refused:,} corridors of the one that "
+                "passed. Validate with another key."
             )
-        first = self.steps[0]
         allowed = most_discards(first.n, float(asked.risk), float(asked.delta))
         return (
-            f"(V) No set was validated: of {first.n:,} tests of the first one {first.failed:,} "
-            f"failed, where a risk of {risk} allows {allowed:,}. Allow more risk."
+            f"{none} of {first.n:,} tests of the first one {first.failed:,} failed, where a risk "
+            f"of {risk} allows {allowed:,}. Allow more risk."
         )

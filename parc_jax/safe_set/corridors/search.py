@@ -146,7 +146,7 @@ class Cover(NamedTuple):
         draws gives volume and share.
         """
         volume = self.safe_volume(SHARE_CONFIDENCE)
-        if volume is None:
+        if volume is None or not self.total_volume:
             return None
         share, at_least, at_most = (v / self.total_volume for v in volume)
         reaching = self.volume * self.reaching / self.drawn / self.total_volume
