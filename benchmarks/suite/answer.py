@@ -14,6 +14,8 @@ WORDS = {"verdict", "plans", "boxes", "polytopes"}
 SETS, ROWS, PLANS = 2_000, 100_000, 100_000  # that an answer may have, rows in all its polytopes
 FIRST, LAST = 1 << 12, 1 << 20  # draws that measure a piece: at first, and where hardly one is in
 ENOUGH = 50  # draws inside of a piece that measure it; a piece with fewer holds nothing
+DUST = LAST // 4  # draws after which none inside decides: ENOUGH would follow once in 10^8 pieces
+AT_ONCE = 8  # rows of a polytope tested together: few of the draws around dust pass the first
 ALONE = 1 / 50  # of what is drawn from sets one by one must be left when a plan comes only once
 
 
@@ -36,7 +38,10 @@ class Piece:
     def draw(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """What of n uniform draws between lo and hi is in it."""
         plans = rng.uniform(self.lo, self.hi, (n, len(self.lo)))
-        return plans if not len(self.b) else plans[(plans @ self.A.T <= self.b).all(axis=1)]
+        for first in range(0, len(self.b), AT_ONCE):
+            rows = slice(first, first + AT_ONCE)
+            plans = plans[(plans @ self.A[rows].T <= self.b[rows]).all(axis=1)]
+        return plans
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,10 @@ class Sets:
         tried = inside = 0
         size = FIRST
         while inside < ENOUGH and tried < LAST:
-            inside += len(piece.draw(self.rng, size))
+            if inside or tried < DUST:
+                inside += len(piece.draw(self.rng, size))
+            else:  # of the same chance as if they were drawn
+                self.rng.bit_generator.advance(size * len(piece.lo))
             tried += size
             size = min(4 * size, LAST // 4)
         return inside / tried if inside >= ENOUGH else 0.0

@@ -77,3 +77,41 @@ def test_what_is_flat_or_empty_has_no_volume():
     assert not Sets((thin,), rng)
     sliver = Piece(np.zeros(2), np.ones(2), np.array([[1.0, 1], [-1, -1]]), np.array([1.00001, -1]))
     assert not Sets((sliver,), rng)  # nobody waits for draws from it
+
+
+class Counting(np.random.Generator):
+    """Chance that counts the numbers that it was asked for."""
+
+    asked = 0
+
+    def uniform(self, low, high, size):
+        self.asked += int(np.prod(size))
+        return super().uniform(low, high, size)
+
+
+def test_dust_is_told_by_a_third_of_the_draws_and_chance_goes_on_as_after_all():
+    thin = np.array([[1.0, 1], [-1, -1]])
+    dust = Piece(np.zeros(2), np.ones(2), thin, np.array([1e-9, 0.0]))
+    rng, other = (kind(np.random.PCG64(1)) for kind in (Counting, np.random.Generator))
+    assert not Sets((dust, dust), rng)
+    drawn = 2 * 1_134_592 * 2  # of two pieces two coordinates each, until more than a million
+    other.random(drawn)
+    assert rng.asked < 0.31 * drawn and rng.random() == other.random()
+
+
+def test_few_draws_around_dust_are_compared_with_all_rows():
+    seen = []
+
+    class Rows(np.ndarray):
+        def __matmul__(self, other):
+            seen.append(len(self) * other.shape[1])
+            return np.asarray(self) @ np.asarray(other)
+
+    class Chance:
+        def uniform(self, low, high, size):
+            return np.random.default_rng(0).uniform(low, high, size).view(Rows)
+
+    A = np.tile(np.array([[1.0, 1], [-1, -1]]), (50, 1))
+    dust = Piece(np.zeros(2), np.ones(2), A, np.tile([1e-9, 0.0], 50))
+    assert len(dust.draw(Chance(), 4096)) == 0
+    assert sum(seen) <= 0.1 * 4096 * 100
