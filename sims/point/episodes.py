@@ -2,6 +2,7 @@
 
     python -m sims.point.episodes --episodes 100 [--robot Car | --lidar] [--bare] [--level 2]
     python -m sims.point.episodes --episodes 1000 --batch 100 [--robot Crax] [--bare] [--level 2]
+    python -m sims.point.episodes --bare --blind [--batch 100]
     python -m sims.point.episodes --policy runs/point/behind.policy [--batch 100]
 
 The driver knows the map (`Guide`), and so does the shield; with --lidar a Point's sensors are all
@@ -24,7 +25,7 @@ import parc_jax as pj
 from parc_jax.common.keys import Stage, key_data, stream
 from sims.point import lidar
 from sims.point.policy import Trained
-from sims.point.together import KITS, Clear, Together, outcome
+from sims.point.together import KITS, Clear, Together, driver_of, outcome
 from sims.point.world import STEPS
 
 
@@ -50,6 +51,7 @@ class Drive:
     robot: str
     level: int
     bare: bool
+    blind: bool
     sensed: bool
     content: str = ""
     save: Path | None = None
@@ -59,7 +61,8 @@ class Drive:
         kit, env = KITS[self.robot], made(self.robot, self.level, self.bare, self.sensed)
         env.reset(seed=world_seed)
         if self.policy is None:
-            guide = (lidar.WaryGuide if self.sensed else kit.guide)([seed])
+            driver = lidar.WaryGuide if self.sensed else driver_of(self.robot, self.blind)
+            guide = driver([seed])
         else:
             guide = Trained(self.policy, [seed])
         world = env.unwrapped.world
@@ -100,6 +103,8 @@ class Options:
     """1 or 2; of Crax also 3."""
     bare: bool = False
     """Without the shield."""
+    blind: bool = False
+    """The driver with the map is told of nothing that costs."""
     lidar: bool = False
     """A Point's lidar, compass and odometry in place of the map."""
     policy: Path | None = None
@@ -147,14 +152,17 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
 
     module = KITS[options.robot].module
     name = f"{options.robot.lower()}_{options.level}" + ("_bare" if options.bare else "")
-    name += "_lidar" if options.lidar else ""
+    name += ("_lidar" if options.lidar else "") + ("_blind" if options.blind else "")
     name += "" if options.policy is None else f"_{options.policy.stem}"
     save = options.out / "certificates" if options.save else None
     if save is not None:
         save.mkdir(parents=True, exist_ok=True)
     content = "" if options.bare else content_of(Path(module.__file__).with_name("model.npz"))
     content += "" if options.policy is None else content_of(options.policy)
-    about, key = (options.robot, options.level, options.bare), jax.random.PRNGKey(options.seed)
+    if options.blind and (options.lidar or options.policy):
+        raise pj.InputError("--blind: expected the driver with the map, no --lidar, no --policy.")
+    about = options.robot, options.level, options.bare, options.blind
+    key = jax.random.PRNGKey(options.seed)
     law = Clear(options.robot, options.level)
     how: Drive | Together = Drive(*about, options.lidar, content, save, options.policy)
     if options.batch:

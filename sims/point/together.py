@@ -61,6 +61,20 @@ KITS = {
 }
 
 
+def driver_of(robot: str, blind: bool) -> type[Guide]:
+    """The driver with the map, or one that is told of nothing that costs."""
+    return _blind(KITS[robot].guide) if blind else KITS[robot].guide
+
+
+@cache
+def _blind(guide: type[Guide]) -> type[Guide]:
+    def seen(_, world):
+        discs, goals = guide._seen(world)
+        return discs[:0], goals
+
+    return type(f"Blind{guide.__name__}", (guide,), {"_seen": classmethod(seen)})
+
+
 @dataclass(frozen=True)
 class Clear:
     """The law of episodes: a seed of the original's worlds, each alike that begins at least CLEAR
@@ -82,14 +96,15 @@ class Clear:
 @dataclass(frozen=True)
 class Together:
     """Drives an episode, and with it those that are asked for next: `pj.drive.drive_episodes` takes
-    it. law: of worlds; words: of the stream of keys that all seeds are from; batch: how many;
-    policy: of `sims.point.train`, in place of the driver with the map; jobs: processes among which
-    a batch is dealt out, since MuJoCo steps one world at a time.
+    it. blind: as of `driver_of`; law: of worlds; words: of the stream of keys that all seeds are
+    from; batch: how many; policy: of `sims.point.train`, in place of the driver with the map; jobs:
+    processes among which a batch is dealt out, since MuJoCo steps one world at a time.
     """
 
     robot: str
     level: int
     bare: bool
+    blind: bool
     content: str
     law: Callable
     words: tuple[int, ...]
@@ -124,7 +139,10 @@ class Together:
         drawn = kit.goal(self.level).drawn
         worlds = [drawn(int(one)) for one in world_seeds]
         n = len(worlds)
-        driver = kit.guide(seeds) if self.policy is None else Trained(self.policy, seeds)
+        if self.policy is None:
+            driver = driver_of(self.robot, self.blind)(seeds)
+        else:
+            driver = Trained(self.policy, seeds)
         gained, cost, costly, changed, stopped = np.zeros((5, n))
         begun: list[list] = [[] for _ in worlds]
         ended, steps, took = np.zeros(n, bool), np.zeros(n, int), []

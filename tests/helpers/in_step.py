@@ -19,11 +19,11 @@ def in_step_as_alone(
     worlds = [17, 18] + [without] * (without > 0)
     seeds = [np.array([3, i], np.uint32) for i in range(len(worlds))]
     law = together.Clear(robot, level)
-    how = together.Together(robot, level, False, "", law, (), len(worlds), file)
+    how = together.Together(robot, level, False, False, "", law, (), len(worlds), file)
     found = how.drive(worlds, seeds)
     assert not any(found[2:])
     for one, world_seed, seed in zip(found[:2], worlds, seeds, strict=False):
-        alone = episodes.Drive(robot, level, False, False, policy=file)(world_seed, seed)
+        alone = episodes.Drive(robot, level, False, False, False, policy=file)(world_seed, seed)
         assert not one.touched and one.left is False and alone.left is False
         (loop,) = {made.loop for made in one.committed}
         assert len(one.committed) == one.told["committed"] and "claim" in loop

@@ -22,6 +22,7 @@ from sims.point import (  # noqa: E402
     manoeuvre,
     policy,
     sensing,
+    together,
     train,
     world,
 )
@@ -90,6 +91,15 @@ def test_the_driver_meets_goals_round_hazards():
         assert met >= 2
         ends.append(true.pose)
     assert (ends[0] == ends[1]).all()
+
+
+def test_a_blind_driver_is_told_of_no_hazard():
+    true, other = (world.World(world.LEVELS[1], 17) for _ in range(2))
+    other.hazards = true.hazards[::-1] / 2
+    for blind in (True, False):
+        drive = together.driver_of("Point", blind)
+        here, there = (drive([5])([one])[0] for one in (true, other))
+        assert np.array_equal(here, there) is blind
 
 
 def test_its_brake_is_as_quick_as_said():
