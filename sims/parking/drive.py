@@ -19,7 +19,7 @@ from parc_jax.problem.robust.pose import pose_of
 from sims.parking import car as c
 from sims.parking.cases import NEAR, Case
 from sims.parking.guide import BUDGET, Guide
-from sims.parking.kinematics import LONGEST, MOST, compose, offset_from, reach_exactly
+from sims.parking.kinematics import LONGEST, MOST, compose, ends, offset_from, reach_exactly
 from sims.rectangle import rectangle
 
 MODEL = Path(__file__).with_name("model.npz")
@@ -31,6 +31,11 @@ PER_RADIAN = 2.5  # [m] that a wrong heading counts as
 ROOMY = 0.9  # share of the goal that the tube of the last manoeuvre may take
 STEERED = 0.75  # share of the steering that it may ask for: what is left corrects where it begins
 LINKS = 80  # manoeuvres of a case
+# the end of a way is shuffled when it has so many manoeuvres, of which none is longer [m]
+SHUFFLED, STROKE = 6, 0.3
+# ways, as k has them, and shares of the steering of strokes to shuffle by: AROUND of them
+STROKES, LOCKS = np.linspace(0.05, 0.36, 24), np.array([-1.0, -0.8, 0.8, 1.0])
+STRAIGHT = np.radians(0.4)  # of heading that is not turned back while the car moves sideways
 # of the width of its tube a manoeuvre of a first way is clear, and of others when one fails
 CLEAR = (1.0, 0.6, 0.3)
 BETWEEN = 4  # poses of the judge from record to record
@@ -150,9 +155,14 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
                 why = f"no way was found within {BUDGET - guide.left:,} of {BUDGET:,} poses"
                 continue
         known = measured(pose, loop.uncertainty, draws)
+        shuffles = len(way.k) - i >= SHUFFLED and (np.abs(way.k[i:, 0]) <= STROKE).all()
         last = i == len(way.k) - 1
-        goal = goal_of(case, known, within) if last else None
-        step = link(loop, around, known, wheels, way.k[i], way.poses[i + 1], goal, at)
+        goal = goal_of(case, known, within) if last or shuffles else None
+        if shuffles:
+            gear = -np.sign(new[-1].k[1]) if new else 1.0
+            step, last = shuffle(loop, around, known, wheels, gear, case, within, goal, at)
+        else:
+            step = link(loop, around, known, wheels, way.k[i], way.poses[i + 1], goal, at)
         if not step.new:
             why, way = step.reason, None
             continue
@@ -163,7 +173,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
         times.append(driven + c.moments(k)[1:])
         pose, driven, at = path[-1][-1], float(times[-1][-1]), at + loop.model.time.t_f
         wheels = float(np.clip(along[-1, 4], -c.TURN, c.TURN))
-        i, why, shares = i + 1, "", iter(CLEAR)
+        i, why, shares = i + (not shuffles), "", iter(CLEAR)
         if last:
             proved = True
             break
@@ -209,15 +219,50 @@ def link(loop, around, pose, wheels, k, target, goal, at):
     near = np.concatenate([exact, exact + draw] if there[0] else [k, k + WIDER * draw])
     most = np.array([LONGEST, MOST, MOST])
     near = np.clip(near, -most, most)
-    loop.candidates = listed_candidates(loop.model, loop.given, asked(near))
-    here = shapely.Point(pose[:2])
-    obstacles = [piece for piece, shape in around if shape.distance(here) < NEAR]
 
     def prefer(seen) -> np.ndarray:
         off = np.linalg.norm(seen.path[:, -1] - target[:2], axis=1)
         turned = (seen.heading - target[2] + np.pi) % (2 * np.pi) - np.pi
         return np.maximum(off - NEAREST, 0.0) + PER_RADIAN * np.abs(turned)
 
+    return choose(loop, around, pose, wheels, near, prefer, goal, at)
+
+
+def shuffle(loop, around, pose, wheels, gear, case, within, goal, at):
+    """One step of the loop to and fro in a slot: into the goal where a stroke may lead there, else
+    the one that turns the car and moves it sideways most towards it, in a gear (1, -1) or, where
+    none is proved, in the other. Returns whether it is into the goal, too.
+
+    A way of dozens of strokes is not followed: from where one of them ends most of the next do not
+    lead back to it.
+    """
+    told, first, last = (one.ravel() for one in np.meshgrid(STROKES, LOCKS, LOCKS))
+
+    def prefer(seen) -> np.ndarray:
+        ended = np.column_stack([seen.path[:, -1], seen.heading])
+        off = np.abs(offset_from(case.goal, ended))
+        return off[:, 1] + PER_RADIAN * np.maximum(off[:, 2] - STRAIGHT, 0.0)
+
+    for sign in (gear, -gear):
+        k = np.column_stack([sign * c.way_of(told), MOST * first, MOST * last])
+        off = np.abs(offset_from(case.goal, compose(pose, ends(k)[:, 0])))
+        final = tube_of(loop.model, k)[1]
+        room = within[0] - np.hypot(final[:, 0], final[:, 1])
+        if ((off[:, :2].max(axis=1) < room) & (off[:, 2] < within[1] - final[:, -1])).any():
+            step = choose(loop, around, pose, wheels, k, prefer, goal, at)
+            if step.new:
+                return step, True
+        step = choose(loop, around, pose, wheels, k, prefer, None, at)
+        if step.new:
+            break
+    return step, False
+
+
+def choose(loop, around, pose, wheels, k, prefer, goal, at):
+    """One step of the loop: that of manoeuvres k (b, 3) that is proved and preferred."""
+    loop.candidates = listed_candidates(loop.model, loop.given, asked(k))
+    here = shapely.Point(pose[:2])
+    obstacles = [piece for piece, shape in around if shape.distance(here) < NEAR]
     return loop.step(pose, [wheels], obstacles, prefer, at=at, goal=goal)
 
 
