@@ -18,7 +18,7 @@ from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.monitor import inside_tube
-from parc_jax.learning.bound.profile import fitted_profile
+from parc_jax.learning.bound.profile import fitted_profile, shape_of
 from parc_jax.learning.bound.settings import SpeedBound
 from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
 from parc_jax.learning.bound.tube import fitted_tube, tube_from_json, tube_to_json
@@ -122,6 +122,22 @@ def test_no_error_at_all_is_between_the_faces():
     for given in found.templates:
         assert given.allow_none.all() and (given.half < 2 * np.abs(given.centre)).any()
     assert score_batch(NET, always, found).score.max() < 1
+
+
+def test_a_signed_tube_is_a_box_about_the_middle_of_the_errors(profile, train, holdout):
+    signed = fitted_profile(NET, [train], (3, 1), turned=False)
+    for ours, theirs in zip(signed.templates, profile.templates, strict=True):
+        n = ours.directions.shape[-1]
+        assert (ours.directions == np.eye(n)).all() and ours.allow_none.all()
+        np.testing.assert_array_equal(ours.half, theirs.half[..., :n])  # as the axes of the fitted
+        np.testing.assert_array_equal(ours.centre, theirs.centre[..., :n])
+    about = training_profile(NET, train, (3, 1))  # errors lie to one side
+    wide = signed.templates.final.half[:, :2]
+    assert (wide < 0.75 * about.final[:, :2]).all()
+    claim = calibrate(NET, holdout, signed, eps=1e-2, delta=1e-3, discard=0)
+    assert inside_tube(claim, NET, holdout).all() and shape_of(claim.tube) == "signed"
+    assert [shape_of(tube) for tube in (profile, about)] == ["fitted", "box"]
+    assert tube_from_json(tube_to_json(claim.tube)).hash == claim.tube.hash
 
 
 def test_a_fitted_tube_is_thin_across_the_error(profile):

@@ -127,8 +127,7 @@ def validated(
     under = query.of(_accepted_model(query.model, *about))
     found = replace(_as_answer(under, chosen, settings, own, after), looks=answer.looks)
     refused = len(chosen.corridors) - len(found.corridors)
-    validation = Validation(None if refused else found, steps, asked, refused)
-    return replace(answer, validation=validation)
+    return replace(answer, validation=Validation(None if refused else found, steps, asked, refused))
 
 
 def _by_kept(answer: Answer) -> Validate | None:
@@ -206,11 +205,10 @@ def _as_answer(
     limit = Limit(settings.budget_s)
     drawn = draw_safe_plans(scene, key, rng, COVERED_BY, settings.confidence, limit, chosen.within)
     held = plans.has(drawn.points)
-    rule = stopping_rule(settings.target, settings.confidence)
     some = rng.permutation(np.flatnonzero(held))[: settings.samples]
     cover = drawn._replace(
         points=drawn.points.at(some),
-        coverage=rule.after(held).coverage,
+        coverage=stopping_rule(settings.target, settings.confidence).after(held).coverage,
         corridors=plans.corridors.all,
     )
     return answered(scene, cover, None, settings, begin)

@@ -110,12 +110,11 @@ def learnt_from(batches: Iterator[RolloutBatch], n: int) -> Iterator[RolloutBatc
     profile out.
     """
     left = n - n // SHARE
-    while left > 0:
-        batch = next(batches, None)
-        if batch is None:
-            return
-        left -= batch.n
+    for batch in batches:
         yield batch
+        left -= batch.n
+        if left <= 0:
+            return
 
 
 def evened(net: ReLUNetwork, profile: Tube, batches: Iterable[RolloutBatch]) -> Tube:
@@ -123,8 +122,7 @@ def evened(net: ReLUNetwork, profile: Tube, batches: Iterable[RolloutBatch]) -> 
 
     Bins without such a run stay as they are. Failed runs are left out, as of every profile.
     """
-    usable = [batch.finite for batch in batches]
-    usable = [batch for batch in usable if batch.n]
+    usable = [finite for finite in (batch.finite for batch in batches) if finite.n]
     if not usable:
         return profile
     # before the calibration set, as the profile is, so a claim holds as before [T1]
@@ -140,11 +138,13 @@ MARGIN = 0.1
 _FEW = 20.0  # [runs] weight of all of K in the covariance of a bin
 
 
-def fitted_profile(net: ReLUNetwork, runs: Iterable[RolloutBatch], bins: Bins) -> Tube:
+def fitted_profile(
+    net: ReLUNetwork, runs: Iterable[RolloutBatch], bins: Bins, turned: bool = True
+) -> Tube:
     """The profile of finite runs, held in memory: between the least and the largest error along
     every direction, in bins of few runs as wide as their neighbours, plus a margin (a tenth of the
     bin's mean half width along every axis; at the end, of the half width there) and a floor [m,
-    rad]. bins: numbers or edges per axis of K, as in `edges_of`. Raises InputError, also for none.
+    rad]. bins: as in `edges_of`. turned: principal axes too. Raises InputError, also for none.
     """
     runs = list(runs)
     if not runs:
@@ -155,6 +155,8 @@ def fitted_profile(net: ReLUNetwork, runs: Iterable[RolloutBatch], bins: Bins) -
     numbers = [frame.bins_of(batch.k) for batch in runs]
     counts = sum(runs_per_bin(n, frame.n_bins) for n in numbers)
     directions = _directions(net, layout, runs, numbers, counts)
+    if not turned:
+        directions = Errors(*(u[..., : u.shape[-1], :] for u in directions))
     least, most = _extremes(net, layout, runs, numbers, directions)
     counts = counts.reshape(frame.grid)
     during, at_end = (
@@ -262,11 +264,9 @@ def _between(
     counts: (grid).
     """
     # zero error belongs to the set: a proof of absence needs trajectories that follow the model
-    least = np.minimum(least, 0.0)
-    most = np.maximum(most, 0.0)
+    least, most = np.minimum(least, 0.0), np.maximum(most, 0.0)
     filled = (counts > 0).reshape(-1)
-    centre = np.zeros(least.shape)
-    half = np.zeros(least.shape)
+    centre, half = np.zeros((2, *least.shape))
     centre[filled] = short(0.5 * (least[filled] + most[filled]), CENTRE_BITS)
     half[filled] = np.maximum(most[filled] - centre[filled], centre[filled] - least[filled])
     # neighbours have directions of their own, so a bin that has runs enough goes by these alone
@@ -282,10 +282,14 @@ def _between(
 # a new kind of tube: its word and how it is learnt, and a line in `shape_of`
 SHAPES: dict[str, Callable[[ReLUNetwork, Iterable[RolloutBatch], Bins], Tube]] = {
     "box": box_profile,
+    "signed": partial(fitted_profile, turned=False),
     "fitted": fitted_profile,
 }
 
 
 def shape_of(tube: Tube) -> str:
     """The word of `SHAPES` for a tube."""
-    return "box" if tube.templates is None else "fitted"
+    if tube.templates is None:
+        return "box"
+    rows, n = tube.templates.final.directions.shape[-2:]
+    return "signed" if rows == n else "fitted"

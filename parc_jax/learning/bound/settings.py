@@ -123,8 +123,8 @@ class Sizing(Options):
     """Size of a tube, for claims about the whole of K or a part of it."""
 
     shape: str = "box"
-    """Shape of the tube: "box", half widths along the axes, or "fitted", faces along the principal
-    axes of the errors beside them. [T26]"""
+    """Shape of the tube: "box", half widths along the axes; "signed", the same about the middle of
+    the errors; or "fitted", faces along their principal axes beside these. [T26]"""
     eps: float | Fraction = 1e-3
     """Probability with which a new run may leave the tube."""
     fresh: int | None = None

@@ -58,10 +58,8 @@ class SafePlans:
     @property
     def inner(self) -> np.ndarray:
         """(m, n_p + n_k) the plan of each corridor."""
-        return self._rows([np.concatenate([c.p0, c.k]) for c in self.corridors.all])
-
-    def _rows(self, plans: list[np.ndarray]) -> np.ndarray:
-        return np.array(plans, float).reshape(len(plans), self.model.n_p + self.model.n_k)
+        none = np.zeros((0, self.model.n_p + self.model.n_k))
+        return np.vstack([none, *(np.concatenate([c.p0, c.k]) for c in self.corridors.all)])
 
     def has(self, safe: Points) -> np.ndarray:
         """(b,) bool: which of some plans that reach the goal satisfy a corridor."""
@@ -78,7 +76,7 @@ class SafePlans:
                 "sample: expected an answer with corridors; this one has none to sample from."
             )
         tally = Counts()
-        parts = [self._rows([])]
+        parts = [self.inner[:0]]
         left = n
         while left > 0:
             size = 1.2 * left * tally.drawn / max(n - left, 1)
