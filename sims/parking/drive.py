@@ -158,11 +158,15 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
         shuffles = len(way.k) - i >= SHUFFLED and (np.abs(way.k[i:, 0]) <= STROKE).all()
         last = i == len(way.k) - 1
         goal = goal_of(case, known, within) if last or shuffles else None
+        gear = -np.sign(new[-1].k[1]) if new else 1.0
         if shuffles:
-            gear = -np.sign(new[-1].k[1]) if new else 1.0
             step, last = shuffle(loop, around, known, wheels, gear, case, within, goal, at)
         else:
             step = link(loop, around, known, wheels, way.k[i], way.poses[i + 1], goal, at)
+            if last and not step.new and abs(way.k[i, 0]) <= c.way_of(STROKES[-1]):
+                # a short stroke corrects little; strokes to and fro bring it there
+                step, last = shuffle(loop, around, known, wheels, gear, case, within, goal, at)
+                shuffles = True
         if not step.new:
             why, way = step.reason, None
             continue

@@ -325,6 +325,13 @@ def test_why_a_car_stopped_on_its_way_is_told(monkeypatch):
     assert not one.reached and one.why == "not in the goal after 2 manoeuvres"
 
 
+@pytest.mark.slow
+def test_a_last_stroke_that_is_not_proved_from_a_pose_that_may_be_wrong_is_shuffled():
+    loop = drive.loop_of(start=0.02, heading=0.005)  # [m], [rad]
+    one = drive.drive(cases.case(1), loop, jax.random.PRNGKey(1))
+    assert one.reached and one.proved and not one.touched and not one.left
+
+
 @pytest.mark.night
 def test_all_cases_are_parked_and_nothing_is_touched(tmp_path):
     done = {number: park(number, Options(out=tmp_path))[0] for number in cases.numbers()}
