@@ -177,5 +177,5 @@ def test_a_profile_over_another_k_is_refused_before_the_first_run():
 
 
 def test_a_shape_without_its_own_tube_is_not_made_of_boxes():
-    with pytest.raises(InputError, match="expected box or fitted; got 'ellipse'"):
+    with pytest.raises(InputError, match="one of box, signed, fitted; got 'ellipse'"):
         learn_profile(NET, None, (), shape="ellipse")

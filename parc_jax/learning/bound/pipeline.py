@@ -202,7 +202,7 @@ def learn_profile(
     Raises InputError, also when no run is finite.
     """
     if shape not in SHAPES:
-        raise InputError(f"shape: expected {' or '.join(SHAPES)}; got {shape!r}.")
+        raise InputError(f"shape: expected one of {', '.join(SHAPES)}; got {shape!r}.")
     batches = itertools.chain([] if train is None else [train], further)
     batches = (batch for batch in (batch.finite for batch in batches) if batch.n)
     first = next(batches, None)
