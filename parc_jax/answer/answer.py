@@ -260,8 +260,9 @@ class Answer:
 
     @cached_property
     def _share_of_k(self) -> float:
-        share, uncertainty = self._plans.share_of_k(), self.scene.nominal.uncertainty
-        return share if uncertainty is None else share * uncertainty.share_of_k(self.model.domain)
+        chosen, uncertainty = self.model.domain, self.scene.nominal.uncertainty
+        whole = chosen.volume if uncertainty is None else uncertainty.volume_of_k(chosen)
+        return self._plans.share_of_k() * (chosen.volume / whole)
 
     def risk(self) -> Risk | NoStatement:
         """The claim's bound for a plan drawn by `sample`. [T5, T18, T34]
@@ -328,7 +329,11 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
     }
     spans = [s and (s.dt, s.at, s.said, s.more, s.loop) for s in answer.problem.all_spans]
     edges = [o.written if isinstance(o, Edge) else None for o in answer.problem.obstacles]
+    rests_on = list(answer.problem.rests_on)
+    if uncertainty is not None:
+        rests_on.append(f"The obstacles, starts and goal stand for {uncertainty.words}.")
     optional = {
+        "rests_on": rests_on or None,
         "spans": spans if any(answer.problem.spans) else None,
         "edges": edges if any(e is not None for e in edges) else None,
         "polytope_coverage": None if polytopes is None else polytopes.coverage._asdict(),

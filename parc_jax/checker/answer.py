@@ -33,11 +33,12 @@ WORK_PER_CHARACTER = 1000
 
 # What was proved: how many samples, sets, corridors and boxes of doubt; None, or kind and
 # exact volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory.
-# scene: body, obstacles and starts in words; moving: obstacles that are there for some intervals
-# alone. The claim is quoted; arithmetic is what `checked_claim` knows of it.
+# scene: body, obstacles and starts in words; said: what the file says of them; moving: obstacles
+# that are there for some intervals alone. The claim is quoted; arithmetic: of `checked_claim`.
 Report = collections.namedtuple(
     "Report",
-    "samples sets corridors doubt no_plan scene moving bins without_model claim arithmetic hash",
+    "samples sets corridors doubt no_plan scene said moving bins without_model claim arithmetic "
+    "hash",
 )
 
 
@@ -126,6 +127,7 @@ def check_answer(answer, processes=1):
         **{part: len(answer[part]) for part in LISTS},
         no_plan=volumes,
         scene=scene_of(answer["problem"]),
+        said=said_of(answer["meta"]),
         moving=sum(last - first + 1 < context.T for _, first, last in context.obstacles),
         bins=context.n_bins,
         without_model=context.bins_without_model(),
@@ -163,6 +165,8 @@ def summary(report):
         yield "  of the (p0, k) whose first point ends in the file's box z, whatever else"
         yield f"    the goal asks, by volume: {listed}"
     yield f"It is of {report.scene}."
+    for text in report.said:
+        yield f"  The file says of them, unchecked: {text}"
     if report.moving:
         yield f"NOT PROVED: {counted(report.moving, 'obstacle')} told of by intervals: nothing is"
         yield "  said of them at other times"
@@ -177,6 +181,13 @@ def scene_of(problem):
     where = f"from p0 within {counted(rows, 'half-space')}" if rows else "from any p0"
     among = counted(len(problem["obstacles"]), "convex obstacle")
     return f"a body ({parts}) among {among}, {where}"
+
+
+def said_of(meta):
+    """Sentences that the remark of a file says its scene rests on, as far as it has such."""
+    texts = meta.get("rests_on", ()) if type(meta) is dict else ()
+    need(type(texts) in (list, tuple) and all(type(t) is str for t in texts), "rests_on: no texts")
+    return [printable(text) for text in texts]
 
 
 def percent(share, up):

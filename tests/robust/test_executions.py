@@ -20,6 +20,7 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.checker.claim import stated_premises
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.bound import claim as claim_module
 from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.labels import labels
@@ -79,6 +80,32 @@ def test_no_plan_under_copies_says_what_it_means():
         answer = replace(answer, absence=answer.absence._replace(uncertainty=known))
         assert ("a plan that this method cannot show to withstand" in answer.details()) == said
         assert f"Safe means here: safe for {known.words}." in answer.details()
+
+
+def test_no_plan_in_space_under_obstacles_that_grow_says_what_it_means():
+    """An obstacle and its error set are roofs across each other: what has the rows of both is
+    larger than their sum, whose top is flat, and touches plans that withstand every error."""
+    time = pj.learning.time_grid(dt=0.5, t_f=1.0, dt_record=0.5)
+    rise = np.kron([[0.5], [1.0]], np.array([[0.0], [0.0], [0.001]]))
+    net = pj.learning.relu_network([rise], [np.zeros(6)])
+    tube = pj.learning.tube([[0.9, 1.1]], np.full((1, 2, 3), 1e-4), np.full((1, 3), 1e-4))
+    lift = pj.learning.trajectory_model(net, pj.learning.declared_claim(tube, "a test", net, time))
+    roof = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 1], [0, -1, 1], [0, 0, -1]], float)
+    obstacle, error = (pj.hpolytope(a, [1, 1, 0, 0, 1]) for a in (roof, roof[:, [1, 0, 2]]))
+    above = pj.box([-0.05, -0.05, 0.15], [0.05, 0.05, 0.25])
+    start = pj.box([-0.02, -0.02, 0.18], [0.02, 0.02, 0.22])
+    moved = [pj.hpolytope(roof, obstacle.b + roof @ e) for e in vertices(error)]
+    planner = Planner(lift)
+    each = planner.solve(pj.reach_avoid(above, moved, 0.01, start=start), KEY, SMALL)
+    assert each.status.found  # wherever the error moves it, convex as both are
+    asked = pj.reach_avoid(above, [obstacle], 0.01, start=start)
+    told = planner.solve(asked.replace(uncertainty=Uncertainty(obstacles=error)), KEY, SMALL)
+    assert told.status is pj.types.Status.NO_PLAN
+    assert "a plan that this method cannot show to withstand" in told.details()
+    here = asked.replace(start=None, uncertainty=Uncertainty(start=0.03))
+    for at, said in ((np.array([0.0, 0.0, 0.2]), True), (None, False)):
+        of_none = query(here, lift, at=at).nominal().uncertainty.of_none("None.")
+        assert ("cannot show to withstand" in of_none) == said
 
 
 def test_no_plan_under_uncertainty_says_what_it_is_about():

@@ -91,8 +91,8 @@ class Choice:
     near: Near | None = None
 
     def __post_init__(self) -> None:
-        for runs in (self.tested, self.near):
-            if runs is not None and not (runs.of and runs.of.is_same(self.driven)):
+        for runs in filter(None, (self.tested, self.near)):
+            if not runs.of or runs.of.scene is not self.scene or runs.of.plan != self.driven.plan:
                 raise InputError(
                     "choice: expected results of this very plan in this scene; got those of "
                     "another. Choose it anew (tested=None, near=None), then test or localise it."

@@ -74,10 +74,6 @@ class Driven(NamedTuple):
     scene: Scene
     plan: tuple[float, ...]
 
-    def is_same(self, other: "Driven") -> bool:
-        """The very scene, and equal numbers."""
-        return self.scene is other.scene and self.plan == other.plan
-
 
 @dataclass(frozen=True, eq=False)
 class Near:

@@ -104,6 +104,10 @@ class Query:
             at = pose.place if pose.heading is None else np.zeros(model.n_p)
         if uncertainty is not None:
             n_v, n_r = len(executions.corners), len(turn.maps)
+            several = max(n_v, n_r) > 1
+            # in space sums of sets lack the rows that cross two edges, and faces need not be tight
+            grown = any(uncertainty.obstacles) or (pose is not None and any(uncertainty.start))
+            fitted = model.tube.templates is not None and any(uncertainty.start)
             problem = copied_problem(problem, model, n_v, n_r)
             # with a pose the obstacles have grown by the start box, so the tube need not
             start = uncertainty.shifts(model.n_p) * (pose is None)
@@ -125,7 +129,8 @@ class Query:
                 uncertainty.sensing_eps,
                 (model.n_k, len(executions.chosen)),
                 float(model.domain.volume),
-                copies=max(n_v, n_r) > 1,
+                copies=several,
+                more=several or fitted or (model.n_p > 2 and grown),
             )
         return NominalProblem(problem, robust, promise, at, pose, self)
 

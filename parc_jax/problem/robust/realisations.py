@@ -235,9 +235,9 @@ def misses_circle(a: Fraction, b: Fraction, g: Fraction) -> bool:
     return 0 < a < g and b > 0 and g * g * b * b >= b * b + (g - a) ** 2
 
 
-OF_COPIES = (
-    "Under this uncertainty of execution or heading a few executions stand for all, and more than "
-    "all: what is not safe is a plan that this method cannot show to withstand it."
+OF_MORE = (
+    "What stands here for all that this uncertainty allows is more than all: what is not safe is "
+    "a plan that this method cannot show to withstand it."
 )
 
 
@@ -248,8 +248,9 @@ class Robustness(NamedTuple):
     sensing_eps: probability that the truth lies outside of the measured boxes.
     parameters: (all of k, chosen ones); where they differ nothing is promised of a drawn plan.
     k_volume: of the claim's K, in units of k multiplied, where all of k is chosen.
-    copies: the hull of several vertex realisations stands for all, and is larger; "no plan" then
-        says that none was shown to be robust.
+    copies: the hull of several vertex realisations stands for all.
+    more: what stands for all realisations is larger than all: "no plan" then says that none was
+        shown to be robust.
     """
 
     words: str
@@ -257,21 +258,16 @@ class Robustness(NamedTuple):
     parameters: tuple[int, int]
     k_volume: float
     copies: bool = False
+    more: bool = True
 
     def volume_of_k(self, domain: Box) -> float:
         """Volume of the claim's K; of the chosen parameters' domain where not all are chosen."""
         return self.k_volume if len(set(self.parameters)) == 1 else domain.volume
 
-    def share_of_k(self, domain: Box) -> float:
-        """Share of the claim's K in which plans may be chosen; 1 where not all parameters are
-        chosen.
-        """
-        return domain.volume / self.volume_of_k(domain)
-
     def of_none(self, told: str) -> str:
         """A sentence about the number of safe plans, with the meaning of "safe" appended."""
         about = f"{told} Safe means here: safe for {self.words}."
-        return f"{about} {OF_COPIES}" if self.copies else about
+        return f"{about} {OF_MORE}" if self.more else about
 
     def to_json(self) -> dict:
         """As plain data, for the answer file."""
@@ -308,9 +304,5 @@ def robustness_of_json(data: dict | None) -> Robustness | None:
     """The record that `to_json` wrote."""
     if data is None:
         return None
-    exact = {
-        "sensing_eps": Fraction(data["sensing_eps"]),
-        "parameters": tuple(data["parameters"]),
-        "k_volume": float(data["k_volume"]),
-    }
-    return Robustness(**(data | exact))
+    exact = {"sensing_eps": Fraction(data["sensing_eps"]), "parameters": tuple(data["parameters"])}
+    return Robustness(**(data | exact | {"k_volume": float(data["k_volume"])}))
