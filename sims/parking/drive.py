@@ -36,6 +36,7 @@ SHUFFLED, STROKE = 6, 0.3
 # ways, as k has them, and shares of the steering of strokes to shuffle by: AROUND of them
 STROKES, LOCKS = np.linspace(0.05, 0.36, 24), np.array([-1.0, -0.8, 0.8, 1.0])
 STRAIGHT = np.radians(0.4)  # of heading that is not turned back while the car moves sideways
+IN_THE_SLOT = 2.0  # [m] beside the goal, as of `wrong`: nearer, strokes are what is tried last
 # of the width of its tube a manoeuvre of a first way is clear, and of others when one fails
 CLEAR = (1.0, 0.6, 0.3)
 BETWEEN = 4  # poses of the judge from record to record
@@ -138,7 +139,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
     pose, wheels, at = case.start, 0.0, 0.0
     new, path, times = [], [pose[None]], [np.zeros(1)]
     driven, tries, why, way, i = 0.0, 0, "", None, 0
-    proved = False
+    proved, best = False, IN_THE_SLOT
     shares = iter(CLEAR)
     shift = float(np.linalg.norm(loop.uncertainty.shifts(2)))
     heading = float(loop.uncertainty.heading or 0.0)
@@ -146,17 +147,21 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
     while len(new) < LINKS:
         if way is None or i == len(way.k):
             share = next(shares, None)
-            if share is None:
+            if share is not None:
+                guide.share = share
+                way, i = guide.search(pose, wheels), 0
+                tries += 1
+                if way is None:
+                    why = f"no way was found within {BUDGET - guide.left:,} of {BUDGET:,} poses"
+                    continue
+            elif wrong(case, pose) < best:  # nearer than where that was the last resort before
+                way, i, best = None, 0, wrong(case, pose)
+            else:
                 break
-            guide.share = share
-            way, i = guide.search(pose, wheels), 0
-            tries += 1
-            if way is None:
-                why = f"no way was found within {BUDGET - guide.left:,} of {BUDGET:,} poses"
-                continue
         known = measured(pose, loop.uncertainty, draws)
-        shuffles = len(way.k) - i >= SHUFFLED and (np.abs(way.k[i:, 0]) <= STROKE).all()
-        last = i == len(way.k) - 1
+        left = () if way is None else way.k[i:]
+        shuffles = way is None or (len(left) >= SHUFFLED and (np.abs(left[:, 0]) <= STROKE).all())
+        last = len(left) == 1
         goal = goal_of(case, known, within) if last or shuffles else None
         gear = -np.sign(new[-1].k[1]) if new else 1.0
         if shuffles:
@@ -168,6 +173,8 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
                 step, last = shuffle(loop, around, known, wheels, gear, case, within, goal, at)
                 shuffles = True
         if not step.new:
+            if way is None:
+                break
             why, way = step.reason, None
             continue
         k = step.committed.k
@@ -243,9 +250,7 @@ def shuffle(loop, around, pose, wheels, gear, case, within, goal, at):
     told, first, last = (one.ravel() for one in np.meshgrid(STROKES, LOCKS, LOCKS))
 
     def prefer(seen) -> np.ndarray:
-        ended = np.column_stack([seen.path[:, -1], seen.heading])
-        off = np.abs(offset_from(case.goal, ended))
-        return off[:, 1] + PER_RADIAN * np.maximum(off[:, 2] - STRAIGHT, 0.0)
+        return wrong(case, np.column_stack([seen.path[:, -1], seen.heading]))
 
     for sign in (gear, -gear):
         k = np.column_stack([sign * c.way_of(told), MOST * first, MOST * last])
@@ -260,6 +265,12 @@ def shuffle(loop, around, pose, wheels, gear, case, within, goal, at):
         if step.new:
             break
     return step, False
+
+
+def wrong(case: Case, pose: np.ndarray) -> np.ndarray:
+    """[m] by which poses (..., 3) are beside the goal, a wrong heading included."""
+    off = np.abs(offset_from(case.goal, pose))
+    return off[..., 1] + PER_RADIAN * np.maximum(off[..., 2] - STRAIGHT, 0.0)
 
 
 def choose(loop, around, pose, wheels, k, prefer, goal, at):

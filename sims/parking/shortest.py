@@ -14,7 +14,7 @@ from sims.parking.cases import Case, case_of
 from sims.parking.drive import drive, guide_of, loop_of, model
 from sims.parking.guide import BUDGET, Guide
 
-GAPS = (7.0, 6.4, 6.0, 5.8, 5.6, 5.4, 5.2)  # [m]
+GAPS = (7.0, 6.4, 6.0, 5.8, 5.6, 5.4, 5.2, 5.1)  # [m]
 CURB, STREET = 0.3, 5.5  # [m] beside a parked car: to the curb, and to what is across the street
 AHEAD, BESIDE = 1.5, 0.9  # [m] of the start from the gap's front, and from the car there
 LONG = 20.0  # [m] of curb and of street, to either side

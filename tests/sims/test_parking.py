@@ -332,6 +332,12 @@ def test_a_last_stroke_that_is_not_proved_from_a_pose_that_may_be_wrong_is_shuff
     assert one.reached and one.proved and not one.touched and not one.left
 
 
+@pytest.mark.slow
+def test_a_car_that_no_way_leads_on_within_a_gap_is_shuffled():
+    one = drive.drive(shortest.street(6.0), drive.loop_of(), jax.random.PRNGKey(0))
+    assert one.reached and one.proved and not one.touched and not one.left
+
+
 @pytest.mark.night
 def test_all_cases_are_parked_and_nothing_is_touched(tmp_path):
     done = {number: park(number, Options(out=tmp_path))[0] for number in cases.numbers()}
