@@ -215,6 +215,16 @@ def test_slanted_tubes_hold_a_moved_start(rng):
     assert (after >= before + np.abs(w) @ [0.03, 0.01] - 1e-12).all()
 
 
+def test_faces_that_fit_and_move_with_the_start_hold_more_than_all_of_it(rng):
+    """A face that no error touches lets more in once it has moved; sides of a box do not."""
+    asked = pj.reach_avoid(box([-9.0] * 9, [9.0] * 9), [box([50.0, 0.0], [51.0, 1.0])], 0.1)
+    asked = asked.replace(uncertainty=Uncertainty(start=[0.03, 0.01]))
+    for fitted in (True, False):
+        model = points_model(rng, fitted=fitted)
+        told = query(asked, model).nominal().uncertainty.of_none("None.")
+        assert ("cannot show to withstand" in told) == fitted
+
+
 def test_obstacles_that_may_be_moved_are_sums_that_hold_all_of_it_and_hardly_more(rng):
     """Boxes, slanted rectangles, wedges with a needless row: many at once, against exact sums."""
     half = np.array([0.01, 0.25])

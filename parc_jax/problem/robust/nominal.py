@@ -105,12 +105,13 @@ class Query:
         if uncertainty is not None:
             n_v, n_r = len(executions.corners), len(turn.maps)
             several = max(n_v, n_r) > 1
-            # in space sums of sets lack the rows that cross two edges, and faces need not be tight
+            # in space a sum of sets lacks the rows that cross two edges; faces need not be tight
             grown = any(uncertainty.obstacles) or (pose is not None and any(uncertainty.start))
-            fitted = model.tube.templates is not None and any(uncertainty.start)
             problem = copied_problem(problem, model, n_v, n_r)
             # with a pose the obstacles have grown by the start box, so the tube need not
             start = uncertainty.shifts(model.n_p) * (pose is None)
+            faces = model.tube.templates and model.tube.templates.interval.directions
+            fitted = faces is not None and faces.shape[-2] > model.n_p and bool(start.any())
             key = (model.claim.hash, *uncertainty.of_model, pose is None)
             cache = {} if cache is None else cache
             if key not in cache:
