@@ -327,7 +327,7 @@ def details(answer, drawn: str, polytopes: int) -> str:
         lines = [f"{absence.details()} {scene}", *tube]
     else:
         none = nothing_found(why_none(answer.scene))
-        none = none if uncertainty is None else uncertainty.of_none(none)
+        none = none if uncertainty is None else f"{none} {uncertainty.meaning}"
         lines = [none, scene, *tube]
     if cover.ended is not None:
         lines.append(cover.ended.sentence)

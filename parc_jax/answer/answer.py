@@ -260,9 +260,9 @@ class Answer:
 
     @cached_property
     def _share_of_k(self) -> float:
-        chosen, uncertainty = self.model.domain, self.scene.nominal.uncertainty
-        whole = chosen.volume if uncertainty is None else uncertainty.volume_of_k(chosen)
-        return self._plans.share_of_k() * (chosen.volume / whole)
+        share, uncertainty = self._plans.share_of_k(), self.scene.nominal.uncertainty
+        K = self.model.domain
+        return share if uncertainty is None else share * K.volume / uncertainty.volume_of_k(K)
 
     def risk(self) -> Risk | NoStatement:
         """The claim's bound for a plan drawn by `sample`. [T5, T18, T34]
@@ -329,9 +329,7 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
     }
     spans = [s and (s.dt, s.at, s.said, s.more, s.loop) for s in answer.problem.all_spans]
     edges = [o.written if isinstance(o, Edge) else None for o in answer.problem.obstacles]
-    rests_on = list(answer.problem.rests_on)
-    if uncertainty is not None:
-        rests_on.append(f"The obstacles, starts and goal stand for {uncertainty.words}.")
+    rests_on = [*answer.problem.rests_on, *([uncertainty.meaning] if uncertainty else [])]
     optional = {
         "rests_on": rests_on or None,
         "spans": spans if any(answer.problem.spans) else None,

@@ -18,7 +18,7 @@ from parc_jax.app.plot import shapes
 from parc_jax.common.arrays import slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.hull import convex_hull
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.bound.calibrate import at_other_eps
@@ -29,7 +29,7 @@ from parc_jax.planner import Planner, Prepared
 from parc_jax.problem.body import Disc, numbered
 from parc_jax.problem.problem import Problem, box_of_rows, goal_box
 from parc_jax.problem.problem_file import problem_text
-from parc_jax.problem.robust.nominal import query
+from parc_jax.problem.robust.nominal import around_box, query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.outlines import Edge
 from parc_jax.safe_set.batch.estimate import all_around
@@ -173,8 +173,10 @@ class Live:
             known = self._told.uncertainty or Uncertainty()
             start = known.shifts(model.n_p) + self.off["pose"]
             half = np.full(model.n_p, self.off["obstacles"])
-            # of obstacles whose error is told already that stays
-            errors = known.obstacles or ([box(-half, half)] if half.any() else ())
+            errors = known.obstacles
+            if half.any():  # beside the error that is told of an obstacle, if one is
+                by, told = from_box(box(-half, half)), errors or [None]
+                errors = [by if one is None else around_box([one], half)[0] for one in told]
             changes["uncertainty"] = replace(known, start=start, obstacles=errors)
         return self._told.replace(obstacles=[grips[n].moved() for n in names], **changes)
 

@@ -33,7 +33,7 @@ WORK_PER_CHARACTER = 1000
 
 # What was proved: how many samples, sets, corridors and boxes of doubt; None, or kind and
 # exact volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory.
-# scene: body, obstacles and starts in words; said: what the file says of them; moving: obstacles
+# scene: body, obstacles and starts in words; said: what the file says of it; moving: obstacles
 # that are there for some intervals alone. The claim is quoted; arithmetic: of `checked_claim`.
 Report = collections.namedtuple(
     "Report",
@@ -166,7 +166,7 @@ def summary(report):
         yield f"    the goal asks, by volume: {listed}"
     yield f"It is of {report.scene}."
     for text in report.said:
-        yield f"  The file says of them, unchecked: {text}"
+        yield f"  The file says of it, unchecked: {text}"
     if report.moving:
         yield f"NOT PROVED: {counted(report.moving, 'obstacle')} told of by intervals: nothing is"
         yield "  said of them at other times"

@@ -28,8 +28,8 @@ class Status(Told):
     )
     NO_PLAN = (
         "no-plan",
-        "proved: the model with its tube has no safe plan; "
-        "a narrower tube (more runs, more bins, a better network) or another scene may",
+        "proved: the model with its tube has no safe plan, or none shown to withstand what is "
+        "uncertain; a narrower tube (more runs, more bins, a better network) or another scene may",
     )
     NOT_FOUND = (
         "not-found",

@@ -288,8 +288,8 @@ def test_what_a_scene_rests_on_is_told_as_the_word_of_the_file():
     said = ["Edges of free space rest on this: all that stands is at least 0.1 m wide.", "\x1b[2J"]
     one = json.loads(json.dumps(known.plain() | {"meta": {"rests_on": said}}))
     lines = list(checker.summary(checker.check_answer(one)))
-    assert lines.count(f"  The file says of them, unchecked: {said[0]}") == 1
-    assert lines.count("  The file says of them, unchecked: \\x1b[2J") == 1
+    assert lines.count(f"  The file says of it, unchecked: {said[0]}") == 1
+    assert lines.count("  The file says of it, unchecked: \\x1b[2J") == 1
     for wrong in ("text", [1], {}):
         with pytest.raises(checker.Rejected, match="rests_on"):
             checker.check_answer(known.plain() | {"meta": {"rests_on": wrong}})

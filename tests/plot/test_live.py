@@ -233,6 +233,25 @@ def test_on_release_the_set_is_measured_or_it_is_said_what_is_in_the_way():
     assert len(corners) == len(faces) == len(way) == 0 and way.shape[2] == 3
 
 
+@pytest.mark.parametrize("told", [(0.01, None), (0.01,), ()])
+def test_what_obstacles_are_off_by_is_drawn_beside_the_errors_that_the_scene_tells(told):
+    """Also of an obstacle that it tells to be exact, among others that are not."""
+    walls, off = [pj.box([0.7, 0.3], [0.9, 2.0]), pj.box([0.7, -2.0], [0.9, -0.3])], 0.05
+    sets = [None if s is None else pj.box([-s, -s], [s, s]) for s in told]
+    asked = pj.reach_avoid(GOAL, walls, 0.2, START).replace(
+        uncertainty=pj.Uncertainty(obstacles=sets)
+    )
+    alone = Live(line_model(e=0.01, half=2.5), asked)
+    alone.off["obstacles"] = off
+    p0, k = np.split(alone.draw().plans, [2], axis=1)
+    sizes = np.resize([(s or 0.0) + off for s in told] or [off], 2)
+    grown = [pj.box(w.lo - s, w.hi + s) for w, s in zip(walls, sizes, strict=True)]
+    true = scene_of(pj.reach_avoid(GOAL, grown, 0.2, START), alone.model)
+    assert len(p0) and verdicts(true, p0, k).safe.all()
+    exact = scene_of(pj.reach_avoid(GOAL, walls, 0.2, START), alone.model)
+    assert compiled_by(alone.draw) == 0 and verdicts(exact, p0, k).clearance.min() > off
+
+
 def test_a_pose_is_dragged_and_turned():
     turning = told(line_model(e=0.01, half=2.5), rotation=("turns",))
     blocks = [pj.box([4.0, 4.0], [4.1, 4.1])]

@@ -102,10 +102,11 @@ def test_no_plan_in_space_under_obstacles_that_grow_says_what_it_means():
     told = planner.solve(asked.replace(uncertainty=Uncertainty(obstacles=error)), KEY, SMALL)
     assert told.status is pj.types.Status.NO_PLAN
     assert "a plan that this method cannot show to withstand" in told.details()
+    assert "none shown to withstand what is uncertain" in told.summary()
     here = asked.replace(start=None, uncertainty=Uncertainty(start=0.03))
     for at, said in ((np.array([0.0, 0.0, 0.2]), True), (None, False)):
-        of_none = query(here, lift, at=at).nominal().uncertainty.of_none("None.")
-        assert ("cannot show to withstand" in of_none) == said
+        meaning = query(here, lift, at=at).nominal().uncertainty.meaning
+        assert ("cannot show to withstand" in meaning) == said
 
 
 def test_no_plan_under_uncertainty_says_what_it_is_about():

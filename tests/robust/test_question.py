@@ -2,6 +2,7 @@
 of the uncertainty, in exact arithmetic.
 """
 
+import json
 from fractions import Fraction
 
 import jax
@@ -194,6 +195,8 @@ def test_an_answer_under_uncertainty_can_be_kept(tmp_path):
         and again.scene.nominal.uncertainty == answer.scene.nominal.uncertainty
     )
     assert (again.samples == answer.samples).all()
+    report = checker.check_answer(json.loads((tmp_path / "answer.json").read_text()))
+    assert report.said == [answer.scene.nominal.uncertainty.meaning]
 
 
 def test_the_start_set_shrinks_and_the_goal_by_what_points_do_together():
@@ -216,13 +219,23 @@ def test_slanted_tubes_hold_a_moved_start(rng):
 
 
 def test_faces_that_fit_and_move_with_the_start_hold_more_than_all_of_it(rng):
-    """A face that no error touches lets more in once it has moved; sides of a box do not."""
+    """A face that no error touches lets more in once it has moved."""
     asked = pj.reach_avoid(box([-9.0] * 9, [9.0] * 9), [box([50.0, 0.0], [51.0, 1.0])], 0.1)
     asked = asked.replace(uncertainty=Uncertainty(start=[0.03, 0.01]))
-    for fitted in (True, False):
-        model = points_model(rng, fitted=fitted)
-        told = query(asked, model).nominal().uncertainty.of_none("None.")
-        assert ("cannot show to withstand" in told) == fitted
+    told = query(asked, points_model(rng, fitted=True)).nominal().uncertainty
+    assert "cannot show to withstand" in told.meaning
+
+
+def test_a_tube_that_is_wider_at_its_end_than_before_holds_more_where_it_moves():
+    """What the last interval does not let in at the end, it lets in once it has grown."""
+    model, problem = toy_case(0)
+    asked = problem.replace(uncertainty=Uncertainty(start=0.02))
+    for share, said in ((1.0, False), (3.0, True)):
+        final = np.full(model.tube.final.shape, share * model.tube.interval[:, -1].min())
+        tube = pj.learning.tube(model.tube.edges, model.tube.interval, final)
+        claim = pj.learning.declared_claim(tube, "a test", model.net, model.time)
+        told = query(asked, pj.learning.trajectory_model(model.net, claim)).nominal().uncertainty
+        assert ("cannot show to withstand" in told.meaning) == said
 
 
 def test_obstacles_that_may_be_moved_are_sums_that_hold_all_of_it_and_hardly_more(rng):

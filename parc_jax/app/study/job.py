@@ -110,7 +110,7 @@ def run_study(
     driven = study.driven and answer.status.found and uncertainty is None and settled
     runs = None
     # under an uncertain execution a plan has several realisations, and no one run to replay
-    if settled and len(answer.samples) and not (uncertainty and uncertainty.copies):
+    if settled and len(answer.samples) and answer.scene.model.n_points == model.n_points:
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)

@@ -104,14 +104,16 @@ class Query:
             at = pose.place if pose.heading is None else np.zeros(model.n_p)
         if uncertainty is not None:
             n_v, n_r = len(executions.corners), len(turn.maps)
-            several = max(n_v, n_r) > 1
-            # in space a sum of sets lacks the rows that cross two edges; faces need not be tight
             grown = any(uncertainty.obstacles) or (pose is not None and any(uncertainty.start))
             problem = copied_problem(problem, model, n_v, n_r)
             # with a pose the obstacles have grown by the start box, so the tube need not
             start = uncertainty.shifts(model.n_p) * (pose is None)
-            faces = model.tube.templates and model.tube.templates.interval.directions
-            fitted = faces is not None and faces.shape[-2] > model.n_p and bool(start.any())
+            # sums in space lack rows that cross two edges; of a moved tube faces need not be tight,
+            # and an end that is wider than the interval before it lets more in there
+            n_p, faces = model.n_p, model.tube.templates
+            loose = faces is not None and faces.interval.directions.shape[-2] > n_p
+            loose |= bool((model.tube.final[:, : model.n_c] > model.tube.interval[:, -1]).any())
+            more = max(n_v, n_r) > 1 or (loose and any(start)) or (n_p > 2 and grown)
             key = (model.claim.hash, *uncertainty.of_model, pose is None)
             cache = {} if cache is None else cache
             if key not in cache:
@@ -120,8 +122,8 @@ class Query:
                 if not executions.nominal or n_r > 1:
                     robust = copied_model(model, executions, turn)
                 if start.any():
-                    wider, off = moved_tube(robust.tube, start), start.tolist()
-                    claim = weaker(robust.claim, wider, start_uncertainty=off)
+                    moved, off = moved_tube(robust.tube, start), start.tolist()
+                    claim = weaker(robust.claim, moved, start_uncertainty=off)
                     robust = robust.replace(claim=claim)
                 cache[key] = robust
             robust = cache[key]
@@ -130,8 +132,7 @@ class Query:
                 uncertainty.sensing_eps,
                 (model.n_k, len(executions.chosen)),
                 float(model.domain.volume),
-                copies=several,
-                more=several or fitted or (model.n_p > 2 and grown),
+                more,
             )
         return NominalProblem(problem, robust, promise, at, pose, self)
 
@@ -260,7 +261,7 @@ def robust_scene(
         starts = _less_a_box(starts, rows, [Fraction(x) for x in start])
     obstacles = list(problem.obstacles)
     if whole and start.any():
-        obstacles = _around_box(obstacles, start)
+        obstacles = around_box(obstacles, start)
     for j, by in enumerate(uncertainty.of_obstacles(len(obstacles))):
         if by is not None:
             obstacles[j] = _sum(obstacles[j], by, f"obstacle {j}")
@@ -309,7 +310,7 @@ def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
     return given.replace(b=np.array(bounds))
 
 
-def _around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]:
+def around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]:
     """The Minkowski sum of each obstacle and the box of half widths (n_p,) [m]: rows of both, as of
     `_sum`; for polygons in floats, a few roundings larger.
     """

@@ -248,7 +248,6 @@ class Robustness(NamedTuple):
     sensing_eps: probability that the truth lies outside of the measured boxes.
     parameters: (all of k, chosen ones); where they differ nothing is promised of a drawn plan.
     k_volume: of the claim's K, in units of k multiplied, where all of k is chosen.
-    copies: the hull of several vertex realisations stands for all.
     more: what stands for all realisations is larger than all: "no plan" then says that none was
         shown to be robust.
     """
@@ -257,17 +256,16 @@ class Robustness(NamedTuple):
     sensing_eps: Fraction
     parameters: tuple[int, int]
     k_volume: float
-    copies: bool = False
     more: bool = True
 
     def volume_of_k(self, domain: Box) -> float:
         """Volume of the claim's K; of the chosen parameters' domain where not all are chosen."""
         return self.k_volume if len(set(self.parameters)) == 1 else domain.volume
 
-    def of_none(self, told: str) -> str:
-        """A sentence about the number of safe plans, with the meaning of "safe" appended."""
-        about = f"{told} Safe means here: safe for {self.words}."
-        return f"{about} {OF_MORE}" if self.more else about
+    @property
+    def meaning(self) -> str:
+        """What "safe" means under it, for sentences about all plans."""
+        return f"Safe means here: safe for {self.words}." + f" {OF_MORE}" * self.more
 
     def to_json(self) -> dict:
         """As plain data, for the answer file."""
@@ -305,4 +303,4 @@ def robustness_of_json(data: dict | None) -> Robustness | None:
     if data is None:
         return None
     exact = {"sensing_eps": Fraction(data["sensing_eps"]), "parameters": tuple(data["parameters"])}
-    return Robustness(**(data | exact | {"k_volume": float(data["k_volume"])}))
+    return Robustness(data["words"], **exact, k_volume=float(data["k_volume"]), more=data["more"])

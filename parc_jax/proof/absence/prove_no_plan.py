@@ -73,7 +73,7 @@ class NoPlan(NamedTuple):
     def details(self) -> str:
         """The sentence about the model and its tube, and the plans that it is about."""
         told = self._told()
-        return told if self.uncertainty is None else self.uncertainty.of_none(told)
+        return told if self.uncertainty is None else f"{told} {self.uncertainty.meaning}"
 
     def _told(self) -> str:
         if self.kind == PROVED:
