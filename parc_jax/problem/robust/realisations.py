@@ -303,4 +303,6 @@ def robustness_of_json(data: dict | None) -> Robustness | None:
     if data is None:
         return None
     exact = {"sensing_eps": Fraction(data["sensing_eps"]), "parameters": tuple(data["parameters"])}
-    return Robustness(data["words"], **exact, k_volume=float(data["k_volume"]), more=data["more"])
+    return Robustness(
+        data["words"], **exact, k_volume=float(data["k_volume"]), more=data.get("more", True)
+    )
