@@ -256,7 +256,7 @@ class Robustness(NamedTuple):
     sensing_eps: Fraction
     parameters: tuple[int, int]
     k_volume: float
-    more: bool = True
+    more: bool
 
     def volume_of_k(self, domain: Box) -> float:
         """Volume of the claim's K; of the chosen parameters' domain where not all are chosen."""
@@ -302,7 +302,6 @@ def robustness_of_json(data: dict | None) -> Robustness | None:
     """The record that `to_json` wrote."""
     if data is None:
         return None
-    exact = {"sensing_eps": Fraction(data["sensing_eps"]), "parameters": tuple(data["parameters"])}
-    return Robustness(
-        data["words"], **exact, k_volume=float(data["k_volume"]), more=data.get("more", True)
-    )
+    eps, parameters = Fraction(data["sensing_eps"]), tuple(data["parameters"])
+    volume, more = float(data["k_volume"]), data.get("more", True)
+    return Robustness(data["words"], eps, parameters, volume, more)
