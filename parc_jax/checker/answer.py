@@ -184,10 +184,9 @@ def scene_of(problem):
 
 
 def said_of(meta):
-    """Sentences that the remark of a file says its scene rests on, as far as it has such."""
-    texts = meta.get("rests_on", ()) if type(meta) is dict else ()
-    need(type(texts) in (list, tuple) and all(type(t) is str for t in texts), "rests_on: no texts")
-    return [printable(text) for text in texts]
+    """Sentences that the remark of a file says its scene rests on: no verdict depends on them."""
+    texts = meta.get("rests_on") if type(meta) is dict else None
+    return [printable(t) for t in texts if type(t) is str] if type(texts) is list else []
 
 
 def percent(share, up):
