@@ -69,9 +69,15 @@ def about_obstacles(problem: Problem, steps: int) -> str:
     ).rstrip()
 
 
-def about_said(rests: Mapping[str, int]) -> str:
-    """What obstacles rest on: `Problem.rests_on`, or the most of several."""
-    return " ".join(f"Of at most {n} at a time: {said}" for said, n in sorted(rests.items()))
+def about_said(rests: Mapping[str, int], told: Mapping[str, int] | None = None, of: int = 0) -> str:
+    """What obstacles rest on: `Problem.rests_on`, or the most of several manoeuvres. told: in how
+    many `of` them each was said.
+    """
+    n, words = told or {}, []
+    for said, most in sorted(rests.items()):
+        some = f", in {n[said]:,} of {of:,} manoeuvres alone" if n.get(said, of) < of else ""
+        words.append(f"Of at most {most} at a time{some}: {said}")
+    return " ".join(words)
 
 
 def about_place(within: Place, n_k: int) -> str:
@@ -205,17 +211,18 @@ def about_loops(driven: Sequence) -> str:
     more = f" Of {counted(others, 'episode')} without one nothing is shown." if others else ""
     short = [one.told_for for one in driven if one.loops and one.told_for is not None]
     first = f", of some for the first {rounded_down(min(short))} s alone" if short else ""
-    most: Counter[str] = Counter()
+    most, told = Counter[str](), Counter[str]()
     for one in driven:
         most |= Counter(one.rests_on)
-    rests = f" {about_said(most)}" if most else ""
+        told += Counter(one.told_in)
+    rests = f" {about_said(most, told, sum(one.manoeuvres for one in driven))}" if most else ""
     return (
         f"(C) Of the manoeuvres of {_some([f'a loop ({loop})' for loop in loops])}, shown in "
-        "float64 with a rounding margin: whatever happens inside the tubes, nothing is ever "
-        "touched, while every pose is inside its uncertainty, what was said of obstacles is so, "
-        "and a robot rests where a manoeuvre ends. What moves is told of for its intervals alone, "
-        f"until that rest at most{first}: later it may run into a robot, also one that rests."
-        f"{rests}{more}"
+        "float64 with a rounding margin: whatever happens inside the tubes, nothing that was told "
+        "of is ever touched, while every pose is inside its uncertainty, what was said of "
+        "obstacles is so, and a robot rests where a manoeuvre ends. What moves is told of for its "
+        f"intervals alone, until that rest at most{first}: later it may run into a robot, also one "
+        f"that rests.{rests}{more}"
     )
 
 
@@ -247,7 +254,8 @@ def about_episodes(episodes) -> str:
     if contradictions:
         sentences.append(
             f"CONTRADICTED: in {counted(len(contradictions), 'episode')} ({_some(contradictions)}) "
-            "something was touched inside the tubes, so something that (C) assumes does not hold."
+            "something was touched inside the tubes, so something that (C) assumes does not hold, "
+            "or it is about nothing that was told of."
         )
     return " ".join(sentences)
 
@@ -268,6 +276,9 @@ def summary(answer, drawn: str) -> str:
     """`Answer.summary`. drawn: the sentence about a drawn plan, of an answer with plans."""
     cover, asked = answer.cover, answer.scene.nominal
     lines = [f"{headline(answer)}.", f"Status: {answer.status.text}."]
+    why = None if answer.status.found or answer.absence else why_none(answer.scene)
+    if why is not None and why.sure:
+        lines[1] = nothing_found(why)
     if answer.status.found:
         share = about_share(
             answer.share,
@@ -311,7 +322,8 @@ def details(answer, drawn: str, polytopes: int) -> str:
     uncertainty, claim = asked.uncertainty, answer.model.claim
     tube = [about_pose(asked.pose)]
     # in the words of the checker, which reads the same part
-    scene = f"It is of {scene_of(problem_part(answer.problem, answer.model))}."
+    starts = "any p0" if asked.pose is None else "one start"
+    scene = f"It is of {scene_of(problem_part(answer.problem, answer.model), starts)}."
     if obstacles := about_obstacles(asked.problem, answer.model.time.n_steps):
         scene += f" {obstacles}"
     if answer.status.found and uncertainty is not None:

@@ -38,7 +38,8 @@ class Driving(Options):
     acceleration_turning: float = 6.0
     """Most [rad/s²] by which it changes how fast it turns, for the same reason."""
     stale: float = 1.0
-    """Seconds after the last scan that was added from when on nothing new begins."""
+    """Seconds after the last scan that was added, or message of movers, from when on nothing new
+    begins."""
     age: float = 0.0
     """Seconds after which a place that no scan has seen again is not free any more; 0: never."""
     mover_radius: float = 0.0

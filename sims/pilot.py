@@ -98,6 +98,11 @@ class Pilot:
         require_frame(message, self.driving.frame, "map")
         self.map = measured.map_in(message)
 
+    def restart(self) -> None:
+        """Another episode, of a robot at rest where it touches nothing: after a tube was left."""
+        self.loop.restart()
+        self.driven, self._begun = [], None
+
     def hear_goal(self, message: Any) -> None:
         """A geometry_msgs/PoseStamped."""
         require_frame(message, self.driving.frame, "goal")
@@ -204,6 +209,9 @@ class Pilot:
             told.append("the heading of a pose is not asked: the model goes along the frame's axes")
         if self._added is not None:
             told.append(f"the last scan is {(self._stamp - self._added) / 1e9!r} s older")
+        if self.movers is not None:
+            age = (self._stamp - self.movers.stamp) / 1e9
+            told.append(f"who moves was told {age!r} s before, and nobody has come since")
         return "; ".join(told)
 
     @property
@@ -331,6 +339,9 @@ class Pilot:
             return ways, None
         if self.movers is None:
             return "nobody has said yet where those are who move"
+        old = (self._stamp - self.movers.stamp) / 1e9  # who came since is in no message
+        if old > self.driving.stale:
+            return f"where those are who move was last said {old!r} s ago"
         return among(self.movers, ways, self.pose, self._stamp, self.driving, self.model.time, now)
 
     def _stale(self) -> str:

@@ -144,8 +144,11 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
     odd = odd if listed is None else []
     said += [question.strip() for question in odd if question]
     if held and not any(odd):
-        said.append(_of_many(held[0], share, safe) if passes else _of_nearest(held, both))
-        said.append(_next(scene, both))
+        # what is uncertain at the start and in the execution is in the tube of the robust model
+        tube = "tube" if scene.nominal.uncertainty is None else "tube, with what is uncertain,"
+        how = _of_many(held[0], share, safe) if passes else _of_nearest(held, both)
+        said.append(f"{how} {_of_tube(both, tube)}")
+        said.append(_next(scene, both, tube))
     elif not safe and best.value[0] > 0:
         said.append("A plan that was tried passes: safe plans are rare, and more work finds them.")
     return Why(
@@ -264,27 +267,27 @@ def _of_nearest(held: list[_Side], both: list[_Side]) -> str:
     more = f"; {listed(others)} {verb} in its way too" if others else ""
     missing = _size(-sum(one.room for one in both), both[0].unit)
     where += listed([one.when for one in both])
-    return f"The nearest plan of those tried lacks {missing} {where}{more}. {_of_tube(both)}"
+    return f"The nearest plan of those tried lacks {missing} {where}{more}."
 
 
 def _of_many(one: _Side, blocked: float, safe: float) -> str:
     return (
         f"Of plans tried from the start into the goal {100 * safe:.2g} % pass. Of those that one "
         f"side alone is in the way of, {100 * blocked:.2g} % fail at {one.when}, and half of "
-        f"these lack {_size(-one.room, one.unit, rounded_down)} or more. {_of_tube([one])}"
+        f"these lack {_size(-one.room, one.unit, rounded_down)} or more."
     )
 
 
-def _of_tube(both: list[_Side]) -> str:
+def _of_tube(both: list[_Side], tube: str) -> str:
     missing, bare = -sum(one.room for one in both), -sum(one.bare for one in both)
     unit = both[0].unit
     more = f"has {_size(-bare, unit, rounded_down)} to spare"
     rest = f"lacks {_size(bare, unit)}" if bare > 0 else more
     rest = "just passes" if abs(bare) < NOTHING * missing else rest
-    return f"The tube takes {_size(missing - bare, unit)} of it: without errors it {rest}."
+    return f"The {tube} takes {_size(missing - bare, unit)} of it: without errors it {rest}."
 
 
-def _next(scene: Scene, both: list[_Side]) -> str:
+def _next(scene: Scene, both: list[_Side], tube: str) -> str:
     """Remedies, and how much of each."""
     missing, bare = -sum(one.room for one in both), -sum(one.bare for one in both)
     parts = {one.part for one in both}
@@ -297,7 +300,7 @@ def _next(scene: Scene, both: list[_Side]) -> str:
         share = f"{rounded_up(100 * missing / taken)} %"
         now = f" than {probability(p['eps'], 2)}" if "eps" in p else ""
         ways = f"more bins of K, a better network by more runs, or a larger eps{now}"
-        steps.append(f"a tube narrower by {share} ({ways})")
+        steps.append(f"a {tube} narrower by {share} ({ways})")
     told = f"What would help: {', or '.join(steps)}."
     return f"{told} No narrower tube is enough for this plan." if bare > NOTHING * missing else told
 

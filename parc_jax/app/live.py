@@ -197,9 +197,9 @@ class Live:
         InputError.
         """
         scene = padded(pruned_scene(self._nominal()), *self._size)
-        if scene.model.n_k < self.model.n_k:  # some are given, and the others have other columns
-            return scene
-        lo, hi = np.clip(self.k, scene.k_lo, scene.k_hi)
+        # where some are given the others have other columns
+        axes = [self.model.labels.k.index(name) for name in scene.model.labels.k]
+        lo, hi = np.clip(self.k[:, axes], scene.k_lo, scene.k_hi)
         return scene.replace(k_lo=lo, k_hi=hi)
 
     def draw(self) -> Drawn:

@@ -7,22 +7,6 @@ Standard library only; nothing of parc_jax is imported. Every number is a ration
 comparison exact: there is no tolerance. A check passes only on `is True`, and any exception is a
 rejection. docs/certificates.md has the format and what an accepted answer proves.
 
-exact.py     numbers, lists, half-spaces; what a rejection is
-errors.py    the errors that a tube allows, and their support
-question.py  problem, network and tube
-plans.py     samples, corridors and polytopes
-hits.py      boxes in which every plan touches the same obstacle at the same moment
-cells.py     where in a box of k the network is affine
-bounds.py    what the network says at least, over a box of k
-no_plan.py   boxes in which no plan is safe, or every one
-doubt.py     boxes of plans that are safe with the same directions
-claim.py     whether so many runs show what the claim says
-entries.py   all samples, corridors, polytopes and boxes of doubt, in one process or several
-turns.py     cosine and sine, enclosed
-episode.py   a chain of manoeuvres, each proved, each begun where the one before may have been
-rests_on.py  what an episode rests on
-answer.py    the whole file, the report, the command line
-
 Letters: p position, q further goal states, k parameters, y = (c_1 .. c_T, q) the outputs of the
 network, p_s = p0 + c_s the position at knot s, z = p_T, t the interval from knot t to knot t + 1,
 e the widths of the tube, w a direction. Where a robot has several reference points, c_s are the

@@ -174,11 +174,11 @@ def summary(report):
     yield from told(report.claim, report.arithmetic, report.hash)
 
 
-def scene_of(problem):
-    """Body, obstacles and starts of a problem that was read, in words."""
+def scene_of(problem, starts="any p0"):
+    """Body, obstacles and starts of a problem that was read, in words. starts: where none is."""
     parts = printable("; ".join(part_of(part, 1) for part in problem["body"]["parts"]))
     rows = problem["start"] and len(problem["start"]["b"])
-    where = f"from p0 within {counted(rows, 'half-space')}" if rows else "from any p0"
+    where = f"from p0 within {counted(rows, 'half-space')}" if rows else f"from {starts}"
     among = counted(len(problem["obstacles"]), "convex obstacle")
     return f"a body ({parts}) among {among}, {where}"
 

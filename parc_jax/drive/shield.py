@@ -2,7 +2,7 @@
 driven, whose stop is in hand. [T37, T38]
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -49,7 +49,8 @@ class Shield(gymnasium.Wrapper):
     `candidates` the nearest that is proved safe over all of its time, rest included, is driven for
     a step. One that is farther from the proposal than the brake already under way is left out, the
     more are let in the less of that is left, and where none is proved that brake continues: while
-    each run is inside its tube, nothing that was sensed is touched, whatever is proposed. [T38]
+    each run is inside its tube, nothing sensed that stands is touched, and nothing that moves
+    until `certified_until`, whatever is proposed. [T38]
 
     model: its manoeuvres are an action for `every` seconds, then a brake to rest; n_k given and
         chosen parameters, as of `Loop`.
@@ -68,6 +69,7 @@ class Shield(gymnasium.Wrapper):
     room: [m] of clearance that is asked of a manoeuvre, or as much as the brake under way has where
         that is less; the longer it is under way, the less, and none once it has ended: a robot that
         stops too close finds nothing safe to begin.
+    assumed: what else its certificates rest on, as of `save_episode`.
     effort: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
 
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
@@ -97,6 +99,7 @@ class Shield(gymnasium.Wrapper):
         metric: Metric | None = None,
         room: float = 0.0,
         effort: Effort | None = None,
+        assumed: Mapping[str, Any] | None = None,
     ):
         if not isinstance(env, gymnasium.Env):
             kind = type(env).__name__
@@ -126,7 +129,6 @@ class Shield(gymnasium.Wrapper):
                 f"with the proposal and the stop; got {len(rows) - 2}."
             )
         self._rows = listed_candidates(model, given, rows)
-        self._require_actions()
         self.loop = Loop(
             model,
             body,
@@ -135,12 +137,14 @@ class Shield(gymnasium.Wrapper):
             candidates=rows,
             effort=PATIENT if effort is None else effort,
         )
+        self._assumed = assumed
         self.every, self.room = every, float(as_float64("room", room, ()))
         self.commitments: list[Commitment] = []
         self._observation: Any = None
         self._last = self._rows[0, self._given]  # the last given parameters that were finite
         self._steps: int | None = None  # None until a reset has certified a stop
         self._left = False  # the tube of the manoeuvre under way, and that was told
+        self._require_actions()
 
     def reset(self, **options: Any) -> tuple[Any, dict]:
         """Reset the environment, then as `restart`."""
@@ -184,10 +188,7 @@ class Shield(gymnasium.Wrapper):
         self._left = decision.left or (self._left and not over)
         one = decision.committed
         assert one is not None  # the stop of the reset at least
-        driven = np.asarray(self._act(one.k, now - float(one.begin), self._last))
-        if driven.shape != self.action_space.shape or not np.isfinite(driven).all():
-            raise InputError(f"Shield: expected act to return an action; got {driven!r:.60}.")
-        driven = driven.astype(self.action_space.dtype)
+        driven = self._driven(one.k, now - float(one.begin)).astype(self.action_space.dtype)
         observation, reward, terminated, truncated, info = self.env.step(driven)
         # of what comes after the end no stop was certified
         self._steps = None if terminated or truncated else self._steps + 1
@@ -198,10 +199,10 @@ class Shield(gymnasium.Wrapper):
         return observation, reward, terminated, truncated, info
 
     def certificate(self, path: str | Path, meta: dict | None = None) -> Path:
-        """Write the episode so far, which `parc-jax check` verifies: every commitment, and that
-        each began where the one before may have been left. meta: plain values, unchecked.
+        """Write the episode since the last reset or restart, which `parc-jax check` verifies: every
+        commitment, and that each began where the one before may have been left. meta: unchecked.
         """
-        return save_episode(path, self.commitments, meta)
+        return save_episode(path, self.commitments, meta, assumed=self._assumed)
 
     def _step_of(self, action: Any, now: float) -> tuple[Step, bool]:
         """The decision of a step, and whether it is another than was proposed."""
@@ -316,11 +317,15 @@ class Shield(gymnasium.Wrapper):
                     f"Shield: expected ask to take actions of shape {space.shape}, those of the "
                     f"environment; {said(error)}."
                 ) from error
-        k = self._rows[0]
         for seconds in (0.0, 1.0):
-            driven = np.asarray(self._act(k, seconds, k[self._given]))
-            if driven.shape != space.shape or not np.isfinite(driven).all():
-                raise InputError(
-                    f"Shield: expected act to return actions of shape {space.shape}, those of the "
-                    f"environment; got {driven!r:.60}."
-                )
+            self._driven(self._rows[0], seconds)
+
+    def _driven(self, k: np.ndarray, seconds: float) -> np.ndarray:
+        """The action of a manoeuvre. Raises InputError."""
+        driven, shape = np.asarray(self._act(k, seconds, self._last)), self.action_space.shape
+        if driven.shape != shape or not np.isfinite(driven).all():
+            raise InputError(
+                f"Shield: expected act to return actions of shape {shape}, those of the "
+                f"environment; got {driven!r:.60}."
+            )
+        return driven

@@ -45,7 +45,8 @@ class UnderWay:
     """The manoeuvre under way in each environment: k (b, n_k), the pose (b, 2 or 3) where it began,
     steps (b,) ago, its clearance (b,) [m] at least, given (b, n_given) as measured last and finite.
     certified (b,) bool: there is one, whatever poses since say, as `Driven.reason` 3 does; where
-    not, that environment must be reset again. shield: the content of the one that has it under way.
+    not, that environment must be reset again. left (b,) bool: a pose was outside of its tube, after
+    which nothing begins, as of `Shield`. shield: the content of the one that has it under way.
     """
 
     k: jax.Array
@@ -54,6 +55,7 @@ class UnderWay:
     clearance: jax.Array
     given: jax.Array
     certified: jax.Array
+    left: jax.Array
     shield: str = struct.field(pytree_node=False)
 
 
@@ -154,7 +156,7 @@ class BatchShield:
         seen = _seen(pose, given, corners, active)
         rest, zero = jnp.asarray(self._rows[:1]), jnp.zeros(len(seen.pose))
         k = jnp.broadcast_to(rest, (len(zero), rest.shape[1]))
-        none = UnderWay(k, seen.pose, zero, zero, seen.given, zero > 0, self._content)
+        none = UnderWay(k, seen.pose, zero, zero, seen.given, zero > 0, zero > 0, self._content)
         new, _, reason = self._decide(none, seen, k[:, self._chosen])
         return new.replace(certified=reason == 0)
 
@@ -189,7 +191,8 @@ class BatchShield:
         """
         finite = jnp.isfinite(seen.given).all(axis=1, keepdims=True)
         last = last.replace(given=jnp.where(finite, seen.given, last.given))
-        reason, asked = jax.vmap(self._asked)(last, seen, proposed)
+        reason, left, asked = jax.vmap(self._asked)(last, seen, proposed)
+        last = last.replace(left=left, clearance=jnp.where(left, -jnp.inf, last.clearance))
         k = jax.vmap(self._manoeuvre, (0, 0, None))(seen.given, proposed, 0)
         clear = jax.vmap(lambda *of: self._clearance(*of, 0))(seen, k)
         far = jnp.full((len(k), len(self._rows)), jnp.inf).at[:, 0].set(0.0)
@@ -225,7 +228,9 @@ class BatchShield:
         return new, ~same, jnp.where(good, 0, jnp.where(reason > 0, reason, 4))
 
     def _asked(self, last: UnderWay, seen: Seen, proposed: jax.Array):
-        """In one environment: why nothing may begin, 0 where it may, and what is asked of it."""
+        """In one environment: why nothing may begin, 0 where it may; whether a pose was outside of
+        the tube; what is asked of a manoeuvre.
+        """
         model, chosen, axes = self._model, self._chosen, self._given
         lo, hi = jnp.asarray(model.domain.lo), jnp.asarray(model.domain.hi)
         seconds, fresh = last.steps * self._every, last.steps == 0  # a stop may be replaced at once
@@ -233,13 +238,13 @@ class BatchShield:
         near = (jnp.abs(_from_robot(seen)) <= self._far).all(axis=(1, 2)) | ~seen.active
         known = ((lo[axes] <= seen.given) & (seen.given <= hi[axes])).all() & near.all()
         known &= jnp.isfinite(seen.pose).all()  # also where nothing is there to be near
-        inside = fresh | (self._outside(last, seen.pose, seconds) <= 0)
+        left = last.left | (~fresh & (self._outside(last, seen.pose, seconds) > 0))
         over = fresh | self._leaving.may(seconds)
         # as of `Shield`: what is nearer than the brake under way, with enough room
         ahead = jnp.where(fresh, 0.0, jnp.maximum(0.0, 1.0 - seconds / model.time.t_f))
         brake = self._ask(self._act(last.k, seconds, last.given))
         asked = Asked(proposed, ahead, brake, ahead * jnp.minimum(self._room, last.clearance))
-        return jnp.select([~meant, ~known, ~inside, ~over], [1, 2, 3, 5], 0), asked
+        return jnp.select([~meant, ~known, left, ~over], [1, 2, 3, 5], 0), left, asked
 
     def _manoeuvre(self, given, proposed, i):
         """(n_k,) of number i; 0 is the proposed one."""

@@ -31,6 +31,7 @@ def door() -> dict:
         "ask": ask,
         "act": manoeuvre.action,
         "room": ROOM,
+        "assumed": sensing.creeping(REST),
     }
 
 

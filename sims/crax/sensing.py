@@ -42,6 +42,7 @@ def door() -> dict:
         "ask": sensing.ask,
         "act": BRAKE.action,
         "room": sensing.ROOM,
+        "assumed": sensing.creeping(REST),
     }
 
 

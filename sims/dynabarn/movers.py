@@ -72,6 +72,7 @@ def runs_of(half: int, off: float):
     learned = ours[:: len(ours) // LEARNED][:LEARNED]
     rest = [number for number in ours if number not in learned]
     about = {"step": STEP, "most": most(off), "name": f"tracks of half {half} of DynaBARN"}
+    about["name"] += f", places seen evenly within {off:g} m along each axis"
     rng = np.random.default_rng(half)
     tracks, others = tracks_of(learned, rng, off), tracks_of(rest, rng, off)
     of = [f"track {i}" for i in range(len(tracks) + len(others))]

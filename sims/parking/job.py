@@ -78,6 +78,7 @@ def park(number: int, options: Options) -> tuple[Parked, str]:
         place = options.out / f"case_{number}.json"
         place.parent.mkdir(parents=True, exist_ok=True)
         told = {"seconds": one.seconds, "parked": one.reached, "why": one.why}
+        told |= {"within": options.within, "clock": "of progress: none passes while it plans"}
         pj.drive.save_episode(place, one.commitments, told)
         begin = time.process_time()
         load_episode(place)
@@ -126,7 +127,13 @@ def park_all(options: Options, say=print) -> list[Parked]:
     parked = sum(one.reached and one.proved for one in done)
     touched = sum(one.touched for one in done)
     nearest = min(100 * one.clearance for one in done)
-    say(f"\n{parked} of {len(done)} parked, {touched} touched anything, nearest {nearest:.0f} cm.")
+    across, turned = options.within
+    say(
+        f"\n{parked} of {len(done)} parked, within {100 * across:g} cm and {turned:g} degrees, "
+        f"poses known within {100 * options.start:g} cm and "
+        f"{np.degrees(options.heading):g} degrees; {touched} touched anything, "
+        f"nearest {nearest:.0f} cm. Times are driven: none to plan."
+    )
     say(f"Files and pictures: {options.out}. Verify with: parc-jax check {options.out}/case_N.json")
     rows = [
         {"reached": one.reached, "seconds": one.seconds, "off": one.off.tolist()} for one in done

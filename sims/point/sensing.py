@@ -37,7 +37,13 @@ def door() -> dict:
         "ask": ask,
         "act": manoeuvre.action,
         "room": ROOM,
+        "assumed": creeping(REST),
     }
+
+
+def creeping(rest: float) -> dict[str, str]:
+    """What certificates assume of a robot that creeps at most so far [m] once it has braked."""
+    return {"creep": f"at most {rest:g} m once a manoeuvre has ended, by which the body is grown"}
 
 
 def batch_door(door: Callable[[], dict] = door) -> dict:

@@ -61,6 +61,26 @@ def test_a_gap_wider_than_the_body_says_how_much_narrower_the_tube_must_be(tmp_p
     assert "more room between" in as_json(answer, tmp_path / "answer.json", None)
 
 
+def test_what_is_uncertain_at_the_start_is_no_width_of_the_claim_s_tube():
+    """A tube of 1 cm, a start off by 5 cm: both are in the way, and both are named."""
+    known = pj.Uncertainty(start=(0.05, 0.05))
+    why = why_not(pj.reach_avoid(GOAL, walls(0.47), 0.2, START, uncertainty=known))
+    assert "The tube, with what is uncertain, takes" in why.text
+    assert "a tube, with what is uncertain, narrower by" in why.text
+
+
+def test_a_start_that_nothing_leads_from_is_said_in_the_summary_too():
+    start = np.zeros(2)
+    problem = pj.reach_avoid(GOAL, [pj.box([-0.5, -0.5], [0.5, 0.5])], 0.2)
+    answer = pj.Planner(line_model(e=0.01, half=2.0)).solve(
+        problem, jax.random.PRNGKey(0), SOON, at=start
+    )
+    sure = "No plan is safe: where the plan starts, the body"
+    assert sure in answer.summary() and sure in answer.details()
+    assert "proves nothing" not in answer.summary() and "any p0" not in answer.details()
+    assert "from one start." in answer.details()
+
+
 def test_a_goal_too_narrow_by_2_cm():
     """1 cm wide, in a tube of 1.5 cm to either side at the end."""
     goal = pj.box([1.5, -0.2, -9.0], [1.51, 0.2, 9.0])

@@ -27,6 +27,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data, stream
 from parc_jax.drive.loop.episodes import ABOUT, LINES, task_of
 from parc_jax.learning.bound.counts import clopper_pearson
+from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs import chunks
 
 KEY = jax.random.PRNGKey(4)
@@ -208,7 +209,8 @@ def test_the_sentence_names_law_driver_and_loops_by_content():
     done = asked(Looped(), 8)
     said, claim = done.details(), loop_of(0.01).model.claim.hash[:12]
     idle = sum(not one.loops for one in done.driven)
-    assert f"(C) Of the manoeuvres of a loop (toy, claim {claim}, a body of" in said
+    short = in_short(loop_of(0.01).model.claim)  # another kind, eps or count is another sentence
+    assert f"(C) Of the manoeuvres of a loop (toy, claim {claim}: {short}, a body of" in said
     assert "What moves is told of for its intervals alone, until that rest at most" in said
     assert 0 < idle < 8 and f"Of {idle} episodes without one nothing is shown" in said
     both = [

@@ -133,7 +133,8 @@ def test_a_commitment_is_carried_in_each_field(field):
     assert said_of(copied(one, **{field: COMMITMENTS[field](one)})) != said
 
 
-GOOD = Driven(0, False, False, "", {}, ["a loop"], None, False, {})
+ONE = {"It goes on.": 1}
+GOOD = Driven(0, False, False, "", {}, ["a loop"], None, False, ONE, ONE, 2)
 BAD = GOOD._replace(number=1, touched=True, told_then=True)
 EPISODES = {
     "number": 7,
@@ -143,7 +144,9 @@ EPISODES = {
     "loops": ["another"],
     "told_for": 0.5,
     "told_then": False,
-    "rests_on": {"It goes on.": 1},
+    "rests_on": {"It goes on.": 2},
+    "told_in": {"It goes on.": 2},
+    "manoeuvres": 3,
 }
 COUNTED = {"look": Look(2, 2, Fraction(1, 2000)), "law": "other", "drive": "other"}
 

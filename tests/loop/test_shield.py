@@ -1,6 +1,7 @@
 """A shield: whatever the policy proposes, only certified manoeuvres are driven."""
 
 import re
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ def test_a_policy_that_drives_at_a_post_never_touches_it(model, tmp_path):
     bare = Platform()
     bare.reset()
     assert any(bare.step(AHEAD)[4]["cost"] for _ in range(4))  # it would, without
-    env = shielded(model=model)
+    env = shielded(model=model, assumed={"creep": "at most 1 cm"})
     _, info = env.reset(seed=0)
     assert info["shield"]["certified_until"] == pytest.approx(1.2)
     told = []
@@ -39,10 +40,9 @@ def test_a_policy_that_drives_at_a_post_never_touches_it(model, tmp_path):
     assert any(one["changed"] for one in told) and env.unwrapped.place[0] > 0.4
     numbers = [one.number for one in env.commitments]
     assert numbers == [*range(len(numbers))]
-    report = checker.check_episode(
-        checker.load(env.certificate(tmp_path / "drive.json")), allowance_of
-    )
-    assert report.manoeuvres == len(numbers)
+    file = checker.load(env.certificate(tmp_path / "drive.json"))
+    assert checker.check_episode(file, allowance_of).manoeuvres == len(numbers)
+    assert ["creep", "assumed", "at most 1 cm"] in file["premises"]
 
 
 def test_what_is_certified_ends_where_what_moves_is_told_of_no_more(model):
@@ -54,8 +54,13 @@ def test_what_is_certified_ends_where_what_moves_is_told_of_no_more(model):
 
     world = Platform(posts=[[9.0, 9.0]])
     world.clock = 0.0
-    _, info = shielded(world, model, sense=seen).reset(seed=0)
+    env = shielded(world, model, sense=seen)
+    _, info = env.reset(seed=0)
     assert info["shield"]["certified_until"] == pytest.approx(0.5)
+    one = env.commitments[0]
+    assert f"{one!r}".endswith(" m clear until 0.5 s>")
+    one.seen_outside.append(Fraction(1, 4))
+    assert f"{one!r}".endswith(" s, its tube left by 0.25 s>")
 
 
 def test_what_is_free_is_driven_as_proposed(model):

@@ -110,6 +110,20 @@ def test_what_is_wrong_in_one_environment_is_its_brake_alone(batch, wrong, reaso
     assert np.isfinite(after.given).all()
 
 
+def test_once_a_tube_was_left_nothing_begins_until_another_start(batch):
+    """As `Shield`: a robot that was seen elsewhere is not what was proved, also once it is back."""
+    _, start, step = batch
+    seen = arrays(POSTS[2:], np.zeros((1, 2)), np.zeros((1, 2)))
+    away = (np.full((1, 2), 0.5), *seen[1:])
+    with jax.enable_x64(True):
+        under_way = start(*seen)
+        for now in (seen, away, seen):
+            under_way, driven = step(under_way, *now, np.zeros((1, 2)))
+        assert driven.reason[0] == 3 and under_way.left[0] and under_way.clearance[0] == -np.inf
+        under_way, driven = step(start(*seen), *seen, np.zeros((1, 2)))
+        assert driven.reason[0] == 0 and not under_way.left[0]
+
+
 def test_a_start_without_a_stop_is_not_certified_and_float32_is_refused(batch):
     made, start, _ = batch
     pose, speed, corners, there = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))

@@ -128,6 +128,15 @@ def test_sliders_narrow_plans_set_and_share(at):
     assert "k in the sliders' part of K" in about_set(answer)[0]
 
 
+def test_sliders_narrow_the_parameters_that_are_left_where_others_are_given():
+    model = line_model(e=0.01, half=2.5)
+    known = pj.Uncertainty(given={"k0": 1.6})
+    alone = Live(model, pj.reach_avoid(GOAL, [POLYGON], 0.05, START, uncertainty=known))
+    alone.k[:, 1] = -0.2, 0.1
+    k = alone.draw().plans[:, -1]
+    assert len(k) >= 8 and (k >= -0.2).all() and (k <= 0.1).all()
+
+
 def test_sliders_of_what_is_not_known_make_plans_robust_and_compile_nothing_while_dragged():
     """Every plan that is drawn is safe for the tube that moves, and for obstacles that do."""
     model = line_model(e=0.01, half=2.5)

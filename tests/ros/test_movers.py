@@ -86,15 +86,18 @@ def test_nothing_is_begun_before_all_are_told_or_where_they_may_be():
     assert stepped(0) == (None, "nobody has said yet where those are who move")
     one.hear_movers(discs((0.1, 0.1), at=at))
     assert "who moves may be where the robot is" in stepped(0.1)[1]
-    one.hear_movers(discs((1.5, 1.0), at=at))  # 5 s at 0.3 m/s, and the radius
-    assert "seen 5 s apart from its pose, within 1.7 m" in stepped(5)[1]
-    one.hear_movers(discs(at=at))  # nobody is there
-    committed, reason = stepped(6)
+    one.hear_movers(discs((1.5, 1.0), at=at))
+    assert stepped(5)[1] == "where those are who move was last said 5.0 s ago"  # who came since?
+    one.hear_movers(discs((0.4, 0.1), at=at + 5 * 10**9))  # a second at 0.3 m/s, and the radius
+    assert "seen 1 s apart from its pose, within 0.5 m" in stepped(6)[1]
+    one.hear_movers(discs(at=at + 6 * 10**9))  # nobody is there
+    committed, reason = stepped(6.5)
+    assert "who moves was told 0.5 s before, and nobody has come since" in one.assumed
     assert committed is not None and not reason and not any(committed.asked.problem.all_spans)
     one.hear_movers(discs((2.5, 1.0), at=at + 7 * 10**9))
     with pytest.raises(InputError, match="movers: expected stamps that do not fall"):
         one.hear_movers(discs(at=at))
-    there = sliding.after(np.zeros(2), committed.k, 10)
+    there = sliding.after(np.zeros(2), committed.k, 5)
     assert compiled_by(lambda: stepped(7, *there)) == 0 and len(one.driven) == 2
     assert any(one.driven[1].asked.problem.all_spans)
 

@@ -121,6 +121,19 @@ def test_a_body_that_does_not_lie_in_free_cells_commits_to_nothing(ready):
     assert step.new
 
 
+def test_a_robot_that_left_its_tube_has_no_clearance_and_begins_again_at_rest():
+    one, rest = pilot(), np.zeros(2)
+    one.hear_map(sliding.map_of(sliding.hall(POSTS)))
+    one.hear_goal(sliding.posed(3.2, 0.3))
+    assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
+    step = one.hear_pose(sliding.odometry(np.array([0.0, 0.5]), rest, 11 * 10**8))
+    said = one.statement(step)
+    assert step.left and "its tube left by 0.1 s" in said and "m clear" not in said
+    assert "`restart`" in said
+    one.restart()
+    assert one.hear_pose(sliding.odometry(rest, rest, 3 * 10**9)).new and len(one.driven) == 1
+
+
 def test_a_scan_frees_what_it_sees_from_where_it_was_taken():
     steady = {"acceleration": 0.0, "acceleration_turning": 0.0}
     one = pilot(sensor=(0.1, 0.0, 0.0), noise=0.01, margin=0.15, reach=2.0, **steady)

@@ -10,7 +10,9 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.rational import area, rational_vertices
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.world.moving import moving
+from parc_jax.statement import about_obstacles
 
 DT = 0.1
 
@@ -53,6 +55,20 @@ def test_a_velocity_that_is_off_by_a_bound_stays_inside_and_no_bound_is_wasted(r
             far = np.einsum("rn,ecn->rec", part.A, ends).max(axis=2)
             far = far + off_by * np.einsum("rn,rn->r", part.A, ahead)[:, None] * times[[0, -1]]
             assert part.b == pytest.approx(far.max(axis=1), abs=1e-8)
+
+
+def test_what_moves_says_how_surely_its_places_are_known_and_that_they_are_more():
+    """So that "no plan is safe" is of these places, in whose way nobody need ever be."""
+    post = box([3.0, -0.5], [3.4, 0.5])
+    parts, spans = moving(post, [0.1, 0.0], (0, 3), DT, every=2, off_by=0.25)
+    said = (
+        "Who moves is within 0.25 m/s of its velocity, which is told, and is told of for 2 "
+        "intervals at a time, as all of its places in these."
+    )
+    asked = reach_avoid(box([2.9, -0.1, -9.0], [3.5, 0.1, 9.0]), parts, 0.2, spans=spans)
+    assert [span.said for span in spans] == [said] * 2
+    assert about_obstacles(asked, 4).endswith(f"Of at most 1 at a time: {said}")
+    assert not any(span.said for span in moving(post, [0.0, 0.0], (0, 3), DT, every=2)[1])
 
 
 def bodies_in_space():

@@ -315,6 +315,9 @@ def test_a_case_is_parked_and_its_file_is_accepted(tmp_path):
     assert one.reached and one.proved and not one.touched and not one.left
     driven = load_episode(tmp_path / "case_5.json")
     assert len(driven.manoeuvres) == len(one.commitments)
+    assert driven.meta["within"] == ["0.1", "2.0"] and "none passes while it plans" in str(
+        driven.meta
+    )
     # the last manoeuvre is proved to end in the goal: two axes and the heading, each on both sides
     assert len(driven.manoeuvres[-1].problem.goal.b) == 6
 

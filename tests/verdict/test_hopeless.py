@@ -152,7 +152,7 @@ def test_an_obstacle_that_uncertainty_made_larger_makes_nothing_sure():
     problem = reach_avoid(GOAL, [WALL], 2.01, uncertainty=Uncertainty(start=(0.1, 0.1)))
     found = why_none(lowered(query(problem, model).nominal({})))
     assert not found.of_scene and not found.sure
-    assert found.words.startswith("with obstacles, goal and body as the uncertainty has them, ")
+    assert found.words.startswith("with obstacles, goal, body and tube as ")
 
 
 @pytest.mark.parametrize("n_k", [1, 2, 3])

@@ -36,6 +36,12 @@ LIDAR = Lidar(np.linspace(-2.3, 2.3, 360), uncertainty=(0.01, 0.003), noise=0.01
 BODY = np.array([[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]])
 
 
+LAW = (
+    "Beyond edges of free space nothing is known, and nothing is told to be free; all that stands "
+    "is at least 0.15 m wide."
+)
+
+
 def driven(rng, scans: int = 12):
     """(world, free space after every scan, last place) of a robot that moves about the middle."""
     world = a_world(rng, 0.15, 40)
@@ -215,7 +221,7 @@ def test_files_keep_the_region_that_edges_are_of(tmp_path):
     block = pj.box([3.0, 3.0], [3.5, 3.5])
     problem = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), [block, *edges], 0.1)
     settings = pj.Settings(samples=1, method=pj.types.FirstProved())
-    said = "Edges of free space rest on this: all that stands is at least 0.15 m wide."
+    said = LAW
     answer = pj.Planner(line).solve(problem, key, settings, at=[0.0, 0.0])
     assert said in answer.details() and said in answer.summary()
     files = [
@@ -239,12 +245,11 @@ def test_a_loop_says_how_wide_all_is_that_stands():
     place = free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]])
     edges, key = replace(place, width=0.15).obstacles(), jax.random.key(0)
     one = loop.step([0.0] * 2, [0.1], edges, lambda x: -x.path[:, -1, 0], at=0.0).committed
-    law = "Edges of free space rest on this: all that stands is at least 0.15 m wide."
     said = dict(entry[::2] for entry in episode_part([one])["premises"])["said of obstacles"]
-    assert said.endswith(f"Of at most {len(edges)} at a time: {law}")
+    assert said.endswith(f"Of at most {len(edges)} at a time: {LAW}")
     outcome = pj.drive.Outcome(False, False, {}, [one])
     drive = {"drive": lambda *_: outcome, "law": lambda seed: 0, "workers": 0, "quiet": True}
-    assert law in pj.drive.drive_episodes(key=key, n=1, **drive).details()
+    assert LAW in pj.drive.drive_episodes(key=key, n=1, **drive).details()
 
 
 def test_what_is_proposed_is_not_believed(drives, monkeypatch):

@@ -17,6 +17,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.spelling import exact, rounded_down
 from parc_jax.learning.bound.measure import allowance, kept
+from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import parts_of
 from parc_jax.problem.robust.nominal import NominalProblem
@@ -66,10 +67,13 @@ class Commitment:
     command: str = ""
 
     def __repr__(self) -> str:
+        until = f" until {exact(self.told_until)} s" if self.told_until < self.end else ""
+        clear = f"{rounded_down(self.clearance, 3)} m clear{until}"
+        if self.seen_outside:  # what was proved is of another run
+            clear = f"its tube left by {exact(self.seen_outside[0])} s"
         return (
             f"<Commitment {self.number}: k = ({', '.join(map(exact, self.k))}) from "
-            f"{exact(self.begin)} s to its end at {exact(self.end)} s, "
-            f"{rounded_down(self.clearance, 3)} m clear>"
+            f"{exact(self.begin)} s to its end at {exact(self.end)} s, {clear}>"
         )
 
     @property
@@ -118,7 +122,10 @@ class Commitment:
     def loop(self) -> str:
         """The loop that committed to it, by its content, in words."""
         model, shared, known = self.asked.query.model, self.shared, self.asked.uncertainty
-        by = [f"claim {model.claim.hash[:12]}", f"a body of {'; '.join(shared['body'])}"]
+        by = [
+            f"claim {model.claim.hash[:12]}: {in_short(model.claim)}",
+            f"a body of {'; '.join(shared['body'])}",
+        ]
         by += [f"safe for {known.words if known else 'what is measured, exactly'}"]
         by += [f"heading {HEADING}"] * (self.asked.pose.heading is None)
         by += [shared["command"], f"premises {shared.hash[:12]}"]

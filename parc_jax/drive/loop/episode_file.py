@@ -1,11 +1,8 @@
 """An episode as a file: written for the checker, read again for pictures and bags. [T37]"""
 
 import json
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from functools import reduce
-from operator import or_
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +16,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, MEASURED, premises
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down
 from parc_jax.drive.loop.commitment import HEADING, Commitment, copies_of, require_whole
+from parc_jax.drive.loop.workers import resting_on
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
@@ -62,9 +60,11 @@ def episode_part(
     if eps := known.sensing_eps:
         said = f"all that is measured is within its bounds but for a probability of {eps}"
         others.append(("sensing", ASSUMED, said))
-    if rests := reduce(or_, (one.asked.problem.rests_on for one in commitments), Counter()):
+    rests, told = resting_on(one.asked.problem.rests_on for one in commitments)
+    if rests:
         least = rounded_down(min(one.told_until - one.begin for one in commitments), 4)
-        said = f"for the first {least} s of each manoeuvre at least. {about_said(rests)}"
+        said = f"for the first {least} s of each manoeuvre at least. "
+        said += about_said(rests, told, len(commitments))
         others.append(("said of obstacles", ASSUMED, said))
     if first.pose.heading is None:
         others.append(("heading", ASSUMED, HEADING))

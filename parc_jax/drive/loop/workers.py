@@ -8,7 +8,6 @@ import pickle
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
-from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -41,8 +40,8 @@ class Driven(NamedTuple):
     """One stored episode. number: from 0. failed: why it has no outcome, else empty. loops: those
     that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
-    told_then: whether what moves was told of at the first contact. rests_on: as of a Problem, the
-    most at a time.
+    told_then: whether what moves was told of at the first contact. rests_on, told_in: as of
+    `resting_on`, of so many manoeuvres.
     """
 
     number: int
@@ -54,6 +53,8 @@ class Driven(NamedTuple):
     told_for: float | None = 0.0
     told_then: bool = False
     rests_on: Mapping[str, int] = {}
+    told_in: Mapping[str, int] = {}
+    manoeuvres: int = 0
 
     @property
     def bad(self) -> bool:
@@ -95,13 +96,22 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         at = -np.inf if at is None else float(at)
         under_way = {id(x.episode): x for x in committed if x.begin <= at}  # one of each robot
         told_then = bool(under_way) and all(at < x.told_until for x in under_way.values())
-        most = functools.reduce(or_, (one.asked.problem.rests_on for one in committed), Counter())
-        found = loops, least, told_then, dict(most)
+        rests = resting_on(one.asked.problem.rests_on for one in committed)
+        found = loops, least, told_then, *map(dict, rests), len(committed)
         return Driven(task.number, bool(touched), left, "", told, *found)
     except Exception as error:
         place = own_place(error)
         where = f"in {place}: " if place else ""
         return failed(task.number, where + said(error))
+
+
+def resting_on(of: Iterable[Mapping[str, int]]) -> tuple[Counter[str], Counter[str]]:
+    """Of `Problem.rests_on` of several manoeuvres: the most at a time, and in how many at all."""
+    most, told = Counter[str](), Counter[str]()
+    for rests in of:
+        most |= Counter(rests)
+        told.update(rests.keys())
+    return most, told
 
 
 def failed(number: int, why: str) -> Driven:

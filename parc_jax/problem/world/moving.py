@@ -13,7 +13,9 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_up
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
-from parc_jax.common.sets.rational import Point, convex_polygon, exact_support, rational_vertices
+from parc_jax.common.sets.hull import convex_hull
+from parc_jax.common.sets.rational import Point, exact_support, rational_vertices
+from parc_jax.common.spelling import counted
 from parc_jax.problem.problem import SAME, Span
 
 
@@ -57,7 +59,10 @@ def moving(
             "moving: expected an obstacle with points in it; its rows contradict each other."
         )
     A = np.concatenate([poly.A, _sides(vertices, v)]) if v.any() else poly.A
-    spans = spans_of(first, last, every, dt, at)
+    # "no plan is safe" is of these places, which are more than where it will be
+    said = f"Who moves is within {off_by!r} m/s of its velocity, which is told, and is told of for "
+    said += f"{counted(every, 'interval')} at a time, as all of its places in these."
+    spans = spans_of(first, last, every, dt, at, said=said if off_by or v.any() else "")
     rows = [(exact_support(vertices, w), _fastest(w, v, off_by)) for w in A]
     step = Fraction(float(dt))
     ends = [(first * step - SAME, (last + 1) * step + SAME) for first, last in spans]
@@ -85,25 +90,17 @@ def require_under_way(spans: Sequence[Span | None]) -> None:
 
 
 def _sides(vertices: list[Point], v: np.ndarray) -> np.ndarray:
-    """Normals of the sides of a sweep that the obstacle itself does not have: they are parallel to
-    the way v, and in space perpendicular to the sides of the shadow that is cast along it.
+    """Normals of the sides of a sweep that the obstacle itself does not have, parallel to the way v
+    as far as floats are: any normals will do, since offsets are exact.
     """
     if len(v) == 2:
         return np.array([[-v[1], v[0]], [v[1], -v[0]]])
-    along = int(np.argmax(np.abs(v)))
-    i, j = (axis for axis in range(3) if axis != along)
-    slope_i, slope_j = (Fraction(float(v[axis])) / Fraction(float(v[along])) for axis in (i, j))
-    shadow = convex_polygon(
-        [(x[i] - slope_i * x[along], x[j] - slope_j * x[along]) for x in vertices]
-    )
-    following = shadow[1:] + shadow[:1]
-    normals = [(y[1] - x[1], x[0] - y[0]) for x, y in zip(shadow, following, strict=True)]
-    if len(shadow) <= 2:  # a line or a point has ends besides
-        normals = [n for n in normals if any(n)] + [(1, 0), (-1, 0), (0, 1), (0, -1)]
-    sides = np.zeros((len(normals), 3))
-    for side, (a, b) in zip(sides, normals, strict=True):
-        side[[i, j, along]] = float(a), float(b), float(-a * slope_i - b * slope_j)
-    return sides
+    across = np.linalg.svd(v[None])[2][1:]  # the shadow that is cast along v
+    shadow = np.array([[float(c) for c in x] for x in vertices]) @ across.T
+    hull = convex_hull(shadow)
+    # a line or a point has ends besides
+    flat = np.linalg.svd(shadow - shadow[0])[2]
+    return (np.concatenate([flat, -flat]) if hull is None else hull.equations[:, :2]) @ across
 
 
 def _fastest(w: np.ndarray, v: np.ndarray, off_by: float) -> Fraction:

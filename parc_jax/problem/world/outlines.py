@@ -142,9 +142,9 @@ class Edge(HPolytope):
 
     @property
     def rests_on(self) -> str:
-        """What is assumed of what stands, as a sentence; empty for nothing."""
-        wide = f"all that stands is at least {self.width!r} m wide"
-        return f"Edges of free space rest on this: {wide}." if self.width else ""
+        """What it stands for, and what is assumed of what stands, as a sentence."""
+        wide = f"; all that stands is at least {self.width!r} m wide" if self.width else ""
+        return f"Beyond edges of free space nothing is known, and nothing is told to be free{wide}."
 
     def holds(self, places: np.ndarray) -> bool:
         """Whether the hull of places (n, 2) [m] lies in the region."""

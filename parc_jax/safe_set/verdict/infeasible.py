@@ -19,7 +19,7 @@ from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import box_of_rows, goal_box
 from parc_jax.safe_set.verdict.scene import Scene
 
-GROWN = "with obstacles, goal and body as the uncertainty has them, "
+GROWN = "with obstacles, goal, body and tube as the uncertainty has them, "
 NEAR = 1e-9  # [share of the sizes] by which a body must reach deeper, so that rounding is no word
 
 
