@@ -34,8 +34,7 @@ def mesh(devices=None) -> jax.sharding.Mesh:
 class Backend:
     """Sizes of one kind of device.
 
-    in_turn: plans and scenes of one call are judged one after another, so that each ends at once;
-        else side by side.
+    in_turn: plans and scenes of a call are judged in turn, so each ends at once; else side by side.
     threads: a thread per core, all on the first device; else one per device.
     round, rounds: plans drawn at a time for the first safe ones, and how many times at most; for a
         rarer plan the screen of many at once is the faster way.

@@ -6,9 +6,7 @@ class ParcError(Exception):
 
 
 class InputError(ParcError, ValueError):
-    """The caller's input cannot be used. One sentence: expected, got, what to try. Exit code 2 on
-    the shell.
-    """
+    """The caller's input cannot be used. One sentence: expected, got, what to try. Exit code 2."""
 
 
 class BudgetError(ParcError, RuntimeError):
@@ -16,9 +14,7 @@ class BudgetError(ParcError, RuntimeError):
 
 
 class SoundnessError(ParcError, RuntimeError):
-    """A proof obligation failed (incomplete region table, refused probe): nothing is certified from
-    here on.
-    """
+    """A proof obligation failed (incomplete region table, refused probe): certification ends."""
 
 
 def expected(call: str, what: str, got: object, hint: str) -> str:

@@ -83,9 +83,8 @@ def agree(
 ) -> None:
     """Refuse two records that meet and differ: every entry has one value in both.
 
-    where: who asks, for the message. free: entries that may differ; whoever calls says beside it
-    why. hint: what to try. Raises InputError, which names every entry that does not fit, with both
-    values.
+    where: who asks, for the message. free: entries that may differ; the caller says why beside it.
+    hint: what to try. Raises InputError, naming every entry that does not fit, with both values.
     """
     one, other = a._by_name(), b._by_name()
     faults = []

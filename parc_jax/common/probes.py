@@ -1,8 +1,6 @@
-"""Start-up probes of the arithmetic: known faults of compilers and chips that no rounding analysis
-survives.
+"""Start-up arithmetic probes: known compiler and chip faults that no rounding analysis survives.
 
-A failed probe refuses to certify. The result is cached per installation, so that a query does not
-notice them.
+A failed probe refuses to certify. The result is cached per installation, unnoticed by queries.
 """
 
 import hashlib

@@ -79,8 +79,7 @@ WITH_PRIOR = Learning(rollouts=8000, hidden=(24, 24), seeds=2)
 class Learned(NamedTuple):
     """A model and its making.
 
-    train: the training runs. prior: a sentence about the prior and the discards it advised; None
-    without a prior.
+    train: training runs. prior: a sentence on the prior and discards it advised; None without one.
     """
 
     model: TrajectoryModel

@@ -1,6 +1,4 @@
-"""The model of a system: a network and its claim, in one file; loading refuses incomplete or mixed
-ones.
-"""
+"""A system's model: network and claim in one file; loading refuses incomplete or mixed ones."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -188,9 +186,7 @@ def check_parts(model: TrajectoryModel) -> None:
 
 
 def load(path, system: str | None = None) -> TrajectoryModel:
-    """Read a model written by `save`. With `system`, refuse a model of another system. Raises
-    InputError.
-    """
+    """Read a model written by `save`. With `system`, refuse one of another. Raises InputError."""
     if Path(path).suffix == ".json":
         raise InputError(
             f"{path}: expected a model (.npz of `TrajectoryModel.save`); a .json file is an answer "
@@ -226,15 +222,13 @@ def load(path, system: str | None = None) -> TrajectoryModel:
 
 
 def float_slack(model: TrajectoryModel, size: Float[ArrayLike, "..."]):
-    """[T11] One number that covers every rounding between the real-number verdict and its float64
-    evaluation.
+    """[T11] One number covering all rounding between the exact verdict and its float64 evaluation.
 
     size: (...) [m] largest goal bound plus largest corner plus radius, of one scene or of many.
     Network error, the sums p0 + c and w.p - h (fewer than 32 operations, more only for a row of a
     goal over more coordinates, on numbers no larger than the sizes together), corners and reaches
     rounded to nearest; all per unit of |w|_1. Supports between faces are sums of products with an
-    inverse: its condition is at most about 60 (FLAT), so 8,192 units of the sum of their terms pay
-    for it.
+    inverse: condition at most about 60 (FLAT), so 8,192 units of the sum of their terms pay for it.
     """
     bound, widest, between_faces = once(model, _rounding)
     longest = max(32, model.n_c + model.n_q + 3)  # operations one after another: a row of the goal

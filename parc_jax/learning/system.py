@@ -34,8 +34,7 @@ class Retried(NamedTuple):
 
 @struct.dataclass
 class TimeGrid:
-    """Model knots every dt, records every dt_record, up to t_f. Build with `time_grid`, which
-    validates.
+    """Model knots every dt, records every dt_record to t_f. Built by `time_grid`, which validates.
 
     dt, t_f, dt_record: [s], static.
     """
@@ -134,9 +133,7 @@ class BlackBoxSystem(System, Protocol):
     """
 
     def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
-        """Run once from rest at the origin with parameters k (n_k,). All randomness comes from
-        `key`.
-        """
+        """Run from rest at the origin with parameters k (n_k,). All randomness comes from `key`."""
         ...
 
 
@@ -163,9 +160,7 @@ def check_points(owner: str, names) -> tuple[str, ...]:
 
 
 def rotation_of(system) -> tuple[str, ...] | None:
-    """Declared behaviour of the heading: a word per goal state; None for nothing. Raises
-    InputError.
-    """
+    """Declared heading behaviour: a word per goal state; None for nothing. Raises InputError."""
     words = getattr(system, "rotation", None)
     if words is None:
         return None

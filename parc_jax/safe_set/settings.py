@@ -39,8 +39,7 @@ class Settings(Options):
     samples: int = 100
     """Safe plans to return."""
     target: float = 0.01
-    """Largest share of the model's safe set that the corridors may leave out, unless the work ends
-    first."""
+    """Largest share of the model's safe set the corridors may leave out, unless work ends first."""
     confidence: float = 0.99
     """Confidence in that."""
     work: float = 1.0
@@ -48,15 +47,13 @@ class Settings(Options):
     corridors tried, and 1,000 boxes for a proof where no plan is found. It is counted, so the same
     seed gives the same answer, however busy the machine."""
     budget_s: float = 600.0
-    """A limit in seconds above the work, compiling not counted; the answer says when it cut
-    something off."""
+    """A limit in seconds above the work, without compiling; the answer says if it cut work off."""
     samples_only: bool = False
     """Safe plans alone; no corridor is built and nothing is covered."""
     proof: bool = True
     """Check all that is returned in exact arithmetic."""
     method: object | None = None
-    """How the search is done: anything with a `search` as of the exact engine, `Exact()`, the
-    default."""
+    """How to search: anything with a `search` as of the exact engine, `Exact()`, the default."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

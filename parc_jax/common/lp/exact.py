@@ -39,8 +39,7 @@ def violation(x, A, b, lo=None, hi=None):
 def dual_bound(c, A, b, multipliers, lo, hi):
     """Proved lower bound of min c.x over {A x <= b, lo <= x <= hi}. [T12b]
 
-    c: (..., n). A: (..., h, n). b, multipliers: (..., h); negative and NaN multipliers count as
-        zero.
+    c: (..., n). A: (..., h, n). b, multipliers: (..., h); negative and NaN multipliers count as 0.
     lo, hi: (..., n), infinite where unknown. Returns (...), rounded down; -inf where the
         multipliers prove nothing.
 
@@ -189,9 +188,7 @@ class Basis:
         return [column[row] for row in self._row_of]
 
     def meet(self, bounds: Sequence[Fraction]) -> list[Fraction]:
-        """The point x with v_i . x = bounds_i for all vectors, in order of adding; of a full
-        basis.
-        """
+        """The x with v_i . x = bounds_i for all vectors, in order of adding; of a full basis."""
         rows = [self._matrix[row] for row in self._row_of]
         return _product(zip(*rows, strict=True), bounds)
 

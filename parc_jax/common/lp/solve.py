@@ -49,8 +49,7 @@ def ask_clarabel(c, rows, offsets, equalities=0) -> tuple[str, np.ndarray, np.nd
 
 
 def minimise(c, A, b, lo=None, hi=None) -> tuple[np.ndarray | None, float]:
-    """A point (n,) of {A x <= b, lo <= x <= hi} where c.x is least, and a proved lower bound of the
-    minimum.
+    """A point (n,) of {A x <= b, lo <= x <= hi} where c.x is least, and a proved lower bound of it.
 
     c (n,), A (h, n), b (h,); lo, hi (n,), infinite where unknown. The point satisfies the rows to
     lp_feasible; None, with the bound -inf, where Clarabel found none.

@@ -167,8 +167,7 @@ class Solid(NamedTuple):
     """Geometry of a polytope. polytope: without redundant rows. vertices (v, n). volume: [product
     of the axis units].
 
-    simplices (s, n + 1): vertex indices of a triangulation. weights (s,): share of the volume in
-    each simplex.
+    simplices (s, n + 1): vertex indices of a triangulation. weights (s,): volume share of each.
     """
 
     polytope: HPolytope
@@ -181,8 +180,7 @@ class Solid(NamedTuple):
 def solid(polytope: HPolytope, inside: np.ndarray) -> Solid | None:
     """Vertices, volume, triangulation. None when the set is too thin for floating-point geometry.
 
-    inside (n,): a point strictly inside. Coordinates are centred on it and scaled per axis before
-    qhull sees them.
+    inside (n,): a point strictly inside. Coordinates are centred on it, scaled per axis for qhull.
     """
     if len(inside) == 1:
         return _segment(polytope)
@@ -236,9 +234,7 @@ def _simplices(vertices: np.ndarray) -> np.ndarray | None:
 
 
 def sample_solid(shape: Solid, rng: np.random.Generator, n: int) -> np.ndarray:
-    """n points (n, d), uniform in the solid: a simplex by volume, then flat Dirichlet weights on
-    its corners.
-    """
+    """n points (n, d), uniform in the solid: a simplex by volume, then flat Dirichlet weights."""
     pick = rng.choice(len(shape.weights), n, p=shape.weights)
     weights = rng.dirichlet(np.ones(shape.simplices.shape[1]), n)
     return np.einsum("nc,ncd->nd", weights, shape.vertices[shape.simplices[pick]])

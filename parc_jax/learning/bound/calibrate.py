@@ -48,8 +48,7 @@ def calibrate(
 ) -> ErrorClaim:
     """The claim that a calibration set supports about tube = (largest score) x profile. [T1, T2]
 
-    holdout: the calibration set, unseen by network and profile, i.i.d. from one law; or its
-        `Scores`.
+    holdout: calibration set, unseen by network and profile, i.i.d. from one law; or its `Scores`.
     settings, or options by name: `eps`, `delta`, `discard`, `looks` and `intersample` of
         `BoundSettings`. With too few runs the claim carries the larger eps that they support; of
         more than needed as many are discarded as eps and delta allow, or with a number of discards

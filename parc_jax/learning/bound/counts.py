@@ -25,9 +25,7 @@ MOST_SHARE = 0.1  # of the holdout, but for failed runs: a tube that more may le
 
 
 class Unit(NamedTuple):
-    """Independent unit of runs, in words: single runs, or recordings. each: of a claim. many: of
-    its count.
-    """
+    """Independent unit, in words: runs or recordings. each: of a claim. many: of its count."""
 
     each: str
     many: str

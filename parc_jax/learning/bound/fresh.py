@@ -37,8 +37,7 @@ _HOW_NEAR = (
 
 def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
     """Refuse repeated runs, near copies, runs of the training data, missing rows of a seed, k that
-    are not uniform where the law says so, and a K that was fitted to these very runs. Raises
-    InputError.
+    are not uniform where the law says so, and a K fitted to these very runs. Raises InputError.
     """
     if scores.law.fitted == TO_ALL:
         raise InputError(
@@ -79,8 +78,7 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
 
 def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) -> int:
     """Number of rows of the source of calibration runs that are neither in these nor in training
-    runs. between: only those between the first and the last of these, beyond which a seed has no
-    end.
+    runs. between: only those between first and last of these, beyond which a seed has no end.
     """
     # such rows were left out of the runs, as failed ones are by `finite`
     both = [scores, train] if train is not None and _one_log(scores, train) else [scores]
@@ -188,9 +186,8 @@ def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
 
 def not_named(claim: ErrorClaim, logs: bool) -> list[str]:
     """What is assumed of other runs, which no test could tell: that they are none of a use that its
-    ledger does not tell of, as a file of a network alone tells of none. logs: whether the others,
-    or some, are of a log; then, or where the claim's are, also no copies of those beside the marked
-    ones.
+    ledger does not tell of, as a file of a network alone tells of none. logs: whether others, or
+    some, are of a log; then, or where the claim's are, also no copies of those beside marked ones.
     """
     ledger = ledger_of(claim)
     in_files = [entry for entry in ledger if entry[4] and (logs or entry[2] is None)]

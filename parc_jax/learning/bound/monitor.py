@@ -148,9 +148,8 @@ class Monitor:
         """The monitor after the runs of the batch, one by one in order. A failed run has left the
         tube; of a claim about recordings a group counts as one, with its worst run. Raises
         InputError for runs without new evidence (those the claim was made from, runs or recordings
-        observed before), for another unit or another law of k than those of the claim, and for
-        records that refute its bound on motion. Not seen: k without names in another order than
-        the claim's.
+        observed before), for another unit or law of k than the claim's, and for records that refute
+        its bound on motion. Not seen: k without names in another order than the claim's.
         """
         left = ~inside_tube(self.claim, self.net, batch)
         check_between(intersample_of(self.claim.assumptions), batch, moves_of(batch))
@@ -310,13 +309,11 @@ def update(
 ) -> tuple[ReLUNetwork, ErrorClaim]:
     """The network and a new claim after new data, with the eps and delta of the old one.
 
-    seen:  all runs used before the decision to update: for training, and by a monitor until its
-        alarm.
+    seen:  all runs used before deciding to update: for training, and by a monitor until its alarm.
     fresh: runs of the law to be deployed, made after that decision, unseen by network and profile.
     tune:  (net, seen) -> net; None = the same network.
-    options: of `bound_error`; eps, delta, shape, gap, intersample, bins, claims and blocks are
-        those of the old claim where not given, and as many fresh runs are left outside as these
-        allow.
+    options: of `bound_error`; eps, delta, shape, gap, intersample, bins, claims and blocks are the
+        old claim's where not given, and as many fresh runs are left outside as these allow.
     Raises InputError, also when a fresh run was seen before, by training or by the old claim.
     """
     check_network(claim, net)

@@ -108,9 +108,7 @@ class Tube(Binned):
         return fitted_tube(self.edges, *map(Faces.times, self.templates, (way, end)))
 
     def at_least(self, other: "Tube") -> bool:
-        """Sufficient test that its sets contain the other's: same bins and faces, no half width
-        less.
-        """
+        """Sufficient test that its sets contain the other's: same bins and faces, none narrower."""
         ours, theirs = ({} if t.templates is None else t.templates._asdict() for t in (self, other))
         same_faces = ours.keys() == theirs.keys() and all(
             np.array_equal(getattr(ours[part], name), getattr(theirs[part], name))

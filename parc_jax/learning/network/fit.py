@@ -1,6 +1,4 @@
-"""Networks by settings: several seeds, or an affine map, and a last layer for the largest
-errors.
-"""
+"""Networks by settings: several seeds or an affine map, and a last layer for the largest errors."""
 
 from dataclasses import dataclass
 

@@ -1,5 +1,4 @@
-"""Affine maps of a network on the regions of its activation patterns. Float64, rounding as in
-[T10].
+"""Affine maps of a network on regions of its activation patterns. Float64, rounding as in [T10].
 
 Two forms of the same recursion z = W h + b, h = z where active: one pattern at a time, for NumPy or
 for JAX, and many patterns at once in chunks, for tables. (In integers: `exact.forms`.)
@@ -51,9 +50,7 @@ def pattern_map(
 
 
 def affine_maps(net: ReLUNetwork, patterns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """C (r, n_out, n), d (r, n_out) with net(x) = C x + d on the region of each pattern (r,
-    n_hidden) bool.
-    """
+    """C (r, n_out, n), d (r, n_out): net(x) = C x + d on regions of patterns (r, n_hidden) bool."""
     r = len(patterns)
     n = net.n_in
     # filled in order by one product per chunk; C and d are views of it

@@ -19,8 +19,7 @@ class ReLUNetwork:
     """x -> W_L relu(... relu(W_0 x + b_0) ...) + b_L. Build with `relu_network`, which validates.
 
     weights: tuple of (out, in) float64. biases: tuple of (out,) float64.
-    Hidden neurons are numbered layer by layer; an activation pattern is a bool vector in that
-    order.
+    Hidden neurons are numbered by layer; an activation pattern is a bool vector in that order.
     """
 
     weights: tuple[np.ndarray, ...]
@@ -98,9 +97,7 @@ def features(
 
 
 def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(None)) -> np.ndarray:
-    """Outputs (n, n_out) at k (n, n_k), on the host in float64. rows: of the outputs, all by
-    default.
-    """
+    """Outputs (n, n_out) at k (n, n_k) on the host in float64. rows: of outputs, all by default."""
     h = features(net.weights[:-1], net.biases[:-1], k)
     return h @ net.weights[-1][rows].T + net.biases[-1][rows]
 

@@ -1,3 +1,1 @@
-"""Runs of a black box, or from files: the same for the same key, resumable, with the law that they
-are drawn from.
-"""
+"""Runs of a black box, or from files: the same for the same key, resumable, with their law."""

@@ -145,8 +145,7 @@ def run_chunks(
     store: ChunkStore | None = None,
     count_losses: bool = False,
 ) -> Iterator[Arrays]:
-    """Yield work(index, device) for every index, in order, at most two results per worker ahead of
-    the consumer.
+    """Yield work(index, device) for every index, in order, at most two results per worker ahead.
 
     A stored chunk is not computed again. On an error or Ctrl-C, waiting chunks are cancelled.
     count_losses: rows of a chunk that was begun before and never finished count as lost; for work

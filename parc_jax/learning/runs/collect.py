@@ -56,10 +56,8 @@ def collect(
     Does not consume `key`: other stages draw from it too, and never meet these numbers.
     k: None = uniform on the domain; (n_k,) = the same for all; (n, n_k) = as given; a function key
         -> (n_k,) = its law.
-    first_row: number of the first row, to continue a stream. dtype: storage of p, float64 or
-        float32.
-    chunk: runs per compiled call. Same chunk, same bits; another chunk may round differently in the
-        last digit.
+    first_row: number of the first, to continue a stream. dtype: storage of p, float64 or float32.
+    chunk: runs per compiled call. Same chunk, same bits; another may differ in the last digit.
     path: an .npz file. Finished chunks are stored beside it, so a killed run continues where it
         was; an existing file of the same work is loaded. Either way the first of the stored runs
         are simulated again: a system that does not repeat them is refused. Runs of a system that is

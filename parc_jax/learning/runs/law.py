@@ -169,8 +169,7 @@ def identity_of(system) -> dict:
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """Subject of runs, of a claim about them and of its model. Build with `subject`, which
-    validates.
+    """Subject of runs, of a claim about them and its model. Build with `subject`, which validates.
 
     system: name of the black box. domain: K. time: knots, records and horizon. points: names of the
     robot's reference points, in the order of their coordinates. rotation: declared behaviour of the

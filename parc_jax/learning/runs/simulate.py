@@ -1,6 +1,4 @@
-"""Rows of a random stream -> parameters and trajectories: one compiled program per system and chunk
-shape.
-"""
+"""Random-stream rows -> parameters, trajectories: a compiled program per system and chunk shape."""
 
 import threading
 

@@ -30,9 +30,7 @@ _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
 
 
 class Content(NamedTuple):
-    """Digest of a system at one moment of one process. held: its parts, alive so that no id is used
-    twice.
-    """
+    """Digest of a system at a moment of a process. held: its parts, alive so that no id recurs."""
 
     digest: str
     held: list

@@ -1,6 +1,4 @@
-"""Code of the worker processes of a plain Python system. Imports NumPy alone, so that workers start
-at once.
-"""
+"""Worker processes of a plain Python system. Imports NumPy alone, so that workers start at once."""
 
 import os
 import socket
@@ -57,8 +55,7 @@ def run_one(
 
 def _own(x) -> np.ndarray:
     """A copy in float64: what a simulator returns may be a view of its state, which the next run
-    changes. What is masked is NaN. Raises ValueError for complex numbers, of which NumPy would drop
-    half.
+    changes. What is masked is NaN. Raises ValueError for complex numbers: NumPy would drop half.
     """
     if np.iscomplexobj(x):
         raise ValueError("expected real numbers; got complex ones")

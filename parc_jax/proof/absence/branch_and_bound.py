@@ -26,8 +26,7 @@ TRIED = 16  # plans per open box that are tried, since one safe plan ends the se
 class BranchAndBound:
     """One branch and bound, which a safe plan ends.
 
-    root: the tree. leaves: decided and open boxes. safe_plan: (p0, k) that is safe: there is no
-    proof then.
+    root: the tree. leaves: decided and open boxes. safe_plan: (p0, k) that is safe: no proof then.
     """
 
     def __init__(self, scene: Scene, root: Node):
@@ -142,9 +141,7 @@ def _cost_of_bounds(net: ReLUNetwork) -> int:
 
 
 def _spread(n: int) -> np.ndarray:
-    """TRIED points (TRIED, n) well spread over the unit cube, the middle first (additive
-    recurrence).
-    """
+    """Points (TRIED, n) well spread over the unit cube, the middle first (additive recurrence)."""
     root = 2.0
     for _ in range(50):
         root = (1 + root) ** (1 / (n + 1))  # of x^(n + 1) = x + 1

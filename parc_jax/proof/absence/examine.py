@@ -1,5 +1,4 @@
-"""Examine a batch of boxes over (z, k): why every plan in one is unsafe, or how far that is from
-being proved.
+"""Examine a batch of boxes over (z, k): why every plan in one is unsafe, or how far from a proof.
 
 A box of k is given by all vertices of the network's cells in it. Between those, with each corner of
 the box of z, everything is affine, so a condition that holds at them with a margin holds on the
@@ -64,8 +63,7 @@ class Known(NamedTuple):
 
     places: (m, T + 1, n_c) of all points less z, at m vertices of cells, or at corners of boxes
         around them. owner: (m,) number of the box; n for padding.
-    goal: pair of (n, g) least and most of the goal's rows but for z. start: pair of (n, s) of the
-        start's.
+    goal: pair of (n, g) least and most of the goal's rows but for z. start: likewise (n, s).
     blame: (n, n_k) the share of each side in how loose this is; 0 at vertices, which are exact.
     """
 
@@ -77,9 +75,7 @@ class Known(NamedTuple):
 
 
 def offsets_from_end(net: ReLUNetwork, layout: Layout, k: Params):
-    """p_s - z of all points at all knots (T + 1, n_c) and q (n_q,) of one k; z is the end of the
-    first point.
-    """
+    """p_s - z of all points and knots (T + 1, n_c) and q (n_q,) of k; z: the first point's end."""
     offsets, q, _ = predict(net, layout, k)
     z = jnp.concatenate([offsets[-1:, : layout.n_p]] * layout.n_points, axis=1)
     return offsets - z, q
@@ -89,9 +85,7 @@ def offsets_from_end(net: ReLUNetwork, layout: Layout, k: Params):
 def examine(
     net: ReLUNetwork, scene: Tabled, k: ManyParams, owner: Numbers, boxes: Boxes
 ) -> Examined:
-    """Vertices k of the cells, owner: number of their box, n for padding. Kernel over the
-    batch.
-    """
+    """Vertices k of the cells, owner: number of their box, n for padding. Kernel over the batch."""
     n, T, n_c = boxes.over.blur.shape
     n_p = scene.z_lo.shape[0]
     layout = Layout(T, n_p, n_c // n_p)

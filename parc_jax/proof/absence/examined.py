@@ -71,9 +71,7 @@ class Examiner:
         return sum(math.comb(crossing, i) for i in range(self.model.n_k + 1))
 
     def at_vertices(self, nodes: list[Node]) -> Iterator[Batch]:
-        """Boxes with few vertices, examined at these: as many together as fit, padded to one
-        compiled shape.
-        """
+        """Boxes of few vertices, examined at them: as many as fit, padded to one compiled shape."""
         for some in _fitting(nodes):
             k = np.concatenate([node.vertices for node in some])
             owner = np.repeat(np.arange(len(some)), [len(node.vertices) for node in some])

@@ -232,9 +232,7 @@ def goal_faces(problem: Problem, model: TrajectoryModel) -> tuple[np.ndarray, np
 def _tightest(
     rows: list[list[Fraction]], bounds: Sequence[Fraction], axis: int, sign: int
 ) -> tuple[Fraction, list[tuple[int, Fraction]]]:
-    """Least bound h and multipliers with sum m row = sign * unit vector, from single rows or else
-    bases of rows.
-    """
+    """Least bound h and multipliers, sum m row = sign * unit vector, of single rows, else bases."""
     found = []
     for i, row in enumerate(rows):  # rows along the axis; combinations only where there are none
         if row[axis] * sign > 0 and sum(v != 0 for v in row) == 1:

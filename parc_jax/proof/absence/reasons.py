@@ -1,8 +1,7 @@
 """Why no plan of a box is safe, as a certificate says it: it misses the goal, starts elsewhere, or
 is in contact. [T15, T16, T36]
 
-Contacts: points of the body, with errors inside the tube, that put every vertex of a box into an
-obstacle.
+Contacts: body points, with errors inside the tube, that put every vertex of a box into an obstacle.
 
 A box in which everything hits needs at each vertex one contact c = body + error with p + c in the
 obstacle. A few extreme contacts serve most vertices; any other vertex gets a separate one,
@@ -74,8 +73,7 @@ class DiscBody:
 
 
 class PolygonBody:
-    """Points of the hull of vertices (m, n_p), as weights of triangles of them; in space of
-    tetrahedra.
+    """Points of the hull of vertices (m, n_p), as weights of their triangles, in space tetrahedra.
 
     points (m + 1, n_p): the middle and the vertices.
     """
@@ -238,9 +236,7 @@ def _edges(nodes: np.ndarray, A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray,
 
 
 def _on_edges(along: np.ndarray, start: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Nearest points (e * v, n_p) of edges along (e, n_p) from their starts (e, n_p) to points p
-    (v, n_p).
-    """
+    """Nearest points (e * v, n_p) of edges along (e, n_p) from starts (e, n_p) to p (v, n_p)."""
     length = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
     share = np.einsum("evj,ej->ev", p[None] - start[:, None], along) / length[:, None]
     nearest = start[:, None] + np.clip(share, 0, 1)[:, :, None] * along[:, None]

@@ -8,8 +8,7 @@ from jaxtyping import Float
 from parc_jax.common.spelling import hex_text
 from parc_jax.learning.bound.tube import Tube
 
-# a side of k is split before a side of z of equal effect: boxes that share k share their proof's
-# cells
+# a side of k is split before one of z of equal effect: boxes that share k share their proof's cells
 K_FIRST = 2.0
 
 

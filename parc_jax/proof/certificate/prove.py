@@ -139,8 +139,7 @@ def _polytope(part: dict) -> HPolytope:
 def prove(
     problem: Problem, model: TrajectoryModel, samples: list[dict], corridors=(), polytopes=()
 ):
-    """Which sample certificates, which corridors and which polytopes the checker accepts: three
-    bool arrays.
+    """Which sample certificates, corridors and polytopes the checker accepts: three bool arrays.
 
     A corridor is certified as a sample is: directions that hold for all plans, and one plan that
     satisfies them. Raises InputError for a problem or a model beyond the limits of the checker.
@@ -167,9 +166,7 @@ def proves_box(problem: Problem, model: TrajectoryModel, part: dict) -> bool:
 
 
 def _context(problem: Problem, model: TrajectoryModel) -> checker.Context:
-    """The checker's exact form of the question. Networks and tubes of the last few models are read
-    once.
-    """
+    """The checker's exact form of a question. The last few networks and tubes are read once."""
     question = problem_part(problem, model)
     asked = [question[part] for part in _SIZES]
     if model.tube.templates is not None:

@@ -41,9 +41,7 @@ class Sign:
 
 
 class SignBits:
-    """Exact signs of the vertices at the columns (domain rows, then neurons): one bit each for plus
-    and minus.
-    """
+    """Exact signs of vertices at columns (domain rows, then neurons): a plus and a minus bit."""
 
     def __init__(self, n_columns: int, count: int):
         words = (n_columns + 63) // 64
@@ -51,9 +49,7 @@ class SignBits:
         self.minus = Growable(np.zeros((count, words), np.uint64))
 
     def inherit(self, a: np.ndarray, b: np.ndarray) -> None:
-        """Append points inside the edges (a, b): nonzero where an end is nonzero (the ends never
-        disagree).
-        """
+        """Append points inside edges (a, b): nonzero where an end is (the ends never disagree)."""
         self.plus.append(self.plus.data.take(a, axis=0) | self.plus.data.take(b, axis=0))
         self.minus.append(self.minus.data.take(a, axis=0) | self.minus.data.take(b, axis=0))
 
@@ -109,9 +105,7 @@ class Level:
     def append_rows(
         self, sub: Int[np.ndarray, " entries"], own: np.ndarray, size: Int[np.ndarray, " new"]
     ) -> np.ndarray:
-        """Append rows to the pool; returns their starts. The rows' faces are entered by the
-        caller.
-        """
+        """Append rows to the pool; returns their starts. The caller enters the rows' faces."""
         starts = self.sub.n + np.cumsum(size) - size
         self.sub.append(sub)
         self.own.append(own)

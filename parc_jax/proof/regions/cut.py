@@ -47,8 +47,7 @@ class Halved(NamedTuple):
     codes: (count before,) OR of the `Sign` of the vertices of every k-face.
     rank: position of a cut face in this record.
     minus0: number of the first F-. zero0: of the first F0.
-    slope, rho: per cut face, lower bound of the slope across it and largest rho of its new
-        vertices.
+    slope, rho: per cut face, lower bound of the slope across it and largest rho of new vertices.
     """
 
     codes: np.ndarray
@@ -104,9 +103,7 @@ def _divide(
     edges: Int[np.ndarray, " E"],
     plane: Hyperplane,
 ) -> np.ndarray:
-    """New vertices where z vanishes on the edges with ends p, q. Returns slope bounds; appends
-    floats and bits.
-    """
+    """New vertices where z = 0 on edges (p, q). Returns slope bounds; appends floats and bits."""
     z = lattice.z.data
     # take: several times faster than indexing for rows
     z_p = z.take(p, axis=0)

@@ -19,8 +19,7 @@ LARGEST_WEIGHT = 1e100
 
 
 class UnitProblem(NamedTuple):
-    """Network and domain in unit coordinates y = x / scale, scale a power of two per axis: no
-    rounding anywhere.
+    """Network and domain in unit coordinates y = x / scale, a power of two per axis: no rounding.
 
     A, b: rows of the domain, between lo and hi.
     weights, biases: of the hidden layers.
@@ -78,9 +77,7 @@ def unit_problem(net: ReLUNetwork, domain: Box) -> UnitProblem:
 
 
 def box_complex(lo: np.ndarray, hi: np.ndarray, n_columns: int) -> Complex:
-    """The faces of the box. Columns 0..2n-1 are its rows (x <= hi, then -x <= -lo); n_columns in
-    all.
-    """
+    """The box's faces. Columns 0..2n-1 are its rows (x <= hi, then -x <= -lo); n_columns in all."""
     n = len(lo)
     corner, subs, sizes, firsts, label = _box_faces(n)
     bits = SignBits(n_columns, len(corner))

@@ -1,5 +1,4 @@
-"""The network over the integers: exact vertices and exact signs, for the few cases that floats
-leave open.
+"""The network over the integers: exact vertices and signs for the few cases that floats leave open.
 
 Every float64 is a dyadic rational, so each layer is an integer matrix over a power of two. A vertex
 is defined by the hyperplanes through it, never by its floats: its neurons of sign 0 and the domain
@@ -23,8 +22,7 @@ CACHED_FORMS = 4096  # patterns whose integer forms are kept
 
 
 class ExactNetwork:
-    """Integer copy of domain rows and layers. `on` is always a bool (n_hidden,): strictly positive
-    neurons.
+    """Integer copy of domain rows and layers. `on` is bool (n_hidden,): strictly positive neurons.
 
     rows: domain rows (h, n + 1) = (A, -b) 2^row_shift. layers: per layer W (out, in), b (out,) as
     integers; shifts: the power of two of all layers up to this one.
@@ -73,9 +71,7 @@ class ExactNetwork:
     def values(
         self, layer: int, point: list[int], q: int, on: np.ndarray
     ) -> tuple[np.ndarray, int]:
-        """Pre-activations of a layer at point / q: integers (w,) and their common positive
-        denominator.
-        """
+        """Pre-activations of a layer at point / q: integers (w,) and their positive denominator."""
         h = np.array(point, dtype=object)
         scale = q
         for l in range(layer + 1):
@@ -111,9 +107,7 @@ class ExactNetwork:
         zero_neurons: Int[np.ndarray, " zero"],
         on: np.ndarray,
     ) -> tuple[list[int], int]:
-        """The point on all given domain rows and zero neurons, as integers over a positive q, in
-        lowest terms.
-        """
+        """The point on given domain rows and zero neurons, integers in lowest terms over q > 0."""
         basis, bounds = Basis(self.n), []
         for form in self._through(tight_rows, zero_neurons, on):
             *normal, constant = map(Fraction, form)

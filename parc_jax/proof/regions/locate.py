@@ -1,6 +1,4 @@
-"""Which region contains a point: its activation pattern, exactly, looked up among the patterns of
-the table.
-"""
+"""Which region contains a point: its exact activation pattern, looked up among the table's."""
 
 import numpy as np
 

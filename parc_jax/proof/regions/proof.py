@@ -26,8 +26,7 @@ class Completeness:
     volume, domain_volume: sum over the regions, and of the domain.
     euler: sum over k of (-1)^k (number of k-faces), 1 for a ball cut into cells.
     faces: number of k-faces, k = 0..n. n_signs: vertex signs decided.
-    n_exact: vertices that were computed in rationals, n_repaired of them for poor floats and not
-        for an undecided sign.
+    n_exact: vertices computed in rationals, n_repaired of them for poor floats, not an open sign.
     """
 
     volume: float

@@ -51,8 +51,7 @@ def input_bound(n: int) -> LayerBound:
 
 
 def cell_gradients(weights: Sequence[np.ndarray], patterns: np.ndarray) -> np.ndarray:
-    """Euclidean norms (cells, w) of the gradients of the last of these layers in each cell, rounded
-    up.
+    """Euclidean norms (cells, w) of gradients of the last of these layers in each cell, rounded up.
 
     patterns: (cells, neurons of the layers before) bool.
     """

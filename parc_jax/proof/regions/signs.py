@@ -1,6 +1,4 @@
-"""Exact signs of the pre-activations at the vertices: floats where the error bound decides,
-rationals elsewhere.
-"""
+"""Exact signs of pre-activations at vertices: floats where error bounds decide, else rationals."""
 
 from collections.abc import Sequence
 
@@ -18,11 +16,9 @@ POOR = 2.0**-10
 
 
 class SignOracle:
-    """Signs for one complex. `begin` opens a layer, then one `codes` per
-    column in order.
+    """Signs for one complex. `begin` opens a layer, then one `codes` per column in order.
 
-    n_exact, n_repaired: vertices evaluated in rationals because a sign was open, or because the
-        float was poor.
+    n_exact, n_repaired: vertices evaluated in rationals because a sign was open or the float poor.
     n_signs: signs decided.
     """
 
@@ -106,9 +102,7 @@ class SignOracle:
             self._row(int(v), n_columns)
 
     def _row(self, v: int, n_columns: int) -> np.ndarray:
-        """Exact codes of the layer at vertex v; its floats are replaced by the rounded exact
-        ones.
-        """
+        """Exact codes of the layer at vertex v; its floats are replaced by rounded exact ones."""
         if v in self.rows:
             return self.rows[v]
         self.budget.check_time()

@@ -1,6 +1,4 @@
-"""How the complex is stored: rows of booleans as 64-bit words, arrays that grow at the end, ragged
-rows.
-"""
+"""Storage of the complex: boolean rows as 64-bit words, arrays growing at the end, ragged rows."""
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
@@ -68,8 +66,7 @@ class Growable:
 
 
 def row_positions(start: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of the concatenated rows [start_i, start_i + size_i) and the ends of the rows in
-    the result.
+    """Positions of the concatenated rows [start_i, start_i + size_i) and their ends in the result.
 
     start, size: (r,) int. Returns positions (sum size,) and ends (r,).
     """
@@ -80,9 +77,7 @@ def row_positions(start: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def or_over_cells(words: np.ndarray, boundaries: Iterable[Ragged]) -> np.ndarray:
-    """OR of the vertices' words (V, m) over each n-face: (r, m). boundaries: of the k-faces, k = 1,
-    2, ..., n.
-    """
+    """OR of vertex words (V, m) over each n-face: (r, m). boundaries: of the k-faces, k = 1..n."""
     for flat, offsets in boundaries:
         of_faces = np.empty((len(offsets) - 1, words.shape[1]), words.dtype)
         for first, last in row_chunks(offsets, CHUNK):
@@ -94,9 +89,7 @@ def or_over_cells(words: np.ndarray, boundaries: Iterable[Ragged]) -> np.ndarray
 
 
 def face_vertices(boundaries: tuple[Ragged, ...], n_points: int, k: int) -> Ragged:
-    """Vertices of all k-faces, each row in increasing order. boundaries[j - 1]: the (j-1)-faces of
-    every j-face.
-    """
+    """Vertices of all k-faces, each row sorted. boundaries[j - 1]: (j-1)-faces of every j-face."""
     if k == 0:
         return np.arange(n_points), np.arange(n_points + 1)
     flat, offsets = boundaries[0]
@@ -107,9 +100,7 @@ def face_vertices(boundaries: tuple[Ragged, ...], n_points: int, k: int) -> Ragg
 
 
 def _next_vertices(boundary: Ragged, below: Ragged, n_points: int, polygons: bool) -> Ragged:
-    """Vertices of the faces with the given boundaries, from the vertices of the faces one dimension
-    down.
-    """
+    """Vertices of the faces with given boundaries, from those of the faces one dimension down."""
     sub, rows = boundary
     flat, offsets = below
     count = len(rows) - 1

@@ -1,6 +1,4 @@
-"""`enumerate_regions`: every linear region of a ReLU network over a box, by exact subdivision
-[T16].
-"""
+"""`enumerate_regions`: all linear regions of a ReLU network on a box by exact subdivision [T16]."""
 
 from collections.abc import Sequence
 
@@ -38,8 +36,7 @@ def enumerate_regions(
     max_seconds: float = 3600.0,
     max_bytes: int | None = None,
 ) -> RegionTable:
-    """All full-dimensional linear regions of `net` over `domain`, with proof of completeness [T16,
-    T17].
+    """All full-dimensional linear regions of `net` over `domain`, proved complete [T16, T17].
 
     net: ReLUNetwork with n_in = 1..6 inputs, any depth and widths.
     max_bytes: half of the machine's memory by default.

@@ -65,9 +65,7 @@ class RegionTable:
 
     @property
     def facet_offsets(self) -> np.ndarray:
-        """Offsets (r + 1,) of everything that has one entry per facet of a region: facet_index, A,
-        b, neighbours.
-        """
+        """Offsets (r + 1,) of all entries per facet of a region: facet_index, A, b, neighbours."""
         return self.boundaries[-1][1]
 
     def face_vertices(self, k: int) -> tuple[np.ndarray, np.ndarray]:
@@ -95,18 +93,14 @@ class RegionTable:
 
     @cached_property
     def neighbours(self) -> np.ndarray:
-        """Region across each facet, flat with `facet_offsets`; -1 where the facet is on the
-        domain's boundary.
-        """
+        """Region across each facet, flat with `facet_offsets`; -1 on the domain's boundary."""
         sides = self.facet_regions[self.facet_index]
         mine = np.repeat(np.arange(self.count), np.diff(self.facet_offsets))
         return np.where(sides[:, 0] == mine, sides[:, 1], sides[:, 0])
 
     @cached_property
     def _rows(self) -> np.ndarray:
-        """Rows (A, b) of all regions without redundant ones, flat with `facet_offsets`: (sum, n +
-        1).
-        """
+        """Rows (A, b) of all regions, none redundant, flat with `facet_offsets`: (sum, n + 1)."""
         neuron = self.facet_label >= 0
         table = np.empty((len(neuron), self.net.n_in + 1))
         table[neuron] = facet_rows(
@@ -170,16 +164,12 @@ class RegionTable:
 
     @property
     def C(self) -> np.ndarray:
-        """Gradients of all regions (r, n_out, n); computed on first use. Raises BudgetError beyond
-        2 GiB.
-        """
+        """Gradients of all regions (r, n_out, n), on first use. Raises BudgetError beyond 2 GiB."""
         return self._all_maps[0]
 
     @property
     def d(self) -> np.ndarray:
-        """Offsets of all regions (r, n_out); computed on first use. Raises BudgetError beyond 2
-        GiB.
-        """
+        """Offsets of all regions (r, n_out), on first use. Raises BudgetError beyond 2 GiB."""
         return self._all_maps[1]
 
     @cached_property

@@ -1,6 +1,4 @@
-"""Scenes made of boxes, laid out for a batch in whole-array operations: no Python cost per
-scene.
-"""
+"""Scenes of boxes, laid out for a batch in whole-array operations: no Python cost per scene."""
 
 import itertools
 

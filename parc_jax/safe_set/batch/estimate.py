@@ -37,8 +37,7 @@ def estimate_clearance(obstacles: Obstacles, path: Float[jax.Array, "c n_c knots
 
 def estimate_roughly(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
     """The same from every STRIDE-th knot: paths straight between these, with the errors of the
-    interval in the middle; an obstacle that exists in some interval between two of them exists in
-    all.
+    interval in the middle; an obstacle that exists in some interval between two exists in all.
     """
     n_steps = path.shape[2] - 1
     knots = np.unique(np.linspace(0, n_steps, 1 + -(-n_steps // STRIDE)).round().astype(int))

@@ -172,8 +172,7 @@ def promising(
 
 
 def search(row: tuple, best: Best, shared: tuple) -> tuple[Best, jax.Array]:
-    """Rounds first ... last - 1 of one scene; ends when every place of `best` holds a safe plan.
-    Kernel.
+    """Rounds first ... last - 1 of one scene, until each place of `best` holds a safe plan. Kernel.
 
     row: scene and its number, folded into the key. shared: (about, pool, key, order, first, last),
         with order (c,) the numbers of the proposals of a round.
@@ -235,9 +234,7 @@ def rewarm(row: tuple, best: Best, shared: tuple) -> Best:
 
 
 def _sides(A: Float[jax.Array, "h n"], b: Float[jax.Array, " h"]):
-    """Bounding box lo, hi (n,) by the rows that bound one axis alone; infinite where there is
-    none.
-    """
+    """Bounding box lo, hi (n,) by the rows that bound one axis alone; infinite where none is."""
     alone = (A != 0) & ((A != 0).sum(axis=1) == 1)[:, None]
     at = b[:, None] / jnp.where(alone, A, 1)
     lo = jnp.where(alone & (A < 0), at, -jnp.inf).max(axis=0)

@@ -70,9 +70,7 @@ class BatchAnswer(NamedTuple):
 
     @property
     def best(self) -> np.ndarray:
-        """(s, n_p + n_k): the plan of the largest clearance of every problem, NaN where none was
-        found.
-        """
+        """(s, n_p + n_k): every problem's plan of largest clearance, NaN where none was found."""
         return self.plans[:, 0]
 
 

@@ -1,3 +1,1 @@
-"""Corridors that hold the safe set: drawn, chosen and counted until enough of it is covered.
-[T27, T31]
-"""
+"""Corridors that hold the safe set: drawn, chosen, counted until enough is covered. [T27, T31]"""

@@ -127,9 +127,7 @@ def _around(scene: Scene, building: Building, plans: np.ndarray) -> list[Corrido
 
 
 def _spelled_out(scene: Scene, choice: Chosen) -> list[Corridor]:
-    """Corridors of the chosen directions. Directions of a seed are first rounded to short
-    multipliers.
-    """
+    """Corridors of chosen directions. Those of a seed are first rounded to short multipliers."""
     table, n = scene.directions, int(scene.count)
     active, direction = scene.obstacles.active[:n], choice.direction[:, :n]
     n_w = table.w.shape[1]

@@ -49,9 +49,7 @@ class Allowed(NamedTuple):
         return at(self.errors, self.bins[:n])
 
     def lost(self, plan: Index, point: Index, back: tuple[jax.Array, ...]):
-        """(T, d) support of the errors of a plan at a point along `back`, axes of directions.
-        Kernel.
-        """
+        """(T, d) support of a plan's errors at a point along `back`, axes of directions. Kernel."""
         return at(self.errors, (self.bins[plan], slice(None), point, None)).support_by_axis(back)
 
     def lost_along_table(self, o: Index, plan: Index, point: Index, back: tuple[jax.Array, ...]):
@@ -184,8 +182,7 @@ def _rooms(
     lost: Callable,
     at_once: int | None = None,
 ):
-    """(plans, T, d) least projection of the points of each plan along directions, less the support
-    of the errors.
+    """(plans, T, d) least projection of each plan's points on directions, less the errors' support.
 
     w: (1 or T, d, n_p). points: (i,) of the pair. places: of all points.
     lost: as of `Allowed`.
@@ -207,9 +204,7 @@ def _rooms(
 
 
 def _separated(rooms: Rooms, support: Float[jax.Array, "_ d"]):
-    """Masks (T, d): bit i is set where the direction separates plan i from the obstacle with this
-    support.
-    """
+    """Masks (T, d); bit i: the direction separates plan i from the obstacle with this support."""
 
     bit = (jnp.uint64(1) << _bits())[:, None, None]
     masks = jnp.where(rooms > support[None], bit, jnp.uint64(0))

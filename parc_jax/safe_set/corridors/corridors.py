@@ -193,8 +193,7 @@ class Corridors:
     def first(self, path: Paths, bins: Numbers, order: np.ndarray | None = None) -> np.ndarray:
         """(b,) number of a corridor that each plan satisfies, -1 for none.
 
-        order: (c,) in which they are tried; those that hold most plans first is fastest, any order
-            holds the same plans.
+        order: (c,) in which they are tried; most plans first is fastest, any holds the same plans.
         """
         order = np.arange(len(self)) if order is None else order
         result = np.full(len(path), -1)
@@ -232,8 +231,7 @@ class Corridors:
         rows: np.ndarray | None = None,
         some: np.ndarray | None = None,
     ) -> np.ndarray:
-        """(r, s) bool: False where a plan leaves a corridor at a knot of the coarse grid, in
-        float32.
+        """(r, s) bool: False where a plan leaves a corridor at a coarse-grid knot, in float32.
 
         It saves a quarter of a cover of rectangles, and nothing of one of discs. Rounding may lose
         a plan at the very border, which then counts as outside.

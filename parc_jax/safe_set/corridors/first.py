@@ -47,8 +47,7 @@ class Placed:
     """A model and a scene on the device, moved there once for all queries about them.
 
     end: the network with the outputs of the last knot only. scene: padded for more obstacles.
-    ends: the bins and where their plans may end. at: (n_p,) [m] the one start of all plans, None
-        for any.
+    ends: bins and where their plans may end. at: (n_p,) [m] the start of all plans, None for any.
     """
 
     net: ReLUNetwork

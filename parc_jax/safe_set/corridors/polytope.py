@@ -1,6 +1,4 @@
-"""A corridor cut to one cell (region and bin), where the network is an affine map: rows of a
-polytope. [T29]
-"""
+"""A corridor cut to a cell (region, bin), where the network is affine: rows of a polytope. [T29]"""
 
 from functools import cached_property
 

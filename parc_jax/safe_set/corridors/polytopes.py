@@ -41,8 +41,7 @@ def groups(cells: np.ndarray):
 def cut_around(
     scene: Scene, corridors: Corridors, counts: np.ndarray, points: Points
 ) -> list[SafePolytope]:
-    """Polytopes around the plans that satisfy a corridor: in each cell as few as hold them all, by
-    greedy set cover.
+    """Polytopes around the plans that satisfy a corridor: in each cell a greedy set cover of them.
 
     counts: (c,) plans in each corridor, by which ties are broken: the most popular is taken.
     """
@@ -127,9 +126,7 @@ class Polytopes:
 
     @property
     def volumes(self) -> np.ndarray:
-        """(m,) volume of each of `sets` [units of p0 and k multiplied]; those of one region may
-        overlap.
-        """
+        """(m,) volumes of `sets` [units of p0 and k multiplied]; those of a region may overlap."""
         return np.array([shape.volume for shape in self._solids])
 
     def project(self, dims: Sequence[int]) -> list[np.ndarray]:

@@ -1,5 +1,4 @@
-"""Safe plans that uniform draws never hit, by multilevel splitting, and the proposal region around
-them. [T24]
+"""Safe plans that uniform draws miss, by multilevel splitting, and their proposal region. [T24]
 
 The level is the least margin of a plan's verdict: the best quarter of a population stays, is copied
 and moved about inside its level, and so on until the level is safe. A share of 1e-8 is thirteen

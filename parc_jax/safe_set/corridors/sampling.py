@@ -1,6 +1,4 @@
-"""Random plans of the goal-reaching set, drawn without rejection and without a search over regions.
-[T15]
-"""
+"""Random plans of the goal-reaching set, drawn without rejection or a search over regions. [T15]"""
 
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple
@@ -42,9 +40,7 @@ def ends_of(scene: Scene) -> BinEnds:
 
 
 def _about(tube: Tube) -> tuple:
-    """The part that does not depend on the scene: corners of the bins, extent of the errors at the
-    end.
-    """
+    """The part independent of the scene: corners of the bins, extent of the errors at the end."""
     boxes = [tube.bin_box(b) for b in range(tube.n_bins)]
     corners = [np.array(side) for side in zip(*boxes, strict=True)]
     return *corners, *tube.end_extent
@@ -57,8 +53,7 @@ HOPELESS = 50_000  # drawn with fewer safe ones than FEW: other means have to lo
 RARE_DRAW = 8192  # at most while hardly any was safe: seconds are looked at between draws
 FEW = 10  # a look of ENOUGH safe ones would take 10^8 draws and more
 SOME = 100  # safe plans seen before a draw may be as large as it wants
-# fresh safe plans of a look that may end a search: a share a little below a target of 1 % is then
-# told from it
+# fresh safe plans of a look that may end a search: a share just below a 1 % target is told from it
 ENOUGH = 6000
 EXPLORING = 2000  # of any other, which only says where to build
 # safe plans kept, the last ones: a uniform sample of the safe set, whose paths take memory
@@ -126,8 +121,7 @@ def place_around(x: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> Place:
 
 
 class Draw(NamedTuple):
-    """One batch of draws: number of plans, number that reach the goal in the model, and the safe
-    ones.
+    """One batch of draws: number of plans, number that reach the goal in the model, the safe ones.
 
     volume: of the set they are uniform over, in units of p0 and k multiplied; it contains every
     (p0, k) that reaches, unless a proposal region was given.
@@ -251,9 +245,7 @@ class Sampler:
 
 
 def near(scene: Scene, rng: np.random.Generator, around: Points, n: int) -> Points:
-    """Safe ones among n points of no particular law, close to the given ones: to look where uniform
-    draws miss.
-    """
+    """Safe ones among n points of no particular law near given ones, where uniform draws miss."""
     model = scene.model
     to = rng.integers(0, len(around.k), n)
     size = np.exp(rng.uniform(np.log(NEAREST), np.log(FARTHEST), (n, 1)))
@@ -267,9 +259,7 @@ def near(scene: Scene, rng: np.random.Generator, around: Points, n: int) -> Poin
 
 
 def safe_ones(scene: Scene, z: Positions, k: ManyParams) -> tuple[Screened, Points]:
-    """Screen plans with ends z (b, n_p) and parameters k (b, n_k); returns the result and the safe
-    ones.
-    """
+    """Screen plans with ends z (b, n_p) and parameters k (b, n_k): the result and the safe ones."""
     seen = screen(scene, z, k)
     # a start that is asked for is not the one that rounding makes of it; the slack pays for that
     p0 = seen.p0 if scene.at is None else np.tile(scene.at, (len(seen.p0), 1))

@@ -50,8 +50,7 @@ class DirectionTable:
     w: (o, d, n_p). support: (o, d) [m * |w|] of obstacle + (-shape) along w, rounded to nearest.
     n_facets: number of leading directions that hold all facet normals, padded to few values.
     multipliers: per pair a tuple of d Multiplier. cones: per pair the rows of its obstacle, n_p
-        each, that meet in a corner. obstacles, shapes: of every pair. These four are for the host
-        only.
+        each, that meet in a corner. obstacles, shapes: of every pair. These four are host-only.
     """
 
     w: np.ndarray
@@ -76,9 +75,7 @@ class DirectionTable:
         return DirectionTable(w / size[..., None], support / size, self.n_facets)
 
     def spelled(self) -> np.ndarray:
-        """Multipliers (o, d) as an object array, looked up by index like w; None for obstacles that
-        only pad.
-        """
+        """Multipliers (o, d) as an object array, looked up by index like w; None for padding."""
         out = np.empty(self.support.shape, object)
         for j, row in enumerate(self.multipliers):
             for d, m in enumerate(row):

@@ -84,9 +84,8 @@ def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vec
 
 
 def _nearest(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):
-    """The simplex of n points with one replaced by the new point, and the vector (n,) from
-    the origin to the nearest of their hull: its face nearest to the origin among those at the new
-    point.
+    """The simplex of n points with one replaced by the new point, and the vector (n,) from the
+    origin to the nearest of their hull: its nearest face among those at the new point.
     """
     n = len(simplex)
     faces = jnp.stack([simplex.at[i].set(point) for i in range(n)])

@@ -160,9 +160,7 @@ class Obstacles:
 
 
 class Pair(NamedTuple):
-    """One of `Obstacles`: the same fields without their leading axis. All that it answers are
-    kernels.
-    """
+    """One of `Obstacles`: the same fields without the leading axis. All its answers are kernels."""
 
     vertices: jax.Array
     signs: jax.Array

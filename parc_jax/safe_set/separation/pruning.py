@@ -50,8 +50,7 @@ ROUNDING = 64
 class Extent(NamedTuple):
     """The reachable envelope of points during intervals.
 
-    lo, hi: (T, n_points, n_p) [m] around all predicted places at both knots, as wide as rounding
-        may make them.
+    lo, hi: (T, n_points, n_p) [m] around all predicted places at both knots, rounding included.
     error: (T, n_points, n_p) [m], half widths of boxes around the errors of any bin.
     """
 
@@ -102,8 +101,7 @@ def prune(problem: Problem, model: TrajectoryModel) -> Apart | None:
 
 
 def extent_in(problem: Problem, model: TrajectoryModel) -> tuple[Extent, float]:
-    """The reachable envelope of the points of plans that reach, and the slack [m] of inequalities
-    about it.
+    """The reachable envelope of points of plans that reach, and slack [m] of inequalities about it.
 
     Such a plan ends in the goal with any error that its bin allows, so it is predicted to end in
     the goal's box moved back by all of these errors.

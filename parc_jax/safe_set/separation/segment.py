@@ -100,9 +100,7 @@ def signed_corners(polygon: list[Point]) -> list[tuple]:
 
 
 def _farthest(polygon: list[Point], w: tuple[int, int], tie: tuple[int, int]) -> int:
-    """Index of the corner that maximises w, ties broken towards `tie`. Both are plus or minus a
-    unit vector.
-    """
+    """Index of the corner maximising w, ties towards `tie`; both are plus or minus unit vectors."""
     return max(range(len(polygon)), key=lambda i: (_along(w, polygon[i]), _along(tie, polygon[i])))
 
 

@@ -1,5 +1,4 @@
-"""The pointwise test: is (p0, k) safe for every trajectory inside the tube? No region, no LP. [T11,
-T14]
+"""The pointwise test: is (p0, k) safe for every trajectory in the tube? No region or LP. [T11, T14]
 
 Safe needs three positive proofs: goal margin, start margin, and a separating direction for every
 obstacle and interval, each clearing the rounding tolerance. A comparison with NaN is False, and
@@ -68,9 +67,7 @@ class Verdicts(NamedTuple):
 
     @property
     def room(self) -> np.ndarray:
-        """(b,) the least of the margins, positive only for safe plans; -inf where one is undefined.
-        On the host.
-        """
+        """(b,) least margin, > 0 only for safe plans; -inf where one is undefined. On the host."""
         least = np.minimum(np.minimum(self.goal, self.start), self.clearance)
         return np.where((self.bin >= 0) & ~np.isnan(least), least, -np.inf)
 
@@ -280,9 +277,7 @@ def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
 
 
 def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
-    """Predictions of plans, as NumPy arrays, without the test of obstacles, which is most of a
-    verdict.
-    """
+    """Predictions of plans, in NumPy, without the test of obstacles, which is most of a verdict."""
     model, arrays = scene.model, scene.arrays
 
     def one(p: Positions, x: ManyParams):
@@ -299,9 +294,7 @@ def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarra
 
 
 def anchor(scene: Scene, z: Positions, k: ManyParams) -> tuple[np.ndarray, np.ndarray]:
-    """Starts (b, n_p) whose predicted ends are z, and which of them reach the goal (b,).
-    No obstacle test.
-    """
+    """Starts (b, n_p) with predicted ends z, and which reach the goal (b,). No obstacle test."""
     end, tube, arrays = once(scene.model, end_network), on_device(scene.model.tube), scene.arrays
     return map_rows(CHUNK_ANCHOR, lambda z, k: _anchored(end, tube, arrays, z, k), z, k)
 

@@ -51,9 +51,8 @@ class FirstSafe(NamedTuple):
     """Safe plans in the order of the proposals; the first `count` entries of the arrays are valid.
 
     rows (n,): numbers among the proposals of their round. plans (n, n_p + n_k). clearance (n,) [m]:
-    least over every run inside the tube. judged: proposals up to the last one needed, reaching: of
-    these, looks: tests of a plan against a pair. touched: a pair that the last plan touches, -1 for
-    none.
+    least over every run in the tube. judged: proposals up to the last needed, reaching: of these,
+    looks: tests of a plan against a pair. touched: a pair that the last plan touches, -1 for none.
     """
 
     rows: jax.Array

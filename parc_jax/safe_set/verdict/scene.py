@@ -42,8 +42,7 @@ class SceneArrays:
     z_lo, z_hi: (n_p,) [m] box around the end points of the first reference point.
     k_lo, k_hi: (n_k,) K, or a part of it; a closed box.
     obstacles: grown by the body, with the part of the body that each is separated from.
-    slack: () [m or row units] float margin [T11]: a verdict that clears it in float64 holds in
-        real arithmetic.
+    slack: () [m or row units] float margin [T11]: a float64 verdict that clears it holds exactly.
     beyond: () [m] pruned obstacles stay farther away from every plan that reaches.
     count: () number of obstacles before padding, for kernels that loop over them; None in a batch,
         where all are tested side by side.
@@ -234,9 +233,7 @@ def volume_of_all(scene: Scene) -> float:
 
 
 def in_closed_form(problem: Problem, model: TrajectoryModel) -> bool:
-    """Is the distance of obstacles known in closed form? So it is for one point in the plane whose
-    errors are boxes.
-    """
+    """Is the obstacle distance in closed form? It is for one point in the plane with box errors."""
     planar = model.layout == Layout(model.time.n_steps, 2)
     boxes = isinstance(model.tube.errors, ErrorBox)
     return planar and boxes and not isinstance(problem.body, Body)

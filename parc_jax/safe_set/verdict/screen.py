@@ -1,5 +1,4 @@
-"""The pointwise test for many plans at once: facet normals first, the exact separation for the
-rest. [T14, T20]
+"""The pointwise test for many plans: facet normals first, exact separation for the rest. [T14, T20]
 
 Same verdict as `pointwise`, up to rounding: safe needs the same three proofs, and every obstacle
 and interval is separated by a direction that clears the rounding tolerance. Most plans that are not
@@ -62,8 +61,7 @@ class Facets(NamedTuple):
 def along_facets(
     o: Index, path: Path, scene: Tabled, lost: Callable | None = None
 ) -> list[jax.Array]:
-    """(T,) for each facet of a pair: least projection of its points on the normal in each interval.
-    Kernel.
+    """(T,) per facet of a pair: least projection of its points on the normal per interval. Kernel.
 
     lost: (facet, normal, point) -> (T,) support of the errors, None for no errors.
     """
@@ -117,8 +115,7 @@ SIZES = {True: (CHUNK, ITEMS), False: (256, 256)}
 
 
 class FacetTest(NamedTuple):
-    """Result of the test with facet normals; leading axis b. p0, path, pattern, bin: as in
-    Verdicts.
+    """Result of the test by facet normals; leading axis b. p0, path, pattern, bin: as in Verdicts.
 
     worst: (b, 2) the pair and interval of the least gap among some that are compared.
     unsure: (b,) must these be tested still?
