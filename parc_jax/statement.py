@@ -11,7 +11,9 @@ from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import VALIDATED, confidence_of
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
+from parc_jax.problem.robust.realisations import Robustness
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
@@ -69,6 +71,12 @@ def about_obstacles(problem: Problem, steps: int) -> str:
     ).rstrip()
 
 
+def resting_on(problem: Problem, model: TrajectoryModel, known: Robustness | None) -> list[str]:
+    """What a question rests on, for the remark of its file. known: what it is robust to."""
+    obstacles = about_obstacles(problem, model.time.n_steps)
+    return [*filter(None, [obstacles]), *([] if known is None else [known.meaning])]
+
+
 def about_said(rests: Mapping[str, int], told: Mapping[str, int] | None = None, of: int = 0) -> str:
     """What obstacles rest on: `Problem.rests_on`, or the most of several manoeuvres. told: in how
     many `of` them each was said.
@@ -85,8 +93,9 @@ def about_place(within: Place, n_k: int) -> str:
     sides = zip(*(side[-n_k:] for side in within.box), strict=True)
     box = " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in sides)
     return (
-        "Safe plans are rare: hardly a uniform draw met one, a search did. Coverage and volume are "
-        f"of the safe set around what it found, with k in {box}; beyond that box nothing is known."
+        "Plans were drawn in a place alone, as where uniform draws hardly meet a safe one: "
+        f"coverage and volume are of the safe set there, with k in {box} and K; beyond nothing is "
+        "known."
     )
 
 
@@ -113,13 +122,14 @@ def about_pose(pose: tuple[Iterable[float], float | None] | None) -> str:
     )
 
 
-def about_file(found: bool, robust: bool, pose: bool) -> str:
-    """What the checker of a file does not see, of an answer with plans (found), an uncertainty and
-    a pose in the world or a moment of the clock; empty for nothing.
+def about_file(found: bool, robust: bool, pose: bool, rests: bool) -> str:
+    """What the checker of a file does not see, of an answer with plans (found), an uncertainty, a
+    pose in the world or a moment of the clock, and obstacles that rest on more; empty for nothing.
     """
     words = {
         "how much of the safe set is covered, its share of all plans and the risk that rests on "
         "it": found,
+        "what obstacles rest on": rests,
         "the uncertainty that the scene allows for": robust,
         "the place of the robot's frame in the world, and the moment when a plan begins": pose,
     }
@@ -307,11 +317,13 @@ def summary(answer, drawn: str) -> str:
     if answer.validation is not None:
         lines.append(answer.validation.summary())
     # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
-    assumed = [
+    tested = answer.validation and answer.validation.answer
+    assumed = dict.fromkeys(
         f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
-        for entry in answer.model.claim.premises
+        for claim in (answer.model.claim, *([tested.model.claim] if tested else []))
+        for entry in claim.premises
         if entry.standing == ASSUMED
-    ]
+    )
     lines.append(f"Holds if ({counted(len(assumed), 'assumption')}): {', '.join(assumed)}.")
     return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)
 

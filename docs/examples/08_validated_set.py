@@ -25,6 +25,6 @@ if __name__ == "__main__":
     print(validation.details())  # sentence (V): of a plan drawn from the wider set
     wider = validation.answer  # None where no set passed
     if wider is not None and wider.share is not None:
-        print(f"{wider.share.share:.1%} of the plans that aim at the goal are in this set")
+        print(f"{wider.share.share:.1%} of the plans that aim at the goal are safe under its tube")
         print("three plans of it:", wider.sample(key, 3).round(2).tolist())
         wider.save("validated.json")  # (C) for its own tube, and (V)

@@ -36,7 +36,7 @@ from parc_jax.safe_set.corridors.safe_plans import SafePlans, as_plans, best_pla
 from parc_jax.safe_set.corridors.search import Cover, Share
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.scene import Scene
-from parc_jax.statement import details, headline, summary
+from parc_jax.statement import details, headline, resting_on, summary
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.choice import Choice
@@ -329,9 +329,8 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
     }
     spans = [s and (s.dt, s.at, s.said, s.more, s.loop) for s in answer.problem.all_spans]
     edges = [o.written if isinstance(o, Edge) else None for o in answer.problem.obstacles]
-    rests_on = [*answer.problem.rests_on, *([uncertainty.meaning] if uncertainty else [])]
     optional = {
-        "rests_on": rests_on or None,
+        "rests_on": resting_on(answer.problem, answer.model, uncertainty) or None,
         "spans": spans if any(answer.problem.spans) else None,
         "edges": edges if any(e is not None for e in edges) else None,
         "polytope_coverage": None if polytopes is None else polytopes.coverage._asdict(),

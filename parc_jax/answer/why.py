@@ -149,6 +149,7 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
         how = _of_many(held[0], share, safe) if passes else _of_nearest(held, both)
         said.append(f"{how} {_of_tube(both, tube)}")
         said.append(_next(scene, both, tube))
+        said += ["Places are told in the robot's frame."] if turned else []
     elif not safe and best.value[0] > 0:
         said.append("A plan that was tried passes: safe plans are rare, and more work finds them.")
     return Why(
@@ -300,7 +301,8 @@ def _next(scene: Scene, both: list[_Side], tube: str) -> str:
         share = f"{rounded_up(100 * missing / taken)} %"
         now = f" than {probability(p['eps'], 2)}" if "eps" in p else ""
         ways = f"more bins of K, a better network by more runs, or a larger eps{now}"
-        steps.append(f"a {tube} narrower by {share} ({ways})")
+        # the direction that separates changes with the tube, so the room that it takes is convex
+        steps.append(f"a {tube} narrower by {share} at least ({ways})")
     told = f"What would help: {', or '.join(steps)}."
     return f"{told} No narrower tube is enough for this plan." if bare > NOTHING * missing else told
 

@@ -32,6 +32,7 @@ LOG = logging.getLogger("parc_jax.bags")
 SHORT = ("failed", "dropped")
 CLOCKS = ("header", "recorder")
 CLOCKS_APART = 1.0  # [s] median by which stamps and recorder may differ before they are two clocks
+PARTS_APART = 10.0  # [s] a recording that begins so soon after another's end is a part of it
 
 
 class Track(NamedTuple):
@@ -97,16 +98,21 @@ def load_bags(
     _check(path, k, k_law, domain, short, after)
     k, given = tuple(k), tuple(given)
     bridge = 2 * time.dt_record if bridge is None else bridge
-    parts, names, recordings = [], [], {}
+    parts, recordings = [], {}
     for one in recordings_in(path):
-        cut, edge = _cut(one, time, pose, command, k, given, frames, after, bridge, clock)
-        recordings.setdefault(edge, one.name)
-        parts.append(cut)
-        names += [one.name] * len(cut.k)
+        cut, where = _cut(one, time, pose, command, k, given, frames, after, bridge, clock)
+        recordings.setdefault(where.frames, one.name)
+        parts.append((int(where.times[0]), int(where.times[-1]), one.name, cut))
+    names, before, group = [], -np.inf, ""
+    parts.sort(key=lambda part: part[:3])
+    for begin, end, name, cut in parts:  # a recorder that splits its file makes no recordings
+        group = group if 0 <= begin - before <= PARTS_APART * 1e9 else name
+        before, names = max(before, end), names + [group] * len(cut.k)
     if len(recordings) > 1:
         got = ", ".join(f"{_edges([edge])} in {name}" for edge, name in recordings.items())
         raise InputError(f"{path}: expected poses in one frame; got {got}.")
-    runs = Windows(*map(np.concatenate, zip(*parts, strict=True)))
+    cuts = [cut for *_, cut in parts]
+    runs = Windows(*map(np.concatenate, zip(*cuts, strict=True)))
     valid, unknown, dropped = _valid(path, runs, domain, len(given), short)
     groups = np.array(names)[valid]
     runs = Windows(*(part[valid] for part in runs))
@@ -122,7 +128,8 @@ def load_bags(
             "pose": f"{pose}, {_edges(recordings)}",
             "command": f"{command}, {', '.join(k)}",
             "clock": clock,
-            "begin": f"{after:g} s after a new command",
+            "begin": f"{after:g} s after a new command, an equal one after a pause, or the first",
+            "recordings": f"one where it goes on within {PARTS_APART:g} s of another's end",
             "records": f"straight between poses, {bridge:g} s apart at most",
             "cut short": short,
         }
@@ -137,7 +144,7 @@ def load_bags(
 
 
 def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock):
-    """Windows of one recording, and its frames. Raises InputError."""
+    """Windows of one recording, and its track. Raises InputError."""
     messages = heard(one, dict.fromkeys([pose, command]))
     poses, orders = messages[pose], messages[command]
     try:
@@ -156,7 +163,7 @@ def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock)
     except InputError as error:
         raise InputError(f"{one}: {error}") from None
     order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
-    return windows(where, times[order], values[order], time, after, bridge), where.frames
+    return windows(where, times[order], values[order], time, after, bridge), where
 
 
 def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str):

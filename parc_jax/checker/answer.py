@@ -154,7 +154,7 @@ def summary(report):
         boxes = counted(report.doubt, "box", "boxes")
         yield f"  {boxes} of doubt: so does every (p0, k) within the room of one"
     if report.no_plan is not None and report.no_plan["kind"] == "proved":
-        yield "  no (p0, k) of the model is safe: a longer search cannot find one"
+        yield "  no (p0, k) of the model is safe for them all: a longer search cannot find one"
     elif report.no_plan is not None:
         names = ("safe", "unsafe", "undecided")
         sizes = [Fraction(report.no_plan[name]) for name in names]

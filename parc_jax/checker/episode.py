@@ -273,10 +273,10 @@ def summary_of_episode(report: Report) -> Iterator[str]:
     yield "    where the one before may have been left"
     span = f"{seconds(report.begin)} to {seconds(report.end)}"
     predicted, most = map(metres, report.moves)
-    yield f"  so from {span} nothing is touched that was there for the manoeuvre"
-    yield "    under way. In the last interval of those that came to their end, the last one and"
-    yield f"    {report.rests} before, no point moves along an axis by more than {most}, as"
-    yield f"    predicted by no more than {predicted}"
+    yield f"  so from {span}, if the last one is driven to its end, nothing is"
+    yield "    touched that was there for the manoeuvre under way. In the last interval of those"
+    yield f"    that came to their end, the last one and {report.rests} before, no point moves"
+    yield f"    along an axis by more than {most}, as predicted by no more than {predicted}"
     if report.moving:
         yield f"NOT PROVED: in {report.moving} manoeuvres obstacles are told of by intervals, as"
         yield "  those that move are, at most until its last knot: nothing is said of them before"

@@ -76,6 +76,17 @@ def test_a_recording_is_a_group_and_is_never_torn_apart(tmp_path):
     assert not set(train.groups) & set(held.groups)
 
 
+def test_files_that_go_on_where_another_ends_are_one_recording(tmp_path):
+    """As of a recorder that splits its file: parts of one drive are no independent recordings."""
+    times, *rest, sent = drive(COMMANDS)
+    lasts = times[-1] - times[0]
+    for i, later in enumerate([0.0, lasts + 2.0, 2 * lasts + 4.0, 3 * lasts + 60.0]):
+        bag(tmp_path, "ros1", f"part {i}", (times + later, *rest, sent + later))
+    runs = pj.exchange.load_bags(tmp_path, GRID, **ASKED)
+    assert runs.n == 12 and len(set(runs.groups)) == 2
+    assert "recordings = one where it goes on within 10 s of another's end" in runs.law.describe()
+
+
 def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
     commands = np.array([[0.5, 0.3], [1.0, -0.4]])
     long = pj.learning.time_grid(0.25, 1.25, 0.05)

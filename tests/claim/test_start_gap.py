@@ -11,6 +11,7 @@ import pytest
 from profiles import training_profile
 from synthetic_plants import noisy, plant, straight_network
 from toy_models import line_model
+from toy_running import Cart
 from turning_arc import Arc
 
 from parc_jax.app.study.settings import Study
@@ -29,6 +30,7 @@ from parc_jax.learning.bound.start_gap import (
 from parc_jax.learning.learn import learn
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.system import TURNS, Trajectory
+from parc_jax.learning.systems.chained import chained
 
 KEY = jax.random.PRNGKey(3)
 STUDY = Study(
@@ -102,6 +104,32 @@ def test_headings_are_tried_with_the_starts():
     assert trial.seen is None and trial.turned < 1e-9
     with pytest.raises(InputError, match="runs that turn with their heading"):
         bound_error(straight_network(4), Arc(0.1), KEY, eps=0.1, delta=0.1, gap=1e-3, quiet=True)
+
+
+class Elsewhere(Hill):
+    """Whose runs from a start are made by another robot, or never come to an end."""
+
+    def rollout(self, key, k):
+        return self.flat(key, k)
+
+    def rollout_from(self, key, k, p0):
+        return jax.tree.map(lambda x: self.size * x, self.flat(key, k))
+
+
+@pytest.mark.parametrize(("size", "words"), [(2.0, "differ by"), (np.nan, "are not finite")])
+def test_a_trial_by_other_runs_than_the_system_s_is_refused(size, words):
+    """Both had "0 seen from 8 starts"."""
+    with pytest.raises(InputError, match=rf"expected rollout_from.* from zero to make .*{words}"):
+        try_starts(Elsewhere(size), KEY, 0.02)
+
+
+def test_of_a_chain_whose_trial_would_begin_at_rest_nothing_is_measured():
+    class Offers(Cart):
+        def rollout_from(self, key, k, p0):
+            return self.rollout(key, k)
+
+    trial = try_starts(chained(Offers(), 2, (0.2, 0.6)), KEY, 0.02)
+    assert "not measured" in trial.said_in(["TRANSLATION_INVARIANCE"])[0]
 
 
 def test_a_system_that_cannot_start_elsewhere_says_so():

@@ -61,4 +61,4 @@ def toy_replay(answer, shift=0.01):
     touched = np.arange(n) == n - 1
     away, inside = np.where(touched, -0.1, 0.1), np.ones(n, bool)
     of = answer.samples, answer.scene
-    return Replay(inside, touched, inside, away, path, K[:, :1], *of)
+    return Replay(inside, touched, inside, away, touched, 0 * touched, path, K[:, :1], *of)

@@ -177,7 +177,10 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
         "UNSEEN(1 look; network, K, error shape" in said
         and "TRANSLATION_INVARIANCE(within 1e-05" in said
     )
-    assert f"for k as in the log, of {N} recordings, fails" in answer.validation.summary()
+    assert (
+        f"for k as in the log, of {N} recordings, from a start drawn for it, fails"
+        in answer.validation.summary()
+    )
     header = pj.exchange.write_c(answer, tmp_path / "own.h").read_text()
     assert "(V)" in answer.details() and "(V)" not in header  # whose tables are of another set
     again = load_answer(wide.save(tmp_path / "validated.json"))

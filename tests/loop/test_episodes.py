@@ -181,6 +181,25 @@ def test_a_way_of_which_a_part_is_left_out_is_told_of_no_longer():
     assert len(parts) == 4 and float(one.told_until) == 2 * dt
 
 
+def test_what_was_driven_before_a_restart_is_under_way_no_more():
+    """Contact in the second manoeuvre, inside its tube, by what was told of: a contradiction."""
+
+    def drive(*_):
+        loop, driven = loop_of(0.01), []
+        dt, block = loop.model.time.dt, pj.box([20.0, 20.0], [21.0, 21.0])
+        for begin in (0.0, 9.0):
+            parts, spans = pj.problem.moving(block, [0.1, 0.0], (0, 1), dt, at=begin)
+            asked = {"at": begin, "spans": spans}
+            loop.restart()
+            step = loop.step([0.0] * 2, [0.1], parts, lambda x: -x.path[:, -1, 0], **asked)
+            driven.append(step.committed)
+        return pj.drive.Outcome(True, False, {}, driven, 9.0 + dt)
+
+    told = {"law": lambda seed: 0, "workers": 0, "quiet": True}
+    done = pj.drive.drive_episodes(drive, key=jax.random.key(0), n=1, **told)
+    assert done.contradictions == (0,) and done.driven[0].told_then
+
+
 def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_left():
     def drive(left):
         def one(world, seed):

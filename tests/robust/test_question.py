@@ -25,6 +25,7 @@ from parc_jax.learning.network.predict import Layout
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import moved_tube, query, robust_scene
+from parc_jax.problem.robust.realisations import OF_MORE
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.settings import Settings
@@ -224,6 +225,30 @@ def test_faces_that_fit_and_move_with_the_start_hold_more_than_all_of_it(rng):
     asked = asked.replace(uncertainty=Uncertainty(start=[0.03, 0.01]))
     told = query(asked, points_model(rng, fitted=True)).nominal().uncertainty
     assert "cannot show to withstand" in told.meaning
+
+
+def test_a_measured_value_where_bins_meet_has_the_wider_error_along_each_axis():
+    """Errors (0.1, 0.5) on one side of 1.5, (0.5, 0.1) on the other: at 1.5 the box of both stands
+    for either, and so "no plan" is none that is shown to be safe.
+    """
+    net = pj.learning.relu_network([np.array([[1.0, 0.0], [0.0, 0.0]])], [np.zeros(2)])
+    during, end = np.array([[[0.1, 0.5]], [[0.5, 0.1]]]), np.array([[0.05, 0.05]] * 2)
+    tube = pj.learning.tube([[0.0, 4.0], [1.0, 1.5, 2.0]], during, end)
+    time = pj.learning.time_grid(1.0, 1.0, 1.0)
+    claim = pj.learning.declared_claim(tube, "this test says so", net, time)
+    model = pj.learning.trajectory_model(net, claim)
+    corner = pj.hpolytope([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]], [-2.75, 3.5, 3.5])
+    goal, start = pj.box([1.9, -0.1], [2.1, 0.1]), pj.box([-0.01, -0.01], [0.01, 0.01])
+    key, soon = jax.random.key(0), pj.Settings(samples=1, target=0.1)
+
+    def asked(load):
+        known = pj.Uncertainty(given={1: load})
+        problem = pj.reach_avoid(goal, [corner], 0.0, start, uncertainty=known)
+        return pj.Planner(model).solve(problem, key, soon)
+
+    assert asked(1.4).status.found
+    none = asked(1.5)
+    assert none.scene.nominal.uncertainty.more and OF_MORE in none.details()
 
 
 def test_a_tube_that_is_wider_at_its_end_than_before_holds_more_where_it_moves():

@@ -16,7 +16,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.law import told_of_part
-from parc_jax.learning.system import Trajectory
+from parc_jax.learning.system import Retried, Trajectory
 from parc_jax.learning.systems.chained import _pick, hand_over_of
 
 KEY = jax.random.PRNGKey(0)
@@ -58,6 +58,16 @@ class Batch:
             p.append(p[-1] + np.stack([H * speed, 0 * speed], axis=1))
             states.append(np.stack([*speeds, command], axis=1))
         return Trajectory(np.stack(p, axis=1), np.zeros((len(ks), 0))), np.stack(states, axis=1)
+
+
+def test_a_manoeuvre_that_was_made_again_counts_whichever_of_its_chain_it_is():
+    class Loses(Batch):
+        def rollout_from_state(self, keys, states, ks):
+            (p, q), along = super().rollout_from_state(keys, states, ks)
+            return Retried(p, q, np.arange(len(ks)) % 2), along
+
+    made = collect(pj.learning.chained(Loses(), 2, (0.2, 0.6)), KEY, 16, quiet=True)
+    assert made.lost.tolist() == [0, 3] * 8  # once in each of three manoeuvres
 
 
 @pytest.mark.slow  # traced: compiles a chain of its own

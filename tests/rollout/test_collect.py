@@ -237,3 +237,11 @@ def test_the_key_of_a_seed_is_that_of_jax(seed):
         np.testing.assert_array_equal(folded(key_of(seed), int(x)), there)
     ours, theirs = (stream(key, Stage.BOUND) for key in (key_of(seed), jax.random.PRNGKey(seed)))
     np.testing.assert_array_equal(ours, theirs)
+
+
+def test_draws_of_a_law_outside_of_k_are_refused_and_not_moved_to_its_border():
+    def wide(key):
+        return 2.0 * jax.random.uniform(key, (2,))
+
+    with pytest.raises(InputError, match=r"draws of k within K; .*% are outside\. Draw again"):
+        collect(plant(noisy), KEY, 30, k=wide, quiet=True)

@@ -3,6 +3,7 @@ error.
 """
 
 import functools
+import sys
 
 import jax
 import numpy as np
@@ -93,3 +94,15 @@ def test_translation_invariance_is_measured():
     ).p.tolist() == pytest.approx([3.0, 0.2])
     with pytest.raises(InputError, match="rollout_from"):
         translation_gap(system(walk, 0), KEY, starts)
+
+
+def test_a_run_that_ends_its_program_has_failed_and_is_made_once():
+    """Also where what is lost is made again: it was not lost, and sys.exit is no machine's."""
+
+    def leaves(rng, k):
+        if rng.random() < 0.5:
+            sys.exit(1)
+        return walk(rng, k)
+
+    runs = pj.learning.collect(system(leaves, 0), KEY, n=64, quiet=True)
+    assert 0.3 < runs.failed.mean() < 0.7 and runs.lost is None

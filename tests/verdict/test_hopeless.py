@@ -12,11 +12,13 @@ from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.rounding import outputs_within
+from parc_jax.learning.system import TURNS
 from parc_jax.planner import Planner
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.problem.world.moving import moving
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.settings import Settings
@@ -54,7 +56,8 @@ def test_a_goal_under_the_body_is_told(obstacle, radius, span, told):
     found = why(model, GOAL, obstacle, radius, spans=[span])
     assert (found is not None) == told
     if told:
-        assert found.of_scene and "touches obstacle 0" in found.words and "goal" in found.words
+        assert "touches obstacle 0" in found.words and "goal" in found.words
+        assert found.of_scene == (span is None)
 
 
 def test_a_start_under_the_body_is_told():
@@ -145,6 +148,19 @@ def test_points_that_the_model_places_at_the_start_are_looked_at(rng):
     found = why(model, goal, around, body, start=start, spans=[(0, 1)])
     assert found.sure and not found.of_scene and "in the start set" in found.words
     assert why(model, goal, beside, body, start=start, spans=[(0, 1)]) is None
+
+
+def test_of_what_moves_no_reason_is_one_of_the_scene_and_places_are_told_in_a_frame():
+    """It is told of as all its places in some intervals, of which it is at one at a time."""
+    model = line_model(half=8.0)
+    parts, spans = moving(WALL, [0.1, 0.0], (0, 3), 0.25, every=4)
+    found = why_none(lowered(query(reach_avoid(GOAL, parts, 2.01, spans=spans), model).nominal({})))
+    assert found.sure and not found.of_scene
+    asked = reach_avoid(GOAL, [WALL], 2.01)
+    assert why_none(lowered(query(asked, model).nominal({}))).of_scene
+    turns = toy_models.told(model, rotation=(TURNS,))
+    turning = query(asked, turns, (0.0, 0.0, 0.0)).nominal({})
+    assert why_none(lowered(turning)).words.startswith("in the robot's frame, ")
 
 
 def test_an_obstacle_that_uncertainty_made_larger_makes_nothing_sure():

@@ -350,6 +350,23 @@ def test_refused_in_one_sentence(call, sentence):
         call(free_place(BODY, 0.5))
 
 
+@pytest.mark.parametrize("window", [{}, {"place": (3.6, 1.5), "reach": 0.6}], ids=["rim", "window"])
+def test_what_stands_at_the_rim_of_a_map_or_its_window_is_no_hole_either(window):
+    """A notch of the map becomes a hole once a scan has seen what lies around it."""
+    cells = np.zeros((60, 84), np.int8)
+    column = 60 if window else 83
+    cells[30, column] = 100  # 5 cm
+    free = occupancy_grid(cells, 0.05).free_space(**window)
+    x = 0.05 * column + 0.025
+    post = shapely.Point(x, 1.525)
+    angles = np.linspace(-np.pi, np.pi, 720, endpoint=False)
+    for pose in ((x + 0.6, 1.3, 0.0), (x + 0.6, 1.75, 0.0)):  # none of its beams ends at the post
+        away = np.abs(np.arctan2(np.sin(angles - np.pi), np.cos(angles - np.pi)))
+        ranges = np.where(away < 0.9, 0.45, 0.9)
+        free = free.add(seen_from(pose, angles, ranges, max_range=3.0, noise=0.01, width=0.3))
+    assert not free.region.intersects(post)
+
+
 def test_what_stands_on_a_map_is_no_hole_that_the_assumption_of_a_scan_fills():
     cells = np.zeros((80, 80), np.int8)
     cells[60:62, 60:62] = 100  # a post of 10 cm

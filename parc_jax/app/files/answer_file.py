@@ -94,7 +94,8 @@ def _answer(data: dict, report) -> Answer:
     _require_start(nominal, [*p0, *(corridor.p0 for corridor in corridors)])
     turned = nominal.pose is not None and nominal.pose.heading is not None
     turned |= any(s is not None and s.at is not None for s in problem.all_spans)
-    unchecked = about_file(bool(samples.size or corridors), nominal.uncertainty is not None, turned)
+    found, robust = bool(samples.size or corridors), nominal.uncertainty is not None
+    unchecked = about_file(found, robust, turned, bool(problem.rests_on))
     return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
 
 

@@ -17,11 +17,12 @@ from parc_jax.drive.local.localise import require_begins
 from parc_jax.learning.bound.counts import clopper_pearson
 from parc_jax.learning.bound.fresh import left_out_beside, used_by
 from parc_jax.learning.bound.monitor import inside_tube
+from parc_jax.learning.bound.start_gap import off_from_start
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.realisations import executions_of
-from parc_jax.safe_set.verdict.outcomes import outcomes
+from parc_jax.safe_set.verdict.outcomes import outcomes, reaches
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
@@ -33,14 +34,17 @@ class Replay(NamedTuple):
     """Outcomes of n plans in the black box: reached the goal, touched, stayed inside (n,) bool.
 
     clearance (n,) [m]: smallest distance of the body from an obstacle over the recorded path, not
-    positive when touched. path (n, n_record + 1, n_c), q (n, n_q): the true runs, started at p0.
-    plans (n, n_p + n_k), scene: of what, and where.
+    positive when touched. at_worst (n,) bool: failed, or would by as much as the claim says that a
+    start may matter. lost (n,): as of `RolloutBatch`, 0 = made once. path (n, n_record + 1, n_c),
+    q (n, n_q): the true runs, started at p0. plans (n, n_p + n_k), scene: of what, and where.
     """
 
     reached: np.ndarray
     touched: np.ndarray
     inside: np.ndarray
     clearance: np.ndarray
+    at_worst: np.ndarray
+    lost: np.ndarray
     path: np.ndarray
     q: np.ndarray
     plans: np.ndarray
@@ -64,9 +68,11 @@ def replay(
     recorded runs of other k, on another time grid or of other points.
     """
     runs, inside = _executed(system, scene, plans, key, quiet)
-    path, reached, distance = outcomes(unpruned_scene(scene), runs, plans[:, : scene.model.n_p])
-    seen = reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q)
-    out = Replay(*seen, plans, scene)
+    whole, off = unpruned_scene(scene), off_from_start(scene.model.claim)
+    path, reached, distance = outcomes(whole, runs, plans[:, : scene.model.n_p])
+    worst = ~reaches(whole, path, runs.q, off) | ~(distance > off * np.sqrt(scene.model.n_p))
+    lost = np.zeros(runs.n, int) if runs.lost is None else runs.lost
+    out = Replay(reached, distance <= 0, inside, distance, worst, lost, path, runs.q, plans, scene)
     # the proof covers runs inside the tube, so one that fails there refutes it
     _refuse_contradictions(plans, out.inside & out.failed)
     return out
@@ -81,7 +87,7 @@ def tally(runs: Replay, repeats: int, delta: float) -> dict:
     worst: for every plan at once, from the runs of each, delta split over the plans. Not for
     systems without disturbance, where one run decides.
     """
-    failed = runs.failed.reshape(-1, repeats).sum(axis=1)
+    failed = runs.at_worst.reshape(-1, repeats).sum(axis=1)
     plans, total, most = len(failed), int(failed.sum()), int(failed.max())
     n = plans * repeats
     counts = {
@@ -92,6 +98,7 @@ def tally(runs: Replay, repeats: int, delta: float) -> dict:
         "touched": int(runs.touched.sum()),
         "left_tube": int((~runs.inside).sum()),
         "failed": total,
+        "lost": int((runs.lost != 0).sum()),
     }
     if repeats == 1:
         return counts
@@ -181,7 +188,7 @@ class Recorded(NamedTuple):
         n = self.counts()
         return (
             f"At least {n['with_start']:,} of {n['runs']:,} recorded runs have a k with a start "
-            f"that is proved safe; of {n['replays']:,} replays from such starts "
+            f"that is shown to be safe; of {n['replays']:,} replays from such starts "
             f"{n['left_the_tube']:,} left the tube, {n['missed_the_goal']:,} missed the goal, "
             f"{n['touched']:,} touched an obstacle; none that stayed in the tube failed."
             + (f" {self.used:,} of these runs made the tube, and do not test it." * (self.used > 0))

@@ -120,12 +120,15 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
     mean, every = (rounded_up(r[n]) for n in ("failure_mean_at_most", "every_plan_at_most"))
     return [
         first,
-        f"        {r['failed']} of {r['runs']} runs failed: with confidence "
+        f"        {r['failed']} of {r['runs']} runs failed, or would where the start matters as "
+        "the claim allows: with confidence "
         f"{rounded_down(str(r['confidence']), 10)}, a run of one of these plans, drawn at random,",
         f"        fails with probability at most {mean}; no plan of them with more than {every} "
         f"(worst: {r['worst_plan_failed']} of {r['repeats']})",
         "        Runs are made from the origin, moved to the starts of plans and judged at their "
-        "records; assumed of them is what (E) assumes of its own.",
+        "records; assumed of them is what (E) assumes of its own"
+        + f", and WORKERS_LOST({r['lost']}, independent of the run)" * (r["lost"] > 0)
+        + ".",
     ]
 
 

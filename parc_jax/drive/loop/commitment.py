@@ -27,6 +27,7 @@ from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part, body_part, sample_part
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import scene_along
+from parc_jax.statement import resting_on
 
 if TYPE_CHECKING:
     import shapely
@@ -98,7 +99,8 @@ class Commitment:
     def certificate(self) -> dict:
         """A file for the checker: the question from this pose, and the plan as its one sample."""
         asked, pose = self.asked, self.asked.pose
-        times = {"begin": str(self.begin), "end": str(self.end)}
+        times: dict = {"begin": str(self.begin), "end": str(self.end)}
+        times["rests_on"] = resting_on(asked.problem, asked.model, asked.uncertainty)
         meta = {"pose": [*pose.place.tolist(), pose.heading]} | times
         parts = [self.part]
         return answer_part(asked.problem, asked.model, parts, [], [], no_plan=None, meta=meta)

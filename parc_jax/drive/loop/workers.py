@@ -95,6 +95,9 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         least = float(min(short)) if short else None
         at = -np.inf if at is None else float(at)
         under_way = {id(x.episode): x for x in committed if x.begin <= at}  # one of each robot
+        last = max((x.begin for x in under_way.values()), default=0)
+        # a robot that has begun anew since has another one under way
+        under_way = {i: x for i, x in under_way.items() if x.episode or x.end > last}
         told_then = bool(under_way) and all(at < x.told_until for x in under_way.values())
         rests = resting_on(one.asked.problem.rests_on for one in committed)
         found = loops, least, told_then, *map(dict, rests), len(committed)

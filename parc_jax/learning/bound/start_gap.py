@@ -26,9 +26,11 @@ from parc_jax.learning.bound.settings import GAP, check_gap
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.simulate import simulator
 from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
+from parc_jax.learning.systems.chained import Chained
 from parc_jax.learning.systems.user_code import blamed
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
+SAME = 1e-4  # [of the distance travelled] by which runs that are compiled apart may round apart
 FAR = 10.0  # times the travelled distance: as far away are STARTS starts, beside as many headings
 
 
@@ -110,6 +112,7 @@ def _both(
     """k (n, n_k), and their runs from zero and from starts (n, ...), by one call of many (keys, k,
     starts). Raises InputError for a fault in the user's `call`.
     """
+    own = collect(system, key, len(starts), Stage.SEARCH, quiet=True)
     rows = simulator(system).rows(key, Stage.SEARCH, np.arange(len(starts)))
     with x64():
         k, there = jnp.asarray(rows.k), jnp.asarray(starts)
@@ -117,7 +120,17 @@ def _both(
             here = many(rows.keys, k, jnp.zeros_like(there))
             # a copy: a batch simulator may return the same memory again
             here = here._replace(p=np.array(here.p), q=np.array(here.q))
-            return rows.k, here, many(rows.keys, k, there)
+            there = many(rows.keys, k, there)
+    both = [np.asarray(x, np.float64).reshape(len(starts), -1) for x in (own.p, here.p, there.p)]
+    some = np.isfinite(both).all(axis=(0, 2))
+    off = max(difference(*both[:2]).max(), difference(own.q, here.q).max(initial=0.0))
+    if not some.any() or off > SAME * np.abs(both[0][some]).max(initial=1.0):
+        what = f"differ by {off:.3g}" if some.any() else "are not finite"
+        raise InputError(
+            f"{system.name}: expected {call} from zero to make the same runs of the same keys and "
+            f"k as the system; those of {len(starts)} {what}."
+        )
+    return rows.k, here, there
 
 
 class StartTrial(NamedTuple):
@@ -161,6 +174,8 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     """
     check_gap(declared)
     turned = None
+    if isinstance(system, Chained):  # its runs begin in motion, and those to try at rest
+        return StartTrial(declared, None, None)
     if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
         if not turned <= declared:

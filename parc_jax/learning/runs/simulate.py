@@ -12,10 +12,11 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, row_keys, stream
 from parc_jax.learning.runs.chunks import worker_devices
 from parc_jax.learning.system import Retried, Trajectory, check_system, points_of
-from parc_jax.learning.systems.chained import Chained, ToRun, begun, links_of
+from parc_jax.learning.systems.chained import Chained, ToRun, begun, links_of, lost_in
 from parc_jax.learning.systems.content import Content, content_of
 from parc_jax.learning.systems.user_code import blamed
 
+SAME = 1e-6  # [widths of K] by which a draw may be outside of it for rounding
 _KEPT = 8  # compiled systems held at a time: enough for a few plants side by side, bounded memory
 
 
@@ -53,7 +54,7 @@ class Simulator:
 
         k: None = uniform on K, or as the chain of a chained system leads to, run on the device;
             (n_k,) = that one; (B, n_k) = as given; a function key -> (n_k,) = its draws.
-        Raises InputError.
+        Raises InputError, also for draws outside of K by more than rounding.
         """
         lo, hi = self._bounds()
         with x64():
@@ -64,6 +65,13 @@ class Simulator:
             k_keys, keys = _row_keys(of_stage, numbers)
             if callable(k):
                 drawn = np.asarray(jax.vmap(k)(k_keys), np.float64)
+                outside = np.abs(drawn - np.clip(drawn, lo, hi)) > SAME * (hi - lo)
+                if outside.any() or not np.isfinite(drawn).all():
+                    raise InputError(
+                        f"{self.system.name}: expected draws of k within K; "
+                        f"{outside.any(axis=1).mean():.1%} are outside. Draw again until they are "
+                        "inside, or widen K: the claim is about what is drawn."
+                    )
             elif k is not None:
                 drawn = np.broadcast_to(np.asarray(k, np.float64), (len(rows), len(lo)))
             if k is not None:
@@ -113,6 +121,9 @@ class Simulator:
                     out = self._many(keys, k)
                 else:
                     out = self._links.go_on(keys, rows.states, k)[0]
+        lost = lost_in(out, rows.lost)
+        if lost is not None:
+            out = Retried(out.p, out.q, lost)
         if isinstance(out, Retried):
             return in_columns(self.system, out)
         if not isinstance(out, tuple) or len(out) != 2:

@@ -61,12 +61,22 @@ class Chained:
 
 class ToRun(NamedTuple):
     """Runs to be made: keys (B, 2) of the systems and k (B, n_k) float64, exactly as the system
-    gets it. states: begins of the last manoeuvres of chains; None = at rest, as k says.
+    gets it. states: begins of the last manoeuvres of chains; None = at rest, as k says. lost (B,):
+    as of `Retried`, of the manoeuvres before; None = no run of theirs was made again.
     """
 
     keys: jax.Array
     k: np.ndarray
     states: Any = None
+    lost: np.ndarray | None = None
+
+
+def lost_in(out: Any, before: np.ndarray | None) -> np.ndarray | None:
+    """`ToRun.lost` after further runs."""
+    now = getattr(out, "lost", None)
+    if now is None or before is None:
+        return before if now is None else now
+    return np.where((now < 0) | (before < 0), -1, now + before)
 
 
 class Links(NamedTuple):
@@ -146,7 +156,7 @@ def begun(chain: Chained, links: Links, k_keys, keys, lo: np.ndarray, hi: np.nda
     given = list(given_of(chain.system))
     with blamed(f"{chain.name}: expected start_state and measured to run"):
         states, g = links.begin(keys)
-    inside = partial(_inside, chain, lo[given], hi[given])
+    inside, lost = partial(_inside, chain, lo[given], hi[given]), None
     _pick(chain, inside(np.asarray(g)[:, None], 1), np.zeros(len(keys)))
     for turn in range(chain.before + 1):
         draws = _draws(k_keys, keys, np.uint32(turn), lo, hi)
@@ -156,13 +166,14 @@ def begun(chain: Chained, links: Links, k_keys, keys, lo: np.ndarray, hi: np.nda
         if turn == chain.before:
             break
         with blamed(f"{chain.name}: expected rollout_from_state(key, state, k) to run"):
-            _, along, measured = links.go_on(run_keys, states, k)
+            made, along, measured = links.go_on(run_keys, states, k)
+        lost = lost_in(made, lost)
         measured = np.asarray(measured)
         record = _pick(chain, inside(measured, len(chain.leaves)) & chain.leaves, share)
         rows = np.arange(len(record))
         states = jax.tree.map(lambda x, at=(rows, record): np.asarray(x)[at], along)
         g = measured[rows, record]
-    return ToRun(run_keys, k, states)
+    return ToRun(run_keys, k, states, lost)
 
 
 def _inside(chain: Chained, lo, hi, g: np.ndarray, n: int) -> np.ndarray:

@@ -48,7 +48,7 @@ def run_one(
         return Call(p - start, q, "")
     except ImportError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a run that ends its program has failed
         why = f"in {own_place(error) or 'what it returned'}: {said(error)}"
         return failed(shape_p, shape_q, why)
 

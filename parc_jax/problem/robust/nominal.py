@@ -113,7 +113,9 @@ class Query:
             n_p, faces = model.n_p, model.tube.templates
             loose = faces is not None and faces.interval.directions.shape[-2] > n_p
             loose |= bool((model.tube.final[:, : model.n_c] > model.tube.interval[:, -1]).any())
-            more = max(n_v, n_r) > 1 or (loose and any(start)) or (n_p > 2 and grown)
+            # a model of other parameters has boxes for faces, and the wider one where bins meet
+            more = n_r > 1 or not executions.nominal
+            more |= bool(loose and any(start)) or (n_p > 2 and grown)
             key = (model.claim.hash, *uncertainty.of_model, pose is None)
             cache = {} if cache is None else cache
             if key not in cache:

@@ -64,11 +64,12 @@ class GridMap:
         boxes = shapely.box(found[:, 2], found[:, 0], found[:, 3], found[:, 1])
         region = shapely.union_all(boxes)  # of whole numbers: exact
         turn = self.resolution * np.array([[c, s], [-s, c]])
-        region = shapely.transform(region, lambda cell: cell @ turn + (x, y))
-        parts = shapely.get_parts(region)
-        holes = [shapely.Polygon(ring) for part in parts for ring in part.interiors]
-        # what stands on the map is no hole that the assumption of a scan may fill
-        return FreeSpace(region, gone=shapely.union_all(holes).difference(region))
+        window = shapely.box(spans[1].start, spans[0].start, spans[1].stop, spans[0].stop)
+        region, window = (
+            shapely.transform(one, lambda cell: cell @ turn + (x, y)) for one in (region, window)
+        )
+        # what stands on the map is no hole that the assumption of a scan may fill, nor a bay
+        return FreeSpace(region, gone=window.difference(region))
 
     def __repr__(self) -> str:
         rows, columns = self.free.shape

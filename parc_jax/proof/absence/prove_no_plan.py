@@ -143,7 +143,8 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
         with checker.rejecting():
             report = checker.check_no_plan(context, plan)
     except checker.Rejected:  # a refused certificate proves nothing and is dropped
-        kind, plan, report = UNDECIDED, None, {"unsafe": 0, "undecided": root.volume}
+        kind, plan, ended = UNDECIDED, None, None
+        report = {"unsafe": 0, "undecided": root.volume}
     return NoPlan(
         kind=kind,
         unsafe=Fraction(report["unsafe"]),

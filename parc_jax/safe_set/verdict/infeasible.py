@@ -42,7 +42,9 @@ def why_none(scene: Scene) -> Reason | None:
     start set, no plan of the model gets from there to the goal, or the tube is wider than the goal.
     None where nothing of this is so, which says nothing.
     """
-    found = _reason(scene)
+    found, pose = _reason(scene), scene.nominal.pose
+    if found is not None and pose is not None and pose.heading is not None:
+        found = found._replace(words=f"in the robot's frame, {found.words}")
     if found is None or scene.nominal.uncertainty is None:
         return found
     return Reason(GROWN + found.words, of_scene=False)
@@ -51,7 +53,8 @@ def why_none(scene: Scene) -> Reason | None:
 def _reason(scene: Scene) -> Reason | None:
     words = _touching(scene, of_model=False)
     if words is not None:
-        return Reason(words, True, sure=True)
+        # what moves is told of as all of its places in some intervals, which are more than it
+        return Reason(words, not any(scene.problem.all_spans), sure=True)
     if all(faces.allow_none.all() for faces in scene.model.tube.templates or ()):
         words = _touching(scene, of_model=True) or _out_of_reach(scene)
         if words is not None:

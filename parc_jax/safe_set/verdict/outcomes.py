@@ -29,9 +29,7 @@ def outcomes(
     run reached nothing. off: of the goal alone, as of `reached_and_touched`.
     """
     path = moved_to(p0, np.asarray(runs.p, np.float64))
-    state = np.concatenate([path[:, -1], runs.q], axis=1)
-    lost = off * np.abs(scene.goal_A).sum(axis=1)
-    reached = (state @ scene.goal_A.T <= scene.goal_b - lost).all(axis=1)
+    reached = reaches(scene, path, runs.q, off)
     # without rounding tolerance, in metres: of the hull of each part at two records in a row, so
     # that nothing between them is missed
     tabled = scene.tabled
@@ -43,6 +41,13 @@ def outcomes(
     )
     rounds = slices(len(path), ROUND)
     return path, reached, np.concatenate([_nearest(fine, path[rows], enough) for rows in rounds])
+
+
+def reaches(scene: Scene, path: np.ndarray, q: np.ndarray, off: float) -> np.ndarray:
+    """(n,) bool: the end of path (n, ..., n_c) and q (n, n_q), each off by so much, in the goal."""
+    lost = off * np.abs(scene.goal_A).sum(axis=1)
+    state = np.concatenate([path[:, -1], q], axis=1)
+    return (state @ scene.goal_A.T <= scene.goal_b - lost).all(axis=1)
 
 
 def reached_and_touched(
