@@ -1,7 +1,7 @@
 """As `sims.point.train`, wholly on an accelerator: a round of rollouts in MJX, each step behind the
 shield, and the update after it are one jitted program.
 
-    python -m sims.point.on_device --steps 10000000 --penalty 0.01 --patience 100 [--bare [--limit 25]]
+    python -m sims.point.on_device [--penalty 0.01 --patience 100] [--bare [--limit 25]]
 
 The worlds are those of `sims.point.functional`: PointGoal1 without its vase, from a pool of layouts
 that are drawn before. Behind the shield only those are in it whose start is certified to stop. The
@@ -32,6 +32,7 @@ from sims.point.world import STEPS
 FIRST = 3 * 10**9  # seed of the pool's first world; the others follow
 SQUARE = sensing.DOT * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 SUMMED = ("gained", "contact", "episodes", *COUNTED)
+MOMENTS = ("n", "mean", "square")  # of what was seen, as `Scale` names them
 
 
 @dataclass(frozen=True)
@@ -184,25 +185,13 @@ def _chosen(which, yes, no):
 
 def train(options: Options) -> None:
     """Train, and write rows. Goes on, in new worlds, where a policy of that name was saved."""
-    begun = time.perf_counter()
+    begun, file = time.perf_counter(), options.out.with_suffix(".policy")
+    options.out.parent.mkdir(parents=True, exist_ok=True)
     with jax.enable_x64(True):
-        device, scale = Device(options), Scale(SEEN)
-        weights, state = fresh(jax.random.PRNGKey(options.seed))
-        sums = dict.fromkeys(("rounds", *SUMMED), 0) | {"gained": 0.0}
-        kept = {"weights": weights, "state": state, "scale": dict(scale.__dict__), "counts": sums}
-        kept |= {"multiplier": 0.0, "gained": 0.0}
-        file = options.out.with_suffix(".policy")
-        options.out.parent.mkdir(parents=True, exist_ok=True)
-        if file.exists():
-            kept = flax.serialization.from_bytes(kept, file.read_bytes())
-        sums, pool = dict(kept["counts"]), device.pool()
-        moments = tuple(jnp.asarray(kept["scale"][of], float) for of in ("n", "mean", "square"))
-        multiplier = jnp.asarray(kept["multiplier"], jnp.float32)
-        learner = Learner(*jax.tree.map(jnp.asarray, (kept["weights"], kept["state"])), moments, multiplier)
+        device, (learner, sums) = Device(options), kept_in(file, options.seed)
+        pool, round_of = device.pool(), jax.jit(device.round, donate_argnums=(0, 1))
         run = jax.jit(device.begin)(pool, keys_of(options.seed, sums["rounds"], 1)[1][0])
-        round_of = jax.jit(device.round, donate_argnums=(0, 1))
         each, counts = options.robots * options.horizon, []
-        print(f"{len(pool.seen)} of {options.pool} starts in the pool")
         while sums["rounds"] * each < options.steps:
             keys = keys_of(options.seed, sums["rounds"], options.horizon)
             learner, run, found = round_of(learner, run, pool, *keys)
@@ -213,12 +202,12 @@ def train(options: Options) -> None:
             for one in jax.device_get(counts):
                 sums |= {name: sums[name] + one[name].item() for name in SUMMED}
             counts = []
+            save(file, learner, sums)
             row = {"steps": sums["rounds"] * each, "gained": round(sums["gained"], 3)}
             row |= {name: n for name, n in sums.items() if name != "gained"}
             row |= {"multiplier": round(float(learner.multiplier), 4)}
             row |= {"seconds": round(time.perf_counter() - begun, 1)}
             row |= {"uncertified": options.pool - len(pool.seen)}
-            save(file, learner, sums)
             with options.out.open("a", newline="") as table:
                 writer = csv.DictWriter(table, list(row))
                 if not table.tell():
@@ -226,11 +215,24 @@ def train(options: Options) -> None:
                 writer.writerow(row)
 
 
+def kept_in(file: Path, seed: int) -> tuple[Learner, dict]:
+    """What was saved, or what begins, with sums of all counts so far."""
+    weights, state = fresh(jax.random.PRNGKey(seed))
+    kept = {"weights": weights, "state": state, "scale": dict(Scale(SEEN).__dict__)}
+    kept |= {"counts": dict.fromkeys(("rounds", *SUMMED[1:]), 0), "multiplier": 0.0, "gained": 0.0}
+    if file.exists():
+        kept = flax.serialization.from_bytes(kept, file.read_bytes())
+    moments = tuple(jnp.asarray(kept["scale"][of], float) for of in MOMENTS)
+    network = jax.tree.map(jnp.asarray, (kept["weights"], kept["state"]))
+    learner = Learner(*network, moments, jnp.asarray(kept["multiplier"], jnp.float32))
+    return learner, kept["counts"] | {"gained": kept["gained"]}
+
+
 def save(file: Path, learner: Learner, sums: dict) -> None:
     """As `sims.point.train` does."""
     weights, state, moments, multiplier = jax.device_get(learner)
-    scale = dict(zip(("n", "mean", "square"), moments, strict=True)) | {"n": moments[0].item()}
-    kept = {"weights": weights, "state": state, "scale": scale, "counts": sums}
+    kept = {"weights": weights, "state": state, "scale": dict(zip(MOMENTS, moments, strict=True))}
+    kept |= {"counts": {name: n for name, n in sums.items() if name != "gained"}}
     kept |= {"multiplier": float(multiplier), "gained": sums["gained"]}
     file.write_bytes(flax.serialization.to_bytes(kept))
 

@@ -1,5 +1,5 @@
-"""Proximal policy optimisation of `sims.point.policy`'s network, of rewards and costs: what learning
-takes wherever the worlds are stepped.
+"""Proximal policy optimisation of the network of `sims.point.policy`, with values of reward and of
+cost: what a training takes wherever its worlds are stepped.
 """
 
 from functools import partial
