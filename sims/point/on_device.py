@@ -27,7 +27,7 @@ from sims.point.functional import Goal, Worlds, drawn
 from sims.point.policy import SEEN, Scale, learned, scaled
 from sims.point.ppo import Rows, act, fresh, keys_of, learn, raised
 from sims.point.train import COUNTED, OUTSIDE, STANDS
-from sims.point.world import STEPS
+from sims.point.world import BINS, STEPS
 
 FIRST = 3 * 10**9  # seed of the pool's first world; the others follow
 SQUARE = sensing.DOT * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -216,8 +216,11 @@ def train(options: Options) -> None:
 
 
 def kept_in(file: Path, seed: int) -> tuple[Learner, dict]:
-    """What was saved, or what begins, with sums of all counts so far."""
+    """What was saved, or what begins, with sums of all counts so far. The lidar for vases begins
+    with no weight, and keeps it: where there are some, the policy drives as if there were none.
+    """
     weights, state = fresh(jax.random.PRNGKey(seed))
+    weights = jax.tree.map(lambda x: x.at[-BINS:].set(0.0) if len(x) == SEEN else x, weights)
     kept = {"weights": weights, "state": state, "scale": dict(Scale(SEEN).__dict__)}
     kept |= {"counts": dict.fromkeys(("rounds", *SUMMED[1:]), 0), "multiplier": 0.0, "gained": 0.0}
     if file.exists():

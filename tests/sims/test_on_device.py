@@ -90,6 +90,8 @@ def test_training_goes_on_from_what_was_saved(tmp_path, monkeypatch):
     later, seen = policy.Trained(out.with_suffix(".policy")), np.ones(policy.SEEN)
     assert later.scale.n == pytest.approx(kept.scale.n + 512)
     assert not np.allclose(later.mean(seen), kept.mean(seen))
+    among = seen + 5 * (np.arange(policy.SEEN) >= policy.SEEN - BINS)
+    assert np.array_equal(later.mean(among), later.mean(seen))  # vases change nothing
     monkeypatch.setattr(curves, "WINDOW", 384)
     assert curves.rates(out)["steps"].tolist() == [384, 512, 768, 1024]
 
