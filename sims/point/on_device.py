@@ -153,8 +153,8 @@ class Device:
         last, since = jnp.where(moved[:, None], place, run.last), jnp.where(moved, 0, run.since + 1)
         stood = (since >= o.patience) & (o.patience > 0)
         over = told.ended | (steps >= STEPS) | stood
-        fresh = Run(self._any(pool, of_pool), 0 * steps, last * jnp.nan, 0 * since)
-        run = _chosen(over, fresh, Run(Begun(worlds, told.seen, under_way), steps, last, since))
+        other = Run(self._any(pool, of_pool), 0 * steps, last * jnp.nan, 0 * since)
+        run = _chosen(over, other, Run(Begun(worlds, told.seen, under_way), steps, last, since))
         found = (
             *(told.reward, told.cost > 0, over),
             *(told.entered, changed, reason > 0, reason == OUTSIDE, stood),

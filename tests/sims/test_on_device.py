@@ -35,12 +35,12 @@ def state_of(worlds) -> functional.Worlds:
 
 
 def test_a_step_is_the_original_s():
-    """Towards goals, through hazards: from the same states, each of 400 steps agrees."""
+    """Towards goals, through hazards: from the same states, each of 250 steps agrees."""
     bare = Level(LEVELS[1].extents, (LEVELS[1].counts[0], 0), False)
     worlds, step = [World(bare, seed) for seed in range(8)], jax.jit(functional.Goal().step)
     drive, of_goal = driver_of("Point", blind=True)(range(8)), np.isin(np.arange(60), range(12, 28))
     met, costs, entered = 0, 0, 0
-    for t in range(400):
+    for t in range(250):
         before = state_of(worlds)
         action = np.clip(drive(worlds), -1, 1)
         now, told = jax.device_get(step(before, action, keys_of(0, t, 1)[0]))
@@ -59,7 +59,7 @@ def test_a_step_is_the_original_s():
         assert told.entered[(away < HAZARD).any(axis=(1, 2))].all()
         met, costs = met + (~same).sum(), costs + told.cost.sum()
         entered = entered + told.entered.sum()
-    assert met > 20 and costs > 100 and costs <= entered < 2 * costs
+    assert met > 20 and costs > 50 and costs <= entered < 2 * costs
 
 
 def test_goals_keep_the_original_s_distances():
