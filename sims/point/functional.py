@@ -1,8 +1,8 @@
-"""PointGoal1 without its vase as pure functions of arrays, in MJX: many worlds in one jitted step.
+"""PointGoal1 as pure functions of arrays, in MJX: many worlds in one jitted step.
 
-Hazards, goals and starts are those of the original's worlds, which keep clear of its vase too;
-reward, cost and observation are its own, and a lidar for vases sees none. Nothing touches the robot
-then: at distance 0 the floor's contact has no force, in MuJoCo either, and is left out.
+Worlds, reward, cost and observation are the original's, but the vase stands where it was drawn: who
+keeps clear of it sees no difference, another passes through it. Nothing touches the robot then: at
+distance 0 the floor's contact has no force, in MuJoCo either, and is left out.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from mujoco import mjx
 
-from sims.point.environment import LIDARS, observed
+from sims.point.environment import observed
 from sims.point.manoeuvre import speeds_of
 from sims.point.world import BINS, FAR, GOAL, HAZARD, LEVELS, POINT, SUBSTEPS, World
 
@@ -22,13 +22,14 @@ TRIES = 512  # places for a goal that are looked at; without one an episode ends
 
 
 class Worlds(NamedTuple):
-    """pose (b, 3) x, y [m], heading [rad]; velocity (b, 3), its derivative; hazards (b, 8, 2) and
-    goal (b, 2) [m].
+    """pose (b, 3) x, y [m], heading [rad]; velocity (b, 3), its derivative; hazards (b, 8, 2),
+    corners of the vase (b, 4, 2) and goal (b, 2) [m].
     """
 
     pose: jax.Array
     velocity: jax.Array
     hazards: jax.Array
+    vase: jax.Array
     goal: jax.Array
 
     @property
@@ -54,11 +55,10 @@ def drawn(seeds) -> tuple[Worlds, np.ndarray]:
     rows, seen = [], []
     for seed in seeds:
         world = World(LEVEL, int(seed))
-        rows.append((world.pose, np.zeros(3), world.hazards, world.layout["goal"]))
+        (vase,) = world.vase_boxes()
+        rows.append((world.pose, np.zeros(3), world.hazards, vase, world.layout["goal"]))
         seen.append(observed(world))
-    seen = np.array(seen)
-    seen[:, -BINS:] = 0.0
-    return Worlds(*(np.array(one) for one in zip(*rows, strict=True))), seen
+    return Worlds(*(np.array(one) for one in zip(*rows, strict=True))), np.array(seen)
 
 
 class Goal:
@@ -77,9 +77,9 @@ class Goal:
         pose, velocity, pushed, path = jax.vmap(self._physics)(worlds.pose, worlds.velocity, action)
         after = jnp.linalg.norm(worlds.goal - pose[:, :2], axis=1)
         met = after <= GOAL
-        other, found = jax.vmap(new_goal)(jax.random.split(key, len(pose)), pose, worlds.hazards)
-        goal = jnp.where(met[:, None], other, worlds.goal)
-        worlds = Worlds(pose, velocity, worlds.hazards, goal)
+        worlds = worlds._replace(pose=pose, velocity=velocity)
+        other, found = jax.vmap(new_goal)(jax.random.split(key, len(pose)), worlds)
+        worlds = worlds._replace(goal=jnp.where(met[:, None], other, worlds.goal))
         away = jnp.linalg.norm(path[:, :, None] - worlds.hazards[:, None], axis=-1)
         inside = ~(away > HAZARD).all(axis=2)
         deep = jnp.linalg.norm(pose[:, None, :2] - worlds.hazards, axis=-1) < HAZARD
@@ -120,12 +120,9 @@ class Goal:
             *(jnp.asarray(self._magnetic[:2]) @ turn),
             still + self._magnetic[2],
         ]
-        goal, hazards = (
-            lidar((places - world.pose[None, :2]) @ turn)
-            for places in (world.goal[None], world.hazards)
-        )
-        rest = jnp.zeros(BINS * (len(LIDARS) - 2), goal.dtype)
-        return jnp.concatenate([jnp.stack(own), goal, hazards, rest])
+        kinds = (world.goal[None], world.hazards, world.vase.mean(axis=0, keepdims=True))
+        lidars = [lidar((places - world.pose[None, :2]) @ turn) for places in kinds]
+        return jnp.concatenate([jnp.stack(own), *lidars])
 
 
 def lidar(away: jax.Array) -> jax.Array:
@@ -143,12 +140,16 @@ def lidar(away: jax.Array) -> jax.Array:
     return found.max(axis=(0, 1)).clip(0.0)
 
 
-def new_goal(key: jax.Array, pose: jax.Array, hazards: jax.Array):
-    """The first of some places that keeps the original's distances, and whether there is one."""
+def new_goal(key: jax.Array, world: Worlds):
+    """The first of some places in a world that keeps the original's distances, and whether there is
+    one.
+    """
     keep = LEVEL.keepout
     most = LEVEL.extents - keep["goal"]
-    places = jax.random.uniform(key, (TRIES, 2), pose.dtype, -most, most)
-    near = jnp.linalg.norm(places - pose[None, :2], axis=1) < keep["agent"] + keep["goal"]
-    away = jnp.linalg.norm(places[:, None] - hazards[None], axis=-1)
-    free = ~near & (away >= keep["hazard"] + keep["goal"]).all(axis=1)
+    places = jax.random.uniform(key, (TRIES, 2), world.pose.dtype, -most, most)
+    others = [world.pose[None, :2], world.hazards, world.vase.mean(axis=0, keepdims=True)]
+    kinds = zip(("agent", "hazard", "vase"), others, strict=True)
+    least = np.concatenate([np.full(len(x), keep["goal"] + keep[kind]) for kind, x in kinds])
+    away = jnp.linalg.norm(places[:, None] - jnp.concatenate(others)[None], axis=-1)
+    free = (away >= least[None]).all(axis=1)
     return places[free.argmax()], free.any()

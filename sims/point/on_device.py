@@ -3,11 +3,10 @@ shield, and the update after it are one jitted program.
 
     python -m sims.point.on_device [--penalty 0.01 --patience 100] [--bare [--limit 25]]
 
-The worlds are those of `sims.point.functional`: PointGoal1 without its vase, from a pool of layouts
-that are drawn before. Behind the shield only those are in it whose start is certified to stop. The
-table has the columns of `sims.point.train`, every so many rounds, and how many layouts were left
-out; the policy beside it drives in `sims.point.episodes`. First episodes are shorter, so that not
-all end at once.
+The worlds are those of `sims.point.functional`, from a pool of layouts that are drawn before; behind
+the shield only those are in it whose start is certified to stop. The table has the columns of
+`sims.point.train`, every so many rounds, and how many layouts were left out; the policy beside it
+drives in `sims.point.episodes`. First episodes are shorter, so that not all end at once.
 """
 
 import csv
@@ -27,7 +26,7 @@ from sims.point.functional import Goal, Worlds, drawn
 from sims.point.policy import SEEN, Scale, learned, scaled
 from sims.point.ppo import Rows, act, fresh, keys_of, learn, raised
 from sims.point.train import COUNTED, OUTSIDE, STANDS
-from sims.point.world import BINS, STEPS
+from sims.point.world import STEPS, VASE
 
 FIRST = 3 * 10**9  # seed of the pool's first world; the others follow
 SQUARE = sensing.DOT * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -165,7 +164,10 @@ class Device:
 
     def measured(self, worlds: Worlds):
         """As `BatchShield` has it."""
-        corners = jnp.asarray(worlds.hazards)[:, :, None] + SQUARE[None, None]
+        dots = jnp.asarray(worlds.hazards)[:, :, None] + SQUARE[None, None]
+        middle = worlds.vase.mean(axis=1, keepdims=True)
+        vase = middle + (1 - sensing.CUT / VASE) * (worlds.vase - middle)
+        corners = jnp.concatenate([dots, vase[:, None]], axis=1)
         there = jnp.ones(corners.shape[:2], bool)
         return worlds.pose, worlds.speeds, corners, there
 
@@ -216,11 +218,8 @@ def train(options: Options) -> None:
 
 
 def kept_in(file: Path, seed: int) -> tuple[Learner, dict]:
-    """What was saved, or what begins, with sums of all counts so far. The lidar for vases begins
-    with no weight, and keeps it: where there are some, the policy drives as if there were none.
-    """
+    """What was saved, or what begins, with sums of all counts so far."""
     weights, state = fresh(jax.random.PRNGKey(seed))
-    weights = jax.tree.map(lambda x: x.at[-BINS:].set(0.0) if len(x) == SEEN else x, weights)
     kept = {"weights": weights, "state": state, "scale": dict(Scale(SEEN).__dict__)}
     kept |= {"counts": dict.fromkeys(("rounds", *SUMMED[1:]), 0), "multiplier": 0.0, "gained": 0.0}
     if file.exists():
