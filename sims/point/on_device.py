@@ -3,8 +3,8 @@ shield, and the update after it are one jitted program.
 
     python -m sims.point.on_device [--penalty 0.01 --patience 100] [--bare [--limit 25]]
 
-The worlds are those of `sims.point.functional`, from a pool of layouts that are drawn before; behind
-the shield only those are in it whose start is certified to stop. The table has the columns of
+The worlds are those of `sims.point.functional`, from a pool of layouts drawn before; behind the
+shield only those are in it whose start is certified to stop. The table has the columns of
 `sims.point.train`, every so many rounds, and how many layouts were left out; the policy beside it
 drives in `sims.point.episodes`. First episodes are shorter, so that not all end at once.
 """
