@@ -39,6 +39,22 @@ def likelihood(mean, deviation, action):
     return (-0.5 * off**2 - deviation - 0.5 * math.log(2 * math.pi)).sum(axis=-1)
 
 
+def learned(moments, seen):
+    """Running number, mean and sum of squares of what is seen, after rows (n, ...) of it. NumPy or
+    JAX.
+    """
+    (n, mean, square), m = moments, len(seen)
+    off = seen.mean(axis=0) - mean
+    square = square + seen.var(axis=0) * m + off**2 * n * m / (n + m)
+    return n + m, mean + off * m / (n + m), square
+
+
+def scaled(moments, seen):
+    """What is seen, by its running mean and deviation. NumPy or JAX."""
+    n, mean, square = moments
+    return ((seen - mean) / (square / n + 1e-8) ** 0.5).clip(-10, 10).astype(np.float32)
+
+
 class Scale:
     """Running mean and deviation of what is seen."""
 
@@ -47,16 +63,17 @@ class Scale:
 
     def learn(self, seen: np.ndarray) -> np.ndarray:
         """Scaled; each row counts from now on."""
-        m, off = len(seen), seen.mean(axis=0) - self.mean
-        more = seen.var(axis=0) * m + off**2 * self.n * m / (self.n + m)
-        self.square = self.square + more
-        self.n, self.mean = self.n + m, self.mean + off * m / (self.n + m)
+        self.n, self.mean, self.square = learned(self.moments, seen)
         return self(seen)
 
     def __call__(self, seen: np.ndarray) -> np.ndarray:
         """Scaled."""
-        scaled = (seen - self.mean) / np.sqrt(self.square / self.n + 1e-8)
-        return np.clip(scaled, -10, 10).astype(np.float32)
+        return scaled(self.moments, seen)
+
+    @property
+    def moments(self) -> tuple:
+        """As `learned` has them."""
+        return self.n, self.mean, self.square
 
 
 class Trained:

@@ -12,27 +12,22 @@ the CSV stands the policy, with all that is needed to go on from it in new world
 import csv
 import time
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import flax.serialization
 import jax
-import jax.numpy as jnp
 import numpy as np
-import optax
 
 from sims import point
 from sims.point import environment
-from sims.point.policy import POLICY, SEEN, Scale, likelihood
+from sims.point.policy import SEEN, Scale
+from sims.point.ppo import Rows, act, fresh, keys_of, learn, raised
 from sims.point.together import measured, shield_of
-from sims.point.world import HAZARD, STEPS, World
+from sims.point.world import HAZARD, World
 
-GAMMA, LAMBDA, CLIP, EPOCHS, PARTS = 0.99, 0.95, 0.2, 8, 8
 STANDS = 0.1  # [m] from where it was, within which a robot stands
 OUTSIDE = 3  # reason of `pj.drive.Driven`: a pose outside of the tube
 COUNTED = ("entered", "changed", "stopped", "left", "stood")
-RATE, LONGEST = 3e-4, 0.5  # of Adam; norm of a gradient
-RISE = 0.035  # of the multiplier in a round, for twice the cost that is allowed
 
 
 @dataclass(frozen=True)
@@ -54,55 +49,6 @@ class Options:
     """Cost of a mean episode that a Lagrangian allows; without it cost is not looked at."""
     seed: int = 0
     out: Path = Path("runs/point/ppo.csv")
-
-
-ADAM = optax.chain(optax.clip_by_global_norm(LONGEST), optax.adam(RATE, eps=1e-5))
-
-
-@jax.jit
-def fresh(key):
-    """Weights, and the state of Adam."""
-    weights = POLICY.init(key, jnp.zeros((1, SEEN), jnp.float32))
-    return weights, ADAM.init(weights)
-
-
-@partial(jax.jit, static_argnums=2)
-def keys_of(seed, rounds, n: int):
-    """A key of a round, and one for each of its n steps."""
-    key = jax.random.fold_in(jax.random.PRNGKey(seed), rounds)
-    return key, jax.random.split(key, n)
-
-
-@jax.jit
-def act(weights, seen, key):
-    """Actions, the logarithm of their density, values."""
-    mean, deviation, value = POLICY.apply(weights, seen)
-    action = mean + jnp.exp(deviation) * jax.random.normal(key, mean.shape, mean.dtype)
-    return action, likelihood(mean, deviation, action), value
-
-
-@partial(jax.jit, donate_argnums=(0, 1))
-def update(weights, state, rows, key):
-    """Some epochs over rows (n, ...): seen, action, its density, advantage, gain."""
-
-    def loss(weights, part):
-        seen, action, before, advantage, gain = part
-        mean, deviation, value = POLICY.apply(weights, seen)
-        ratio = jnp.exp(likelihood(mean, deviation, action) - before)
-        advantage = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
-        least = jnp.minimum(ratio * advantage, jnp.clip(ratio, 1 - CLIP, 1 + CLIP) * advantage)
-        return 0.5 * ((value - gain) ** 2).sum(axis=-1).mean() - least.mean()
-
-    def one(carry, part):
-        weights, state = carry
-        change, state = ADAM.update(jax.grad(loss)(weights, part), state, weights)
-        return (optax.apply_updates(weights, change), state), None
-
-    def epoch(carry, key):
-        order = jax.random.permutation(key, len(rows[0])).reshape(PARTS, -1)
-        return jax.lax.scan(one, carry, [x[order] for x in rows])[0], None
-
-    return jax.lax.scan(epoch, (weights, state), jax.random.split(key, EPOCHS))[0]
 
 
 class Worlds:
@@ -178,17 +124,6 @@ class Worlds:
             self.counts[name] += int(found.sum())
 
 
-def advantages(reward, value, over, following):
-    """Of rows (t, worlds, 2): generalised advantage estimates of reward and cost."""
-    found, ahead = np.zeros_like(value), np.zeros_like(following)
-    for t in reversed(range(len(reward))):
-        on = 1.0 - over[t][:, None]
-        off = reward[t] + GAMMA * following * on - value[t]
-        ahead = off + GAMMA * LAMBDA * on * ahead
-        found[t], following = ahead, value[t]
-    return found
-
-
 def train(options: Options) -> None:
     """Train, and write a row for each round. Goes on where a policy of that name was saved."""
     n, scale = options.worlds, Scale(SEEN)
@@ -214,19 +149,12 @@ def train(options: Options) -> None:
             rows.append((seen, action, density, value, got, over))
             gained += float(reward.sum())
             counts["episodes"] += int(over.sum())
-        seen, action, density, value, got, over = (np.stack(x) for x in zip(*rows, strict=True))
-        following = np.asarray(act(weights, scale(worlds.seen), own)[2])
-        both = advantages(got, value, over, following)
-        if options.limit is not None:
-            cost = STEPS * got[..., 1].mean()
-            multiplier = max(0.0, multiplier + RISE * (cost / options.limit - 1.0))
-        advantage = (both[..., 0] - multiplier * both[..., 1]) / (1.0 + multiplier)
-        flat = [
-            x.reshape(-1, *x.shape[2:]) for x in (seen, action, density, advantage, both + value)
-        ]
-        weights, state = update(weights, state, flat, key)
+        of_round = Rows(*(np.stack(x) for x in zip(*rows, strict=True)))
+        following = act(weights, scale(worlds.seen), own)[2]
+        multiplier = raised(multiplier, of_round.got[..., 1].mean(), options.limit)
+        weights, state = learn(weights, state, of_round, following, multiplier, key)
         counts["rounds"] += 1
-        counts["contact"] += int(got[..., 1].sum())
+        counts["contact"] += int(of_round.got[..., 1].sum())
         counts |= {name: before[name] + worlds.counts[name] for name in COUNTED}
         row = {"steps": counts["rounds"] * options.horizon * n, "gained": round(gained, 3)}
         row |= counts | {"multiplier": round(float(multiplier), 4)}

@@ -21,6 +21,7 @@ from sims.point import (  # noqa: E402
     lidar,
     manoeuvre,
     policy,
+    ppo,
     sensing,
     together,
     train,
@@ -223,8 +224,8 @@ def test_advantages_end_where_an_episode_does():
     over[2] = 1
     ahead = np.concatenate([value[1:], following[None]])
     ahead[2] = 0
-    off, each = reward + train.GAMMA * ahead - value, train.GAMMA * train.LAMBDA
-    found = train.advantages(reward, value, over, following)
+    off, each = reward + ppo.GAMMA * ahead - value, ppo.GAMMA * ppo.LAMBDA
+    found = np.asarray(ppo.advantages(reward, value, over, following))
     for first, last in ((0, 3), (3, 6)):
         for t in range(first, last):
             sums = sum(each ** (s - t) * off[s] for s in range(t, last))
