@@ -228,11 +228,11 @@ def about_loops(driven: Sequence) -> str:
     rests = f" {about_said(most, told, sum(one.manoeuvres for one in driven))}" if most else ""
     return (
         f"(C) Of the manoeuvres of {_some([f'a loop ({loop})' for loop in loops])}, shown in "
-        "float64 with a rounding margin: whatever happens inside the tubes, nothing that was told "
-        "of is ever touched, while every pose is inside its uncertainty, what was said of "
-        "obstacles is so, and a robot rests where a manoeuvre ends. What moves is told of for its "
-        f"intervals alone, until that rest at most{first}: later it may run into a robot, also one "
-        f"that rests.{rests}{more}"
+        "float64 with a rounding margin: whatever happens inside the tubes, nothing is touched "
+        "that was told of for the manoeuvre under way, while every pose is inside its uncertainty, "
+        "what was said of obstacles is so, and a robot rests where a manoeuvre ends. What moves is "
+        f"told of for its intervals alone, until that rest at most{first}: later it may run into a "
+        f"robot, also one that rests.{rests}{more}"
     )
 
 
@@ -265,7 +265,7 @@ def about_episodes(episodes) -> str:
         sentences.append(
             f"CONTRADICTED: in {counted(len(contradictions), 'episode')} ({_some(contradictions)}) "
             "something was touched inside the tubes, so something that (C) assumes does not hold, "
-            "or it is about nothing that was told of."
+            "or it is about nothing that was told of for the manoeuvre under way."
         )
     return " ".join(sentences)
 

@@ -174,10 +174,10 @@ class Pilot:
         first reference point within the tolerance [m] of the goal along each axis, any heading.
         Takes seconds. Raises InputError, also where obstacles move: its beginning is unknown.
         """
-        if self.driving.mover_radius:
+        if self.driving.mover_radius or self.driving.age:
             raise InputError(
-                "plan: expected a place where nobody moves, since it is not known when the plan "
-                "begins; give the goal to drive to instead."
+                "plan: expected a place where nobody moves and what is free stays so (age = 0), "
+                "since it is not known when the plan begins; give the goal to drive to instead."
             )
         for name, message in {"start": start, "goal": goal}.items():
             require_frame(message, self.driving.frame, name)
@@ -231,7 +231,7 @@ class Pilot:
         begun = f"{now!r}".strip("<>")
         if not step.new:
             return f"Going on with {begun}, to its stop: {step.reason}."
-        moves = any(span is not None for span in now.asked.problem.all_spans)
+        moves = self.driving.mover_radius > 0  # also where none can come so near in this one
         after = "; who moves may run into it there" if moves else ""
         last = moved_last(self.model, now.k[None])[0][0]
         body, n = "; ".join(now.shared["body"]), len(now.asked.problem.obstacles)
@@ -260,7 +260,12 @@ class Pilot:
         if self.seen is None:
             self.seen = free_place(corners, d.margin - off)
         while self._scans and _swept(self._scans[0])[1] <= self._stamp:
-            self._add(self._scans.popleft())
+            try:
+                self._add(self._scans.popleft())
+            except (
+                InputError
+            ) as error:  # a pose that is valid is looked for in its tube all the same
+                self.said += f"a scan is not used: {error} "
         self._forget(self._stamp)
         self.seen = self.seen.add(free_place(corners, -off))
 
@@ -283,6 +288,11 @@ class Pilot:
         if begin < stamps[0]:
             late = (stamps[0] - begin) / 1e9
             self.said += f"a scan was {late!r} s older than all poses, and is not used; "
+            return
+        # what was seen then may have drifted, and be forgotten, since
+        if self._begun is not None and begin < self._begun:
+            late = (self._begun - begin) / 1e9
+            self.said += f"a scan was {late!r} s older than the manoeuvre under way, and not used; "
             return
         poses[:, 2] = np.unwrap(poses[:, 2])
         x, y, yaw = d.sensor

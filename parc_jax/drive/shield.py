@@ -49,8 +49,8 @@ class Shield(gymnasium.Wrapper):
     `candidates` the nearest that is proved safe over all of its time, rest included, is driven for
     a step. One that is farther from the proposal than the brake already under way is left out, the
     more are let in the less of that is left, and where none is proved that brake continues: while
-    each run is inside its tube, nothing sensed that stands is touched, and nothing that moves
-    until `certified_until`, whatever is proposed. [T38]
+    each run is inside its tube, nothing that stands is touched that was sensed when the manoeuvre
+    under way began, and nothing that moves until `certified_until`, whatever is proposed. [T38]
 
     model: its manoeuvres are an action for `every` seconds, then a brake to rest; n_k given and
         chosen parameters, as of `Loop`.
@@ -68,7 +68,7 @@ class Shield(gymnasium.Wrapper):
         in shares of the widths of K.
     room: [m] of clearance that is asked of a manoeuvre, or as much as the brake under way has where
         that is less; the longer it is under way, the less, and none once it has ended: a robot that
-        stops too close finds nothing safe to begin.
+        stops too close finds nothing safe to begin. None is asked at the first step.
     assumed: what else its certificates rest on, as of `save_episode`.
     effort: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
 

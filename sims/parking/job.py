@@ -92,7 +92,7 @@ def park(number: int, options: Options) -> tuple[Parked, str]:
     cells = [
         number,
         parked + (", left a tube" if one.left else ""),
-        f"{100 * one.clearance:.0f} cm",
+        f"{np.floor(100 * one.clearance):.0f} cm",
         one.gears,
         f"{one.seconds:.1f} s",
         shipped,
@@ -126,7 +126,7 @@ def park_all(options: Options, say=print) -> list[Parked]:
         done.append(one)
     parked = sum(one.reached and one.proved for one in done)
     touched = sum(one.touched for one in done)
-    nearest = min(100 * one.clearance for one in done)
+    nearest = np.floor(min(100 * one.clearance for one in done))
     across, turned = options.within
     say(
         f"\n{parked} of {len(done)} parked, within {100 * across:g} cm and {turned:g} degrees, "

@@ -92,5 +92,10 @@ if __name__ == "__main__":
     for gap in GAPS:
         row = tried(gap)
         shown = ("none" if n is None else str(n) for n in (row.found, row.driven))
-        cells = [f"{gap:.1f}", *shown, f"{100 * row.nearest:.0f}", f"{1e3 * row.each:.1f}"]
+        cells = [
+            f"{gap:.1f}",
+            *shown,
+            f"{np.floor(100 * row.nearest):.0f}",
+            f"{1e3 * row.each:.1f}",
+        ]
         print("| " + " | ".join(cells) + " |", flush=True)

@@ -149,7 +149,8 @@ def test_the_risk_of_movers_is_part_of_what_is_said_of_a_loop(tmp_path):
     said = checker.check_episode(json.loads(file.read_text()), allowance_of).premises
     assert ["said of obstacles", "assumed"] in [entry[:2] for entry in said]
     (told,) = (value for name, _, value in said if name == "said of obstacles")
-    assert told == f"for the first 0.5 s of each manoeuvre at least. Of at most 2 at a time: {LAW}"
+    least = "for the first 0.5 s of each of these manoeuvres at least."
+    assert told == f"{least} Of at most 2 at a time: {LAW}"
 
 
 def test_a_heading_that_no_pose_tells_is_said_to_be_that_of_the_runs(tmp_path):

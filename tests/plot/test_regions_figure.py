@@ -2,15 +2,19 @@
 
 from types import SimpleNamespace
 
+import jax
 import numpy as np
 import pytest
 from gap_model import HI, LO, arc_network, arc_tube, gap_problem
 from toy_models import model_of, random_network
 
+import parc_jax as pj
 from parc_jax.app.plot.regions import COLORS, region_verdicts, regions, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.status import OfRegion
+from parc_jax.learning.bound.error_set import faces
+from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.proof.regions.subdivide import enumerate_regions
 
 
@@ -53,6 +57,30 @@ def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reach
     ]
     assert all(reaches[region == r].any() for r in lost)
     assert {OfRegion.SAFE, OfRegion.UNREACHABLE} <= set(verdict)
+
+
+def test_a_goal_is_out_of_reach_by_the_errors_that_the_verdict_has():
+    """A heading that is off by 0.05 to 0.15 rad, never about zero: the box around it about the
+    model is twice as wide as the goal allows, and every region has safe plans.
+    """
+    share = np.linspace(0.25, 1.0, 4)
+    split = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
+    ways = [*np.concatenate([s * split for s in share]), [0.0, 0.0, -0.2, -0.2]]
+    first = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    net = pj.learning.relu_network([first, np.array(ways)], [np.zeros(4), np.zeros(9)])
+    square = np.broadcast_to(np.eye(2), (1, 4, 1, 2, 2))
+    during = faces(square, np.zeros((1, 4, 1, 2)), np.full((1, 4, 1, 2), 0.02), False)
+    to_one_side = np.array([[0.0, 0.0, 0.1]]), np.array([[0.02, 0.02, 0.05]])
+    at_end = faces(np.eye(3)[None], *to_one_side, True)
+    tube, time = fitted_tube([[-1.0, 1.0]] * 2, during, at_end), pj.learning.time_grid(0.25, 1.0)
+    claim = pj.learning.declared_claim(tube, "this test says so", net, time)
+    model = pj.learning.trajectory_model(net, claim)
+    goal = pj.box([0.0, -0.5, -0.14], [1.0, 0.5, 0.14])
+    asked = pj.reach_avoid(goal, [pj.box([5.0, 5.0], [6.0, 6.0])], 0.1)
+    settings = pj.Settings(samples=1, method=pj.types.FirstProved())
+    answer = pj.Planner(model).solve(asked, jax.random.key(0), settings)
+    verdict = region_verdicts(answer, enumerate_regions(net, model.domain))
+    assert len(verdict) == 4 and not (verdict == OfRegion.UNREACHABLE).any()
 
 
 @pytest.mark.parametrize("drawn", [True, False])

@@ -167,6 +167,42 @@ def test_a_scan_waits_until_its_sweep_has_ended():
     assert one.seen.region.area > 50.0
 
 
+def test_a_scan_that_is_heard_after_a_manoeuvre_began_is_not_used():
+    """Its places may have drifted, and be forgotten, since: both were counted from too late."""
+    one, rest = pilot(drift=0.05), np.zeros(2)
+    one.hear_goal(sliding.posed(1.8, 0.0))
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
+    before = one.seen.region.area
+    one.hear_scan(scan([], lambda _: rest, 10**9 + 1))
+    one.hear_pose(sliding.odometry(rest, rest, 10**9 + 2))
+    assert "older than the manoeuvre under way" not in one.said
+    one._begun = 11 * 10**8  # as if another one had begun meanwhile
+    one.hear_scan(scan([], lambda _: rest, 105 * 10**7))
+    one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
+    assert "a scan was 0.05 s older than the manoeuvre under way" in one.said and before > 0
+
+
+def test_a_scan_that_makes_no_sense_hides_no_pose_outside_of_the_tube():
+    one, rest = pilot(), np.zeros(2)
+    one.hear_goal(sliding.posed(1.8, 0.0))
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
+    bad = scan([], lambda _: rest, 11 * 10**8)
+    bad.ranges = bad.ranges[:1]
+    one.hear_scan(bad)
+    step = one.hear_pose(sliding.odometry(np.array([0.0, 2.0]), rest, 12 * 10**8))
+    assert step.left and "a scan is not used: " in one.said
+
+
+def test_no_plan_is_made_for_later_where_what_is_free_has_an_age():
+    one, rest = pilot(age=1.0), np.zeros(2)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    with pytest.raises(InputError, match=r"what is free stays so \(age = 0\)"):
+        one.plan(sliding.posed(0.0, 0.0), sliding.posed(0.4, 0.0), 0.1)
+
+
 def test_scans_of_another_sensor_or_without_a_clock_are_refused():
     one, still = pilot(), lambda _: np.zeros(2)
     one.hear_scan(scan([], still, 10**9))

@@ -91,6 +91,8 @@ class Stage:
         self.driven, self.truth = driven, truth
         self.shown = [Shown(driven, one) for one in driven.manoeuvres]
         self.name = driven.model.system or "episode"
+        # as the file's premises say
+        self.left = ", some tube was left" if "TUBE_LEFT" in driven.statement else ""
         self.begin, self.end = self.shown[0].begin, self.shown[-1].end
         if truth is not None:
             self.begin, self.end = float(truth.times[0]), float(truth.times[-1])

@@ -35,8 +35,8 @@ def errors(claim: ErrorClaim, assumed: ErrorClaim, to=None):
         if max(one.tube.n_bins for one in (assumed, claim)) > 1:
             line = style.line(0)
             handles = [
-                style.mark("median over K", **line, linewidth=1.7),
-                style.mark("widest bin of K", **line, linewidth=0.7),
+                style.mark("median over bins with a claim", **line, linewidth=1.7),
+                style.mark("widest of them", **line, linewidth=0.7),
             ]
             style.explain(sheet, handles, 2)
     return sheet.out

@@ -293,7 +293,7 @@ class _EpisodeCanvas(_Canvas):
         ax.set_aspect("equal")
         style.limits(ax, now.middle - stage.reach, now.middle + stage.reach)
         ax.set_axis_off()
-        ax.set_title(f"{stage.name}, {t - stage.begin:.1f} s: manoeuvre {now.number}")
+        ax.set_title(f"{stage.name}, {t - stage.begin:.1f} s: manoeuvre {now.number}{stage.left}")
         style.legend(self.figure, _episode_handles(stage.truth), 3)
 
     def _draw_free(self, ax, t: float) -> None:
@@ -310,9 +310,9 @@ class _EpisodeCanvas(_Canvas):
 
 def _episode_handles(truth: Truth | None) -> list:
     entries = [
-        style.patch("robot", color=style.BLUE),
-        style.patch("may reach, proved", color=style.TUBE),
-        style.patch("stop in hand", facecolor="none", edgecolor=style.BLUE),
+        style.patch("robot" if truth else "robot, as predicted", color=style.BLUE),
+        style.patch("may reach, inside the tube", color=style.TUBE),
+        style.patch("where it would rest", facecolor="none", edgecolor=style.BLUE),
         style.patch("obstacles of the proof", color=style.OBSTACLE),
     ]
     if truth is not None:

@@ -85,7 +85,8 @@ class Commitment:
     @property
     def told_until(self) -> Fraction:
         """[s] of the clock up to which all that moves is told of: its end, or earlier where an
-        obstacle with a span ends that no other goes on (`Span.more`).
+        obstacle with a span ends that no other goes on (`Span.more`). Before its span an obstacle
+        is said to be nowhere.
         """
         time, spans = self.asked.model.time, list(filter(None, self.asked.problem.all_spans))
         begun = {span[0] for span in spans}
@@ -100,7 +101,9 @@ class Commitment:
         """A file for the checker: the question from this pose, and the plan as its one sample."""
         asked, pose = self.asked, self.asked.pose
         times: dict = {"begin": str(self.begin), "end": str(self.end)}
-        times["rests_on"] = resting_on(asked.problem, asked.model, asked.uncertainty)
+        told = [f"its command is given {self.command}"] * bool(self.command)
+        told += [f"its tube was left by {float(t)!r} s" for t in self.seen_outside[:1]]
+        times["rests_on"] = [*resting_on(asked.problem, asked.model, asked.uncertainty), *told]
         meta = {"pose": [*pose.place.tolist(), pose.heading]} | times
         parts = [self.part]
         return answer_part(asked.problem, asked.model, parts, [], [], no_plan=None, meta=meta)
@@ -198,8 +201,8 @@ def left_tube(
     commitments: all of an episode of one loop, in their order. path: true places of its reference
     points (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the
     time between records of the model. heading (n,) [rad]: of a robot whose poses have one.
-    The last manoeuvre counts up to the end of the path. Other goal states (q) are not tested, which
-    only `end` rests on. Raises InputError.
+    The last manoeuvre counts up to its end, or that of the path. Not tested: rest after it, and
+    other goal states (q), which only `end` rests on. Raises InputError.
     """
     require_whole("left_tube", commitments)
     if (first := commitments[0].number) != 0:

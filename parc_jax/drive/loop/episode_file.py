@@ -62,8 +62,10 @@ def episode_part(
         others.append(("sensing", ASSUMED, said))
     rests, told = resting_on(one.asked.problem.rests_on for one in commitments)
     if rests:
-        least = rounded_down(min(one.told_until - one.begin for one in commitments), 4)
-        said = f"for the first {least} s of each manoeuvre at least. "
+        least = rounded_down(
+            min(x.told_until - x.begin for x in commitments if x.asked.problem.rests_on), 4
+        )
+        said = f"for the first {least} s of each of these manoeuvres at least. "
         said += about_said(rests, told, len(commitments))
         others.append(("said of obstacles", ASSUMED, said))
     if first.pose.heading is None:

@@ -161,9 +161,9 @@ class Loop:
         """Commit to the cheapest manoeuvre that is proved safe, or continue the one under way.
 
         pose: measured, as of `Planner.solve`. given: values of the given parameters, in their
-        order, without those of `thinking`. obstacles: boxes or polytopes in the world to avoid from
-        now on. prefer: maps an Outlook of b candidates to costs (b,); NaN and infinite ones are
-        left out. at: [s] of the loop's clock at which the pose was measured; None for the first
+        order, without those of `thinking`. obstacles: boxes or polytopes in the world to avoid in
+        the new one. prefer: maps an Outlook of b candidates to costs (b,); NaN and infinite ones
+        are left out. at: [s] of the loop's clock at which the pose was measured; None for the first
         moment at which the manoeuvre under way may be left; nothing begins earlier. measured: the
         reading of `clock` at that moment, from which the deadline counts; None for
         now. spans: of each obstacle the intervals in which it exists, made for this moment: a Span

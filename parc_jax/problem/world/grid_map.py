@@ -73,8 +73,8 @@ class GridMap:
 
     def __repr__(self) -> str:
         rows, columns = self.free.shape
-        share = self.free.mean() if self.free.size else 0.0
-        return f"<GridMap: {rows} x {columns} cells of {self.resolution:g} m, {share:.0%} free>"
+        free = f"{self.free.sum():,} of them free"
+        return f"<GridMap: {rows} x {columns} cells of {self.resolution:g} m, {free}>"
 
 
 def grid_map(name: str, free: npt.ArrayLike, resolution: float, origin: npt.ArrayLike) -> GridMap:

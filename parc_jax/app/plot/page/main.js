@@ -75,7 +75,7 @@ function words() {
   const title = {
     proved: within && { sample: "Safe: sample ", polytope: "Safe: inside polytope ", corridor: "Safe: keeps to corridor " }[within.kind] + within.number,
     safe: "Safe for the model, but in no returned corridor or polytope",
-    unsafe: !seen.tube ? "Not shown safe: k lies outside K" : !seen.reaches ? "Not shown safe: misses the goal" : "Not shown safe: touches",
+    unsafe: !seen.tube ? "Not shown safe: k lies outside K" : !seen.reaches ? `Not shown safe: ${seen.start < 0 ? "starts outside of the start set" : "misses the goal"}` : "Not shown safe: touches",
   }[kind];
   const level = data.level === "exact-proved" ? "proved in exact arithmetic" : "shown in float64";
   const proof = `${level} by the certificate in the answer file (parc-jax check verifies it)`;
