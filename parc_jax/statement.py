@@ -11,9 +11,8 @@ from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import VALIDATED, confidence_of
-from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
-from parc_jax.problem.robust.realisations import Robustness
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.sampling import FEW, Place
 from parc_jax.safe_set.corridors.search import Share
@@ -71,10 +70,12 @@ def about_obstacles(problem: Problem, steps: int) -> str:
     ).rstrip()
 
 
-def resting_on(problem: Problem, model: TrajectoryModel, known: Robustness | None) -> list[str]:
-    """What a question rests on, for the remark of its file. known: what it is robust to."""
-    obstacles = about_obstacles(problem, model.time.n_steps)
-    return [*filter(None, [obstacles]), *([] if known is None else [known.meaning])]
+def resting_on(asked: NominalProblem) -> list[str]:
+    """What a question rests on, for the remark of its file."""
+    told = [about_obstacles(asked.problem, asked.model.time.n_steps)]
+    told += [] if asked.uncertainty is None else [asked.uncertainty.meaning]
+    told += [] if asked.pose is None else [about_pose(asked.pose)]
+    return [text for text in told if text]
 
 
 def about_said(rests: Mapping[str, int], told: Mapping[str, int] | None = None, of: int = 0) -> str:
@@ -306,6 +307,11 @@ def summary(answer, drawn: str) -> str:
         lines.append(drawn)
     elif answer.absence is not None:
         lines.append(answer.absence.details())
+        if not answer.model.claim.tube.claimed.all():
+            none = answer.model.claim.premises["open bins"]
+            lines.append(
+                f"{none} bins of K have no claim: in these no plan can be shown to be safe."
+            )
     if obstacles := about_obstacles(asked.problem, answer.model.time.n_steps):
         lines.append(obstacles)
     if cover.ended is not None:

@@ -268,7 +268,7 @@ class Answer:
         """The claim's bound for a plan drawn by `sample`. [T5, T18, T34]
 
         Rests on `density_of_k`. For another law over k use `model.claim.risk`: with k uniform on
-        the certified k-set, `share=answer.share_of_k()`.
+        the certified k-set, `share=answer.share_of_k()`, where the claim's runs had k uniform on K.
         """
         return risk_of_draw(self)
 
@@ -330,7 +330,7 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
     spans = [s and (s.dt, s.at, s.said, s.more, s.loop) for s in answer.problem.all_spans]
     edges = [o.written if isinstance(o, Edge) else None for o in answer.problem.obstacles]
     optional = {
-        "rests_on": resting_on(answer.problem, answer.model, uncertainty) or None,
+        "rests_on": resting_on(asked) or None,
         "spans": spans if any(answer.problem.spans) else None,
         "edges": edges if any(e is not None for e in edges) else None,
         "polytope_coverage": None if polytopes is None else polytopes.coverage._asdict(),

@@ -1,5 +1,6 @@
 """The risk of a plan that is drawn from the safe set: the claim, over the density of its k."""
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -32,7 +33,12 @@ def risk_of_draw(answer: "Answer") -> Risk | NoStatement:
     density = density_of_k(answer)
     if not np.isfinite(density):
         return NoStatement("how much of the safe set they cover was not measured")
-    return claim.risk(density=density)
+    risk = claim.risk(density=density)
+    if isinstance(risk, Risk):  # the density was measured, too
+        sure = Fraction(str(CONFIDENCE)), Fraction(str(answer.coverage.confidence))
+        off = risk.unconditional + sum(1 - x for x in sure)
+        risk = replace(risk, unconditional=min(Fraction(1), off))
+    return risk
 
 
 def about_draw(answer: "Answer") -> str:

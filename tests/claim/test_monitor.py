@@ -5,6 +5,7 @@ data.
 import json
 import re
 from dataclasses import replace
+from fractions import Fraction
 from functools import partial
 from types import SimpleNamespace
 
@@ -30,6 +31,7 @@ from parc_jax.learning.bound.measure import allowance, kept
 from parc_jax.learning.bound.monitor import inside_tube, monitor, update
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.statement import in_short
+from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.independent import marks_by_k, repeated
@@ -197,6 +199,33 @@ def test_rows_that_never_come_have_failed_where_somebody_says_so(claim):
     groups = replace(claim, evidence=claim.evidence | {"rows": claim.n})
     with pytest.raises(InputError, match="expected runs, of which each row is one; 3 rows of rec"):
         replace(watch, claim=groups, missing={("log", "0a"): 3}).closed()
+
+
+def test_of_bins_without_a_claim_nothing_is_bet_and_no_share_reaches_into_them(claim):
+    """Where k is above 0.6 nothing is claimed: of all of K a risk of eps was told, and rows that
+    `observe` said to leave out counted as failed.
+    """
+    edges, bin_eps = [np.array([0.0, 0.6, 1.0]), claim.tube.edges[1]], (claim.eps, None)
+    halves = [np.repeat(half, 2, axis=0) for half in (claim.tube.interval, claim.tube.final)]
+    for half in halves:
+        half[1] = np.inf
+    evidence = claim.evidence | {"bin_share": ["3/5", "2/5"]}
+    evidence["blocks"] = [{"n": claim.n, "discard": claim.discard}]
+    words = f"in each claimed bin of K, a new rollout drawn from {claim.law.describe()} with k in"
+    shown = {"tube": tube(edges, *halves), "bin_eps": bin_eps, "evidence": evidence}
+    shown |= {"quantifier": f"{words} that bin"}
+    open_one = derived(claim, **shown)
+    assert open_one.risk(share=0.6).bound == open_one.eps / Fraction(3, 5)
+    with pytest.raises(InputError, match=r"a share of at most 0\.6, that of bins with a claim"):
+        open_one.risk(share=1.0)
+    watch = monitor(open_one, NET)
+    assert watch.rate == pytest.approx(float(open_one.eps) / 0.6)
+    assert "of those in bins that have a claim" in watch.details()
+    assert "discards, fixed beforehand: 0 at most in each block" in open_one.details()
+    runs = collect(plant(exact), KEY, 40, quiet=True)
+    seen = watch.observe(runs.select(runs.k[:, 0] < 0.6))
+    with pytest.raises(InputError, match="closed: expected a claim about every bin of K"):
+        seen.closed()
 
 
 def test_what_was_trained_on_is_no_new_evidence():

@@ -34,6 +34,7 @@ from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.method import Exact, FirstProved
 from parc_jax.problem.robust.nominal import query
+from parc_jax.proof.certificate.write import part_hash
 
 pytestmark = pytest.mark.soundness
 
@@ -231,8 +232,17 @@ def test_from_one_start_its_share_is_of_k_and_its_plans_start_there(tmp_path):
     assert f"at least {least} % of all k in K, with conf" in here.validation.summary()
     drawn = validated.sample(KEY, 20)
     assert (drawn[:, :2] == [0.05, 0.0]).all() and "start at (0.05, 0) m" in validated.details()
+    # the set that was tested is of this start alone, also where the file tells of none
+    assert "(k by a uniform draw from the set, all from (0.05, 0)" in here.validation.details()
     again = load_answer(validated.save(tmp_path / "here.json"))
     assert again.contains(drawn[:, :2], drawn[:, 2:]).all()
+    data = json.loads((tmp_path / "here.json").read_text())
+    for name in ("at", "pose", "hash"):
+        del data["meta"][name]
+    data["meta"]["hash"] = part_hash(data["meta"])
+    (tmp_path / "anywhere.json").write_text(json.dumps(data))
+    with pytest.raises(InputError, match="draws from another place, or start, of which"):
+        load_answer(tmp_path / "anywhere.json")
 
 
 def test_a_validated_set_is_of_its_scene_and_of_draws_alone(answer, tmp_path):

@@ -136,10 +136,10 @@ def _scene(nominal: NominalProblem, data: dict) -> Scene:
     claim = nominal.model.claim
     if claim.kind != VALIDATED:
         return pruned_scene(nominal)
-    if claim.evidence["within"] != data["meta"].get("within"):
+    if any(claim.evidence.get(name) != data["meta"].get(name) for name in ("within", "at")):
         raise InputError(
-            "answer: expected the very set that was tested; this file draws from another place, of "
-            "which (V) says nothing. Take the file as it was written."
+            "answer: expected the very set that was tested; this file draws from another place, or "
+            "start, of which (V) says nothing. Take the file as it was written."
         )
     return padded(lowered(nominal))
 

@@ -60,7 +60,8 @@ def from_state_dict(
     """
     state = {key: _array(key, value, name) for key, value in state.items()}
     layers = [key.removesuffix("weight") for key in state if key.endswith("weight")]
-    foreign = [key for key in state if not key.endswith(("weight", "bias"))]
+    known = {f"{prefix}{kind}" for prefix in layers for kind in ("weight", "bias")}
+    foreign = [key for key in state if key not in known]
     if foreign or not layers:
         raise InputError(
             f"{name}: expected entries ....weight and ....bias of linear layers; got "

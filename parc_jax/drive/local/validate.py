@@ -171,6 +171,7 @@ def _accepted_model(
         "scene": hash_of(problem_part(scene.problem, scene.model)),
         "corridors": len(chosen.corridors),
         "within": within,
+        "at": None if scene.at is None else hex_text(scene.at),
         "set": hash_of(
             [[corridor_part(one, scene.problem) for one in chosen.corridors.all], within]
         ),

@@ -103,7 +103,7 @@ class Commitment:
         times: dict = {"begin": str(self.begin), "end": str(self.end)}
         told = [f"its command is given {self.command}"] * bool(self.command)
         told += [f"its tube was left by {float(t)!r} s" for t in self.seen_outside[:1]]
-        times["rests_on"] = [*resting_on(asked.problem, asked.model, asked.uncertainty), *told]
+        times["rests_on"] = [*resting_on(asked), *told]
         meta = {"pose": [*pose.place.tolist(), pose.heading]} | times
         parts = [self.part]
         return answer_part(asked.problem, asked.model, parts, [], [], no_plan=None, meta=meta)

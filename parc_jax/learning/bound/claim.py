@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -10,7 +11,7 @@ from parc_jax.checker.claim import DRAWN, OF_A_RECORDING
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import exact, hex_text, listed, plain, rounded_up
+from parc_jax.common.spelling import exact, hex_text, listed, nearest_floats, plain, rounded_up
 from parc_jax.learning.bound.counts import (
     RECORDED_IDS,
     RECORDED_ROWS,
@@ -180,6 +181,15 @@ class ErrorClaim:
         data = {"claim": self.to_json(), "tube": tube_to_json(self.tube)}
         return write_atomic(path, json.dumps(data, indent=1).encode())
 
+    @property
+    def claimed_share(self) -> Fraction:
+        """Probability of a bin with a claim, by the law of its runs; one where it is not known."""
+        shares = self.evidence.get("bin_share")
+        if self.bin_eps is None or shares is None:
+            return Fraction(1)
+        both = zip(shares, self.bin_eps, strict=True)
+        return sum((Fraction(x) for x, eps in both if eps is not None), Fraction(0))
+
     def _risk_within(
         self, share: float | Fraction, bin: int | None, shift: float
     ) -> Risk | NoStatement:
@@ -188,6 +198,12 @@ class ErrorClaim:
             return risk_of(self.eps, self.delta, density_of_share(share), shift)
         claimed = [eps for eps in self.bin_eps if eps is not None]
         if bin is None:  # sum over bins of Pi(b) eps_b is at most the largest eps
+            if Fraction(str(share)) > self.claimed_share:
+                most = float(self.claimed_share)
+                raise InputError(
+                    f"risk: expected a share of at most {most:g}, that of bins with a claim; got "
+                    f"{float(share):g}."
+                )
             return risk_of(max(claimed), self.delta, density_of_share(share), shift)
         if self.bin_eps[bin] is None:
             return NoStatement(f"bin {bin} holds too few runs: no claim")
@@ -229,12 +245,17 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
         how = f"{OF_A_RECORDING}, run in this scene"
     else:
         law, how = (
-            replace(law, k_law="a uniform draw from the set"),
+            replace(law, k_law=f"a uniform draw from the set{from_one(evidence.get('at'))}"),
             f"{DRAWN}, run afresh in this scene",
         )
     quantifier = f"{how} by {law.describe()}"
     about = {"quantifier": quantifier, "looks": 1, "bin_eps": None, "evidence": evidence}
     return _bound(replace(claim, kind=VALIDATED, tube=tube, law=law, **about, **shown))
+
+
+def from_one(at: Sequence[str] | None) -> str:
+    """The start of all tests, as evidence has it, in words; empty for any of the set."""
+    return "" if at is None else f", all from ({', '.join(map(exact, nearest_floats(at)))})"
 
 
 def recorded(claim: ErrorClaim) -> bool:

@@ -81,6 +81,8 @@ class Monitor:
     def premises(self) -> Premises:
         """Premises of its sentence."""
         claim, law = self.claim, self.declared or f"k {self.claim.law.how_drawn}, as the claim's"
+        if not claim.tube.claimed.all():
+            law += ", of those in bins that have a claim"
         short = rounded_down if self.alarm else rounded_up
         told: dict[str, Any] = {
             "claim": claim.hash[:12],
@@ -139,6 +141,11 @@ class Monitor:
                 f"closed: expected runs, of which each row is one; {gone:,} rows of recordings are "
                 "missing. Observe their logs with the runs that failed."
             )
+        if gone and not self.claim.tube.claimed.all():
+            raise InputError(
+                "closed: expected a claim about every bin of K; of this one nobody knows which of "
+                f"{gone:,} missing rows are in bins without a claim, of which it says nothing."
+            )
         state = replace(self, missing=dict.fromkeys(self.missing, 0), failed=self.failed + gone)
         for _ in range(gone):
             state = state.bet(True)
@@ -195,7 +202,7 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
     """
     check_network(claim, net)
     alpha = float(as_probability("alpha", alpha))
-    risk = claim.risk(**law or {"share": 1.0})
+    risk = claim.risk(**law or {"share": claim.claimed_share})
     if isinstance(risk, NoStatement):
         raise InputError(f"monitor: expected a claim with a probability; {risk.reason}.")
     rate = max(float(risk.bound), 1e-9)

@@ -157,7 +157,7 @@ def _counts(p: Premises) -> str:
         gaps = f" Before that {p['left out']:,} rows beside theirs were left out of the runs."
     return (
         f"{p['box']} = {p['K']}. Of these {many} {_failed(p)} failed; discards, fixed "
-        f"beforehand: {p['discards']:,}{looks}.{gaps}"
+        f"beforehand: {p['discards']:,}{' at most in each block' * ('bins' in p)}{looks}.{gaps}"
     )
 
 
