@@ -190,8 +190,11 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
         "validated": None,
     }
     if tested is not None:
-        of_set = None if tested.answer is None else tested.answer.share._asdict()
-        facts["validated"] = {"share": of_set, "steps": [list(step) for step in tested.steps]}
+        # the share of all that is safe under its tube; the set is the coverage of it
+        both = ("share", "coverage") if tested.answer is not None else ()
+        of_set = {name: getattr(tested.answer, name)._asdict() for name in both}
+        facts["validated"] = {"share": None, "coverage": None} | of_set
+        facts["validated"]["steps"] = [list(step) for step in tested.steps]
     return facts
 
 

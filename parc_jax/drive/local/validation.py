@@ -164,7 +164,7 @@ class Validation:
         if first.n < least:
             return (
                 f"{none} the first one holds {first.n:,} of {asked.tests:,} tests, where a risk of "
-                f"{risk} takes {least:,}. Allow more tests, or more risk."
+                f"{risk} takes {least:,}. Allow more tests (recordings), or more risk."
             )
         if self.refused:
             return (
