@@ -89,8 +89,8 @@ class Pilot:
         self._scans: deque[Any] = deque(maxlen=TRACK)  # that wait for a pose after their last beam
         self._scanned = self._added = None  # [ns] of the last scan that came, and that was added
         self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
-        # [ns] of the last pose, of the first one, and of where the manoeuvre under way began
-        self._stamp = self._first = self._begun = None
+        # [ns] of the last pose, of the first one, and of where the last two manoeuvres began
+        self._stamp = self._first = self._begun = self._before = None
         self._forgot = 0  # times since the first pose
 
     def hear_map(self, message: Any) -> None:
@@ -101,7 +101,7 @@ class Pilot:
     def restart(self) -> None:
         """Another episode, of a robot at rest where it touches nothing: after a tube was left."""
         self.loop.restart()
-        self.driven, self._begun = [], None
+        self.driven, self._begun, self._before = [], None, self._begun
 
     def hear_goal(self, message: Any) -> None:
         """A geometry_msgs/PoseStamped."""
@@ -172,7 +172,8 @@ class Pilot:
     def plan(self, start: Any, goal: Any, tolerance: float) -> Answer:
         """The safe set from a pose at rest to a goal, two geometry_msgs/PoseStamped: the end of the
         first reference point within the tolerance [m] of the goal along each axis, any heading.
-        Takes seconds. Raises InputError, also where obstacles move: its beginning is unknown.
+        Takes seconds. Raises InputError, also where obstacles move or what is free has an age: its
+        beginning is unknown.
         """
         if self.driving.mover_radius or self.driving.age:
             raise InputError(
@@ -289,10 +290,11 @@ class Pilot:
             late = (stamps[0] - begin) / 1e9
             self.said += f"a scan was {late!r} s older than all poses, and is not used; "
             return
-        # what was seen then may have drifted, and be forgotten, since
-        if self._begun is not None and begin < self._begun:
-            late = (self._begun - begin) / 1e9
-            self.said += f"a scan was {late!r} s older than the manoeuvre under way, and not used; "
+        # it would be remembered for longer than its age, or its frame has drifted twice since
+        aged = self._first + int(self._forgot * d.age / 2 * 1e9) if self._forgot else begin
+        if begin < aged or (self._before is not None and begin < self._before):
+            late = (self._stamp - begin) / 1e9
+            self.said += f"a scan was {late!r} s old, which is too old, and is not used; "
             return
         poses[:, 2] = np.unwrap(poses[:, 2])
         x, y, yaw = d.sensor
@@ -306,7 +308,10 @@ class Pilot:
         uncertainty = (off, d.uncertainty_heading + one.turned)
         limits = {"noise": d.noise, "width": d.width, "between": one.between}
         self._forget(begin)
-        self.seen = self.seen.add(measured.seen_in(scan, eye, uncertainty=uncertainty, **limits))
+        seen = measured.seen_in(scan, eye, uncertainty=uncertainty, **limits)
+        if self._begun is not None and begin < self._begun and (d.drift or d.drift_heading):
+            seen = seen.drifted(self.pose[:2], d.drift, d.drift_heading)
+        self.seen = self.seen.add(seen)
         self._added, self.said = begin, self.said + self.seen.said
         self.seen = self.seen.within(self.pose, 2 * d.reach)
 
@@ -331,7 +336,7 @@ class Pilot:
         asked = {"at": seen[1], "drift": seen[2], "spans": spans, "gone": gone}
         step = self.loop.step(seen[0], self.given, obstacles, liked, **asked)
         if step.new:
-            self._begun = self._stamp
+            self._before, self._begun = self._begun, self._stamp
             self.driven.append(step.committed)
             self.seen = self._remembered()
         return step

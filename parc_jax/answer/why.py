@@ -145,7 +145,7 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
     said += [question.strip() for question in odd if question]
     if held and not any(odd):
         # what is uncertain at the start and in the execution is in the tube of the robust model
-        tube = "tube" if scene.nominal.uncertainty is None else "tube, with what is uncertain,"
+        tube = "tube" if scene.nominal.uncertainty is None else "tube (with what is uncertain)"
         how = _of_many(held[0], share, safe) if passes else _of_nearest(held, both)
         said.append(f"{how} {_of_tube(both, tube)}")
         said.append(_next(scene, both, tube))

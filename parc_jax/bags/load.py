@@ -76,10 +76,12 @@ def load_bags(
     short: str = "failed",
     bridge: float | None = None,
     clock: str = "header",
+    apart: float = PARTS_APART,
     labels: Labels | Mapping[str, Sequence[str]] | None = None,
 ) -> RolloutBatch:
     """Runs of a planar robot from one bag, or from all in a folder: ROS 1 (.bag), ROS 2 (folder,
-    .db3), MCAP. Every recording is a group. Raises InputError.
+    .db3), MCAP. Every recording is a group; files of which one begins within `apart` [s] of
+    another's end are one, as of a recorder that splits them. Raises InputError.
 
     pose: topic of poses: Odometry, PoseStamped, ..., or /tf with frames (parent, child), one edge
     of it. command: topic of commands; k: paths of the numbers in its messages that are k, such as
@@ -103,11 +105,14 @@ def load_bags(
         cut, where = _cut(one, time, pose, command, k, given, frames, after, bridge, clock)
         recordings.setdefault(where.frames, one.name)
         parts.append((int(where.times[0]), int(where.times[-1]), one.name, cut))
-    names, before, group = [], -np.inf, ""
+    names, last = [], dict[str, int]()  # of each recording where it ends
     parts.sort(key=lambda part: part[:3])
     for begin, end, name, cut in parts:  # a recorder that splits its file makes no recordings
-        group = group if 0 <= begin - before <= PARTS_APART * 1e9 else name
-        before, names = max(before, end), names + [group] * len(cut.k)
+        near = [one for one, at in last.items() if -1e9 <= begin - at <= apart * 1e9]
+        for one in near:
+            LOG.info("%s: goes on with %s, within %g s: parts of one recording", name, one, apart)
+        names = [name if one in near else one for one in names] + [name] * len(cut.k)
+        last[name] = max([end, *(last.pop(one) for one in near)])
     if len(recordings) > 1:
         got = ", ".join(f"{_edges([edge])} in {name}" for edge, name in recordings.items())
         raise InputError(f"{path}: expected poses in one frame; got {got}.")
@@ -129,7 +134,7 @@ def load_bags(
             "command": f"{command}, {', '.join(k)}",
             "clock": clock,
             "begin": f"{after:g} s after a new command, an equal one after a pause, or the first",
-            "recordings": f"one where it goes on within {PARTS_APART:g} s of another's end",
+            "recordings": f"one where it goes on within {apart:g} s of another's end",
             "records": f"straight between poses, {bridge:g} s apart at most",
             "cut short": short,
         }

@@ -145,20 +145,20 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
     heading = float(loop.uncertainty.heading or 0.0)
     guide = guide_of(case, loop.model, within, shift, heading)
     while len(new) < LINKS:
+        known = measured(pose, loop.uncertainty, draws)  # all that a driver has
         if way is None or i == len(way.k):
             share = next(shares, None)
             if share is not None:
                 guide.share = share
-                way, i = guide.search(pose, wheels), 0
+                way, i = guide.search(known, wheels), 0
                 tries += 1
                 if way is None:
                     why = f"no way was found within {BUDGET - guide.left:,} of {BUDGET:,} poses"
                     continue
-            elif wrong(case, pose) < best:  # nearer than where that was the last resort before
-                way, i, best = None, 0, wrong(case, pose)
+            elif wrong(case, known) < best:  # nearer than where that was the last resort before
+                way, i, best = None, 0, wrong(case, known)
             else:
                 break
-        known = measured(pose, loop.uncertainty, draws)
         left = () if way is None else way.k[i:]
         shuffles = way is None or (len(left) >= SHUFFLED and (np.abs(left[:, 0]) <= STROKE).all())
         last = len(left) == 1

@@ -25,7 +25,7 @@ from sims.point import model, sensing
 from sims.point.functional import Goal, Worlds, drawn
 from sims.point.policy import SEEN, Scale, learned, scaled
 from sims.point.ppo import Rows, act, fresh, keys_of, learn, raised
-from sims.point.train import COUNTED, OUTSIDE, STANDS
+from sims.point.train import COUNTED, STANDS
 from sims.point.world import STEPS, VASE
 
 FIRST = 3 * 10**9  # seed of the pool's first world; the others follow
@@ -141,10 +141,12 @@ class Device:
         """
         o, (worlds, _, under_way) = self.options, run.now
         driven, reason = action.astype(worlds.pose.dtype), jnp.zeros(len(action), int)
-        changed = reason > 0
+        changed = left = reason > 0
         if self.shield is not None:
+            before = under_way.left
             under_way, told = self.shield.step(under_way, *self.measured(worlds), driven)
             driven, changed, reason = told
+            left = under_way.left & ~before
         of_goal, of_pool = jax.random.split(key)
         worlds, told = self.goal.step(worlds, driven.clip(-1.0, 1.0), of_goal)
         place, steps = worlds.pose[:, :2], run.steps + 1
@@ -156,7 +158,7 @@ class Device:
         run = _chosen(over, other, Run(Begun(worlds, told.seen, under_way), steps, last, since))
         found = (
             *(told.reward, told.cost > 0, over),
-            *(told.entered, changed, reason > 0, reason == OUTSIDE, stood),
+            *(told.entered, changed, reason > 0, left, stood),
         )
         counts = {name: x.sum() for name, x in zip(SUMMED, found, strict=True)}
         got = jnp.stack([told.reward - o.penalty * changed, told.cost], axis=1)

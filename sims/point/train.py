@@ -26,7 +26,6 @@ from sims.point.together import measured, shield_of
 from sims.point.world import HAZARD, World
 
 STANDS = 0.1  # [m] from where it was, within which a robot stands
-OUTSIDE = 3  # reason of `pj.drive.Driven`: a pose outside of the tube
 COUNTED = ("entered", "changed", "stopped", "left", "stood")
 
 
@@ -87,9 +86,12 @@ class Worlds:
         if self.start is not None:
             with jax.enable_x64(True):
                 told = self.decide(self.under_way, *measured(point, self.worlds), driven)
+            before = np.asarray(self.under_way.left)
             self.under_way, told = jax.tree.map(np.asarray, told)
             driven, changed = told.action, told.changed
-            self._count(changed=changed, stopped=told.reason > 0, left=told.reason == OUTSIDE)
+            self._count(
+                changed=changed, stopped=told.reason > 0, left=self.under_way.left & ~before
+            )
         rows, ends = [], np.zeros(len(actions), bool)
         for i, env in enumerate(self.envs):
             self.seen[i], reward, ended, over, info = env.step(np.clip(driven[i], -1, 1))

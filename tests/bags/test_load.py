@@ -80,10 +80,14 @@ def test_files_that_go_on_where_another_ends_are_one_recording(tmp_path):
     """As of a recorder that splits its file: parts of one drive are no independent recordings."""
     times, *rest, sent = drive(COMMANDS)
     lasts = times[-1] - times[0]
-    for i, later in enumerate([0.0, lasts + 2.0, 2 * lasts + 4.0, 3 * lasts + 60.0]):
+    # the third goes on before the end of the second by its stamps; the last is beside the fourth
+    begins = [0.0, lasts + 2.0, 2 * lasts + 1.995, 3 * lasts + 60.0, 3.5 * lasts + 60.0]
+    for i, later in enumerate(begins):
         bag(tmp_path, "ros1", f"part {i}", (times + later, *rest, sent + later))
     runs = pj.exchange.load_bags(tmp_path, GRID, **ASKED)
-    assert runs.n == 12 and len(set(runs.groups)) == 2
+    assert runs.n == 15 and len(set(runs.groups)) == 3
+    apart = pj.exchange.load_bags(tmp_path, GRID, **ASKED, apart=1.0)
+    assert len(set(apart.groups)) == 4  # the second and the third overlap
     assert "recordings = one where it goes on within 10 s of another's end" in runs.law.describe()
 
 

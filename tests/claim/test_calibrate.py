@@ -16,10 +16,10 @@ from parc_jax.checker.claim import checked_claim
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.drive.local.localise import Local
+from parc_jax.learning.bound.bins import block_shares
 from parc_jax.learning.bound.calibrate import (
     SIZES,
     at_other_eps,
-    block_shares,
     calibrate,
     calibrate_bins,
 )
@@ -299,7 +299,7 @@ def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
     assert list(claim.bin_eps) == supported and claim.eps == max(supported) < Fraction(1, 100)
     assert (
         claim.risk(share=0.1, bin=1).bound
-        == supported[1] * block_shares(profile, np.arange(profile.n_bins))[1] * 10
+        == supported[1] * block_shares(profile.edges, np.arange(profile.n_bins))[1] * 10
     )
     spent = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, discard="most")
     assert spent.bin_eps == (Fraction(1, 100),) * 3
@@ -330,7 +330,7 @@ def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
     assert np.ptp(claim.tube.interval[:6, 2, 0]) > 0  # the widths still differ from bin to bin
     assert claim.bin_eps == (Fraction(1, 100),) * 10
     assert claim.risk(share=0.05, bin=1).bound == Fraction(1, 100) * sum(
-        block_shares(profile, np.arange(profile.n_bins))[:6]
+        block_shares(profile.edges, np.arange(profile.n_bins))[:6]
     ) / Fraction("0.05")
     each, none = (
         calibrate_bins(NET, scores, profile, eps=0.05, delta=1e-3, blocks=blocks, **options)

@@ -218,6 +218,9 @@ def test_of_bins_without_a_claim_nothing_is_bet_and_no_share_reaches_into_them(c
     assert open_one.risk(share=0.6).bound == open_one.eps / Fraction(3, 5)
     with pytest.raises(InputError, match=r"a share of at most 0\.6, that of bins with a claim"):
         open_one.risk(share=1.0)
+    # blocks of two bins: each has the share of its block in evidence
+    blocks = evidence | {"bin_share": ["1", "1"]}
+    assert derived(open_one, evidence=blocks).claimed_share == Fraction(0.6)
     watch = monitor(open_one, NET)
     assert watch.rate == pytest.approx(float(open_one.eps) / 0.6)
     assert "of those in bins that have a claim" in watch.details()

@@ -119,8 +119,20 @@ class Elsewhere(Hill):
 @pytest.mark.parametrize(("size", "words"), [(2.0, "differ by"), (np.nan, "are not finite")])
 def test_a_trial_by_other_runs_than_the_system_s_is_refused(size, words):
     """Both had "0 seen from 8 starts"."""
-    with pytest.raises(InputError, match=rf"expected rollout_from.* from zero to make .*{words}"):
+    with pytest.raises(InputError, match=rf"expected rollout_from.* to make from zero .*{words}"):
         try_starts(Elsewhere(size), KEY, 0.02)
+
+
+def test_of_a_system_in_float32_whose_draws_are_others_in_float64_no_run_is_compared():
+    class Single(Hill):
+        dtype = np.float32
+
+        def rollout_from(self, key, k, p0):
+            p, q = super().rollout_from(key, k, p0)
+            away = 0.1 * jax.random.normal(key, (), k.dtype)
+            return Trajectory(p + away * jnp.linspace(0.0, 1.0, len(p), dtype=p.dtype)[:, None], q)
+
+    assert try_starts(Single(1e-3), KEY, 0.02).seen < 0.02
 
 
 def test_of_a_chain_whose_trial_would_begin_at_rest_nothing_is_measured():

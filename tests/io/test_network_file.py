@@ -84,9 +84,7 @@ def test_what_is_no_such_network_is_refused(rng, tmp_path):
     state = state_of(random_network(rng, 4))
     with pytest.raises(InputError, match="running_mean"):
         from_state_dict(state | {"norm.running_mean": np.zeros(3)})
-    with pytest.raises(
-        InputError, match=r"got 'shift\.bias'"
-    ):
+    with pytest.raises(InputError, match=r"got 'shift\.bias'"):
         from_state_dict(state | {"shift.bias": np.zeros(3)})
     with pytest.raises(InputError, match="Convolutions"):
         from_state_dict({"conv.weight": np.zeros((4, 3, 5, 5))})

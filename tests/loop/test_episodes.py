@@ -149,7 +149,7 @@ def test_the_risk_of_movers_is_part_of_what_is_said_of_a_loop(tmp_path):
     said = checker.check_episode(json.loads(file.read_text()), allowance_of).premises
     assert ["said of obstacles", "assumed"] in [entry[:2] for entry in said]
     (told,) = (value for name, _, value in said if name == "said of obstacles")
-    least = "for the first 0.5 s of each of these manoeuvres at least."
+    least = "for the first 0.5 s of each manoeuvre that rests on this, at least."
     assert told == f"{least} Of at most 2 at a time: {LAW}"
 
 

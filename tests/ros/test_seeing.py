@@ -167,20 +167,33 @@ def test_a_scan_waits_until_its_sweep_has_ended():
     assert one.seen.region.area > 50.0
 
 
-def test_a_scan_that_is_heard_after_a_manoeuvre_began_is_not_used():
-    """Its places may have drifted, and be forgotten, since: both were counted from too late."""
-    one, rest = pilot(drift=0.05), np.zeros(2)
+@pytest.mark.parametrize(("asked", "taken"), [({}, 0.0), ({"drift": 0.05}, 0.05)])
+def test_a_scan_that_is_heard_after_a_manoeuvre_began_has_drifted_as_all_before_it(asked, taken):
+    one, rest = pilot(reach=3.5, **asked), np.zeros(2)
     one.hear_goal(sliding.posed(1.8, 0.0))
     one.hear_scan(scan([], lambda _: rest, 10**9))
     assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
-    before = one.seen.region.area
-    one.hear_scan(scan([], lambda _: rest, 10**9 + 1))
-    one.hear_pose(sliding.odometry(rest, rest, 10**9 + 2))
-    assert "older than the manoeuvre under way" not in one.said
+    one.seen = None  # what the scan alone frees
     one._begun = 11 * 10**8  # as if another one had begun meanwhile
     one.hear_scan(scan([], lambda _: rest, 105 * 10**7))
     one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
-    assert "a scan was 0.05 s older than the manoeuvre under way" in one.said and before > 0
+    x0, _, x1, _ = one.seen.region.bounds
+    assert (x1 - x0) / 2 == pytest.approx(6.0 - 0.01 - taken, abs=0.02)
+    one._before = 115 * 10**7  # drifted twice since
+    one.hear_scan(scan([], lambda _: rest, 106 * 10**7))
+    one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8))
+    assert "a scan was 0.24 s old, which is too old, and is not used" in one.said
+
+
+def test_a_scan_from_before_something_was_forgotten_is_not_used():
+    """It would be remembered for longer than its age."""
+    one, rest = pilot(age=0.5), np.zeros(2)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    for at in (10, 13):
+        one.hear_pose(sliding.odometry(rest, rest, at * 10**8))
+    one.hear_scan(scan([], lambda _: rest, 12 * 10**8))
+    one.hear_pose(sliding.odometry(rest, rest, 14 * 10**8))
+    assert "a scan was 0.2 s old, which is too old" in one.said
 
 
 def test_a_scan_that_makes_no_sense_hides_no_pose_outside_of_the_tube():

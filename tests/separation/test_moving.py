@@ -62,8 +62,8 @@ def test_what_moves_says_how_surely_its_places_are_known_and_that_they_are_more(
     post = box([3.0, -0.5], [3.4, 0.5])
     parts, spans = moving(post, [0.1, 0.0], (0, 3), DT, every=2, off_by=0.25)
     said = (
-        "Who moves is within 0.25 m/s of its velocity, which is told, and is told of for 2 "
-        "intervals at a time, as all of its places in these."
+        "Who moves is within 0.25 m/s of the velocity told, and told of as all of its places in 2 "
+        "intervals."
     )
     asked = reach_avoid(box([2.9, -0.1, -9.0], [3.5, 0.1, 9.0]), parts, 0.2, spans=spans)
     assert [span.said for span in spans] == [said] * 2

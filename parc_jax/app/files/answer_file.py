@@ -139,7 +139,8 @@ def _scene(nominal: NominalProblem, data: dict) -> Scene:
     if any(claim.evidence.get(name) != data["meta"].get(name) for name in ("within", "at")):
         raise InputError(
             "answer: expected the very set that was tested; this file draws from another place, or "
-            "start, of which (V) says nothing. Take the file as it was written."
+            "start, of which (V) says nothing, or is of an earlier form. Take the file as it was "
+            "written, or validate anew."
         )
     return padded(lowered(nominal))
 

@@ -52,8 +52,8 @@ class Replay(NamedTuple):
 
     @property
     def failed(self) -> np.ndarray:
-        """(n,) bool: goal missed or obstacle touched."""
-        return ~self.reached | self.touched
+        """(n,) bool: goal missed, or an obstacle touched as far as records tell."""
+        return ~self.reached | ~(self.clearance > 0)
 
 
 def replay(

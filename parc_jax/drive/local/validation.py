@@ -145,7 +145,8 @@ class Validation:
             sure += ", counting only those around what a search found"
         drawn = "drawn from them"
         if recorded(claim):
-            drawn = f"for k as in the log, of {p['tests']:,} recordings, from a start drawn for it,"
+            start = "a start drawn for it" if found.scene.at is None else "this start"
+            drawn = f"for k as in the log, of {p['tests']:,} recordings, from {start},"
         return (
             f"Validated in this scene: at least {rounded_down(100 * at_least, 3)} % of {of_all}, "
             f"with confidence {sure}. A plan {drawn} fails with probability at most "

@@ -65,7 +65,7 @@ def episode_part(
         least = rounded_down(
             min(x.told_until - x.begin for x in commitments if x.asked.problem.rests_on), 4
         )
-        said = f"for the first {least} s of each of these manoeuvres at least. "
+        said = f"for the first {least} s of each manoeuvre that rests on this, at least. "
         said += about_said(rests, told, len(commitments))
         others.append(("said of obstacles", ASSUMED, said))
     if first.pose.heading is None:

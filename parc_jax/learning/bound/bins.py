@@ -3,7 +3,9 @@
 edges: tuple over the n_k axes of (n_bins_i + 1,) increasing numbers.
 """
 
+import itertools
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Literal
 
 import jax.numpy as jnp
@@ -106,3 +108,17 @@ def open_bin_of(edges: Edges, k: Params):
 def _place(edge: np.ndarray, x: np.ndarray, side: Literal["left", "right"]) -> np.ndarray:
     """Index of the bin of increasing edges that holds x, at an edge the one on this side."""
     return edge[1:-1].searchsorted(x, side)
+
+
+def block_shares(edges: Edges, block: np.ndarray) -> list[Fraction]:
+    """(n_bins,) exact share of K of each bin's block: its probability when k is uniform. [T5]"""
+    shares = [Fraction(1)]
+    for edge in edges:
+        exact = [Fraction(float(x)) for x in edge]
+        width = exact[-1] - exact[0]
+        parts = [(high - low) / width for low, high in itertools.pairwise(exact)]
+        shares = [share * part for share in shares for part in parts]
+    whole = [Fraction(0)] * (int(block.max()) + 1)
+    for number, share in zip(block, shares, strict=True):
+        whole[number] += share
+    return [whole[number] for number in block]

@@ -1,6 +1,5 @@
 """A fresh calibration set and an error shape -> tube and claim, over K or per bin. [T1, T2, T4]"""
 
-import itertools
 from collections.abc import Sequence
 from fractions import Fraction
 
@@ -9,6 +8,7 @@ import numpy as np
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted, hex_text, listed, rounded_up
+from parc_jax.learning.bound.bins import block_shares
 from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
 from parc_jax.learning.bound.counts import (
     MOST,
@@ -309,7 +309,7 @@ def calibrate_bins(
         {
             "bin_runs": [int(c) for c in counts[block]],
             "bin_scale": hex_text(scale),
-            "bin_share": [str(s) for s in block_shares(profile, block)] if uniform else None,
+            "bin_share": [str(s) for s in block_shares(profile.edges, block)] if uniform else None,
             # the checker does the sum again
             "blocks": [{"n": n, "discard": d, "eps": str(e)} for n, d, e in blocks],
             "blocks_asked": None if settings.blocks is None else list(settings.blocks),
@@ -337,17 +337,3 @@ def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.nda
         along = min(n, along)
         number = np.add.outer(number * along, np.arange(n) * along // n)
     return number.reshape(-1)
-
-
-def block_shares(profile: Tube, block: np.ndarray) -> list[Fraction]:
-    """(n_bins,) exact share of K of each bin's block: its probability when k is uniform. [T5]"""
-    shares = [Fraction(1)]
-    for edge in profile.edges:
-        exact = [Fraction(float(x)) for x in edge]
-        width = exact[-1] - exact[0]
-        parts = [(high - low) / width for low, high in itertools.pairwise(exact)]
-        shares = [share * part for share in shares for part in parts]
-    whole = [Fraction(0)] * (int(block.max()) + 1)
-    for number, share in zip(block, shares, strict=True):
-        whole[number] += share
-    return [whole[number] for number in block]

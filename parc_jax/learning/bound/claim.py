@@ -2,16 +2,18 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
+
+import numpy as np
 
 from parc_jax.checker.claim import DRAWN, OF_A_RECORDING
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import exact, hex_text, listed, nearest_floats, plain, rounded_up
+from parc_jax.learning.bound.bins import block_shares
 from parc_jax.learning.bound.counts import (
     RECORDED_IDS,
     RECORDED_ROWS,
@@ -30,6 +32,7 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.runs.law import PART, LawSpec, Subject, logged_on, told_of_part
 
+ROUNDED = 1e-9  # [of itself] by which a share in decimals may be above that of float edges
 FORMAT = "parc_jax.claim/3"
 
 
@@ -184,11 +187,12 @@ class ErrorClaim:
     @property
     def claimed_share(self) -> Fraction:
         """Probability of a bin with a claim, by the law of its runs; one where it is not known."""
-        shares = self.evidence.get("bin_share")
-        if self.bin_eps is None or shares is None:
+        if self.bin_eps is None or self.evidence.get("bin_share") is None:
             return Fraction(1)
+        bins = np.arange(self.tube.n_bins)  # shares in evidence are of blocks, each once per bin
+        shares = block_shares(self.tube.edges, bins)
         both = zip(shares, self.bin_eps, strict=True)
-        return sum((Fraction(x) for x, eps in both if eps is not None), Fraction(0))
+        return sum((share for share, eps in both if eps is not None), Fraction(0))
 
     def _risk_within(
         self, share: float | Fraction, bin: int | None, shift: float
@@ -198,8 +202,8 @@ class ErrorClaim:
             return risk_of(self.eps, self.delta, density_of_share(share), shift)
         claimed = [eps for eps in self.bin_eps if eps is not None]
         if bin is None:  # sum over bins of Pi(b) eps_b is at most the largest eps
-            if Fraction(str(share)) > self.claimed_share:
-                most = float(self.claimed_share)
+            most = float(self.claimed_share)
+            if float(share) > most * (1 + ROUNDED):
                 raise InputError(
                     f"risk: expected a share of at most {most:g}, that of bins with a claim; got "
                     f"{float(share):g}."
@@ -245,7 +249,7 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
         how = f"{OF_A_RECORDING}, run in this scene"
     else:
         law, how = (
-            replace(law, k_law=f"a uniform draw from the set{from_one(evidence.get('at'))}"),
+            replace(law, k_law=f"a uniform draw from the set{from_one(evidence)}"),
             f"{DRAWN}, run afresh in this scene",
         )
     quantifier = f"{how} by {law.describe()}"
@@ -253,9 +257,11 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
     return _bound(replace(claim, kind=VALIDATED, tube=tube, law=law, **about, **shown))
 
 
-def from_one(at: Sequence[str] | None) -> str:
-    """The start of all tests, as evidence has it, in words; empty for any of the set."""
-    return "" if at is None else f", all from ({', '.join(map(exact, nearest_floats(at)))})"
+def from_one(evidence: dict) -> str:
+    """The start of all tests in the frame of the scene, in words; empty for any of the set."""
+    if (at := evidence.get("at")) is None:
+        return ""
+    return f", all from ({', '.join(map(exact, nearest_floats(at)))}) m in the scene's frame"
 
 
 def recorded(claim: ErrorClaim) -> bool:

@@ -180,7 +180,8 @@ def _check(eps: float, delta: float, discard: int) -> None:
 @dataclass(frozen=True)
 class Risk:
     """P(the run leaves the tube) <= bound, on the event that the claim holds (confidence 1 -
-    delta). unconditional: bound + delta, the same without that condition.
+    delta). unconditional: bound + delta, the same without that condition; of an answer also
+    with what its density may be measured wrongly by.
     """
 
     bound: Fraction

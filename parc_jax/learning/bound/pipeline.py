@@ -15,8 +15,8 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key
-from parc_jax.learning.bound.bins import Bins
-from parc_jax.learning.bound.calibrate import block_of_bins, block_shares, calibrate, calibrate_bins
+from parc_jax.learning.bound.bins import Bins, block_shares
+from parc_jax.learning.bound.calibrate import block_of_bins, calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import ErrorClaim, derived
 from parc_jax.learning.bound.counts import MOST, as_probability, required_runs
 from parc_jax.learning.bound.edges import choose_edges
@@ -232,7 +232,7 @@ def fresh_runs(settings: BoundSettings, profile: Tube, looks: int) -> int:
         return n
     block = block_of_bins(profile.grid, settings.blocks)
     each = _required(settings, looks * (int(block.max()) + 1))
-    smallest = float(min(block_shares(profile, block)))
+    smallest = float(min(block_shares(profile.edges, block)))
     return max(n, int(np.ceil((each + SPARE * np.sqrt(each)) / smallest)))
 
 

@@ -121,14 +121,16 @@ def _both(
             # a copy: a batch simulator may return the same memory again
             here = here._replace(p=np.array(here.p), q=np.array(here.q))
             there = many(rows.keys, k, there)
-    both = [np.asarray(x, np.float64).reshape(len(starts), -1) for x in (own.p, here.p, there.p)]
+    both = [np.asarray(x, np.float64).reshape(len(starts), -1) for x in (own.p, here.p)]
     some = np.isfinite(both).all(axis=(0, 2))
-    off = max(difference(*both[:2]).max(), difference(own.q, here.q).max(initial=0.0))
-    if not some.any() or off > SAME * np.abs(both[0][some]).max(initial=1.0):
-        what = f"differ by {off:.3g}" if some.any() else "are not finite"
+    off = max(difference(*both).max(), difference(own.q, here.q).max(initial=0.0))
+    # of a system in float32 these are made in float64, for the gap, from other draws of its own
+    alike = not simulator(system).double or off <= SAME * np.abs(both[0][some]).max(initial=1.0)
+    if not (some.any() and np.isfinite(there.p).any() and alike):
+        what = f"differ by {off:.3g}" if some.any() and not alike else "are not finite"
         raise InputError(
-            f"{system.name}: expected {call} from zero to make the same runs of the same keys and "
-            f"k as the system; those of {len(starts)} {what}."
+            f"{system.name}: expected {call} to make from zero the runs that the system makes of "
+            f"the same keys and k, and some from elsewhere; those of {len(starts)} {what}."
         )
     return rows.k, here, there
 

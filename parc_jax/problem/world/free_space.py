@@ -113,7 +113,8 @@ class FreeSpace:
 
     region: a Shapely Polygon or MultiPolygon [m].
     width: [m] least width of an obstacle, as in `seen_from`; 0 without an assumption.
-    gone: area that was refuted, or where something stands on a map, and not measured free since.
+    gone: area that was refuted, and not measured free since.
+    standing: what is not free on a map, nor was measured free since: no hole that may be filled.
     refuting: number of beams that refuted some of it, of the last scan that was added.
     beams: of the current scan, `STANDS` under the body; None of a memory.
     newer: what was seen since the last `forget`; None without one.
@@ -122,13 +123,15 @@ class FreeSpace:
     region: Any
     width: float = 0.0
     gone: Any = None
+    standing: Any = None
     refuting: int = 0
     beams: Beams | None = field(default=None, repr=False)
     newer: "FreeSpace | None" = field(default=None, repr=False)
 
     def __post_init__(self):
-        if self.gone is None:
-            object.__setattr__(self, "gone", package("shapely", CALL).Polygon())
+        for name in ("gone", "standing"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, package("shapely", CALL).Polygon())
 
     def add(self, other: "FreeSpace") -> "FreeSpace":
         """The union, as a memory. A hole too small for an obstacle of the assumed width is free.
@@ -141,16 +144,19 @@ class FreeSpace:
         widths = [w for w in (self.width, other.width) if w]
         ends, left, some = other._refuted(self.region)
         others, leaves, more = self._refuted(other.region)
-        gone = left.union(leaves)
+        gone, standing = left.union(leaves), package("shapely", CALL).Polygon()
         for one, now in ((self, other), (other, self)):
-            gone = gone.union(one.gone if now.beams is None else one.gone.difference(now.region))
+            seen = standing.__class__() if now.beams is None else now.region
+            gone = gone.union(one.gone.difference(seen))
+            standing = standing.union(one.standing.difference(seen))
         # holes are filled before refuted parts leave, which would look like holes
         region = _filled(_areas(self.region.union(other.region)), min(widths, default=0.0))
-        for away in (ends, others, gone):
+        for away in (ends, others, gone, standing):
             if not away.is_empty:
                 region = _areas(region.difference(away))
         newer = (self.newer or other.newer) and (self.newer or self).add(other.newer or other)
-        return FreeSpace(region, max(widths, default=0.0), gone, some + more, newer=newer)
+        width = max(widths, default=0.0)
+        return FreeSpace(region, width, gone, standing, some + more, newer=newer)
 
     def forget(self) -> "FreeSpace":
         """What was seen since the last call alone is free, all of it at the first call: called
@@ -162,7 +168,8 @@ class FreeSpace:
         # a later scan may have refuted there what it could not refute within the newer part alone
         left = _areas(self.newer.region.intersection(self.region))
         gone = self.gone.union(self.region).difference(left)
-        return FreeSpace(left, self.width, gone, newer=FreeSpace(nothing, self.width))
+        newer = FreeSpace(nothing, self.width)
+        return FreeSpace(left, self.width, gone, self.standing, newer=newer)
 
     @property
     def said(self) -> str:
@@ -189,9 +196,10 @@ class FreeSpace:
         shapely = package("shapely", CALL)
         (x, y), reach = _place(place), _length("reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
-        parts = [_areas(one.intersection(square)) for one in (self.region, self.gone)]
+        told = (self.region, self.gone, self.standing)
+        parts = [_areas(one.intersection(square)) for one in told]
         newer = self.newer and self.newer.within(place, reach)
-        return replace(self, region=parts[0], gone=parts[1], newer=newer)
+        return replace(self, region=parts[0], gone=parts[1], standing=parts[2], newer=newer)
 
     def drifted(
         self, place: npt.ArrayLike, moved: float | tuple[float, float], turned: float
@@ -214,14 +222,16 @@ class FreeSpace:
             place = [middle.x, middle.y, 0.0]
         place = as_float64("place (x, y, heading)", place, (3,))
         region = _shifted(self.region, place, along, across)
-        far = max(middle.hausdorff_distance(one) for one in (self.region, self.gone) if one)
+        told = (self.region, self.gone, self.standing)
+        far = max(middle.hausdorff_distance(one) for one in told if one)
         if turned and not region.is_empty:
             by = turned * middle.hausdorff_distance(region) + TOLERANCES.outline
             region = shrunk(region, by, 0.0)
         most = max(along, across) + turned * far
-        gone = self.gone.buffer(ROUND * most, quad_segs=4)
+        gone, standing = (x.buffer(ROUND * most, quad_segs=4) for x in (self.gone, self.standing))
         beams = None if self.beams is None or self.beams is STANDS else self.beams.drifted(most)
-        return replace(self, region=region, gone=gone, beams=beams, newer=newer)
+        told = {"gone": gone, "standing": standing, "beams": beams, "newer": newer}
+        return replace(self, region=region, **told)
 
     def near(
         self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64

@@ -69,7 +69,7 @@ class GridMap:
             shapely.transform(one, lambda cell: cell @ turn + (x, y)) for one in (region, window)
         )
         # what stands on the map is no hole that the assumption of a scan may fill, nor a bay
-        return FreeSpace(region, gone=window.difference(region))
+        return FreeSpace(region, standing=window.difference(region))
 
     def __repr__(self) -> str:
         rows, columns = self.free.shape

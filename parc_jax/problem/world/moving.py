@@ -60,8 +60,9 @@ def moving(
         )
     A = np.concatenate([poly.A, _sides(vertices, v)]) if v.any() else poly.A
     # "no plan is safe" is of these places, which are more than where it will be
-    said = f"Who moves is within {off_by!r} m/s of its velocity, which is told, and is told of for "
-    said += f"{counted(every, 'interval')} at a time, as all of its places in these."
+    most, wide = f"{float(off_by)!r} m/s", counted(every, "interval")
+    speed = f"within {most} of the velocity told" if v.any() else f"no faster than {most}"
+    said = f"Who moves is {speed}, and told of as all of its places in {wide}."
     spans = spans_of(first, last, every, dt, at, said=said if off_by or v.any() else "")
     rows = [(exact_support(vertices, w), _fastest(w, v, off_by)) for w in A]
     step = Fraction(float(dt))

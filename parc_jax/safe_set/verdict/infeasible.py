@@ -51,12 +51,14 @@ def why_none(scene: Scene) -> Reason | None:
 
 
 def _reason(scene: Scene) -> Reason | None:
-    words = _touching(scene, of_model=False)
-    if words is not None:
+    found = _touching(scene, of_model=False)
+    if found is not None:
+        words, j = found
         # what moves is told of as all of its places in some intervals, which are more than it
-        return Reason(words, not any(scene.problem.all_spans), sure=True)
+        return Reason(words, scene.problem.all_spans[j] is None, sure=True)
     if all(faces.allow_none.all() for faces in scene.model.tube.templates or ()):
-        words = _touching(scene, of_model=True) or _out_of_reach(scene)
+        touched = _touching(scene, of_model=True)
+        words = _out_of_reach(scene) if touched is None else touched[0]
         if words is not None:
             return Reason(words, False, sure=True)
     words = no_end_fits(scene)
@@ -104,9 +106,9 @@ def _shortfall(half: Float[np.ndarray, "bins y"], width: Float[np.ndarray, " y"]
     return short
 
 
-def _touching(scene: Scene, of_model: bool) -> str | None:
-    """Which obstacle the body touches from everywhere in the goal, or in the start set. of_model:
-    in the start set, with the points that the model places there.
+def _touching(scene: Scene, of_model: bool) -> tuple[str, int] | None:
+    """Which obstacle the body touches from everywhere in the goal, or in the start set: in words,
+    and its number. of_model: in the start set, with the points that the model places there.
     """
     problem, start = scene.problem, _start(scene)
     obstacles = list(zip(problem.obstacles, problem.all_spans, strict=True))
@@ -128,7 +130,7 @@ def _touching(scene: Scene, of_model: bool) -> str | None:
                 corners = itertools.product(*sides)
                 if all(_touches(obstacle, np.array(z), radius) for z in corners):
                     reach = f", which reaches {exact(radius)} m from there," if radius else ""
-                    return f"{where}, the body{reach} touches obstacle {j}."
+                    return f"{where}, the body{reach} touches obstacle {j}.", j
     return None
 
 
