@@ -23,7 +23,7 @@ import numpy as np
 import parc_jax as pj
 from sims.point import model, sensing
 from sims.point.functional import Goal, Worlds, drawn
-from sims.point.policy import SEEN, Scale, learned, scaled
+from sims.point.policy import SEEN, Scale, learned, normalised
 from sims.point.ppo import Rows, act, fresh, keys_of, learn, raised
 from sims.point.train import COUNTED, STANDS
 from sims.point.world import STEPS, VASE
@@ -121,13 +121,13 @@ class Device:
         def one(carry, key):
             (moments, run), (of_action, of_step) = carry, jax.random.split(key)
             moments = learned(moments, run.now.seen)
-            seen = scaled(moments, run.now.seen)
+            seen = normalised(moments, run.now.seen)
             action, density, value = act(learner.weights, seen, of_action)
             run, got, over, counts = self.step(run, pool, action, of_step)
             return (moments, run), (Rows(seen, action, density, value, got, over), counts)
 
         (moments, run), (rows, counts) = jax.lax.scan(one, (learner.moments, run), keys)
-        following = act(learner.weights, scaled(moments, run.now.seen), key)[2]
+        following = act(learner.weights, normalised(moments, run.now.seen), key)[2]
         multiplier = raised(learner.multiplier, rows.got[..., 1].mean(), o.limit)
         weights, state = learn(
             learner.weights, learner.state, rows, following, multiplier, key, parts=o.parts
@@ -155,7 +155,7 @@ class Device:
         stood = (since >= o.patience) & (o.patience > 0)
         over = told.ended | (steps >= STEPS) | stood
         other = Run(self._any(pool, of_pool), 0 * steps, last * jnp.nan, 0 * since)
-        run = _chosen(over, other, Run(Begun(worlds, told.seen, under_way), steps, last, since))
+        run = _rows_of(over, other, Run(Begun(worlds, told.seen, under_way), steps, last, since))
         found = (
             *(told.reward, told.cost > 0, over),
             *(told.entered, changed, reason > 0, left, stood),
@@ -178,7 +178,7 @@ class Device:
         return jax.tree.map(lambda x: x[at], pool)
 
 
-def _chosen(which, yes, no):
+def _rows_of(which, yes, no):
     """Rows of one tree or the other."""
 
     def one(yes, no):

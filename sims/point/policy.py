@@ -49,7 +49,7 @@ def learned(moments, seen):
     return n + m, mean + off * m / (n + m), square
 
 
-def scaled(moments, seen):
+def normalised(moments, seen):
     """What is seen, by its running mean and deviation. NumPy or JAX."""
     n, mean, square = moments
     return ((seen - mean) / (square / n + 1e-8) ** 0.5).clip(-10, 10).astype(np.float32)
@@ -68,7 +68,7 @@ class Scale:
 
     def __call__(self, seen: np.ndarray) -> np.ndarray:
         """Scaled."""
-        return scaled(self.moments, seen)
+        return normalised(self.moments, seen)
 
     @property
     def moments(self) -> tuple:
