@@ -144,9 +144,10 @@ class FreeSpace:
         widths = [w for w in (self.width, other.width) if w]
         ends, left, some = other._refuted(self.region)
         others, leaves, more = self._refuted(other.region)
-        gone, standing = left.union(leaves), package("shapely", CALL).Polygon()
+        nothing = package("shapely", CALL).Polygon()
+        gone, standing = left.union(leaves), nothing
         for one, now in ((self, other), (other, self)):
-            seen = standing.__class__() if now.beams is None else now.region
+            seen = nothing if now.beams is None else now.region
             gone = gone.union(one.gone.difference(seen))
             standing = standing.union(one.standing.difference(seen))
         # holes are filled before refuted parts leave, which would look like holes
