@@ -309,9 +309,7 @@ def summary(answer, drawn: str) -> str:
         lines.append(answer.absence.details())
         if not answer.model.claim.tube.claimed.all():
             none = answer.model.claim.premises["open bins"]
-            lines.append(
-                f"{none} bins of K have no claim: in these no plan can be shown to be safe."
-            )
+            lines.append(f"{none} bins of K have no claim: no plan there can be shown safe.")
     if obstacles := about_obstacles(asked.problem, answer.model.time.n_steps):
         lines.append(obstacles)
     if cover.ended is not None:
@@ -328,7 +326,8 @@ def summary(answer, drawn: str) -> str:
         f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
         for claim in (answer.model.claim, *([tested.model.claim] if tested else []))
         for entry in claim.premises
-        if entry.standing == ASSUMED
+        # of a tested set the tube is a name, and runs may leave it
+        if entry.standing == ASSUMED and (claim.kind, entry.name) != (VALIDATED, "tube")
     )
     lines.append(f"Holds if ({counted(len(assumed), 'assumption')}): {', '.join(assumed)}.")
     return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)
