@@ -263,9 +263,7 @@ class Pilot:
         while self._scans and _swept(self._scans[0])[1] <= self._stamp:
             try:
                 self._add(self._scans.popleft())
-            except (
-                InputError
-            ) as error:  # a pose that is valid is looked for in its tube all the same
+            except InputError as error:  # the pose is looked for in its tube all the same
                 self.said += f"a scan is not used: {error} "
         self._forget(self._stamp)
         self.seen = self.seen.add(free_place(corners, -off))

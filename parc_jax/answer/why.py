@@ -149,7 +149,8 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
         how = _of_many(held[0], share, safe) if passes else _of_nearest(held, both)
         said.append(f"{how} {_of_tube(both, tube)}")
         said.append(_next(scene, both, tube))
-        said += ["Places are told in the robot's frame."] if turned else []
+        framed = pose is not None and pose.heading is not None
+        said += ["Places are told in the robot's frame."] * framed
     elif not safe and best.value[0] > 0:
         said.append("A plan that was tried passes: safe plans are rare, and more work finds them.")
     return Why(

@@ -200,13 +200,13 @@ class Seen:
                 self.tracks.append(Track([now], [fit]))
 
 
-def errors(n: int = 25) -> tuple[np.ndarray, np.ndarray]:
-    """[m] of fits that tracks are made of, in n scans of every fourth world: along x or y, the
+def errors() -> tuple[np.ndarray, np.ndarray]:
+    """[m] of fits that tracks are made of, in 25 scans of every fourth world: along x or y, the
     greater, and in all beyond what the fit allows.
     """
     rng, scanner, off = np.random.default_rng(0), lidar(**LIDAR), []
     for each in map(world, numbers()[::4]):
-        for now in rng.uniform(0, 20, n):
+        for now in rng.uniform(0, 20, 25):
             places = each.movers(now)
             here = places.mean(axis=0) + rng.uniform(-FAR, FAR, 2)
             scan = scanner.scan(np.append(here, rng.uniform(-3, 3)), shapes(places, RADIUS), rng)

@@ -92,10 +92,6 @@ if __name__ == "__main__":
     for gap in GAPS:
         row = tried(gap)
         shown = ("none" if n is None else str(n) for n in (row.found, row.driven))
-        cells = [
-            f"{gap:.1f}",
-            *shown,
-            f"{np.floor(100 * row.nearest):.0f}",
-            f"{1e3 * row.each:.1f}",
-        ]
+        nearest = np.floor(100 * row.nearest)
+        cells = [f"{gap:.1f}", *shown, f"{nearest:.0f}", f"{1e3 * row.each:.1f}"]
         print("| " + " | ".join(cells) + " |", flush=True)

@@ -24,7 +24,7 @@ import parc_jax as pj
 from sims.point import model, sensing
 from sims.point.functional import Goal, Worlds, drawn
 from sims.point.policy import SEEN, Scale, learned, normalised
-from sims.point.ppo import Rows, act, fresh, keys_of, learn, raised
+from sims.point.ppo import Rows, Training, act, fresh, keys_of, learn, raised
 from sims.point.train import COUNTED, STANDS
 from sims.point.world import STEPS, VASE
 
@@ -35,7 +35,7 @@ MOMENTS = ("n", "mean", "square")  # of what was seen, as `Scale` names them
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(Training):
     """How much, and of what."""
 
     steps: int = 10_000_000
@@ -44,20 +44,10 @@ class Options:
     """Steps of each robot between updates."""
     parts: int = 16
     """Of a round, in each of which the policy is updated once an epoch."""
-    bare: bool = False
-    """Without the shield."""
-    penalty: float = 0.0
-    """Of the reward that is learned from, for each action that the shield changes."""
-    patience: int = 0
-    """Steps after which a world is left whose robot stands; 0: it is not."""
-    limit: float | None = None
-    """Cost of a mean episode that a Lagrangian allows; without it cost is not looked at."""
     pool: int = 4096
     """Layouts of worlds that are drawn before."""
     every: int = 10
     """Rounds between rows of the table."""
-    seed: int = 0
-    out: Path = Path("runs/point/ppo.csv")
 
 
 class Begun(NamedTuple):

@@ -2,7 +2,9 @@
 cost: what a training takes wherever its worlds are stepped.
 """
 
+from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
@@ -17,6 +19,22 @@ RATE, LONGEST = 3e-4, 0.5  # of Adam; norm of a gradient
 RISE = 0.035  # of the multiplier in a round, for twice the cost that is allowed
 
 ADAM = optax.chain(optax.clip_by_global_norm(LONGEST), optax.adam(RATE, eps=1e-5))
+
+
+@dataclass(frozen=True)
+class Training:
+    """What all trainings ask for."""
+
+    bare: bool = False
+    """Without the shield."""
+    penalty: float = 0.0
+    """Of the reward that is learned from, for each action that the shield changes."""
+    patience: int = 0
+    """Steps after which a world is left whose robot stands; 0: it is not."""
+    limit: float | None = None
+    """Cost of a mean episode that a Lagrangian allows; without it cost is not looked at."""
+    seed: int = 0
+    out: Path = Path("runs/point/ppo.csv")
 
 
 class Rows(NamedTuple):

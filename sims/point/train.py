@@ -12,7 +12,6 @@ the CSV stands the policy, with all that is needed to go on from it in new world
 import csv
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import flax.serialization
 import jax
@@ -21,7 +20,7 @@ import numpy as np
 from sims import point
 from sims.point import environment
 from sims.point.policy import SEEN, Scale
-from sims.point.ppo import Rows, act, fresh, keys_of, learn, raised
+from sims.point.ppo import Rows, Training, act, fresh, keys_of, learn, raised
 from sims.point.together import measured, shield_of
 from sims.point.world import HAZARD, World
 
@@ -30,7 +29,7 @@ COUNTED = ("entered", "changed", "stopped", "left", "stood")
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(Training):
     """How much, and of what."""
 
     steps: int = 200_000
@@ -38,16 +37,6 @@ class Options:
     horizon: int = 32
     """Steps of each world between updates."""
     level: int = 1
-    bare: bool = False
-    """Without the shield."""
-    penalty: float = 0.0
-    """Of the reward that is learned from, for each action that the shield changes."""
-    patience: int = 0
-    """Steps after which a world is left whose robot stands; 0: it is not."""
-    limit: float | None = None
-    """Cost of a mean episode that a Lagrangian allows; without it cost is not looked at."""
-    seed: int = 0
-    out: Path = Path("runs/point/ppo.csv")
 
 
 class Worlds:

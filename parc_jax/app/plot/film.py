@@ -294,7 +294,7 @@ class _EpisodeCanvas(_Canvas):
         style.limits(ax, now.middle - stage.reach, now.middle + stage.reach)
         ax.set_axis_off()
         ax.set_title(f"{stage.name}, {t - stage.begin:.1f} s: manoeuvre {now.number}{stage.left}")
-        style.legend(self.figure, _episode_handles(stage.truth), 3)
+        style.legend(self.figure, _episode_handles(stage.truth), 2)
 
     def _draw_free(self, ax, t: float) -> None:
         """The last free region observed by then."""

@@ -16,7 +16,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, MEASURED, premises
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down
 from parc_jax.drive.loop.commitment import HEADING, Commitment, copies_of, require_whole
-from parc_jax.drive.loop.workers import resting_on
+from parc_jax.drive.loop.workers import most_and_often
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
@@ -60,7 +60,7 @@ def episode_part(
     if eps := known.sensing_eps:
         said = f"all that is measured is within its bounds but for a probability of {eps}"
         others.append(("sensing", ASSUMED, said))
-    rests, told = resting_on(one.asked.problem.rests_on for one in commitments)
+    rests, told = most_and_often(one.asked.problem.rests_on for one in commitments)
     if rests:
         least = rounded_down(
             min(x.told_until - x.begin for x in commitments if x.asked.problem.rests_on), 4

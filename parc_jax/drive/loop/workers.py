@@ -41,7 +41,7 @@ class Driven(NamedTuple):
     that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
     told_then: whether what moves was told of at the first contact. rests_on, told_in: as of
-    `resting_on`, of so many manoeuvres.
+    `most_and_often`, of so many manoeuvres.
     """
 
     number: int
@@ -99,7 +99,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         # a robot that has begun anew since has another one under way
         under_way = {i: x for i, x in under_way.items() if x.episode or x.end > last}
         told_then = bool(under_way) and all(at < x.told_until for x in under_way.values())
-        rests = resting_on(one.asked.problem.rests_on for one in committed)
+        rests = most_and_often(one.asked.problem.rests_on for one in committed)
         found = loops, least, told_then, *map(dict, rests), len(committed)
         return Driven(task.number, bool(touched), left, "", told, *found)
     except Exception as error:
@@ -108,7 +108,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         return failed(task.number, where + said(error))
 
 
-def resting_on(of: Iterable[Mapping[str, int]]) -> tuple[Counter[str], Counter[str]]:
+def most_and_often(of: Iterable[Mapping[str, int]]) -> tuple[Counter[str], Counter[str]]:
     """Of `Problem.rests_on` of several manoeuvres: the most at a time, and in how many at all."""
     most, told = Counter[str](), Counter[str]()
     for rests in of:
