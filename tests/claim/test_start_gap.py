@@ -123,7 +123,7 @@ def test_a_trial_by_other_runs_than_the_system_s_is_refused(size, words):
         try_starts(Elsewhere(size), KEY, 0.02)
 
 
-def test_of_a_system_in_float32_whose_draws_are_others_in_float64_no_run_is_compared():
+def test_runs_of_a_system_in_float32_are_compared_in_float32_where_its_draws_are_its_own():
     class Single(Hill):
         dtype = np.float32
 
@@ -133,6 +133,10 @@ def test_of_a_system_in_float32_whose_draws_are_others_in_float64_no_run_is_comp
             return Trajectory(p + away * jnp.linspace(0.0, 1.0, len(p), dtype=p.dtype)[:, None], q)
 
     assert try_starts(Single(1e-3), KEY, 0.02).seen < 0.02
+    other = Elsewhere(0.5)
+    other.dtype = np.float32
+    with pytest.raises(InputError, match="to make from zero"):
+        try_starts(other, KEY, 0.02)
 
 
 def test_of_a_chain_whose_trial_would_begin_at_rest_nothing_is_measured():

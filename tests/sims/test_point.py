@@ -186,7 +186,9 @@ def test_by_lidar_alone_nothing_is_touched():
 
 
 def test_training_goes_on_from_what_was_saved(tmp_path, monkeypatch):
-    options = train.Options(steps=32, worlds=2, horizon=8, bare=True, limit=25.0, out=tmp_path / "p.csv")
+    options = train.Options(
+        steps=32, worlds=2, horizon=8, bare=True, limit=25.0, out=tmp_path / "p.csv"
+    )
     with jax.numpy_dtype_promotion("standard"):  # optax is not strict
         train.train(options)
         kept = policy.Trained(tmp_path / "p.policy")

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from parc_jax.checker.claim import STARTS
-from parc_jax.common.arrays import difference, x64
+from parc_jax.common.arrays import difference
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator
 from parc_jax.common.spelling import rounded_up
@@ -57,9 +57,8 @@ def translation_gap(system: Any, key: jax.Array, starts: npt.ArrayLike) -> Start
     compare offsets. Uses the SEARCH stream of `key`.
 
     The system must offer `rollout_from(key, k, p0) -> Trajectory`, with p relative to p0, or, if it
-    is not JAX, `rollout_from_batch(keys, ks, p0s)`. Rounding alone leaves a gap
-    of about 1e-12 m in a smooth system; a chaotic one may turn that into more. Raises InputError
-    without the method.
+    is not JAX, `rollout_from_batch(keys, ks, p0s)`. Rounding alone leaves a gap of about 1e-12 m in
+    a smooth system; a chaotic one may turn that into more. Raises InputError without the method.
     """
     many = getattr(system, "rollout_from_batch", None)
     if not callable(many):
@@ -113,19 +112,22 @@ def _both(
     starts). Raises InputError for a fault in the user's `call`.
     """
     own = collect(system, key, len(starts), Stage.SEARCH, quiet=True)
-    rows = simulator(system).rows(key, Stage.SEARCH, np.arange(len(starts)))
-    with x64():
-        k, there = jnp.asarray(rows.k), jnp.asarray(starts)
-        with blamed(f"{system.name}: expected {call} to run"):
-            here = many(rows.keys, k, jnp.zeros_like(there))
+    runs, zeros = simulator(system), np.zeros_like(starts)
+    rows = runs.rows(key, Stage.SEARCH, np.arange(len(starts)))
+
+    def made(starts: np.ndarray, double: bool = True) -> Trajectory:
+        with jax.enable_x64(double), blamed(f"{system.name}: expected {call} to run"):
+            now = many(rows.keys, jnp.asarray(rows.k), jnp.asarray(starts))
             # a copy: a batch simulator may return the same memory again
-            here = here._replace(p=np.array(here.p), q=np.array(here.q))
-            there = many(rows.keys, k, there)
-    both = [np.asarray(x, np.float64).reshape(len(starts), -1) for x in (own.p, here.p)]
+            return now._replace(p=np.array(now.p), q=np.array(now.q))
+
+    here, there = made(zeros), made(starts)
+    # compared as the system is run; in float64, for the gap, a system in float32 draws otherwise
+    same = here if runs.double else made(zeros, False)
+    both = [np.asarray(x, np.float64).reshape(len(starts), -1) for x in (own.p, same.p)]
     some = np.isfinite(both).all(axis=(0, 2))
-    off = max(difference(*both).max(), difference(own.q, here.q).max(initial=0.0))
-    # of a system in float32 these are made in float64, for the gap, from other draws of its own
-    alike = not simulator(system).double or off <= SAME * np.abs(both[0][some]).max(initial=1.0)
+    off = max(difference(*both).max(), difference(own.q, same.q).max(initial=0.0))
+    alike = off <= SAME * np.abs(both[0][some]).max(initial=1.0)
     if not (some.any() and np.isfinite(there.p).any() and alike):
         what = f"differ by {off:.3g}" if some.any() and not alike else "are not finite"
         raise InputError(
@@ -191,8 +193,7 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
         return StartTrial(declared, None, turned)
     few = collect(system, key, STARTS, Stage.SEARCH, quiet=True)
     travelled = np.abs(np.where(np.isfinite(few.p), few.p, 0.0)).max(initial=1.0)
-    rng = generator(key)
-    starts = FAR * float(travelled) * rng.uniform(-1, 1, (STARTS, system.n_p))
+    starts = FAR * float(travelled) * generator(key).uniform(-1, 1, (STARTS, system.n_p))
     gap = translation_gap(system, key, starts)
     if gap.largest > declared:
         raise InputError(
@@ -214,16 +215,15 @@ def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
         return unsaid
     if not isinstance(start["gap"], str):
         raise InputError(
-            "claim: expected the start's gap as text; got a number, of an earlier form. Bound the "
-            "error anew."
+            "claim: expected the start's gap as text; got a number, as it was. Bound it anew."
         )
     return float.fromhex(start["gap"])
 
 
 def trial_of(claim: ErrorClaim, system: System, key: jax.Array) -> StartTrial | None:
     """The trial behind further runs of a claim's system; None where the claim tells of its own."""
-    declared, known = declared_gap(claim, GAP), claim.evidence.get("start", {})
-    return try_starts(system, key, declared) if known.get("seen") is None else None
+    seen = claim.evidence.get("start", {}).get("seen")
+    return try_starts(system, key, declared_gap(claim, GAP)) if seen is None else None
 
 
 def off_from_start(claim: ErrorClaim, start: StartTrial | None = None) -> float:
