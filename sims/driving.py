@@ -105,8 +105,8 @@ class Driving(Options):
             "measured poses": (
                 f"in the frame {self.frame!r}, within ±{self.uncertainty_start!r} m along each "
                 f"axis and ±{self.uncertainty_heading!r} rad of the truth, whatever covariance "
-                "the messages tell, from the stamp to where "
-                f"the manoeuvre begins; the frame drifts {self.drift!r} m and turns by "
+                "the messages tell, from the stamp to where the manoeuvre begins, by one clock; "
+                f"the frame drifts {self.drift!r} m and turns by "
                 f"{self.drift_heading!r} rad at most from one manoeuvre to the next"
             ),
             "what stands": standing,

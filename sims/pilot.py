@@ -101,7 +101,7 @@ class Pilot:
     def restart(self) -> None:
         """Another episode, of a robot at rest where it touches nothing: after a tube was left."""
         self.loop.restart()
-        self.driven, self._begun, self._before = [], None, self._begun
+        self.driven, self._begun, self._before = [], None, self._begun or self._before
 
     def hear_goal(self, message: Any) -> None:
         """A geometry_msgs/PoseStamped."""
@@ -117,6 +117,7 @@ class Pilot:
             raise InputError("scan: expected a pilot that knows where its sensor is; set sensor.")
         swept_in(message)
         at = stamp_of(message)
+        self._require_clock(at, "scan")
         if at is None or (self._scanned is not None and at <= self._scanned):
             raise InputError(
                 f"scan: expected stamps that increase; got {at!r} ns after {self._scanned!r} ns. "
@@ -135,12 +136,22 @@ class Pilot:
         if not self.driving.mover_radius:
             raise InputError("movers: expected a pilot that knows their size; set mover_radius.")
         movers = measured.movers_in(message)
+        self._require_clock(movers.stamp, "movers")
         if self.movers is not None and movers.stamp < self.movers.stamp:
             raise InputError(
                 f"movers: expected stamps that do not fall; got {movers.stamp} ns after "
                 f"{self.movers.stamp} ns. An older message does not have who came since."
             )
         self.movers = movers
+
+    def _require_clock(self, at: int | None, name: str) -> None:
+        """Raises InputError for a stamp [ns] that lies ahead: it would be told as new by then."""
+        ahead = -np.inf if at is None or self._stamp is None else (at - self._stamp) / 1e9
+        if ahead > self.driving.stale:
+            raise InputError(
+                f"{name}: expected a stamp of the clock of poses, no more than "
+                f"{self.driving.stale!r} s after the last of them; got {ahead!r} s."
+            )
 
     def hear_pose(self, message: Any) -> Step | None:
         """An Odometry, or any pose with a header, in the frame of all. Returns the step that it
@@ -161,6 +172,10 @@ class Pilot:
         tracked = premises([("whose pose it is", MEASURED, frames_of(message)[1])])
         agree("pose: all are of one place on the robot", self._tracked or tracked, tracked)
         self._tracked = tracked
+        heard = [self._scanned or 0, self.movers.stamp if self.movers else 0]
+        if self._stamp is None and max(heard) - stamp > 1e9 * self.driving.stale:
+            self._scans.clear()  # what came before was compared with no clock yet
+            self.movers = self._scanned = None
         # the loop's clock begins at the first pose
         self._stamp = stamp
         self._first = stamp if self._first is None else self._first
@@ -334,7 +349,7 @@ class Pilot:
         asked = {"at": seen[1], "drift": seen[2], "spans": spans, "gone": gone}
         step = self.loop.step(seen[0], self.given, obstacles, liked, **asked)
         if step.new:
-            self._before, self._begun = self._begun, self._stamp
+            self._before, self._begun = self._begun or self._before, self._stamp
             self.driven.append(step.committed)
             self.seen = self._remembered()
         return step

@@ -19,7 +19,8 @@ class Status(Told):
 
     PROVED = (
         "exact-proved",
-        "safe plans in hand, each accepted by the independent checker in exact arithmetic",
+        "safe plans in hand, each that has a certificate accepted by the independent checker in "
+        "exact arithmetic",
     )
     BOUNDED = (
         "float-bounded",
@@ -29,7 +30,7 @@ class Status(Told):
     NO_PLAN = (
         "no-plan",
         "proved: the model with its tube has no safe plan, or none shown to withstand what is "
-        "uncertain; a narrower tube (more runs, more bins, a better network) or another scene may",
+        "uncertain",
     )
     NOT_FOUND = (
         "not-found",

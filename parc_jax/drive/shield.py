@@ -31,7 +31,7 @@ Metric = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 class Sensed(NamedTuple):
     """What is known at a step. pose, given, obstacles, spans, drift: as of `Loop.step`, whose clock
-    counts from the reset.
+    counts from the last reset or restart.
     """
 
     pose: ArrayLike
@@ -73,10 +73,10 @@ class Shield(gymnasium.Wrapper):
     effort: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
 
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
-    is another than the proposed one; `certified_until` [s] since reset, its `told_until`;
-    `clearance` [m], the least on all of it; `reason`, why nothing new was committed to, else empty;
-    `left`, True where the pose is outside of the tube of the manoeuvre under way, False where it
-    was not until another took over, once for each, else None: what `Monitor.bet` asks for.
+    is another than the proposed one; `certified_until` [s] since the last reset or restart, its
+    `told_until`; `clearance` [m], the least on all of it; `reason`, why nothing new was committed
+    to, else empty; `left`, True where the pose is outside of the tube of the manoeuvre under way,
+    False where it was not until another took over, once for each, else None, as for `Monitor.bet`;
     `commitments`: of this episode. Raises InputError for arguments that do not belong together, and
     in `reset` where no stop is certified. An action that is not finite, has another shape, or
     cannot be asked for, and sensing that fails or leads elsewhere than the tube allows, end in the

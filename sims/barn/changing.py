@@ -10,6 +10,7 @@ import numpy as np
 import tyro
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_down
 from sims import barn
 from sims.barn.contact import distance_to_cylinders
 from sims.barn.drive import Driven, drive
@@ -108,7 +109,7 @@ def main(options: Options) -> Iterable[str]:
                 f"| {name} | {'odometry' if odometry else 'true'} "
                 f"| {sum(one.reached for one in done)} of {len(done)} | {touched} "
                 f"| {sum(one.drifted > 0 for one in done)} "
-                f"| {f'{100 * min(near):.1f} cm' if near else ''} |"
+                f"| {f'{rounded_down(100 * min(near))} cm' if near else ''} |"
             )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 import tyro
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_down
 from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.bound.tube import Tube
 from sims.barn import series
@@ -64,7 +65,7 @@ def row(name: str, told: list[dict]) -> str:
         f"| {name} | {len(well)} of {n} | {sum(one['touched'] for one in told)} | "
         f"{sum(one['left'] for one in told)} | {np.mean([one['metric'] for one in told]):.3f} | "
         f"{np.median(seconds):.1f} s, {max(seconds):.1f} s | "
-        f"{min(one['clearance'] for one in told):.3f} m |"
+        f"{rounded_down(min(one['clearance'] for one in told))} m |"
     )
 
 

@@ -13,6 +13,7 @@ import parc_jax as pj
 from parc_jax.learning.network.predict import trajectories
 from sims.barn.drive import LIDAR, Drive, drive
 from sims.barn.film import film
+from sims.barn.sight import AROUND, WIDTH
 from sims.barn.worlds import World, numbers, world
 from sims.jackal.learn import HELD, THINKS, robot, thinking
 from sims.lidar import lidar
@@ -73,7 +74,8 @@ class Driver:
         name = file_name(self.content, world.number, seed)
         if self.save is not None and new:
             said = {"reasons": one.reasons}
-            pj.drive.save_episode(self.save / f"{name}.json", new, said, one.drift)
+            assumed = {} if self.known else {"lidar": LOOKED_AT}
+            pj.drive.save_episode(self.save / f"{name}.json", new, said, one.drift, assumed)
         if self.film is not None and new:
             film(self.film / f"{name}.gif", world, one)
         return pj.drive.Outcome(one.touched, left or one.drifted > 0, told, new)
@@ -81,6 +83,12 @@ class Driver:
     def line(self, world: World, seed) -> dict:
         """What is told of a drive, which other processes can send back."""
         return {**self(world, seed).told}
+
+
+LOOKED_AT = (
+    f"ranges within {LIDAR.noise:g} m, nothing narrower than {WIDTH:g} m, and before the start "
+    f"{AROUND:g} m around the robot were looked at"
+)
 
 
 def file_name(content: str, world: int, seed) -> str:
@@ -156,7 +164,7 @@ def told_of(one: Drive) -> dict:
         "touched": one.touched,
         "seconds": round(one.seconds, 2),
         "metric": round(one.metric, 4),
-        "clearance": round(one.clearance, 4),
+        "clearance": float(one.clearance),
         "drifted": one.drifted,
         "refuted": sum(bool(free.said) for free in one.free),
         "cycles": len(one.steps),

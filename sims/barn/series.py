@@ -12,6 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_down
 from sims.barn.drive import SWEEP
 from sims.barn.driver import Driver, any_world, content_of
 from sims.barn.worlds import numbers, world
@@ -123,7 +124,8 @@ def summary(found: list[dict]) -> str:
             f"{sum(one['drifted'] > 0 for one in found)} drifted beyond what is allowed for; "
             f"metric {np.mean([one['metric'] for one in found]):.3f} of 0.5.",
             f"Time of those that reached it: median {np.median(seconds):.1f} s, longest "
-            f"{max(seconds):.1f} s. Least clearance {min(o['clearance'] for o in found):.3f} m.",
+            f"{max(seconds):.1f} s. Least clearance "
+            f"{rounded_down(min(one['clearance'] for one in found))} m.",
             f"A cycle, scan and guidance included, processor time: median "
             f"{np.median(cycle[:, 0]):.1f} ms, 95 % {np.median(cycle[:, 1]):.1f} ms in the middle "
             f"episode, at most {cycle.max():.0f} ms; of that the loop's step, median "

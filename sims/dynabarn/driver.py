@@ -222,7 +222,7 @@ def told_of(one: Drive) -> dict:
     return {
         "reached": one.reached,
         "seconds": round(one.seconds, 2),
-        "clearance": round(one.clearance, 3),
+        "clearance": float(one.clearance),
         "cause": one.cause,
         "left": one.left,
         "claimed": {name: until.count(name) for name in sorted(set(until))},

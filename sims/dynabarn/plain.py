@@ -78,6 +78,6 @@ def drive(world: World, key, sight: Known | Seen, again: float = 0.1) -> dict:
     return {
         "reached": reached(driven.pose) and nearest > 0,
         "seconds": round(driven.time, 2),
-        "clearance": round(nearest, 3),
+        "clearance": nearest,
         "cause": "nothing is proved" if nearest <= 0 else "",
     }

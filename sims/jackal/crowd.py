@@ -13,6 +13,7 @@ import jax
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_down
 from sims.barn.contact import distance_to_cylinders
 from sims.barn.driver import content_of, loop_of
 from sims.jackal import params as c
@@ -139,7 +140,7 @@ class Driver:
         told = {
             "reached": bool(nearest <= NEAR),
             "seconds": round(jackal.time, 1),
-            "clearance": round(met.nearest, 3),
+            "clearance": float(met.nearest),
             "at_rest": met.at_rest,
             "committed": len(new),
             "cycles": len(steps),
@@ -189,8 +190,8 @@ def drive(options: Options) -> pj.drive.Episodes:
         f"{len(reached)} of {done.n} reached the goal and were not touched, in "
         f"{np.median(reached):.1f} s (median), at most {max(reached):.1f} s. While a manoeuvre was "
         f"under way a disc was touched in {done.touched}, nearest "
-        f"{min(one['clearance'] for one in told):.3f} m; discs ran into the robot at rest in "
-        f"{sum(one['at_rest'] for one in told)}. Files: {save}."
+        f"{rounded_down(min(one['clearance'] for one in told), 3)} m; discs ran into the robot at "
+        f"rest in {sum(one['at_rest'] for one in told)}. Files: {save}."
     )
     print(done.details())
     return done

@@ -14,6 +14,7 @@ import jax
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_down
 from sims.jackal import learn as jackal
 from sims.jackal.driven import Driven
 from sims.rectangle import centre_and_corners, rectangle
@@ -52,9 +53,9 @@ class Yard:
         took = np.quantile(1e3 * np.array(self.plan_s), [0.5, 0.95, 1.0])
         return (
             f"{len(came)} of {len(self.arrived)} arrived, the last after "
-            f"{came.max(initial=0.0):.1f} s; nearest {100 * self.nearest:.1f} cm; {self.left} left "
-            f"a tube in {many:,} manoeuvres; a step took {took[0]:.0f} ms of processor time, "
-            f"{took[1]:.0f} at 95 %, {took[2]:.0f} at most"
+            f"{came.max(initial=0.0):.1f} s; nearest {rounded_down(100 * self.nearest)} cm; "
+            f"{self.left} left a tube in {many:,} manoeuvres; a step took {took[0]:.0f} ms of "
+            f"processor time, {took[1]:.0f} at 95 %, {took[2]:.0f} at most"
         )
 
 

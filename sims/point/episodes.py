@@ -23,6 +23,7 @@ import numpy as np
 
 import parc_jax as pj
 from parc_jax.common.keys import Stage, key_data, stream
+from parc_jax.common.spelling import rounded_down
 from sims.point import lidar
 from sims.point.policy import Trained
 from sims.point.together import KITS, Clear, Together, driver_of, outcome
@@ -187,7 +188,7 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
         f"cost by the environment {cost.mean():.2f} in {costly.mean():.2f} steps, by the judge "
         f"{contact.mean():.2f} steps in contact, {depth.mean():.3f} m by depth; episodes with any: "
         f"{(costly > 0).sum()}, {(contact > 0).sum()}; nearest "
-        f"{min(one['nearest'] for one in told):.4f} m",
+        f"{rounded_down(min(one['nearest'] for one in told))} m",
     ]
     if not options.bare:
         said += about_shield(told, module.sensing.REST)

@@ -220,7 +220,9 @@ class Remembers(gymnasium.Wrapper):
 
 def door() -> dict:
     """Arguments of `pj.drive.Shield`."""
-    return sensing.door() | {"sense": sense}
+    door = sensing.door()
+    off = f"nowhere farther off than {DRIFT:g} m in an episode, by which all is grown"
+    return door | {"sense": sense, "assumed": door["assumed"] | {"odometry": off}}
 
 
 def sense(env, observation) -> pj.drive.Sensed:

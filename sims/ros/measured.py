@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from parc_jax.bags.recording import frames_of, stamp_of, yaw_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.common.spelling import rounded_up
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.system import TimeGrid
 from parc_jax.problem.world.free_space import FreeSpace
@@ -117,7 +118,7 @@ def among(
     if (away <= radius).any():
         return (
             f"who moves may be where the robot is: seen {age:.3g} s apart from its pose, within "
-            f"{radius:.3g} m by now"
+            f"{rounded_up(radius, 4)} m by now"
         )
     obstacles, spans = list(ways), [None] * len(ways)
     for place in movers.places[away <= d.reach + radius + d.mover_speed * time.t_f]:

@@ -95,7 +95,7 @@ class Driver:
         told = {
             "reached": done(robot),
             "seconds": round(robot.time, 1),
-            "clearance": round(clearance, 3),
+            "clearance": float(clearance),
             "committed": len(new),
             "why": steps[-1].reason,
         }

@@ -10,6 +10,7 @@ import jax
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_down
 from sims.barn.driver import content_of
 from sims.tractor import params as c
 from sims.tractor.driver import LEAVE, Driver
@@ -72,7 +73,7 @@ def drive_yards(options: Options) -> tuple[pj.drive.Episodes, str]:
         f"Model: {pj.load(model).claim}.",
         f"{sum(one['reached'] for one in told)} of {done.n} reached the end of the yard, in "
         f"{np.median(seconds):.1f} s (median), at most {max(seconds):.1f} s; nearest "
-        f"{min(one['clearance'] for one in told):.2f} m; "
+        f"{rounded_down(min(one['clearance'] for one in told))} m; "
         f"{sum(one['committed'] for one in told):,} manoeuvres.",
         done.details(),
     ]

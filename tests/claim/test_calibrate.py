@@ -291,6 +291,17 @@ def test_the_checker_does_the_sums_of_claims_again(system, holdout, profile):
             arithmetic(wrong)
 
 
+def test_a_logged_k_on_an_edge_between_bins_is_refused(system, holdout, profile):
+    """Each bin's claim is true, and all together leave more often: its run counts in both."""
+    k = holdout.k.copy()
+    k[:9, 0] = profile.edges[0][1]
+    scores = score_batch(
+        NET, replace(holdout, k=k, law=replace(holdout.law, k_law="logged")), profile
+    )
+    with pytest.raises(InputError, match="no k on an edge between bins"):
+        calibrate_bins(NET, scores, profile, eps=0.1, delta=0.05)
+
+
 def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
     scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
     claim = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, train=train, discard=0)

@@ -279,7 +279,7 @@ def test_rows_left_out_of_a_calibration_set_are_assumed_to_be_any(slipped):
     net, profile = slipped.net, slipped.tube
     claim = calibrate(net, slipped.held.finite, profile, eps=0.9, delta=0.05)
     gone = claim.evidence["left_out"]
-    said = f"LEFT_OUT({gone:,} rows of their log, independent of the run)"
+    said = f"LEFT_OUT({gone:,} of their log, by k alone or independent of the run)"
     assert gone >= slipped.held.failed.sum() and said in claim.assumptions
     assert said in claim.details().partition("Assumes")[2]
 
@@ -450,7 +450,7 @@ def test_recordings_that_were_left_out_are_said(model):
     p[:40, -3:] = np.nan
     asked = Validate(dataclasses.replace(wild, p=p).finite, RISK, DELTA)
     found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
-    assert "LEFT_OUT(40 rows of their log, independent of the run)" in found.details()
+    assert "LEFT_OUT(40 of their log, by k alone or independent of the run)" in found.details()
     assert found.answer.model.claim.premises["left out"] == 40
 
 
@@ -466,7 +466,7 @@ def test_rows_of_training_and_calibration_are_not_left_out():
         assert left_out_beside(model.claim, tested) == gone
     asked = Validate(log.select(slice(2 * N + 4, None)), RISK, DELTA)
     found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
-    assert "LEFT_OUT(4 rows of their log" in found.details()
+    assert "LEFT_OUT(4 of their log" in found.details()
 
 
 @pytest.mark.parametrize(

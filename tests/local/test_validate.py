@@ -29,7 +29,7 @@ from parc_jax.learning.bound.claim import check_claim, derived
 from parc_jax.learning.bound.counts import NoStatement, required_runs
 from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.error_set import faces
-from parc_jax.learning.bound.fresh import ledger_of, used_by
+from parc_jax.learning.bound.fresh import SEEN, ledger_of, used_by
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.method import Exact, FirstProved
@@ -311,11 +311,14 @@ def test_its_runs_decide_as_often_as_was_declared_however_a_scene_is_spelled():
     halves = [pj.box([-1.0, 0.62], [0.4, 1.62]), pj.box([0.3, 0.62], [2.0, 1.62])]
     beyond = pj.box([-1.0, 0.9], [2.0, 1.62])
     same = [(*wall, *wall), halves, halves[::-1], (*wall, beyond)]
-    asked = asked_of(looks=2)
+    asked, made = asked_of(looks=2), []
     for other, number in ((scene, 1), (scene.replace(obstacles=same[1]), 2)):
         found = planner.solve(other, KEY, toy.SETTINGS, validate=asked).validation
+        made.append(found.answer.model.claim.evidence[SEEN][-1])
         assert found.asked.delta == ASKED.delta / 2
         assert f"LOOK({number} of 2, which share one delta)" in found.details()
+    # what the first look saw may have chosen what the second one tests: other disturbances
+    assert made[0] != made[1]
     for obstacles in same:
         with pytest.raises(InputError, match="all 2 that were declared are spent"):
             planner.solve(scene.replace(obstacles=obstacles), KEY, toy.SETTINGS, validate=asked)

@@ -154,5 +154,15 @@ def test_where_a_manoeuvre_may_lead_is_all_of_the_body_its_tube_and_its_uncertai
             (0.5 + off + 3 * model.tube.interval.max(), False),
         ):
             there = shapely.Point(3.0, -1.0 + away)  # it stands along y
-            assert leads_to(last, there) == meets
-    assert not leads_to(last, shapely.Polygon())
+            assert leads_to(last, there, 0.0) == meets
+            assert leads_to(last, shapely.Point(3.0, -0.7 + away), 0.3) == meets
+    assert not leads_to(last, shapely.Polygon(), 1.0)
+
+
+def test_how_far_a_pose_is_beyond_is_told_without_what_drift_allows():
+    model = line_model(4, WIDE, rests=True)
+    loop = pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=PATIENT)
+    loop.step([0.0, 0.0], [0.1], [], lambda seen: -seen.path[:, -1, 0])
+    off = [0.5 * loop.under_way.k[0] + WIDE + 0.31, 0.05]
+    step = loop.step(off, [0.1], [], lambda seen: -seen.path[:, -1, 0], 0.5, drift=0.3)
+    assert step.left and "this one is 0.01 m beyond" in step.reason

@@ -1,6 +1,8 @@
 """Where a robot may be that is under way is an obstacle of all others. [T45]"""
 
+import copy
 import math
+import pickle
 
 import jax
 import numpy as np
@@ -157,6 +159,9 @@ def test_what_a_robot_has_left_for_another_manoeuvre_reserves_nothing():
     with pytest.raises(pj.InputError, match=left):
         pj.drive.reserved(first, 0.0, model.time)
     pj.drive.reserved(first_of_other, 0.0, model.time)
+    for copied in (copy.deepcopy(first_of_other), pickle.loads(pickle.dumps(first_of_other))):
+        with pytest.raises(pj.InputError, match="has under way"):  # which nobody tells of another
+            pj.drive.reserved(copied, 0.0, model.time)
     loop.restart(first)
     pj.drive.reserved(first, 0.0, model.time)
     with pytest.raises(pj.InputError, match=left):

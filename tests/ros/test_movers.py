@@ -89,7 +89,9 @@ def test_nothing_is_begun_before_all_are_told_or_where_they_may_be():
     one.hear_movers(discs((1.5, 1.0), at=at))
     assert stepped(5)[1] == "where those are who move was last said 5.0 s ago"  # who came since?
     one.hear_movers(discs((0.4, 0.1), at=at + 5 * 10**9))  # a second at 0.3 m/s, and the radius
-    assert "seen 1 s apart from its pose, within 0.5 m" in stepped(6)[1]
+    assert "seen 1 s apart from its pose, within 0.5001 m" in stepped(6)[1]
+    with pytest.raises(InputError, match="movers: expected a stamp of the clock of poses"):
+        one.hear_movers(discs(at=at + 8 * 10**9))  # it would be told as new by then
     one.hear_movers(discs(at=at + 6 * 10**9))  # nobody is there
     committed, reason = stepped(6.5)
     assert "who moves was told 0.5 s before, and nobody has come since" in one.assumed

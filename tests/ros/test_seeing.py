@@ -179,7 +179,10 @@ def test_a_scan_that_is_heard_after_a_manoeuvre_began_has_drifted_as_all_before_
     one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
     x0, _, x1, _ = one.seen.region.bounds
     assert (x1 - x0) / 2 == pytest.approx(5.92 - taken, abs=0.01)
-    one._before = 115 * 10**7  # drifted twice since
+    one._before = 115 * 10**7  # drifted twice since, whatever restarts
+    one._begun = None
+    one.restart()
+    assert one.hear_pose(sliding.odometry(rest, rest, 125 * 10**7)).new
     one.hear_scan(scan([], lambda _: rest, 106 * 10**7))
     one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8))
     assert "a scan was 0.24 s old, which is too old, and is not used" in one.said
@@ -224,6 +227,22 @@ def test_scans_of_another_sensor_or_without_a_clock_are_refused():
     for each in (-1e-4, np.nan):
         with pytest.raises(InputError, match="time_increment of 0 s or more"):
             one.hear_scan(scan([], still, 10**9 + 1, each))
+
+
+def test_a_scan_that_lies_ahead_does_not_wait_until_the_robot_is_elsewhere():
+    """Nine of nine robots drove into a wall that they had seen from another place."""
+    one, at, rest = pilot(), 10**9, np.zeros(2)
+    one.hear_pose(sliding.odometry(rest, rest, at))
+    with pytest.raises(InputError, match=r"no more than 1\.0 s after .*; got 4\.0 s"):
+        one.hear_scan(scan([], lambda _: rest, 5 * at))
+    early = pilot()  # before the first pose nothing tells what now is
+    early.hear_scan(scan([], lambda _: rest, 5 * at))
+    early.hear_pose(sliding.odometry(rest, rest, at))
+    early.hear_pose(sliding.odometry(rest, rest, 6 * at))
+    assert early._added is None and one._added is None
+    early.hear_scan(scan([], lambda _: rest, 6 * at))
+    early.hear_pose(sliding.odometry(rest, rest, 61 * 10**8))
+    assert early._added == 6 * at
 
 
 def test_a_pose_that_jumps_begins_nothing_and_drift_is_a_parameter():

@@ -23,7 +23,7 @@ from parc_jax.drive.local.localise import (
     key_of_trial,
     require_begins,
 )
-from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box
+from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box, sides_of
 from parc_jax.drive.local.trials import ledger_of_tests, run_once
 from parc_jax.learning.bound.counts import (
     NoStatement,
@@ -242,13 +242,12 @@ class Choice:
             )
         if isinstance(risk, NoStatement):
             return f"Perturbation without new runs: no statement, since {risk.reason}."
-        half = ", ".join(rounded_down(x, 3) for x in self.safe_box.half)
         share = rounded_down(100 * self.safe_box.share)
         p, bound = self.model.claim.premises, rounded_up(risk.bound)
         worth = " (no promise at all: test the plan, or localise it)" if risk.bound >= 1 else ""
         return (
-            f"Perturbation without new runs: from this start, k drawn uniformly within ±({half}) "
-            f"of the middle of a box around it, {share} % of K and proved safe throughout, leaves "
-            f"the tube with probability at most {bound}{worth}, by the claim over K, which has "
-            f"confidence {confidence_of(p)}. {assumes(p)}"
+            "Perturbation without new runs: from this start, k drawn uniformly from the box "
+            f"{sides_of(self.model.labels.k, self.safe_box)} around it, {share} % of K and proved "
+            f"safe throughout, leaves the tube with probability at most {bound}{worth}, by the "
+            f"claim over K, which has confidence {confidence_of(p)}. {assumes(p)}"
         )

@@ -18,8 +18,8 @@ from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, folded, stream
 from parc_jax.common.options import part_of
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import exact, rounded_down, rounded_up
-from parc_jax.drive.local.safe_box import SafeBox, safe_box, share_of
+from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.drive.local.safe_box import SafeBox, safe_box, share_of, sides_of
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.pipeline import STORED, SystemRuns, bound_errors
@@ -121,12 +121,9 @@ class Near:
 
     def details(self) -> str:
         """The sentence (D ii)."""
-        claim, domain, p = self.model.claim, self.model.domain, self.model.claim.premises
-        sides = " x ".join(
-            f"{name} in [{exact(lo)}, {exact(hi)}]"
-            for name, lo, hi in zip(self.model.labels.k, domain.lo, domain.hi, strict=True)
-        )
-        where = f"Near it: k in N = {sides}, {100 * float(self.share):.2g} % of K."
+        claim, p = self.model.claim, self.model.claim.premises
+        box = sides_of(self.model.labels.k, self.model.domain)
+        where = f"Near it: k in N = {box}, {100 * float(self.share):.2g} % of K."
         if not claim.tube.claimed.any():
             return f"{where} {claim.details()}"
         lines = [

@@ -1,5 +1,6 @@
 """The largest box of parameters around a plan that is proved safe from its start. [T21]"""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -8,7 +9,7 @@ from jaxtyping import Float
 
 from parc_jax.common.sets.box import Box
 from parc_jax.common.shapes import Params, Vector
-from parc_jax.common.spelling import hex_text
+from parc_jax.common.spelling import exact, hex_text
 from parc_jax.proof.certificate.prove import proves_box
 from parc_jax.proof.certificate.write import corridor_part
 from parc_jax.safe_set.corridors.sampling import points
@@ -48,6 +49,12 @@ class SafeBox:
     def hi(self) -> np.ndarray:
         """(n_k,) upper corner."""
         return self.middle + self.half
+
+
+def sides_of(names: Iterable[str], box: Box | SafeBox) -> str:
+    """A box of k in exact numbers, for people."""
+    of = zip(names, box.lo, box.hi, strict=True)
+    return " x ".join(f"{name} in [{exact(lo)}, {exact(hi)}]" for name, lo, hi in of)
 
 
 def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None:

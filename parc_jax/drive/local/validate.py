@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.answer.looks import Look
+from parc_jax.answer.looks import Look, fresh_key
 from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, folded, generator, key_of, stream
@@ -68,10 +68,10 @@ def validated(
     """The answer with its `validation`: nested sets of plans of its query are tested, and as many
     accepted as show the risk. [T42]
 
-    key: its SCENE stream is used, and nothing else. settings: of the search under the smallest
-    tube. asked: by default the recordings that the model keeps, where they can show more than its
-    claim. Raises InputError for a problem under uncertainty, another system, and recordings that do
-    not fit or were seen in training.
+    key: its SCENE stream is used, by each look after the first one of its own. settings: of the
+    search under the smallest tube. asked: by default the recordings that the model keeps, where
+    they can show more than its claim. Raises InputError for a problem under uncertainty, another
+    system, and recordings that do not fit or were seen in training.
     """
     query = answer.scene.nominal.query
     lawless = query.problem.uncertainty is not None or query.model.given
@@ -86,7 +86,9 @@ def validated(
             "validate: expected a problem without uncertainty and a model without given "
             "parameters, whose law nobody stated; got one. Solve it without validate=."
         )
-    source = asked.source
+    source, look = asked.source, asked.looks.take(answer.looks)
+    if look.number > 1:  # an earlier one may have chosen what is tested now
+        key = fresh_key(key, look)
     # apart from the runs, whose keys count up from the first row
     own = folded(stream(key, Stage.SCENE), APART)
     seeds, draws, after = (generator(folded(own, i)) for i in range(3))
@@ -95,7 +97,6 @@ def validated(
     else:
         require_same(source, query.model)
         start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
-    look = asked.looks.take(answer.looks)
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
     if not sets:

@@ -38,6 +38,13 @@ WHOLE = 1e-6  # [records] a manoeuvre that begins so near to one begins there
 HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
 
 
+class Begun(list):
+    """What one episode of a loop has under way; of copies nothing is known to be."""
+
+    def __reduce__(self):
+        return type(self), ()
+
+
 @dataclass(frozen=True, eq=False)
 class Commitment:
     """One manoeuvre, safe over all of its time for every run inside the tube; that the robot rests
@@ -64,7 +71,7 @@ class Commitment:
     drift: float = 0.0
     drifted: float = 0.0
     seen_outside: list[Fraction] = field(default_factory=list)
-    episode: list["Commitment"] = field(default_factory=list)
+    episode: list["Commitment"] = field(default_factory=Begun)
     command: str = ""
 
     def __repr__(self) -> str:
@@ -79,7 +86,7 @@ class Commitment:
 
     @property
     def under_way(self) -> bool:
-        """Whether its robot still drives it: its loop, in this process, began nothing else."""
+        """Whether its robot still drives it: its loop began nothing else. False of copies."""
         return self in self.episode
 
     @property
@@ -283,9 +290,9 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
     return float(np.linalg.norm(beyond, axis=1)[points].max())
 
 
-def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
+def leads_to(last: Commitment, region: "shapely.Geometry", drift: float) -> bool:
     """Test whether any of the body may enter a region of the plane during a manoeuvre: the hull of
-    all its points in each interval, grown by tube, uncertainty and body. Overestimates.
+    all its points in each interval, grown by tube, uncertainty, drift [m] and body. Overestimates.
     """
     if region.is_empty:
         return False
@@ -298,7 +305,7 @@ def leads_to(last: Commitment, region: "shapely.Geometry") -> bool:
     places = begun.place + turned(away, -(begun.heading or 0.0))
     grown = max(part.shape.size for part in parts_of(asked.problem.body))
     far = np.linalg.norm(away, axis=-1).max()
-    grown += known.shifts(model.n_p).sum() + known.heading * far
+    grown += known.shifts(model.n_p).sum() + known.heading * far + drift
     widths = model.tube.interval[model.tube.bins_of(last.k[None])[0]].max(axis=0)
     for both, width in zip(pairwise(places), widths, strict=True):
         off = np.linalg.norm(width.reshape(model.n_points, -1), axis=1).max()

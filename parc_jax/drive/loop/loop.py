@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,7 +30,7 @@ from parc_jax.drive.loop.candidates import (
     outlook,
     require_rest,
 )
-from parc_jax.drive.loop.commitment import Commitment, LeftTube, Step, leads_to, outside_tube
+from parc_jax.drive.loop.commitment import Begun, Commitment, LeftTube, Step, leads_to, outside_tube
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
@@ -165,19 +166,19 @@ class Loop:
         the new one. prefer: maps an Outlook of b candidates to costs (b,); NaN and infinite ones
         are left out. at: [s] of the loop's clock at which the pose was measured; None for the first
         moment at which the manoeuvre under way may be left; nothing begins earlier. measured: the
-        reading of `clock` at that moment, from which the deadline counts; None for
-        now. spans: of each obstacle the intervals in which it exists, made for this moment: a Span
-        with `at`, as of `moving`; None for always. After the manoeuvre's rest nothing is claimed of
-        them: they may run into a robot that rests [T38]. drift: [m] by which the pose may be off
-        against that at which the manoeuvre under way began, beside the uncertainty of both, as
-        odometry may. gone: as of `FreeSpace.gone`, for the sentence. least: [m] of clearance
+        reading of `clock` at that moment, from which the deadline counts; None for now. spans: of
+        each obstacle the intervals in which it exists, made for this moment: a Span with `at`, as
+        of `moving`, all of whose parts are needed; None for always. After the manoeuvre's rest
+        nothing is claimed of them: they may run into a robot that rests [T38]. drift: [m] by which
+        the pose may be off against that at which the manoeuvre under way began, beside the
+        uncertainty of both. gone: as of `FreeSpace.gone`, for the sentence. least: [m] of clearance
         without which nothing is committed to. explain: say what the nearest candidate lacks where
         none is safe, which takes longer than the verdicts. goal: set in the world in which this
         manoeuvre is proved to end, as of `reach_avoid`, in place of `end`; its heading is counted
         on from that of the pose, which is within half a turn of 0. Wrong measurements end in the
         manoeuvre under way, with a sentence.
         """
-        begin = self._clock()
+        begin, stop = self._clock(), partial(self.go_on, gone=gone, drift=drift)
         try:
             if measured is not None:
                 begin = min(begin, float(as_float64("measured", measured, ())))
@@ -187,9 +188,9 @@ class Loop:
             drifted = float(drift) + (0.0 if self.under_way is None else self.under_way.drifted)
             scene = self._scenes.scene(here, obstacles, spans, goal, now, drifted)
         except LeftTube as error:
-            return replace(self.go_on(str(error).rstrip("."), gone), left=True)
+            return replace(stop(str(error).rstrip(".")), left=True)
         except InputError as error:
-            return self.go_on(str(error).rstrip("."), gone, pose, at, drift)
+            return stop(str(error).rstrip("."), pose=pose, at=at)
         cost = np.asarray(prefer(outlook(self.model, here, k, self._leaving.intervals)), float)
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
@@ -207,10 +208,9 @@ class Loop:
             judged, looks = min(judged + safe.judged, most), looks + safe.looks
             # read after the verdicts: a manoeuvre that was proved too late begins too late
             if self._clock() - begin > self.effort.deadline:
-                return self.go_on(
+                return stop(
                     f"no manoeuvre was proved within {self.effort.deadline:g} s, effort.deadline; "
-                    f"{judged:,} of {len(order):,} candidates were looked at",
-                    gone,
+                    f"{judged:,} of {len(order):,} candidates were looked at"
                 )
             i = int(np.argmax(np.minimum(safe.clearance, room))) if len(safe.rows) else -1
             if i >= 0 and safe.clearance[i] >= least:
@@ -237,7 +237,7 @@ class Loop:
         if least:
             more = f" with {least:.2g} m of clearance{more}"
         why = self._scenes.why_none(scene, k, k[order[:judged]]) if explain else ""
-        return self.go_on(f"none of {judged:,} candidates is safe{more}{why}", gone)
+        return stop(f"none of {judged:,} candidates is safe{more}{why}")
 
     def another(self) -> "Loop":
         """A loop for another robot of the same kind, at rest; what was compiled serves both."""
@@ -254,7 +254,7 @@ class Loop:
             raise InputError(f"restart: expected what this loop began last; got {first!r}.")
         self._episode.clear()  # what it had under way is so no more
         self.under_way, self._before = first, None
-        self._episode = [] if first is None else first.episode
+        self._episode = Begun() if first is None else first.episode
         self._episode[:] = [] if first is None else [first]
 
     def go_on(
@@ -272,9 +272,10 @@ class Loop:
         """
         left = "" if pose is None else self._left(pose, at, drift)
         reason = "; ".join(filter(None, [left, reason]))
-        if self.under_way is not None and gone is not None and leads_to(self.under_way, gone):
+        last = self.under_way
+        if last is not None and gone is not None and leads_to(last, gone, drift):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
-        return Step(self.under_way, False, reason, bool(left))
+        return Step(last, False, reason, bool(left))
 
     def _left(self, pose: ArrayLike, at: float | None, drift: float) -> str:
         """Why a pose is not of the manoeuvre under way; empty where it is, or none was measured."""
@@ -346,11 +347,11 @@ class Loop:
         earlier = (last, pose, last.begin) if before is None else (before, pose, at)
         # inside of the tube before: the robot does not follow the last command yet
         if outside_tube(*earlier, k) <= drift:
-            late = ", and where it would be without the last command, which came late: see thinking"
+            late = ", and where it would be had the last command come late or never: see thinking"
         raise LeftTube(
             f"at: expected a pose to which the manoeuvre under way may have led by {float(at):g} "
-            f"s; this one is {outside:.3g} m beyond what tube, uncertainty and drift allow{late}. "
-            "At rest, begin again with `restart`."
+            f"s; this one is {outside - drift:.3g} m beyond what tube, uncertainty and drift allow"
+            f"{late}. At rest, begin again with `restart`."
         )
 
     def _all_of_k(self, given: ArrayLike) -> np.ndarray:

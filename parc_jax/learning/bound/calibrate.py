@@ -238,7 +238,11 @@ def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0)
     return (
         "IID",
         *(f"WORKERS_LOST({n}, independent of the run)" for n in lost_among(lost).values()),
-        *([f"LEFT_OUT({gone:,} rows of their log, independent of the run)"] if gone else ()),
+        *(
+            [f"LEFT_OUT({gone:,} of their log, by k alone or independent of the run)"]
+            if gone
+            else ()
+        ),
         *invariances(about.rotation),
         # the unmeasured part of the start has in use the law of the runs, given k [T37]
         *([f"HIDDEN_START(given {listed(names)})"] if names else ()),
@@ -277,6 +281,11 @@ def calibrate_bins(
     n_blocks = int(block.max()) + 1
     share_of_delta = float(delta / (n_blocks * settings.looks))
     numbers = block[profile.bins_of(scores.k)]
+    if scores.law.k_law != "uniform" and (numbers != numbers[:, :1]).any():
+        raise InputError(
+            "calibrate_bins: expected no k on an edge between bins, where its run counts in both: "
+            "move the edge, or make one claim over K (calibrate)."
+        )
     counts = runs_per_bin(numbers, n_blocks)
     # a run on a border between blocks counts in each of them
     inside = [scores.score[(numbers == number).any(axis=1)] for number in range(n_blocks)]

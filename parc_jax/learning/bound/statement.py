@@ -173,8 +173,7 @@ def _chosen(p: Premises) -> str:
         )
     return (
         f"For k drawn {p['k']}, whenever it falls into a certified set that it falls into with "
-        f"probability s: at most {eps}/s. The share of K that the set fills says nothing: "
-        "these runs may hardly visit some of K."
+        f"probability s, which need not be its share of K: at most {eps}/s."
     )
 
 

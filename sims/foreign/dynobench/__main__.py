@@ -60,7 +60,7 @@ def row_of(asked: Scene, loop: pj.drive.Loop, n: int, place: Path) -> dict:
         "reached": driven.reached,
         "seconds": round(driven.seconds, 1),
         "manoeuvres": len(driven.commitments),
-        "clearance": round(driven.clearance, 4),
+        "clearance": float(driven.clearance),
         "inside": driven.inside,
         "left": driven.left,
         "reason": driven.reason,
