@@ -1,11 +1,13 @@
 """What a robot knows of what stands around it: what its lidar saw, or the map."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.problem.world.free_space import shrunk
 from sims.barn.rectangles import rectangles
 from sims.barn.worlds import World
 from sims.jackal import drift
@@ -20,6 +22,7 @@ REACH = (0.7, 0.7, 1.35)  # [m] half width of the square around the robot whose 
 TIGHT, EDGES = 0.02, 100  # [m] that these may be nearer than they are, and how many there may be
 KEPT = 4.0  # [m] of free space that is remembered
 NEARBY = 0.8  # [m] of it that is remembered while odometry drifts: farther away headings cost more
+MANY, FINE = 1000, 1e-3  # corners, more of which take long, and [m] that it may lose to save some
 AT_ONCE = 20  # cycles of a robot that stands
 STANDS = 1e-5  # [m], [rad] a robot that moves less in a cycle has stood
 WIDTH = 0.15  # [m] no obstacle is narrower: a cylinder's diameter
@@ -135,6 +138,8 @@ class Seen:
 
     def _drift(self, here: np.ndarray, speeds: np.ndarray) -> None:
         """What is remembered shrinks, unless this is the first look."""
+        import shapely
+
         if self._before is not None:
             there, slower = self._before
             adds = drift.allowed(slower, speeds, self._stood)
@@ -144,7 +149,10 @@ class Seen:
             many = 1 if self._stood < 2 else AT_ONCE * ((self._stood - 2) % AT_ONCE == 0)
             if many:
                 ahead, aside, turned = many * np.array(adds)
-                self._free = self._free.within(here, NEARBY).drifted(last, (ahead, aside), turned)
+                free = self._free.within(here, NEARBY)
+                if shapely.get_num_coordinates(free.region) > MANY:
+                    free = replace(free, region=shrunk(free.region, 0.0, FINE))
+                self._free = free.drifted(last, (ahead, aside), turned)
             self.allowed.append(adds)
 
     def _corners(self, pose: np.ndarray) -> np.ndarray:

@@ -59,6 +59,27 @@ def test_costs_near_the_robot_are_counted_first_and_are_the_same():
         np.testing.assert_array_equal(near.prefer(seen), whole.prefer(seen))
 
 
+def test_costs_that_stay_while_more_is_seen_are_those_counted_anew():
+    need("shapely")
+    from shapely import Point
+
+    world, rng = barn.world(58), np.random.default_rng(0)
+    guide = Guidance(world.start, world.goal, 1.0)
+    for y in np.linspace(world.start[1], world.goal[1], 12):
+        place = np.array([world.start[0], y])
+        clear = SimpleNamespace(region=Point(place).buffer(0.6))
+        guide.see(rng.permutation(world.cylinders)[:60], clear)
+        guide.give_up(place + rng.uniform(-1.0, 1.0, 2))
+        guide.update(place)
+        anew = Guidance(world.start, world.goal, 1.0)
+        anew._occupied, anew._tried = guide._occupied, guide._tried
+        anew.update()
+        around = place + rng.uniform(-1.5, 1.5, (200, 2))
+        seen = SimpleNamespace(path=around[:, None], heading=np.zeros(len(around)))
+        np.testing.assert_array_equal(guide.prefer(seen), anew.prefer(seen))
+        np.testing.assert_array_equal(guide.cost(world.cylinders), anew.cost(world.cylinders))
+
+
 class Standing:
     """A loop that commits to nothing."""
 

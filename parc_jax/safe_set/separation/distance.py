@@ -42,8 +42,8 @@ def separations(
     a: Many, b: Many, errors: ErrorSet, vertices: Vectors, radius: Scalar, until: Some = None
 ):
     """The same of many intervals: gaps (t,), directions (t, n_p). Kernel; with `until` not for
-    vmap. until: the steps end where an overlap shows in one of these intervals, in the plane: its
-    gap is not positive, and those of others are less than they might be.
+    vmap. until: steps end where more change nothing, or an overlap shows in one of these intervals,
+    in the plane: its gap is not positive, and those of others are less than they might be.
     """
     n = a.shape[-1]
     support = jax.vmap(_support, in_axes=(0, 0, 0, None, 0))
@@ -58,12 +58,14 @@ def separations(
             turns = jnp.stack([u[0] * v[1] - u[1] * v[0] for u, v in ((p, q), (q, r), (r, p))])
             around = (turns > 0).all(axis=0) | (turns < 0).all(axis=0)
             met = (until & (gap < 0) & around).any()
-        simplex, nearest = jax.vmap(_nearest)(simplex, point)
-        return i + 1, gap, w, jax.vmap(_unit)(nearest), simplex, met
+        closer, nearest = jax.vmap(_nearest)(simplex, point)
+        onwards = jax.vmap(_unit)(nearest)
+        if until is not None:  # from the same state all further steps are the same
+            met |= (closer == simplex).all() & (onwards == towards).all()
+        return i + 1, gap, w, onwards, closer, met
 
     # from the middle of the obstacle to that of the points; any direction where they coincide
-    first = (a.mean(axis=1) + b.mean(axis=1)) / 2 - vertices.mean(axis=0)[None]
-    first = jax.vmap(_unit)(first)
+    first = jax.vmap(_unit)((a.mean(axis=1) + b.mean(axis=1)) / 2 - vertices.mean(axis=0)[None])
     first = jnp.where(first.any(axis=1)[:, None], first, jnp.eye(1, n, dtype=first.dtype))
     gap, point = support(a, b, errors, vertices, first)
     gap = jnp.where(gap == gap, gap, -jnp.inf)
@@ -77,8 +79,7 @@ def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vec
     """Least w . d () over the differences d of both sides, and one that attains it (n_p,)."""
     at_a, at_b, beyond = (dot(x, w[None]) for x in (a, b, vertices))
     least = excess((at_a, at_b), errors.support(-w[None]))
-    i = least.argmin()
-    last = beyond.argmax()
+    i, last = least.argmin(), beyond.argmax()
     ends = jnp.where((at_a <= at_b)[:, None], a, b) + errors.vertex(-w[None])
     return least[i] - beyond[last], ends[i] - vertices[last]
 
@@ -87,9 +88,8 @@ def _nearest(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):
     """The simplex of n points with one replaced by the new point, and the vector (n,) from the
     origin to the nearest of their hull: its nearest face among those at the new point.
     """
-    n = len(simplex)
-    faces = jnp.stack([simplex.at[i].set(point) for i in range(n)])
-    vectors = jax.vmap(_nearest_of_edge if n == 2 else _nearest_of_triangle)(faces)
+    faces = jnp.stack([simplex.at[i].set(point) for i in range(len(simplex))])
+    vectors = jax.vmap(_nearest_of_edge if len(simplex) == 2 else _nearest_of_triangle)(faces)
     chosen = dot(vectors, vectors).argmin()
     return faces[chosen], vectors[chosen]
 
