@@ -193,9 +193,7 @@ class Live:
         return query(self.problem, planner.model, self.at).nominal(planner._robust_models)
 
     def scene(self) -> Scene:
-        """As it was dragged, of the part of K that is asked for, always of one size. Raises
-        InputError.
-        """
+        """As it was dragged, of the part of K asked for, always of one size. Raises InputError."""
         scene = padded(pruned_scene(self._nominal()), *self._size)
         # where some are given the others have other columns
         axes = [self.model.labels.k.index(name) for name in scene.model.labels.k]

@@ -196,9 +196,7 @@ _local = jax.jit(_many, static_argnums=(0, 1))
 
 @lru_cache
 def _sharded(one: Callable, loop: bool, mesh: jax.sharding.Mesh):
-    """The kernel on every device of a mesh, each on a part of the rows: no device waits for the
-    rows of another one.
-    """
+    """The kernel on every device of a mesh, on its own rows: none waits for those of another."""
     rows = jax.P(mesh.axis_names[0])
     everywhere = jax.P()
     specs = {"mesh": mesh, "in_specs": (rows, rows, rows, everywhere), "out_specs": rows}

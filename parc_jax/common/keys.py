@@ -35,9 +35,7 @@ class Stage(enum.IntEnum):
 
 
 def as_key(key) -> jax.Array:
-    """The key itself, of either kind that `jax.random` makes. Raises InputError for anything else,
-    such as a seed.
-    """
+    """The key itself, of either kind that `jax.random` makes. Raises InputError, as for a seed."""
     is_array = isinstance(key, jax.Array | np.ndarray)
     typed = is_array and jnp.issubdtype(key.dtype, jax.dtypes.prng_key) and key.shape == ()
     raw = is_array and key.dtype == np.uint32 and key.shape == (2,)
@@ -55,9 +53,7 @@ def check_seed(seed: int) -> int:
 
 
 def key_of(seed: int) -> np.ndarray:
-    """The random key of a seed: `jax.random.PRNGKey`, without a compiled program. Raises InputError
-    for anything else.
-    """
+    """The key of a seed: `jax.random.PRNGKey`, without a compiled program. Raises InputError."""
     return np.array([0, check_seed(seed)], np.uint32)
 
 

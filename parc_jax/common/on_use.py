@@ -35,9 +35,7 @@ def on_use(package: str) -> tuple[Callable[[str], object], Callable[[], list[str
 
 
 def package(name: str, call: str, extra: str = ""):
-    """A package, for a call that needs it. extra: by default that of EXTRAS. Raises
-    InputError where it is not installed.
-    """
+    """A package, for a call that needs it. extra: by default that of EXTRAS. Raises InputError."""
     try:
         return importlib.import_module(name)
     except ImportError:

@@ -3,6 +3,7 @@
 A failed probe refuses to certify. The result is cached per installation, unnoticed by queries.
 """
 
+import contextlib
 import hashlib
 import json
 import os
@@ -66,13 +67,8 @@ def probe_nan() -> Finding:
     ok = bool(np.isnan(relu).all() and not np.asarray(compared).any())
     kept = bool(np.isnan(largest).all() and np.isnan(least).all())
     through = "passes" if kept else "is lost in (no verdict rests on it)"
-    return Finding(
-        "nan",
-        ok,
-        f"NaN {through} the largest of {REDUCED[0]:,} numbers."
-        if ok
-        else "NaN was lost in max(x, 0), or passed a comparison.",
-    )
+    told = f"NaN {through} the largest of {REDUCED[0]:,} numbers."
+    return Finding("nan", ok, told if ok else "NaN was lost in max(x, 0), or passed a comparison.")
 
 
 def probe_subnormal_margin() -> Finding:
@@ -86,9 +82,8 @@ def probe_full_precision() -> Finding:
     """Dots at highest precision do not round their inputs to TF32 or bfloat16."""
     out = jax.jit(lambda x: product(x, jnp.eye(64, dtype=x.dtype)))(np.full((64, 64), 1 + 2.0**-40))
     ok = bool((np.asarray(out) == 1.0 + 2.0**-40).all())
-    return Finding(
-        "full precision dots", ok, "products keep 40 bits." if ok else "products lose low bits."
-    )
+    told = "products keep 40 bits." if ok else "products lose low bits."
+    return Finding("full precision dots", ok, told)
 
 
 def probe_batched_rows() -> Finding:
@@ -100,39 +95,30 @@ def probe_batched_rows() -> Finding:
         x = rng.normal(size=(size, 3))
         wrong = int((np.abs(np.asarray(kernel(x)) - (x @ M.T).max(axis=1)) > 1e-12).sum())
         if wrong:
-            return Finding(
-                "batched rows",
-                False,
-                f"{wrong} of {size} rows are wrong (a known fault of jaxlib 0.10.2).",
-            )
-    return Finding(
-        "batched rows", True, f"batches of {', '.join(map(str, SIZES))} agree with NumPy."
-    )
+            told = f"{wrong} of {size} rows are wrong (a known fault of jaxlib 0.10.2)."
+            return Finding("batched rows", False, told)
+    told = f"batches of {', '.join(map(str, SIZES))} agree with NumPy."
+    return Finding("batched rows", True, told)
 
 
 def probe_options(options: dict[str, str | bool]) -> Finding:
     """The compiler knows these options."""
     wrong = [why for name, value in options.items() if (why := refused(name, value))]
-    return Finding(
-        "options", not wrong, "; ".join(wrong) or "the compiler knows all that are used."
-    )
+    told = "; ".join(wrong) or "the compiler knows all that are used."
+    return Finding("options", not wrong, told)
 
 
 @lru_cache(maxsize=1)
 def _cached() -> tuple[Finding, ...]:
     store = _store()
-    try:
+    with contextlib.suppress(OSError, ValueError, TypeError):  # absent or damaged: probe now
         known = tuple(Finding(*entry) for entry in json.loads(store.read_text()))
         if {finding.name for finding in known} == NAMES:
             return known
-    except (OSError, ValueError, TypeError):
-        pass  # absent or damaged: probe now
     findings = tuple(probe_all())
-    try:
+    with contextlib.suppress(OSError):  # a read-only home: probe again next time
         store.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         store.write_text(json.dumps(findings))
-    except OSError:
-        pass  # a read-only home: probe again next time
     return findings
 
 

@@ -1,6 +1,4 @@
-"""`parc-jax check`: the independent checker, and the one that is itself proved; `parc-jax explain`:
-all sentences.
-"""
+"""`parc-jax check`: the independent checker, the proved one; `parc-jax explain`: all sentences."""
 
 import contextlib
 import io
@@ -136,9 +134,7 @@ class Verdict(NamedTuple):
 
 
 def find_second() -> Second:
-    """The built program that the environment names, else node with the one of the page. Raises
-    InputError.
-    """
+    """The program that the environment names, else that of the page in node. Raises InputError."""
     named = os.environ.get(VARIABLE)
     if named:
         program = shutil.which(named)

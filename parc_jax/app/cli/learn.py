@@ -58,6 +58,5 @@ def learn(
                 learned = learn_report(black_box, key, settings, path=work, quiet=shell.quiet)
                 learned.model.save(out)
             shutil.rmtree(work, ignore_errors=True)
-    said = logs.summary(learned, out, as_json=shell.json)
-    print(said)
+    print(logs.summary(learned, out, as_json=shell.json))
     return 0 if learned.model.tube.claimed.any() else 1

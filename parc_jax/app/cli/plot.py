@@ -115,9 +115,7 @@ def _drawn(draw: Callable[[Path], object], path: Path) -> Path:
 
 
 def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Path:
-    """The film that the system renders itself, else a plain one of its run, or of the prediction
-    without a system.
-    """
+    """The film that the system renders, else a plain one: of its run, or of the prediction."""
     import jax
 
     from parc_jax.app.cli.systems import black_box_with, find

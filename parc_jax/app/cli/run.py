@@ -71,6 +71,5 @@ def run(
         how = {"model": saved, "learn_from": learn_from, "figures": figures, "quiet": shell.quiet}
         said = partial(during, quiet=shell.quiet)
         outcome = run_study(black_box, problem, settings, out, shell.seed, **how, during=said)
-    facts = json.dumps(outcome.metrics, indent=1) if shell.json else report(outcome, out)
-    print(facts)
+    print(json.dumps(outcome.metrics, indent=1) if shell.json else report(outcome, out))
     return 0 if outcome.answer.status.found else 1

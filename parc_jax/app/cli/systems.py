@@ -84,9 +84,7 @@ def find(name: str, needed: tuple[str, ...] = ("system", "problem"), or_job=Fals
 
 
 def study_of(module: ModuleType, **changes):
-    """The `Study` of a system, its module's STUDY or else the default one, but for the given
-    fields. Raises InputError.
-    """
+    """The `Study` of a system, or the default, but for the given fields. Raises InputError."""
     from parc_jax.app.study.settings import Study
 
     return getattr(module, "STUDY", Study()).replace(**changes)
@@ -100,17 +98,13 @@ def of_study(name: str, changes: dict):
 
 
 def black_box_of(module: ModuleType, plant: str | None, body: str | None):
-    """module.system() with the plant, and with the body where it depends on it. Raises
-    InputError.
-    """
+    """module.system() with the plant, and the body where it depends on it. Raises InputError."""
     depends = "body" in inspect.signature(module.system).parameters
     return build(module, "system", plant=plant, body=body if depends else None)
 
 
 def black_box_with(module: ModuleType, points: tuple[str, ...]):
-    """module.system() with these reference points, of whichever of its BODIES has them. Raises
-    InputError.
-    """
+    """module.system() of whichever of its BODIES has these reference points. Raises InputError."""
     from parc_jax.learning.system import points_of
 
     black_box = build(module, "system")
@@ -203,8 +197,7 @@ def doctor() -> int:
             print(f"  {name:12} {metadata.version(name)}")
         except metadata.PackageNotFoundError:
             print(f"  {name:12} missing: pip install {name}")
-    options = probe_options(dict(backend().compiler) | (COMPILER or {}))
-    findings = [*probe_all(), options]
+    findings = [*probe_all(), probe_options(dict(backend().compiler) | (COMPILER or {}))]
     for finding in findings:
         print(f"  {'ok  ' if finding.ok else 'FAIL'} {finding.name}: {finding.detail}")
     fit = all(finding.ok for finding in findings)

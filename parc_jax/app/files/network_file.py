@@ -226,9 +226,7 @@ def read_onnx(path) -> ReLUNetwork:
 
 
 def _steps(path, node, attributes: dict, constants: dict, at: str) -> list:
-    """One node as steps of a chain; the running value has rows as examples, so x is a row vector in
-    ONNX.
-    """
+    """One node as steps of a chain; in ONNX the running value is a row vector, one per example."""
     kind, inputs = node.op_type, list(node.input)
     if kind == "Relu":
         return [Relu()]

@@ -1,6 +1,4 @@
-"""One interactive page of an answer, or of an episode: a single file that needs no network and no
-server.
-"""
+"""One interactive page of an answer or an episode: one file that needs no network and no server."""
 
 import json
 import re

@@ -109,15 +109,12 @@ def regions(
         style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
         ax.set_xlabel(_name(names, axes[0]))
         ax.set_ylabel(_name(names, axes[1]))
-        handles = _handles(verdict, dots)
-        style.explain(sheet, handles, 2, "upper left")
+        style.explain(sheet, _handles(verdict, dots), 2, "upper left")
     return sheet.out
 
 
 def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Numbers (m,) and outlines (v, 2) of the regions that meet the plane through `at` along two
-    axes of k.
-    """
+    """Numbers (m,), outlines (v, 2) of regions on the plane through `at` along two axes of k."""
     if not isinstance(table.domain, Box):
         raise InputError("regions: expected regions over a box K; these are over another polytope.")
     if table.net.n_in == 2:

@@ -25,9 +25,7 @@ AROUND = 20.0  # [m] around a manoeuvre that is drawn
 
 
 def hull(points: np.ndarray) -> np.ndarray:
-    """Convex hull (v, 2) of points (n, 2), counter-clockwise; the points themselves where they
-    enclose no area.
-    """
+    """Convex hull (v, 2) of points (n, 2), counter-clockwise; of no area, the points themselves."""
     points = np.asarray(points, float)
     boundary = convex_hull(points)
     return points if boundary is None else points[boundary.vertices]
@@ -44,9 +42,7 @@ def shadow(poly: HPolytope, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
 
 
 def linked(poly: HPolytope, axes: Sequence[int]) -> tuple[HPolytope, list[int]]:
-    """The polytope over the coordinates that its rows link to some axes, and where these are among
-    them.
-    """
+    """The polytope over coordinates that rows link to some axes, and where these are among them."""
     used = poly.A != 0
     linked_axes = np.isin(np.arange(poly.n), axes)
     # coordinates are linked over rows: add those of linked rows until none is new
@@ -78,9 +74,7 @@ def goals(goal: HPolytope, n_p: int, n_points: int, sides: Sequence[tuple[int, i
 
 
 def part_outline(part: Part, places: np.ndarray, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
-    """Outline (v, 2) of a part of the body, along two axes, while its reference points are at
-    places (i, n_p).
-    """
+    """Outline (v, 2), along two axes, of a part of the body with its points at places (i, n_p)."""
     if isinstance(part.shape, Disc):
         around = disc(part.shape.radius) if part.shape.radius else np.zeros((1, 2))
     else:
@@ -126,9 +120,7 @@ def placed(outline: np.ndarray, at: np.ndarray, heading: float = 0.0) -> np.ndar
 
 
 def tubes(path: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Hexagons (..., T, 6, 2) swept by error boxes (..., T, 2) along the segments of a path (..., T
-    + 1, 2).
-    """
+    """Hexagons (..., T, 6, 2) swept by error boxes (..., T, 2) along a path (..., T + 1, 2)."""
     a, b = path[..., :-1, :], path[..., 1:, :]
     sign = np.where(b >= a, 1.0, -1.0)
     behind, ahead = -sign * error, sign * error
@@ -209,9 +201,7 @@ class Predicted(NamedTuple):
 
 
 def predicted(model: TrajectoryModel, plans: np.ndarray) -> Predicted:
-    """Paths and tubes of plans (n, n_p + n_k) over (p0, k), in float64, for drawing and not for
-    verdicts.
-    """
+    """Paths and tubes of plans (n, n_p + n_k), in float64, for drawing and not for verdicts."""
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
     offsets, q = trajectories(model.net, model.layout, k)
     return Predicted(moved_to(p0, offsets), q, model.tube.widest_at(k)[0])
@@ -244,9 +234,8 @@ def tube_triangles(parts: Sequence[Part], places: np.ndarray, tube: np.ndarray) 
     drawn = [np.zeros((0, 3, n_p))]
     for t, half in enumerate(tube):
         if np.isfinite(half).all():
-            corners = (
-                places[t : t + 2] + _signs(n_p)[:, None, None] * half
-            )  # (corner, knot, m, n_p)
+            # (corner, knot, m, n_p)
+            corners = places[t : t + 2] + _signs(n_p)[:, None, None] * half
             drawn.append(reached(parts, np.moveaxis(corners, 2, 0).reshape(m, -1, n_p)))
     return np.concatenate(drawn)
 

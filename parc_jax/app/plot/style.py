@@ -115,9 +115,7 @@ def legend(figure, handles, columns: int) -> None:
 
 
 def explain(sheet: Sheet, handles, columns: int, loc: str = "best") -> None:
-    """The legend of a sheet: below a new figure, within the first of Axes that were given,
-    at `loc`.
-    """
+    """The legend of a sheet: below a new figure, within the first of given Axes, at `loc`."""
     if sheet.out is sheet.figure:
         legend(sheet.figure, handles, columns)
     else:

@@ -54,17 +54,13 @@ def report(outcome: Studied, out: Path) -> str:
 
 
 def said_of(answer: Answer) -> str:
-    """The summary of an answer for a terminal; where no plan or few are safe, with the obstacles in
-    the way.
-    """
+    """The summary of an answer for a terminal; if few or no plans are safe, with `in_the_way`."""
     words = answer.summary()
     return "\n".join([words, *in_the_way(answer, words)])
 
 
 def in_the_way(answer: Answer, words: str = "") -> list[str]:
-    """The obstacles in the way, a line each, where no plan was found or few are safe; less those in
-    `words`.
-    """
+    """The obstacles in the way, a line each, if few or no plans are safe; less those in `words`."""
     share = answer.share
     if answer.status.found and (share is None or share.share >= SMALL):
         return []
@@ -145,8 +141,7 @@ def figures(outcome: Studied, repeats: int, out: Path) -> list[Path]:
         draw(drawn[-1])
     if outcome.assumed is not None:
         drawn.append(out / "errors.png")
-        model = outcome.answer.model
-        errors(model.claim, outcome.assumed, drawn[-1])
+        errors(outcome.answer.model.claim, outcome.assumed, drawn[-1])
     return drawn
 
 

@@ -75,11 +75,7 @@ def train(
 
 
 def train_report(
-    data: RolloutBatch,
-    hidden: Sequence[int],
-    key: Key,
-    seeds: int,
-    steps: int,
+    data: RolloutBatch, hidden: Sequence[int], key: Key, seeds: int, steps: int
 ) -> tuple[ReLUNetwork, TrainReport]:
     """As `train`, with the held-out errors of every seed."""
     if not isinstance(data, RolloutBatch):

@@ -237,8 +237,7 @@ def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]
     if p.ndim != 3 or p.shape[:2] != (n, time.n_record + 1):
         raise InputError(
             f"rollouts p: expected shape ({n}, {time.n_record + 1}, n_p), one row per k, one "
-            "sample per record time; "
-            f"got {p.shape}. Do dt_record and t_f match the recording?"
+            f"sample per record time; got {p.shape}. Do dt_record and t_f match the recording?"
         )
     n_p, beyond = divmod(p.shape[2], len(points))
     if beyond or n_p < 1:
@@ -251,8 +250,7 @@ def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]
     if moved.any():
         raise InputError(
             "rollouts p: expected positions relative to the start, p[:, 0] = 0; run "
-            f"{int(np.argmax(moved))} starts at "
-            f"{begin[np.argmax(moved)]}. Subtract the start"
+            f"{int(np.argmax(moved))} starts at {begin[np.argmax(moved)]}. Subtract the start"
             f"{'.' if points == ONE_POINT else f' of {points[0]} from all points.'}"
         )
     return n_p

@@ -47,9 +47,7 @@ def _number(name: str) -> int:
 
 
 def worst_by_group(values: np.ndarray, groups: np.ndarray | None) -> np.ndarray:
-    """The largest of the values (n,) of every group, in the order in which groups first appear;
-    all of them without groups.
-    """
+    """The largest of the values (n,) of every group, in order of appearance; without groups all."""
     if groups is None:
         return values
     _, first, number = np.unique(groups, return_index=True, return_inverse=True)

@@ -117,8 +117,7 @@ def _assemble(
     if time is None:
         raise InputError(
             f"{path}: expected time=time_grid(dt, t_f, dt_record): the file does not say when its "
-            f"{p.shape[1]} samples "
-            "per run were taken."
+            f"{p.shape[1]} samples per run were taken."
         )
     q = _numbers(path, "q", arrays["q"]) if "q" in arrays else np.zeros((len(k), 0))
     groups = arrays.get("groups") if groups is None else groups
@@ -190,9 +189,7 @@ def points_in(path: str | Path, p: np.ndarray, given) -> tuple[str, ...]:
 
 
 def _numbers(path: Path, name: str, values) -> np.ndarray:
-    """An array of the file as floats. Raises InputError, for ragged runs and numbers too large to
-    compute with too.
-    """
+    """An array of the file as floats. Raises InputError, also for ragged runs and huge numbers."""
     try:
         array = np.asarray(real(values), np.float64)
     except (TypeError, ValueError):

@@ -183,9 +183,8 @@ def in_columns(system, trajectory: Trajectory | Retried) -> Trajectory | Retried
     if have_p != want_p or have_q != want_q:
         raise InputError(
             f"{system.name}: expected rollout(key, k) to return p {want_p} on the record grid and "
-            f"q {want_q}; "
-            f"got p {have_p} and q {have_q}. p holds n_record + 1 samples, the start included"
-            f"{'.' if n_points == 1 else ', of all reference points.'}"
+            f"q {want_q}; got p {have_p} and q {have_q}. p holds n_record + 1 samples, the start "
+            f"included{'.' if n_points == 1 else ', of all reference points.'}"
         )
     if n_points == 1:
         return trajectory

@@ -92,9 +92,7 @@ class Executions:
         return bool((self.lo == self.hi).all())
 
     def whole(self, k: np.ndarray) -> np.ndarray:
-        """(n, n_k) all parameters of plans that choose k (n, chosen), where there is one
-        execution.
-        """
+        """(n, n_k) parameters of plans that choose k (n, chosen), where there is one execution."""
         out = np.tile(self.lo, (len(k), 1))
         out[:, list(self.chosen)] = k
         return out

@@ -74,9 +74,7 @@ class BetweenFaces:
         self._mixed = np.einsum("i,cij->cj", weights, self.candidates)
 
     def towards(self, way: np.ndarray) -> np.ndarray:
-        """(m, i, n_p) errors whose mixtures are nearest to way (m, n_p), about: mixtures of the
-        candidates by least squares.
-        """
+        """(m, i, n_p) errors with mixtures nearest to way (m, n_p), about, by least squares."""
         from scipy.optimize import nnls  # heavy to load, and seldom needed
 
         size = ONE * max(float(np.abs(self._mixed).max()), np.finfo(float).tiny)
@@ -135,9 +133,7 @@ class OverBins(NamedTuple):
 
 
 def bins_over(tube: Tube, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers (b,) of the bins that a box of k overlaps with its interior, and along which axes
-    (n_k,) there are several.
-    """
+    """Numbers (b,) of the bins that the interior of a box of k meets; axes (n_k,) with several."""
     number = np.zeros(1, int)
     straddles = []
     for edge, a, b in zip(tube.edges, lo, hi, strict=True):

@@ -92,9 +92,8 @@ class NoPlan(NamedTuple):
         why = f": {self.reason.words}" if self.reason else "."
         share = rounded_up(100 * self.undecided / self.total, 4)
         return (
-            f"No safe plan was found{why} This is not a proof that none exists: "
-            f"of the plans {IN_THE_BOX}, {share} % by volume are undecided; the "
-            "others are proved unsafe."
+            f"No safe plan was found{why} This is not a proof that none exists: of the plans "
+            f"{IN_THE_BOX}, {share} % by volume are undecided; the others are proved unsafe."
         )
 
 
@@ -186,9 +185,8 @@ def _not_searched(root: Node, needed: str, reason: Reason | None) -> NoPlan:
 
 def _seconds_per_evaluation(context: checker.Context, model: TrajectoryModel) -> float:
     """How long the checker takes for one exact evaluation of the network on this machine."""
-    point, scale = checker.integers(
-        [Fraction(float(v)) for v in (model.domain.lo + model.domain.hi) / 2]
-    )
+    middle = (model.domain.lo + model.domain.hi) / 2
+    point, scale = checker.integers([Fraction(float(v)) for v in middle])
     seconds = []
     for _ in range(3):
         begin = time.perf_counter()
@@ -213,8 +211,7 @@ def goal_faces(problem: Problem, model: TrajectoryModel) -> tuple[np.ndarray, np
     for row, end, error in zip(rows, problem.goal.b, errors, strict=True):
         lost = sum(a * Fraction(float(e)) for a, e in zip(row, error, strict=True))
         bounds.append(Fraction(end) - lost)
-    lo = np.zeros(model.n_p)
-    hi = np.zeros(model.n_p)
+    lo, hi = np.zeros(model.n_p), np.zeros(model.n_p)
     faces = []
     for axis in range(model.n_p):
         pair = []
@@ -224,9 +221,7 @@ def goal_faces(problem: Problem, model: TrajectoryModel) -> tuple[np.ndarray, np
             pair.append([known.goal_entry(errors, row, m) for row, m in used])
         faces.append(pair)
         if not lo[axis] < hi[axis]:
-            least_hi = hi[axis]
-            hi[axis] = lo[axis] + 1.0
-            lo[axis] = least_hi - 1.0
+            lo[axis], hi[axis] = hi[axis] - 1.0, lo[axis] + 1.0
     return np.nextafter(lo, -np.inf), np.nextafter(hi, np.inf), faces
 
 
@@ -269,6 +264,4 @@ def _coupled(rows: list[list[Fraction]], axis: int) -> tuple[list[int], list[int
 def _combination(rows: list[list[Fraction]], target: list[Fraction]) -> list[Fraction] | None:
     """m with sum m_i rows_i = target for n rows of length n, None when they are dependent."""
     basis = Basis(len(target))
-    if not all(basis.add(row) for row in rows):
-        return None
-    return basis.coordinates(target)
+    return basis.coordinates(target) if all(basis.add(row) for row in rows) else None

@@ -51,8 +51,7 @@ def cell_volumes(
             v = np.ascontiguousarray((x.take(at[away], axis=0) - x.take(here[away], axis=0)).T)
             terms = _wedge(v, vector.take(entry[away], axis=1), k)
             out[:, first:last] = _sums_of_parallel(terms, starts) / k
-        apex = top
-        vector = out
+        apex, vector = top, out
     return np.abs(vector[0])
 
 
@@ -111,13 +110,10 @@ def build_table(
 
     points = lattice.x.view * scale
     point_error = lattice.rho.view[:, None] * scale
-    plus = lattice.bits.plus.view
-    minus = lattice.bits.minus.view
+    plus, minus = lattice.bits.plus.view, lattice.bits.minus.view
     recheck_signs(net, points, point_error, plus, minus, n_rows)
-    words = plus.shape[1]
     both = or_over_cells(np.concatenate([plus, minus], axis=1), boundaries)
-    plus = both[:, :words]
-    minus = both[:, words:]
+    plus, minus = np.split(both, 2, axis=1)
     faces = [lattice.count(k) - (k > 0) for k in range(n + 1)]
     effort = (oracle.n_signs, oracle.n_exact, oracle.n_repaired)
     proof = prove_complete(

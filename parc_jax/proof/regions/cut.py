@@ -328,10 +328,7 @@ def _zero_faces(
 
 
 def _append_zero_faces(
-    lattice: Complex,
-    k: int,
-    sub: Int[np.ndarray, " entries"],
-    size: Int[np.ndarray, " new"],
+    lattice: Complex, k: int, sub: Int[np.ndarray, " entries"], size: Int[np.ndarray, " new"]
 ) -> np.ndarray:
     """Append the new k-faces with the given boundaries; returns a vertex of each."""
     if k == 1:

@@ -35,9 +35,7 @@ class UnitProblem(NamedTuple):
 
 
 def unit_problem(net: ReLUNetwork, domain: Box) -> UnitProblem:
-    """Rescale the axes so that errors mean the same along each. Raises InputError for a domain
-    without interior.
-    """
+    """Rescale the axes so that errors mean the same along each. Raises InputError."""
     if not isinstance(domain, Box):
         raise InputError(f"domain: expected a Box; got {type(domain).__name__}.")
     if domain.n != net.n_in:
@@ -97,9 +95,7 @@ def _box_faces(n: int):
     # per axis a face lies at 0 (low), 1 (high) or is 2 (free); its dimension is the number of 2s
     faces = {k: [f for f in product((0, 1, 2), repeat=n) if f.count(2) == k] for k in range(n + 1)}
     number = {face: i for same in faces.values() for i, face in enumerate(same)}
-    subs = {}
-    sizes = {}
-    firsts = {}
+    subs, sizes, firsts = {}, {}, {}
     for k in range(1, n + 1):
         subs[k] = np.concatenate([[number[sub] for sub in _facets(face)] for face in faces[k]])
         sizes[k] = np.full(len(faces[k]), 2 * k)

@@ -118,8 +118,7 @@ class ExactNetwork:
                 return point, q
         raise SoundnessError(
             f"exact vertex: its {len(tight_rows) + len(zero_neurons)} hyperplanes have rank "
-            f"{len(basis)} < {self.n}. "
-            "The complex is inconsistent; please report the network."
+            f"{len(basis)} < {self.n}. The complex is inconsistent; please report the network."
         )
 
     def _through(

@@ -60,9 +60,7 @@ class PatternIndex:
 
 
 def float_patterns(net: ReLUNetwork, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Patterns (m, n_hidden) bool at k (m, n), and whether rounding cannot have changed them (m,).
-    [T10]
-    """
+    """Patterns (m, n_hidden) bool at k (m, n); whether rounding cannot change them (m,). [T10]"""
     on = [np.zeros((len(k), 0), bool)]
     sure = np.ones(len(k), bool)
     for _, z, error in forward(net, k):

@@ -114,9 +114,7 @@ def recheck_signs(
 
 
 def _all_distinct(words: np.ndarray) -> bool:
-    """Rows are pairwise different. A hash without collision proves it; otherwise the rows
-    themselves are compared.
-    """
+    """Rows are pairwise different: hashes without collision prove it, else rows are compared."""
     key = np.sort(hash_words(words))
     return not (key[1:] == key[:-1]).any() or len(np.unique(words, axis=0)) == len(words)
 
