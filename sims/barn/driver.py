@@ -74,7 +74,11 @@ class Driver:
         name = file_name(self.content, world.number, seed)
         if self.save is not None and new:
             said = {"reasons": one.reasons}
-            assumed = {} if self.known else {"lidar": LOOKED_AT}
+            seen = (
+                f"ranges within {scanner.noise:g} m, nothing narrower than {WIDTH:g} m, and before "
+                f"the start {AROUND:g} m around the robot were looked at"
+            )
+            assumed = {} if self.known else {"lidar": seen}
             pj.drive.save_episode(self.save / f"{name}.json", new, said, one.drift, assumed)
         if self.film is not None and new:
             film(self.film / f"{name}.gif", world, one)
@@ -83,12 +87,6 @@ class Driver:
     def line(self, world: World, seed) -> dict:
         """What is told of a drive, which other processes can send back."""
         return {**self(world, seed).told}
-
-
-LOOKED_AT = (
-    f"ranges within {LIDAR.noise:g} m, nothing narrower than {WIDTH:g} m, and before the start "
-    f"{AROUND:g} m around the robot were looked at"
-)
 
 
 def file_name(content: str, world: int, seed) -> str:

@@ -209,7 +209,7 @@ def outcome(
         "cost": round(told["cost"], 4),
         "contact": found.contact,
         "depth": round(found.depth, 4),
-        "nearest": float(found.nearest),
+        "nearest": float(np.floor(1e4 * found.nearest)) / 1e4,
         "committed": len(done or ()),
     }
     return pj.drive.Outcome(found.ever or told["steps_that_cost"] > 0, left, told, done or [])

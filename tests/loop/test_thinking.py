@@ -201,7 +201,7 @@ def test_a_command_that_comes_late_is_said_to_be_late(clock, cycle):
     assert (
         "m beyond what tube, uncertainty and drift allow, and where it would be" in steps[-1].reason
     )
-    assert "without the last command, which came late: see thinking" in steps[-1].reason
+    assert "had the last command come late or never: see thinking" in steps[-1].reason
 
 
 def test_before_it_may_be_left_a_manoeuvre_goes_on(clock):

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.answer.looks import Look, fresh_key
+from parc_jax.answer.looks import Look
 from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, folded, generator, key_of, stream
@@ -86,9 +86,9 @@ def validated(
             "validate: expected a problem without uncertainty and a model without given "
             "parameters, whose law nobody stated; got one. Solve it without validate=."
         )
-    source, look = asked.source, asked.looks.take(answer.looks)
-    if look.number > 1:  # an earlier one may have chosen what is tested now
-        key = fresh_key(key, look)
+    source = asked.source
+    if asked.looks.taken:  # by which what is tested now may have been chosen
+        key = folded(stream(key, Stage.DRIVEN), asked.looks.taken)
     # apart from the runs, whose keys count up from the first row
     own = folded(stream(key, Stage.SCENE), APART)
     seeds, draws, after = (generator(folded(own, i)) for i in range(3))
@@ -97,6 +97,7 @@ def validated(
     else:
         require_same(source, query.model)
         start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
+    look = asked.looks.take(answer.looks)
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
     if not sets:
