@@ -39,7 +39,7 @@ class Driving(Options):
     """Most [rad/s²] by which it changes how fast it turns, for the same reason."""
     stale: float = 1.0
     """Seconds after the last scan that was added, or message of movers, from when on nothing new
-    begins."""
+    begins; and most by which stamps of either may lie ahead of the last pose."""
     age: float = 0.0
     """Seconds after which a place that no scan has seen again is not free any more; 0: never."""
     mover_radius: float = 0.0

@@ -227,7 +227,8 @@ class Pilot:
             told.append(f"the last scan is {(self._stamp - self._added) / 1e9!r} s older")
         if self.movers is not None:
             age = (self._stamp - self.movers.stamp) / 1e9
-            told.append(f"who moves was told {age!r} s before, and nobody has come since")
+            when = f"{age!r} s before" if age >= 0 else f"{-age!r} s after the pose"
+            told.append(f"who moves was told {when}, and nobody has come since")
         return "; ".join(told)
 
     @property

@@ -14,6 +14,7 @@ import numpy as np
 from benchmarks.bench import Bench
 from benchmarks.metrics import LOOSE, exact, metric
 from benchmarks.result import Result, Table, milliseconds
+from parc_jax.common.spelling import rounded_down
 
 
 def run(bench: Bench) -> Result:
@@ -43,7 +44,7 @@ def run(bench: Bench) -> Result:
         ("goal reached, nothing touched", f"{reached} of {len(told)}"),
         ("metric of the challenge, at most 0.5", f"{score:.3f}"),
         ("time of the 10 m, mean", f"{seconds:.1f} s"),
-        ("nearest", f"{100 * min(one['clearance'] for one in told):.1f} cm"),
+        ("nearest", f"{rounded_down(100 * min(one['clearance'] for one in told))} cm"),
         ("processor time of a cycle, middle episode", milliseconds(median)),
         ("the same, 95 %", milliseconds(late)),
     ]

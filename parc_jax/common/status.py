@@ -19,8 +19,8 @@ class Status(Told):
 
     PROVED = (
         "exact-proved",
-        "safe plans in hand, each that has a certificate accepted by the independent checker in "
-        "exact arithmetic",
+        "safe plans in hand, those with certificates accepted by the independent checker in exact "
+        "arithmetic",
     )
     BOUNDED = (
         "float-bounded",

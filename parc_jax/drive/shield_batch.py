@@ -156,7 +156,7 @@ class BatchShield:
         seen = _seen(pose, given, corners, active)
         rest, zero = jnp.asarray(self._rows[:1]), jnp.zeros(len(seen.pose))
         k = jnp.broadcast_to(rest, (len(zero), rest.shape[1]))
-        given = jnp.nan_to_num(seen.given)
+        given = jnp.where(jnp.isfinite(seen.given), seen.given, 0.0)
         none = UnderWay(k, seen.pose, zero, zero, given, zero > 0, zero > 0, self._content)
         new, _, reason = self._decide(none, seen, k[:, self._chosen])
         return new.replace(certified=reason == 0)

@@ -65,7 +65,8 @@ class Span(tuple):
         if isinstance(self.of, str):
             return "is of a file, which does not see whether its robot follows its manoeuvre yet"
         if not self.of.under_way:
-            return f"was made for number {self.of.number} of a robot that has left that since"
+            number = f"number {self.of.number}"
+            return f"was made for {number} of a robot that has left that since, or for a copy"
         outside = "was made of a robot that was seen outside of its tube since: stop"
         return outside if self.of.seen_outside else ""
 

@@ -150,8 +150,10 @@ class Seen:
             if many:
                 ahead, aside, turned = many * np.array(adds)
                 free = self._free.within(here, NEARBY)
-                if shapely.get_num_coordinates(free.region) > MANY:
-                    free = replace(free, region=shrunk(free.region, 0.0, FINE))
+                if (corners := shapely.get_num_coordinates(free.region)) > MANY:
+                    fewer = shrunk(free.region, 0.0, FINE)
+                    if 0 < shapely.get_num_coordinates(fewer) < corners:
+                        free = replace(free, region=fewer)
                 self._free = free.drifted(last, (ahead, aside), turned)
             self.allowed.append(adds)
 

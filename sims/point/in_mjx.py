@@ -17,6 +17,7 @@ import numpy as np
 from mujoco import mjx
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_down
 from sims.point import model, sensing
 from sims.point.manoeuvre import speeds_of
 from sims.point.world import HAZARD, LEVELS, STEP, SUBSTEPS, XML, World
@@ -85,7 +86,7 @@ def main(options: Options) -> None:
         print(
             f"{'with' if shielded else 'without'} the shield: {1e3 * took[shielded]:.0f} ms a step "
             f"of {options.robots} robots ({STEP:g} s each), {100 * np.mean(changed):.1f} % of "
-            f"actions changed, nearest {gap:.4f} m"
+            f"actions changed, nearest {rounded_down(gap)} m"
         )
     print(f"on top of the simulator: {100 * (took[True] / took[False] - 1):.1f} %")
 

@@ -163,7 +163,7 @@ def test_a_share_of_K_is_promised_only_where_k_was_uniform():
     ):
         text = claim(law=law_spec("toy", domain, law)).details()
         assert word in text and "of share s of K" not in text
-        assert "which need not be its share of K: at most 0.001/s" in text
+        assert "which need not be the set's share of K: at most 0.001/s" in text
 
 
 NARROWER = tube(TUBE.edges, TUBE.interval * 1e-3, TUBE.final * 1e-3)

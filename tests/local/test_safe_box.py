@@ -7,7 +7,7 @@ import pytest
 import toy_driven as toy
 
 from parc_jax.common.sets.box import box
-from parc_jax.drive.local.safe_box import box_around, safe_box, share_of
+from parc_jax.drive.local.safe_box import SafeBox, box_around, safe_box, share_of
 from parc_jax.proof.certificate.prove import proves_box
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -68,6 +68,16 @@ def test_a_box_cut_to_another_one_is_all_of_it_when_all_is_safe():
     model, _, safe = found(within=near, k=K0 + 0.01)
     assert (safe.lo == near.lo).all() and (safe.hi == near.hi).all()
     assert safe.share == share_of(near, model.domain)
+
+
+def test_what_is_told_of_a_box_lies_inside_of_what_is_proved(rng):
+    middle, half = rng.normal(size=300), rng.uniform(0.0, 0.1, 300)
+    told = SafeBox(np.zeros(2), middle, half, Fraction(1, 2), {})
+    for m, h, lo, hi in zip(middle, half, told.lo, told.hi, strict=True):
+        m, h = Fraction(m), Fraction(h)
+        assert m - h <= Fraction(lo) and Fraction(hi) <= m + h
+    assert np.allclose(told.lo, middle - half, rtol=0, atol=1e-14)
+    assert (told.lo != middle - half).any() and (told.hi != middle + half).any()
 
 
 @pytest.mark.parametrize("k", [[0.0, 0.3], [1.0, 1.0], [np.pi / 6, 0.999]])

@@ -159,6 +159,18 @@ def test_where_a_manoeuvre_may_lead_is_all_of_the_body_its_tube_and_its_uncertai
     assert not leads_to(last, shapely.Polygon(), 1.0)
 
 
+@pytest.mark.parametrize("drift", [math.nan, -100.0, None, "a"])
+def test_a_drift_that_makes_no_sense_hides_nothing_of_where_it_may_lead(drift):
+    shapely = pytest.importorskip("shapely")
+    loop = pj.drive.Loop(line_model(4, WIDE, rests=True), 0.05, leave=0.5, effort=PATIENT)
+    asked = [], [], lambda seen: -seen.path[:, -1, 0]
+    assert loop.step([0.0, 0.0], *asked).new
+    far = shapely.Point(50.0, 0.0).buffer(1.0)
+    step = loop.step([0.0, 0.0], *asked, 0.5, drift=drift, gone=far)
+    assert not step.new and "drift: expected" in step.reason
+    assert "may lead where it is no longer known to be free" in step.reason
+
+
 def test_how_far_a_pose_is_beyond_is_told_without_what_drift_allows():
     model = line_model(4, WIDE, rests=True)
     loop = pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=PATIENT)

@@ -90,7 +90,8 @@ def test_goals_keep_the_original_s_distances():
 @pytest.mark.slow
 def test_training_goes_on_from_what_was_saved(tmp_path, monkeypatch):
     out = tmp_path / "p.csv"
-    options = on_device.Options(512, 16, 8, 2, bare=True, limit=25.0, pool=16, every=3, out=out)
+    size = {"steps": 512, "robots": 16, "horizon": 8, "parts": 2, "pool": 16}
+    options = on_device.Options(**size, bare=True, limit=25.0, every=3, out=out)
     on_device.train(options)
     kept = policy.Trained(out.with_suffix(".policy"))
     on_device.train(replace(options, steps=1024))
@@ -107,7 +108,8 @@ def test_training_goes_on_from_what_was_saved(tmp_path, monkeypatch):
 def test_behind_the_shield_nothing_is_entered(tmp_path):
     """By a policy that does not learn to keep clear; robots that stand are left."""
     out = tmp_path / "p.csv"
-    on_device.train(on_device.Options(4096, 16, 32, 2, penalty=0.01, patience=50, pool=16, out=out))
+    size = {"steps": 4096, "robots": 16, "horizon": 32, "parts": 2, "pool": 16}
+    on_device.train(on_device.Options(**size, penalty=0.01, patience=50, out=out))
     (row,) = csv.DictReader(out.read_text().splitlines())
     assert {row[of] for of in ("contact", "entered", "left", "uncertified")} == {"0"}
     assert int(row["episodes"]) >= int(row["stood"]) > 0

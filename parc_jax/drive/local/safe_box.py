@@ -43,12 +43,20 @@ class SafeBox:
     @property
     def lo(self) -> np.ndarray:
         """(n_k,) lower corner."""
-        return self.middle - self.half
+        return _side(self.middle, -self.half)
 
     @property
     def hi(self) -> np.ndarray:
         """(n_k,) upper corner."""
-        return self.middle + self.half
+        return _side(self.middle, self.half)
+
+
+def _side(middle: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """middle + half, rounded towards the middle: what is told lies inside of what is proved."""
+    side = middle + half
+    off = [Fraction(x) - Fraction(m) for x, m in zip(side, middle, strict=True)]
+    beyond = [abs(x) > abs(Fraction(h)) for x, h in zip(off, half, strict=True)]
+    return np.where(beyond, np.nextafter(side, middle), side)
 
 
 def sides_of(names: Iterable[str], box: Box | SafeBox) -> str:

@@ -68,10 +68,10 @@ def validated(
     """The answer with its `validation`: nested sets of plans of its query are tested, and as many
     accepted as show the risk. [T42]
 
-    key: its SCENE stream is used, by each look after the first one of its own. settings: of the
-    search under the smallest tube. asked: by default the recordings that the model keeps, where
-    they can show more than its claim. Raises InputError for a problem under uncertainty, another
-    system, and recordings that do not fit or were seen in training.
+    key: its SCENE stream is used; by later looks, that of a key from its DRIVEN stream. settings:
+    of the search under the smallest tube. asked: by default the recordings that the model keeps,
+    where they can show more than its claim. Raises InputError for a problem under uncertainty,
+    another system, and recordings that do not fit or were seen in training.
     """
     query = answer.scene.nominal.query
     lawless = query.problem.uncertainty is not None or query.model.given

@@ -292,7 +292,8 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
 
 def leads_to(last: Commitment, region: "shapely.Geometry", drift: float) -> bool:
     """Test whether any of the body may enter a region of the plane during a manoeuvre: the hull of
-    all its points in each interval, grown by tube, uncertainty, drift [m] and body. Overestimates.
+    all its points in each interval, grown by tube, uncertainty, drift [m] and body. Overestimates,
+    but for a frame that turned.
     """
     if region.is_empty:
         return False
@@ -309,7 +310,7 @@ def leads_to(last: Commitment, region: "shapely.Geometry", drift: float) -> bool
     widths = model.tube.interval[model.tube.bins_of(last.k[None])[0]].max(axis=0)
     for both, width in zip(pairwise(places), widths, strict=True):
         off = np.linalg.norm(width.reshape(model.n_points, -1), axis=1).max()
-        if MultiPoint(np.concatenate(both)).convex_hull.distance(region) <= grown + off:
+        if not MultiPoint(np.concatenate(both)).convex_hull.distance(region) > grown + off:
             return True
     return False
 

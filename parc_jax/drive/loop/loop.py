@@ -272,8 +272,12 @@ class Loop:
         """
         left = "" if pose is None else self._left(pose, at, drift)
         reason = "; ".join(filter(None, [left, reason]))
-        last = self.under_way
-        if last is not None and gone is not None and leads_to(last, gone, drift):
+        try:
+            off = float(as_float64("drift", drift, ()))
+        except InputError:
+            off = -1.0
+        last, off = self.under_way, off if off >= 0 else math.inf  # then it may lead anywhere
+        if last is not None and gone is not None and leads_to(last, gone, off):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
         return Step(last, False, reason, bool(left))
 

@@ -39,7 +39,8 @@ def reserved(
     if not commitment.under_way:
         raise InputError(
             f"reserved: expected the manoeuvre that its robot has under way, `loop.under_way`; its "
-            f"loop has left number {commitment.number} for another, or for another episode."
+            f"loop has left number {commitment.number} for another, or for another episode, or "
+            "this is a copy, of which nothing is known."
         )
     if commitment.seen_outside:
         since = float(commitment.seen_outside[0])

@@ -281,10 +281,11 @@ def calibrate_bins(
     n_blocks = int(block.max()) + 1
     share_of_delta = float(delta / (n_blocks * settings.looks))
     numbers = block[profile.bins_of(scores.k)]
-    if scores.law.k_law != "uniform" and (numbers != numbers[:, :1]).any():
+    drawn = scores.seed is not None and scores.law.k_law == "uniform"
+    if not drawn and (numbers != numbers[:, :1]).any():
         raise InputError(
             "calibrate_bins: expected no k on an edge between bins, where its run counts in both: "
-            "move the edge, or make one claim over K (calibrate)."
+            'move the edge (bins=), or make one claim over K: calibrate, or claims = ("one",).'
         )
     counts = runs_per_bin(numbers, n_blocks)
     # a run on a border between blocks counts in each of them

@@ -215,7 +215,7 @@ def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
         return unsaid
     if not isinstance(start["gap"], str):
         raise InputError(
-            "claim: expected the start's gap as text; got a number, as it was. Bound it anew."
+            "claim: expected the start's gap as text; got a number, an old form. Bound anew."
         )
     return float.fromhex(start["gap"])
 

@@ -173,7 +173,7 @@ def _chosen(p: Premises) -> str:
         )
     return (
         f"For k drawn {p['k']}, whenever it falls into a certified set that it falls into with "
-        f"probability s, which need not be its share of K: at most {eps}/s."
+        f"probability s, which need not be the set's share of K: at most {eps}/s."
     )
 
 
