@@ -275,8 +275,8 @@ class Loop:
         try:
             off = float(as_float64("drift", drift, ()))
         except InputError:
-            off = -1.0
-        last, off = self.under_way, off if off >= 0 else math.inf  # then it may lead anywhere
+            off = math.nan
+        last, off = self.under_way, off if off >= 0 else math.inf  # unknown: it may lead anywhere
         if last is not None and gone is not None and leads_to(last, gone, off):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
         return Step(last, False, reason, bool(left))
