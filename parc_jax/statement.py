@@ -161,6 +161,8 @@ def about_risk(
     if isinstance(risk, NoStatement):
         return f"Risk: no statement, since {risk.reason}."
     volume = f"confidence 0.999 and {float(measured)!r}"
+    if "rows" in p:  # of recordings
+        drawn += ", and run as one run that is drawn from a new recording"
     return (
         f"Risk: a plan drawn by `sample`, uniformly from {drawn}, leaves the tube with "
         f"probability at most {rounded_up(risk.bound)} (the density of its k is at most "

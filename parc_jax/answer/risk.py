@@ -48,7 +48,7 @@ def about_draw(answer: "Answer") -> str:
     if claim.kind == VALIDATED:
         most, how = probability(claim.premises["risk"], 2), "drawn by `sample`"
         if recorded(claim):
-            how = "whose k is as in the log, with a start in this set, which `starts` draws,"
+            how = "for k of one run, drawn from a new recording, from a start that `starts` draws,"
         return f"Risk: a plan {how} fails with probability at most {most}: (V)."
     density = None if isinstance(risk, NoStatement) else density_of_k(answer)
     about = density, answer.coverage.confidence, claim.premises

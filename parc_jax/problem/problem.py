@@ -190,7 +190,7 @@ def reach_avoid(
         )
     for j, span in enumerate(spans):
         pair = span if isinstance(span, tuple | list) and len(span) == 2 else (1, 0)
-        whole = all(isinstance(i, int | np.integer) for i in pair)
+        whole = all(isinstance(i, int | np.integer) and not isinstance(i, bool) for i in pair)
         if span is not None and not (whole and 0 <= pair[0] <= pair[1]):
             raise InputError(
                 f"span of obstacle {j}: expected whole numbers 0 <= first <= last; got {span}."

@@ -72,12 +72,16 @@ def test_risk_of_a_set_a_density_and_a_point():
     assert c.risk(density=3).bound == Fraction(3, 1000)
     assert c.risk(share=1e-9).bound == 1
     assert isinstance(c.risk(), NoStatement)
-    for share in (0, -0.1, 1.1):
+    assert c.risk(density="3", shift="0.01").bound == Fraction(13, 1000)
+    for share in (0, -0.1, 1.1, np.nan, True):
         with pytest.raises(InputError, match="share"):
             c.risk(share=share)
-    for density in (0.99, 0, -1, np.nan):
-        with pytest.raises(InputError, match="density of 1 or more"):
+    for density in (0.99, 0, -1, np.nan, np.inf):
+        with pytest.raises(InputError, match="density"):
             c.risk(density=density)
+    for bin in (-1, 2, 7):
+        with pytest.raises(InputError, match="bin: expected one of 2, from 0 on"):
+            c.risk(share=0.5, bin=bin)
     for both in ({"share": 0.5, "density": 2}, {"density": 2, "bin": 0}, {"bin": 0}):
         with pytest.raises(InputError, match="expected share, with or without bin, or density"):
             c.risk(**both)
@@ -164,6 +168,20 @@ def test_a_share_of_K_is_promised_only_where_k_was_uniform():
         text = claim(law=law_spec("toy", domain, law)).details()
         assert word in text and "of share s of K" not in text
         assert "which need not be the set's share of K: at most 0.001/s" in text
+
+
+def test_a_share_of_recordings_is_one_of_a_run_of_each():
+    """One recording of many may have most runs, and all runs that fail."""
+    alone = "s and risk are those of one run, drawn from a new recording; of all runs together"
+    for law in (LAW, law_spec("toy", K, "logged")):
+        assert alone not in claim(law=law).details()
+        about = f"any run of a new recording drawn from {law.describe()}"
+        evidence = {"scale": (1.25).hex(), "rows": 9000}
+        of_recordings = claim(law=law, quantifier=about, evidence=evidence)
+        assert (
+            alone in of_recordings.details()
+            and "6,905 calibration recordings (of 9,000 runs)" in of_recordings.details()
+        )
 
 
 NARROWER = tube(TUBE.edges, TUBE.interval * 1e-3, TUBE.final * 1e-3)

@@ -178,7 +178,7 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
         and "TRANSLATION_INVARIANCE(within 1e-05" in said
     )
     assert (
-        f"for k as in the log, of {N} recordings, from a start drawn for it, fails"
+        "for k of one run, drawn from a new recording, from a start drawn for it, fails"
         in answer.validation.summary()
     )
     header = pj.exchange.write_c(answer, tmp_path / "own.h").read_text()
@@ -287,7 +287,7 @@ def test_rows_left_out_of_a_calibration_set_are_assumed_to_be_any(slipped):
 def test_a_summary_tells_of_its_own_tests_and_no_others(answer, model):
     other = dataclasses.replace(answer.validation, asked=Validate(recorded(400, 3), 0.05, 0.05))
     assert other.summary() == answer.validation.summary()
-    assert "with a start in this set, which `starts` draws" in answer.validation.answer.summary()
+    assert "from a start that `starts` draws, fails" in answer.validation.answer.summary()
     elsewhere = pj.Planner(model).solve(toy.problem(5.0), KEY, toy.SETTINGS)
     with pytest.raises(InputError, match="a validation of this very query"):
         dataclasses.replace(elsewhere, validation=answer.validation)

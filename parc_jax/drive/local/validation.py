@@ -146,7 +146,7 @@ class Validation:
         drawn = "drawn from them"
         if recorded(claim):
             start = "a start drawn for it" if found.scene.at is None else "this start"
-            drawn = f"for k as in the log, of {p['tests']:,} recordings, from {start},"
+            drawn = f"for k of one run, drawn from a new recording, from {start},"
         return (
             f"Validated in this scene: at least {rounded_down(100 * at_least, 3)} % of {of_all}, "
             f"with confidence {sure}. A plan {drawn} fails with probability at most "

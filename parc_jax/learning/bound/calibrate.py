@@ -134,10 +134,12 @@ def at_other_eps(claim: ErrorClaim) -> tuple[ErrorClaim, ...]:
     """
     if claim.kind != "pac" or claim.bin_eps is not None or claim.unit is not RUNS:
         return ()
-    score = [float.fromhex(run["score"]) for run in claim.evidence["worst"]]
-    sizes = sorted({claim.discard, *SIZES})
-    sizes = [r for r in sizes if r < len(score) and 0 < score[r] < np.inf]
+    score = dict(enumerate(float.fromhex(run["score"]) for run in claim.evidence["worst"]))
+    score[claim.discard] = float.fromhex(claim.evidence["scale"])
+    # before a score is looked at: by how many delta is divided may not depend on them
+    sizes = sorted({claim.discard, *SIZES} & score.keys())
     looks, off, claims = claim.looks * len(sizes), off_from_start(claim), []
+    sizes = [r for r in sizes if 0 < score[r] < np.inf]
     # neither the time between records nor the start is part of a score: they stay as they are
     fixed = claim.tube.halves_around(np.array(claim.intersample) + off, off)
     unseen = (

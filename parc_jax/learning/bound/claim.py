@@ -123,11 +123,16 @@ class ErrorClaim:
         density: k is drawn by any law that is at most so many times as dense as the claim's.
         Neither: one k, picked by hand or by a planner. Nothing is promised of it.
         bin: the set lies in this bin, of a claim per bin; share stays that of all of K.
-        shift: total variation between the declared and the deployed law of (k, disturbance).
+        shift: total variation between the declared and the deployed law of (k, disturbance), k
+            drawn in that way: a change of all of K's runs may fall into the set alone, so tau of
+            these is tau / share here.
+        Of a claim about recordings all of it is about one run, drawn from each.
         Raises InputError.
         """
         if None not in (share, density) or (bin is not None and share is None):
             raise InputError("risk: expected share, with or without bin, or density; got more.")
+        if bin is not None and bin not in range(self.tube.n_bins):
+            raise InputError(f"bin: expected one of {self.tube.n_bins}, from 0 on; got {bin!r}.")
         if self.kind in ("assumed", "declared"):
             return NoStatement(
                 f"the tube is {self.kind}, not shown; calibrate it on a fresh holdout (bound_error)"

@@ -197,25 +197,33 @@ class NoStatement:
 
 def risk_of(eps: Fraction, delta: Fraction, density: Fraction, shift: float) -> Risk:
     """Density x eps + shift, capped at one. [T5]"""
-    if not 0 <= shift <= 1:
-        raise InputError(f"risk: expected a total variation between 0 and 1; got {shift}.")
-    bound = min(Fraction(1), density * eps + Fraction(str(shift)))
+    if not 0 <= (shift := _number("shift", shift)) <= 1:
+        raise InputError(f"risk: expected a total variation between 0 and 1; got {float(shift):g}.")
+    bound = min(Fraction(1), density * eps + shift)
     return Risk(bound, min(Fraction(1), bound + delta))
 
 
 def density_of(given: float | Fraction) -> Fraction:
     """A density as it was written. Raises InputError for one that no law of k has."""
-    if not 1 <= given < math.inf:
+    if not (given := _number("density", given)) >= 1:
         raise InputError(
-            f"risk: expected a density of 1 or more; got {given}. No law of k is everywhere less "
-            "dense than the claim's."
+            f"risk: expected a density of 1 or more; got {float(given):g}. No law of k is "
+            "everywhere less dense than the claim's."
         )
-    return Fraction(str(given))
+    return given
+
+
+def _number(name: str, told: float | Fraction | str) -> Fraction:
+    """As it was written. Raises InputError."""
+    try:
+        return Fraction(str(told))
+    except ValueError:  # nan, infinity, or no number
+        raise InputError(f"risk: expected a number as {name}; got {told!r:.40}.") from None
 
 
 def density_of_share(share: float, whole: Fraction = Fraction(1)) -> Fraction:
     """whole / share for a share in (0, whole]. Raises InputError."""
-    share = Fraction(str(share))
+    share = _number("share", share)
     if not 0 < share <= whole:
         raise InputError(
             f"risk: expected a share of K in (0, {float(whole):g}]; got {float(share):g}."

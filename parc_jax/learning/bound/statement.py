@@ -166,15 +166,18 @@ def _chosen(p: Premises) -> str:
     if "not drawn" in p:
         return f"Of runs with {p['not drawn']}, which nobody drew: nothing more."
     eps = probability(p["eps"])
-    if p["k"] == "uniform on K":
-        return (
-            f"For k drawn uniformly at random from a certified set of share s of {p['box']}: at "
-            f"most {eps}/s."
-        )
-    return (
-        f"For k drawn {p['k']}, whenever it falls into a certified set that it falls into with "
-        f"probability s, which need not be the set's share of K: at most {eps}/s."
+    how = (
+        f"{p['k']}, whenever it falls into a certified set that it falls into with probability s, "
+        "which need not be the set's share of K"
     )
+    if p["k"] == "uniform on K":
+        how = f"uniformly at random from a certified set of share s of {p['box']}"
+    if "rows" in p:  # of recordings
+        how += (
+            " (s and risk are those of one run, drawn from a new recording; of all runs together, "
+            "of which some recordings may have more than others: nothing)"
+        )
+    return f"For k drawn {how}: at most {eps}/s."
 
 
 def _failed(p: Premises) -> str:

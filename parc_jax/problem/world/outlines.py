@@ -155,12 +155,17 @@ class Edge(HPolytope):
 
 
 def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
-    """The obstacle as the edge that was written so; itself for None."""
+    """The obstacle as the edge that was written so; itself for None. Raises InputError."""
     if written is None:
         return obstacle
-    shapely, (wkb, _, width) = package("shapely", "free space"), written.partition(" ")
-    region = shapely.from_wkb(wkb) if wkb else None
-    return Edge(obstacle.A, obstacle.b, region, float(width or 0))
+    shapely = package("shapely", "free space")
+    try:
+        wkb, _, width = written.partition(" ")
+        return Edge(obstacle.A, obstacle.b, shapely.from_wkb(wkb or None), float(width or 0))
+    except (AttributeError, ValueError, shapely.GEOSException):
+        raise InputError(
+            f"edge: expected text as a saved scene has it; got {written!r:.40}."
+        ) from None
 
 
 def thin_pieces(segments: npt.ArrayLike) -> list[HPolytope]:

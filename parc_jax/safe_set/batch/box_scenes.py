@@ -119,7 +119,6 @@ def box_scenes(
         if bad.any():
             scene = int(np.argmax(bad))
             raise InputError(f"box_scenes: expected {expected}; scene {scene} differs.")
-    body = body if isinstance(body, Disc | Polygon | Body) else Disc(float(body))
     # checks the body
     body = reach_avoid(box(-np.ones(n_p), np.ones(n_p)), [], body).body
     numbered(body, model.points)
