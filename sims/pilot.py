@@ -62,7 +62,7 @@ class Pilot:
     ):
         self.driving = d = Driving() if driving is None else driving
         self.model = model
-        self.outline, self.body = _outline(model, robot)
+        self.outline, self.inner, self.body = _outline(model, robot)
         heading = 0.0 if model.rotation is None else d.uncertainty_heading
         uncertainty = Uncertainty(start=d.uncertainty_start, heading=heading)
         self.prefer = along_ways(self) if prefer is None else prefer
@@ -273,7 +273,7 @@ class Pilot:
         if d.sensor is None:
             return
         # the robot may be anywhere within the uncertainty of its pose
-        corners, off = self._corners(self.pose), self._off()
+        corners, off = placed(self.inner, self.pose[:2], self.pose[2]), self._off()
         if self.seen is None:
             self.seen = free_place(corners, d.margin - off)
         while self._scans and _swept(self._scans[0])[1] <= self._stamp:
@@ -429,7 +429,9 @@ def _goal(model: TrajectoryModel, where: Box) -> GoalOfPoints:
 
 
 def _outline(model: TrajectoryModel, robot: Footprint | float):
-    """Corners (n, 2) [m] in the robot's frame, and the body. Raises InputError."""
+    """Corners (n, 2) [m] in the robot's frame that hold it, those that it holds, and the body.
+    Raises InputError.
+    """
     if model.n_p != 2:
         raise InputError(f"pilot: expected a robot in the plane; got one in {model.n_p}-D.")
     if isinstance(robot, Footprint):
@@ -438,13 +440,13 @@ def _outline(model: TrajectoryModel, robot: Footprint | float):
                 f"pilot: expected a model of the points {', '.join(robot.points)}; it has "
                 f"{', '.join(model.points)}."
             )
-        return robot.places[1:], robot.body
+        return robot.places[1:], robot.places[1:], robot.body
     if model.n_points != 1 or not (np.ndim(robot) == 0 and np.isfinite(robot) and robot > 0):
         raise InputError(
             "pilot: expected a footprint, or of a model with one point a radius > 0 m; got "
             f"{robot!r:.40}."
         )
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    inner = robot * (1 - 1e-9) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     # circumscribed: the polygon holds the disc, whatever its corners are rounded to
-    size = robot / np.cos(np.pi / SIDES) * (1 + 1e-9)
-    return size * np.stack([np.cos(angle), np.sin(angle)], axis=1), float(robot)
+    return inner / np.cos(np.pi / SIDES) * (1 + 3e-9), inner, float(robot)

@@ -96,7 +96,8 @@ class BatchShield:
     """`Shield` for batches of functional environments, as Brax and MJX have them: `start` after a
     reset and `step` before each step are pure functions, so that a loop of both is one jitted call.
     It decides as `Shield` does, without certificates. Of a clearance it knows a lower bound, since
-    its directions are not searched for: near the least that is asked it may be warier. [T14, T38]
+    its directions are not searched for: near the least that is asked it may be warier; and no k on
+    an edge between bins is safe to it. [T14, T28, T38]
 
     model, system, every, room: as of `Shield`; candidates and rest as by default there. radius: [m]
         of the robot, a disc.
@@ -122,6 +123,11 @@ class BatchShield:
         require_same(system, model)
         if model.n_c != 2:
             raise InputError("BatchShield: expected a model of one reference point in the plane.")
+        if any((edge[1:-1] == 0).any() for edge in model.tube.edges):
+            raise InputError(
+                "BatchShield: expected a model without an edge between bins at 0, where two of "
+                "them hold and a robot that stands begins; use Shield, or other bins."
+            )
         self._model, self._ask, self._act, self._every = model, ask, act, every
         self._content = whole_digest([model, radius, every, room, far, ask, act])
         self._leaving = listed.leaving("every", model, every)
@@ -314,7 +320,7 @@ class BatchShield:
             gap = gap - taken - slack * jnp.abs(w).sum(axis=-1)
             gap = least(jnp.where(pairs.active[o], gap, jnp.inf), axis=1)
             away = away.at[o].max(gap)
-        return jnp.where(inside, least(away), -jnp.inf)
+        return jnp.where(inside, least(away) if len(away) else jnp.inf, -jnp.inf)
 
     def _scene(self, seen: Seen) -> SceneArrays:
         """The obstacles as seen from the robot."""

@@ -371,5 +371,7 @@ def _polytope(name: str, value) -> HPolytope:
     if isinstance(value, Box):
         return from_box(value)
     if isinstance(value, HPolytope):
-        return HPolytope(value.A, value.b)
+        frozen = not (value.A.flags.writeable or value.b.flags.writeable)
+        # else whoever owns the arrays could change the problem, and its certificate, later
+        return HPolytope(value.A, value.b) if frozen else hpolytope(value.A, value.b)
     raise InputError(f"{name}: expected a Box or an HPolytope; got {type(value).__name__}.")

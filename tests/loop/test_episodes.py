@@ -315,6 +315,22 @@ def test_a_stopped_run_goes_on_and_counts_every_episode_once(tmp_path):
     assert asked(drive, 30, folder=tmp_path).driven == done.driven
 
 
+def test_a_loop_that_has_driven_since_is_the_same_driver(tmp_path):
+    """At the second of two looks, in the process of the first one."""
+    loop = pj.drive.Loop(line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=(1,))
+
+    def drive(world, seed):
+        loop.restart()
+        step = loop.step([0.0, 0.0], [0.0], [], lambda seen: -seen.k[:, 0], 0.0)
+        return pj.drive.Outcome(False, False, {"world": world}, [step.committed])
+
+    first = asked(drive, 3, folder=tmp_path, looks=(3, 6))
+    assert asked(drive, 6, folder=tmp_path, looks=(3, 6)).driven[:3] == first.driven
+    loop.effort = pj.drive.Effort(room=0.1)
+    with pytest.raises(InputError, match=r"the same drive\. Go on with what began it, or"):
+        asked(drive, 6, folder=tmp_path, looks=(3, 6))
+
+
 def test_a_folder_of_other_episodes_is_refused(tmp_path):
     asked(Toy(), 6, folder=tmp_path)
     for drive, options, words in (

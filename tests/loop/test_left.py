@@ -178,3 +178,17 @@ def test_how_far_a_pose_is_beyond_is_told_without_what_drift_allows():
     off = [0.5 * loop.under_way.k[0] + WIDE + 0.31, 0.05]
     step = loop.step(off, [0.1], [], lambda seen: -seen.path[:, -1, 0], 0.5, drift=0.3)
     assert step.left and "this one is 0.01 m beyond" in step.reason
+
+
+def test_a_long_drive_is_compared_at_its_records_as_well():
+    """Half a record beside one, a million records after the beginning."""
+    loop = pj.drive.Loop(line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,))
+    far, still = 1_200_000, lambda seen: np.abs(seen.k[:, 0])
+    done = [loop.step(np.zeros(2), [0.0], [], still, at).committed for at in (0.0, 0.25 * far)]
+    path = np.zeros((far + 9, 2))
+    path[1:] += np.outer(np.append(WAY[1:], np.ones(far + 4)), done[0].k)
+    path[far + 1 :] += np.outer(np.append(WAY[1:], np.ones(4)), done[1].k)
+    assert not pj.drive.left_tube(done, path)
+    beside = loop.step(np.zeros(2), [0.0], [], still, 0.25 * (far + 4.4)).committed
+    with pytest.raises(InputError, match="number 2 began at 300001 s"):
+        pj.drive.left_tube([*done, beside], path)

@@ -65,6 +65,35 @@ def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
         assert float(told_as.split(" m clear")[0]) <= clearance
 
 
+def test_what_is_measured_is_no_preference(line):
+    """Nor what is committed to: who sorts candidates may not change them."""
+
+    def changes(seen):
+        seen.k[:, 1] = 0.0
+        return forward(seen)
+
+    with pytest.raises(ValueError, match="read-only"):
+        loop_of(line).step([0.0, 0.0], [0.25], [WALL], changes)
+
+
+@pytest.mark.parametrize(("leave", "first"), [(0.25, 0.25), (0.4, 0.4), (0.30000000000000004, 0.3)])
+def test_nothing_begins_before_a_manoeuvre_may_be_left(line, leave, first):
+    loop, stays = loop_of(line, leave=leave), lambda seen: np.abs(seen.k[:, 0])
+    assert loop.step([0.0, 0.0], [0.0], [], stays, 0.0).new
+    early = loop.step([0.0, 0.0], [0.0], [], stays, first - 1e-4)
+    assert not early.new and f"to be left from {leave:g} s" in early.reason
+    assert loop.leave_after == {0.25: 0.25}.get(leave, 0.5)  # the first knot from then on
+    assert loop.step([0.0, 0.0], [0.0], [], stays, first).new
+
+
+def test_what_an_obstacle_was_stays_in_its_proof(line):
+    """Though the user's arrays do not."""
+    A, b = np.array(from_box(WALL).A), np.array(from_box(WALL).b)
+    step = loop_of(line).step([0.0, 0.0], [0.25], [pj.types.HPolytope(A, b)], forward)
+    b[:] = from_box(pj.box([-0.1, -0.1], [0.1, 0.1])).b
+    assert step.new and step.committed.proved()
+
+
 def test_what_moves_is_kept_away_from_until_the_rest(line):
     """A wall that comes at 0.1 m/s at most: the farther the later, so it takes room at the rest."""
     loop, time = loop_of(line), line.time

@@ -140,6 +140,23 @@ def test_a_start_without_a_stop_is_not_certified_and_float32_is_refused(batch):
         made.start(*seen)
 
 
+def test_nothing_around_is_safe_and_an_edge_at_rest_is_refused(batch):
+    _, start, step = batch
+    pose, speed, corners, there = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
+    nothing = pose, speed, corners[:, :0], there[:, :0]
+    with jax.enable_x64(True):
+        under_way = start(*nothing)
+        assert under_way.certified.all() and (step(under_way, *nothing, pose)[1].reason == 0).all()
+    model = platform_model()
+    edges = [[-1.0, 0.0, 1.0], *[[-1.0, 1.0]] * 3]
+    halves = (np.repeat(x, 2, axis=0) for x in (model.tube.interval, model.tube.final))
+    tube = pj.learning.tube(edges, *halves)
+    known = {"system": "platform", "given": (0, 1)}
+    claim = pj.learning.declared_claim(tube, "this test", model.net, model.time, **known)
+    with pytest.raises(pj.InputError, match="without an edge between bins at 0"):
+        shield_of(pj.learning.trajectory_model(model.net, claim))
+
+
 def test_a_manoeuvre_is_left_when_those_of_the_runs_were(batch):
     model = platform_model()
 

@@ -134,6 +134,13 @@ def test_a_robot_that_left_its_tube_has_no_clearance_and_begins_again_at_rest():
     assert one.hear_pose(sliding.odometry(rest, rest, 3 * 10**9)).new and len(one.driven) == 1
 
 
+def test_no_more_is_free_at_the_start_than_was_looked_at():
+    one = pilot(radius=0.4, sensor=(0.1, 0.0, 0.0), margin=0.8)
+    one.hear_pose(sliding.odometry([0.0, 0.0], [0, 0], 10**9))
+    seen = np.array(one.seen.region.exterior.coords)
+    assert 1.15 < np.linalg.norm(seen, axis=1).max() <= 1.2
+
+
 def test_a_scan_frees_what_it_sees_from_where_it_was_taken():
     steady = {"acceleration": 0.0, "acceleration_turning": 0.0}
     one = pilot(sensor=(0.1, 0.0, 0.0), noise=0.01, margin=0.15, reach=2.0, **steady)

@@ -46,6 +46,14 @@ def test_scale_is_free_below_the_threshold_and_raw_is_in_percent(tmp_path):
     assert grid.free.tolist() == [[True, True, False, False, False, False]]
 
 
+def test_what_white_is_has_to_be_known(tmp_path):
+    """Of 16 bits it is, of 32 any grey could be."""
+    deep = (GREYS.astype(np.uint16) << 8) + GREYS
+    assert written(tmp_path, deep, image="map.png").free.sum() == 4
+    with pytest.raises(InputError, match="32 bits, whose white is not known"):
+        written(tmp_path, GREYS.astype(np.int32) << 20, image="map.tiff")
+
+
 @pytest.mark.parametrize("mode", ["trinary", "scale"])
 def test_what_is_transparent_is_unknown(tmp_path, mode):
     pixels = np.full((1, 3, 4), 255, np.uint8)

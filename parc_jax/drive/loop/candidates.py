@@ -5,6 +5,7 @@ are chosen. Predictions order candidates and decide nothing. That a robot rests 
 manoeuvres is assumed; `require_rest` may refute it and proves nothing. [T38]
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -116,12 +117,12 @@ class Leaving(NamedTuple):
 
 
 def leaving(name: str, model: TrajectoryModel, leave: float) -> Leaving:
-    """When manoeuvres of a model may be left, the first time after `leave` [s], which is called
+    """When manoeuvres of a model may be left, from `leave` [s] on, which is called
     `name`. Raises InputError, also for a time at which no run of the claim was left.
     """
     dt, n = Fraction(model.time.dt), model.time.n_steps
     seconds = float(as_float64(name, leave, ()))
-    intervals = round(seconds / model.time.dt)
+    intervals = math.ceil(seconds / model.time.dt - float(SAME))
     if not 0 < intervals <= n:
         raise InputError(
             f"{name}: expected a time to leave within a manoeuvre, {model.time.dt:g} to "

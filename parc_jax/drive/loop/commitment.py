@@ -234,7 +234,7 @@ def left_tube(
     for one in commitments:  # the record at which each began
         exact = float(one.begin) / step
         begin.append(round(exact))
-        if abs(exact - begin[-1]) > WHOLE * max(1.0, abs(exact)) or not 0 <= begin[-1] < len(path):
+        if abs(exact - begin[-1]) > WHOLE or not 0 <= begin[-1] < len(path):
             raise InputError(
                 f"left_tube: expected manoeuvres that began at records of the path, every {step:g} "
                 f"s from 0 to {step * (len(path) - 1):g} s; number {one.number} began at "

@@ -96,6 +96,8 @@ class Loop:
     continues to its stop, with a sentence by how far, until `restart` begins another episode.
     """
 
+    passing = ("_episode", "_last", "under_way", "_before")  # of an episode, not of the loop
+
     def __init__(
         self,
         model: TrajectoryModel,
@@ -191,6 +193,7 @@ class Loop:
             return replace(stop(str(error).rstrip(".")), left=True)
         except InputError as error:
             return stop(str(error).rstrip("."), pose=pose, at=at)
+        k.setflags(write=False)  # `prefer` sees what is measured, and what is committed to
         cost = np.asarray(prefer(outlook(self.model, here, k, self._leaving.intervals)), float)
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
@@ -215,7 +218,6 @@ class Loop:
             i = int(np.argmax(np.minimum(safe.clearance, room))) if len(safe.rows) else -1
             if i >= 0 and safe.clearance[i] >= least:
                 chosen, clear = k[rows[safe.rows[i]]], float(safe.clearance[i])
-                chosen.setflags(write=False)  # a certificate is written from it
                 about = clear, judged, scene.nominal, float(drift), drifted
                 number = 0 if self.under_way is None else self.under_way.number + 1
                 told = {} if self._command is None else {"command": self._command.words}

@@ -58,8 +58,8 @@ def describe_work(path: Path, meta: dict) -> None:
     names = wanted.keys() | stored.keys()
     if differs := sorted(name for name in names if wanted.get(name) != stored.get(name)):
         raise InputError(
-            f"{path.parent}: holds chunks of other work; expected the same {', '.join(differs)}. "
-            "Delete the folder or choose another path."
+            f"{path.parent}: holds other work; expected the same {', '.join(differs)}. Go on with "
+            "what began it, or choose another path."
         )
 
 

@@ -93,8 +93,10 @@ class Reader:
                 yield name, getattr(x, name)
 
     def _hidden(self, x, name: str) -> bool:
-        # made from the others, once they are asked for, by `once` and here
+        # made from the others, once they are asked for, by `once` and here; or said to pass
         if name == "_made" or isinstance(getattr(type(x), name, None), cached_property):
+            return True
+        if name in getattr(type(x), "passing", ()):
             return True
         if self.private:  # values of libraries have caches of their own, and tell all in `repr`
             return name.startswith("_") and _is_value(x)

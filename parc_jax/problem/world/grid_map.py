@@ -196,6 +196,8 @@ def _pixels(path: Path, image: Path) -> tuple[np.ndarray, np.ndarray | None]:
     try:
         with pillow.open(image) as opened:
             palette = opened.mode in ("P", "PA", "1")
+            if opened.mode == "I" and opened.format not in ("PNG", "PPM"):  # not 16 bits
+                raise ValueError("of whole numbers of 32 bits, whose white is not known")
             array = np.asarray(opened.convert("RGBA") if palette else opened)
             mode = "RGBA" if palette else opened.mode
     except (OSError, SyntaxError, ValueError) as error:
