@@ -10,11 +10,16 @@ import numpy as np
 
 import parc_jax as pj
 from parc_jax.drive.loop.episode_file import load_episode
+from sims.parking.car import SHARES
 from sims.parking.cases import FILE, case, numbers
 from sims.parking.drive import GOAL, MODEL, Parked, drive, loop_of
 from sims.parking.film import draw, sheet
 
 SHIPPED = {1: 10.8, 2: 14.4, 4: 38.3, 5: 8.9}  # [s] of a public planner; 4 and 5 touch
+CLOCK = (
+    f"what is told in s is progress, no time: 1 to turn the wheels, {SHARES} for equal shares of "
+    "the way, 1 to brake; nothing is said between records, which are as far apart as these take"
+)
 MOST_TURNED = 90  # [degrees] that a goal may leave to the heading
 HEAD = (
     "| case | parked | nearest | gears | driven | shipped | planned | links | file | check |\n"
@@ -79,7 +84,7 @@ def park(number: int, options: Options) -> tuple[Parked, str]:
         place.parent.mkdir(parents=True, exist_ok=True)
         told = {"seconds": one.seconds, "parked": one.reached, "why": one.why}
         told |= {"within": options.within, "clock": "of progress: none passes while it plans"}
-        pj.drive.save_episode(place, one.commitments, told)
+        pj.drive.save_episode(place, one.commitments, told, assumed={"clock": CLOCK})
         begin = time.process_time()
         load_episode(place)
         checked = f"{time.process_time() - begin:.1f} s"

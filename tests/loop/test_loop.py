@@ -380,7 +380,9 @@ def test_what_poses_may_be_off_with_some_probability_is_a_premise(line, eps):
     loop = loop_of(line, uncertainty=pj.Uncertainty(start=0.01, sensing_eps=eps))
     committed = loop.step([0.0, 0.0], [0.0], [], forward).committed
     told = {name: value for name, _, value in episode_part([committed])["premises"]}
-    assert told.get("sensing", "").endswith("a probability of 1/20") == bool(eps)
+    assert told.get("sensing", "").endswith(
+        "a probability of 1/20; for all 1, but for 0.05 at most"
+    ) == bool(eps)
 
 
 def test_a_certificate_names_directions_of_what_is_near_alone(line):

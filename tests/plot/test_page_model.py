@@ -22,7 +22,8 @@ pytestmark = pytest.mark.needs("node")
 
 def by_the_page(model, problem, p0, k) -> list[dict]:
     """Path, clearance, goal margin and the verdict itself, by the scripts of the page."""
-    data = model_data(model, problem) | {"corridors": [], "polytopes": [], "directions": []}
+    known = {"corridors": [], "polytopes": [], "directions": [], "rounding": [[1e-9] * 99] * 2}
+    data = model_data(model, problem) | known
     program = (
         "".join((FILES / part).read_text() for part in ("geometry.js", "model.js"))
         + f"""
@@ -34,8 +35,13 @@ const out = P.map((p, i) => {{
 console.log(JSON.stringify(out));
 """
     )
-    out = subprocess.run(["node", "-"], input=program, capture_output=True, text=True, check=True)
-    return json.loads(out.stdout)
+    return json.loads(printed(program))
+
+
+def printed(program: str) -> str:
+    """What a program prints in node."""
+    told = {"capture_output": True, "text": True, "check": True}
+    return subprocess.run(["node", "-"], input=program, **told).stdout
 
 
 def random_case(n_p):
@@ -111,3 +117,25 @@ def test_the_page_says_what_the_engine_says(name, rng):
     safe = np.array([one["safe"] for one in said])
     assert (safe == seen.safe).all() and safe.tolist() == [one["level"] > 0 for one in said]
     assert 3 < apart.sum() < n - 3 and 0 < safe.sum() < n  # both verdicts occur
+
+
+def test_nothing_is_called_proved_by_less_than_rounding():
+    """A plan on the border of its goal, of one corridor that any plan keeps to."""
+    rng = np.random.default_rng(0)
+    model = points_model(rng, n_p=2)
+    problem = points_problem(rng, model).replace(obstacles=())
+    called = {}
+    for paid in (0.0, 1e3):
+        known = {"polytopes": [], "directions": [[]], "corridors": [{"sep": 0}]}
+        data = model_data(model, problem) | known | {"rounding": [[paid] * 99] * 2}
+        p0, k = np.zeros(2), (model.domain.lo + model.domain.hi) / 2
+        data["goal"] = {"A": data["goal"]["A"], "b": [100.0] * len(data["goal"]["b"])}
+        program = "".join((FILES / part).read_text() for part in ("geometry.js", "model.js"))
+        program += f"const model = makeModel({json.dumps(data)});"
+        program += f"const at = [{p0.tolist()}, {k.tolist()}];"
+        program += "console.log(model.level(...at), model.verdict(...at).corridor)"
+        out = subprocess.run(
+            ["node", "-"], input=program, capture_output=True, text=True, check=True
+        )
+        called[paid] = out.stdout.split()
+    assert called == {0.0: ["2", "0"], 1e3: ["1", "-1"]}

@@ -103,6 +103,11 @@ def page_data(answer, polytopes=None) -> dict:
     return {
         **model_data(model, problem),
         **_plans(answer, polytopes),
+        "rounding": [
+            (float(answer.scene.slack) * np.abs(rows.A).sum(axis=1)).tolist()
+            for rows in (problem.goal, problem.start)
+            if rows is not None
+        ],
         "system": model.system,
         "labels": model.labels._asdict(),
         "level": answer.status.label,
@@ -278,6 +283,7 @@ def episode_data(stage: Stage) -> dict:
         ],
         "manoeuvres": [_manoeuvre(one) for one in stage.shown],
         "obstacles": [len(one.problem.obstacles) for one in stage.driven.manoeuvres],
+        "spans": [any(one.problem.all_spans) for one in stage.driven.manoeuvres],
         "standing": _rounded(truth.standing),
         "seen": [[float(time), _rings(region)] for time, region in truth.free],
         "reasons": reasons(stage.driven.meta),

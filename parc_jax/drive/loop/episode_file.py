@@ -14,7 +14,7 @@ from parc_jax.checker.episode import EPISODE, PARTS, summary_of_episode
 from parc_jax.checker.rests_on import known_premises, seconds
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, MEASURED, premises
-from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down
+from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down, rounded_up
 from parc_jax.drive.loop.commitment import HEADING, Commitment, copies_of, require_whole
 from parc_jax.drive.loop.workers import most_and_often
 from parc_jax.learning.model import TrajectoryModel
@@ -58,7 +58,9 @@ def episode_part(
     }
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]
     if eps := known.sensing_eps:
-        said = f"all that is measured is within its bounds but for a probability of {eps}"
+        n = len(commitments)
+        said = "what is measured for a manoeuvre is within its bounds but for a probability of "
+        said += f"{eps}; for all {n}, but for {rounded_up(min(1, n * Fraction(eps)))} at most"
         others.append(("sensing", ASSUMED, said))
     rests, told = most_and_often(one.asked.problem.rests_on for one in commitments)
     if rests:

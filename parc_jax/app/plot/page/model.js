@@ -94,6 +94,11 @@ function makeModel(data) {
     return rowMargin(data.goal, [...seen.path[T].flat(), ...seen.q], seen.tube.lost);
   }
 
+  // less what rounding takes of each row, as in the engine's verdict: without it nothing is called proved
+  const surely = (seen, p0) => [[data.goal, [...seen.path[T].flat(), ...seen.q], seen.tube.lost],
+    ...(data.start ? [[data.start, p0, data.start.b.map(() => 0)]] : [])].every(([rows, x, lost], n) =>
+    rowMargin(rows, x, lost.map((own, i) => own + data.rounding[n][i])).least >= 0);
+
   const startMargin = (p0) => (data.start ? rowMargin(data.start, p0, data.start.b.map(() => 0)).least : Infinity);
 
   // gaps: [obstacle][interval], of the part that is nearest
@@ -109,7 +114,8 @@ function makeModel(data) {
         if (gap < clearance) { clearance = gap; worst = { pair, t }; }
       }
     const reaches = goal.least >= 0 && start >= 0;
-    const polytope = reaches ? polytopeAround(seen) : -1, corridor = reaches ? corridorAround(seen) : -1;
+    const sure = reaches && surely(seen, p0);
+    const polytope = sure ? polytopeAround(seen) : -1, corridor = sure ? corridorAround(seen) : -1;
     return { ...seen, goal, start, gaps, clearance, worst, reaches, safe: reaches && clearance > 0, polytope, corridor };
   }
 
@@ -142,7 +148,7 @@ function makeModel(data) {
   function level(p0, k) {
     const seen = plan(p0, k);
     if (!(goalMargin(seen).least >= 0 && startMargin(p0) >= 0 && touchesNothing(seen))) return 0;
-    return corridorAround(seen) >= 0 || polytopeAround(seen) >= 0 ? 2 : 1;
+    return surely(seen, p0) && (corridorAround(seen) >= 0 || polytopeAround(seen) >= 0) ? 2 : 1;
   }
 
   function touchesNothing(seen) {
