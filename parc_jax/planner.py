@@ -91,9 +91,7 @@ class Prepared:
 def answered(
     scene: Scene, cover: Cover, no_plan: NoPlan | None, settings: Settings, begin: float
 ) -> Answer:
-    """The answer of a search that began at `begin` [s], without parts that the exact checker
-    refuses.
-    """
+    """The answer of a search that began at `begin` [s], less what the exact checker refuses."""
     covered = time.perf_counter()
     _log.info(
         "searched for %.1f s: %d safe points, %d corridors",

@@ -1,3 +1,1 @@
-"""The result of a query: safe plans and corridors, their proof, coverage and risk, in numbers and
-words.
-"""
+"""The result of a query: safe plans and corridors, their proof, coverage, risk, in words."""

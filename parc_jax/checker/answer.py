@@ -138,9 +138,7 @@ def check_answer(answer, processes=1):
 
 
 def summary(report):
-    """What was proved and what it rests on, as lines fit for a terminal: quotes from the file are
-    escaped.
-    """
+    """What was proved and what it rests on, in lines for a terminal: quotes are escaped."""
     yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
     if report.samples:
         yield f"  {counted(report.samples, 'sample')} (p0, k): the goal is reached, nothing touched"

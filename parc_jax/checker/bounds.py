@@ -50,9 +50,7 @@ class OverBox:
         return self._least(combined, sum(x * bias[i] for x, i in used))
 
     def _least(self, row, constant):
-        """The same of a row of the inputs to the layer that follows those with lines, in units of
-        that layer.
-        """
+        """The same of a row of the inputs to the layer after those with lines, in its units."""
         scale = self.context.layers[len(self.lines)][2]
         for depth in reversed(range(len(self.lines))):
             W, bias, q = self.context.layers[depth]

@@ -42,9 +42,7 @@ def missed_goal(context, entries, bins):
 
 
 class Leaves:
-    """Proves leaves of one tree. The checker's network is known over the last box of k, in both
-    ways.
-    """
+    """Proves leaves of one tree. Its network is known over the last box of k, in both ways."""
 
     def __init__(self, context):
         self.context = context
@@ -150,9 +148,7 @@ def some_holds_at(context, points, groups, corners):
 
 
 def some_option_holds(context, options, longest, p0, z_scale, y):
-    """Whether all conditions of one of the options hold for outputs y and p0, which is over both
-    scales.
-    """
+    """Whether all conditions of one of the options hold for outputs y and p0, over both scales."""
     for option in options:
         products = len(option) * (context.n_p + 2 * context.n_c + context.n_q)
         context.spend(products, longest, y.scale.bit_length())
@@ -162,9 +158,7 @@ def some_option_holds(context, options, longest, p0, z_scale, y):
 
 
 def check_faces(context, faces, lo, hi):
-    """Proves that each plan that meets the goal, for errors that all bins allow, has z in the
-    box.
-    """
+    """Proves that each plan that meets the goal, for errors that all bins allow, has z inside."""
     n = context.n_p
     bins = context.bins_meeting(context.lo, context.hi, closed=True)
     for i, pair in enumerate(array(faces, n)):

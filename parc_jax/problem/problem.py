@@ -73,9 +73,7 @@ class Span(tuple):
 
 @struct.dataclass
 class GoalOfPoints(HPolytope):
-    """A goal over the ends of the named reference points, in this order, then q; see
-    `goal_of_points`.
-    """
+    """A goal over the ends of named reference points, in this order, then q: `goal_of_points`."""
 
     points: tuple[str, ...] = struct.field(pytree_node=False, default=())
 

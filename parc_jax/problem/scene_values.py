@@ -28,9 +28,7 @@ def grown_set_of(name: str, part, further: tuple[str, ...] = ()) -> HPolytope:
 
 
 def set_of(name: str, part, further: tuple[str, ...] = (), kinds: str = KINDS) -> HPolytope:
-    """The set of a table with lo and hi, or A and b, and maybe further entries. Raises
-    InputError.
-    """
+    """The set of a table with lo and hi, or A and b; maybe further entries. Raises InputError."""
     table_of(name, part, ("lo", "hi", "A", "b", *further))
     given = {key for key in ("lo", "hi", "A", "b") if key in part}
     if given == {"A", "b"}:

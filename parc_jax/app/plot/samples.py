@@ -220,9 +220,7 @@ class _Picture(SceneView):
 
 
 def _columns(scene: "_Picture", at_goal, to) -> int:
-    """Two panels, unless one set of Axes is given or the second would be hardly larger than life in
-    the first.
-    """
+    """Two panels; one where Axes are given, or the second would hardly be larger than life."""
     if to is not None and not isinstance(to, str | Path):
         return len(np.atleast_1d(to))
     (x0, y0), (x1, y1) = scene.span

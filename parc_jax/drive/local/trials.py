@@ -142,9 +142,7 @@ def one_of_each(
 
 
 def _require_unseen(claim: ErrorClaim, runs: RolloutBatch) -> None:
-    """Refuse recordings that training has seen, or a claim without error shape. Raises
-    InputError.
-    """
+    """Refuse recordings that training has seen; a claim without error shape. Raises InputError."""
     made, scaled = used_by(claim, runs), "shape" in claim.evidence
     seen = seen_in_training(claim, runs) | (made != "") & ~(scaled & (made == CALIBRATION))
     if seen.any():

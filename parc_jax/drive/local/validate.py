@@ -158,9 +158,7 @@ def _accepted_model(
     trial: Trial,
     tests: list,
 ) -> TrajectoryModel:
-    """The model under the tube of the accepted set, with (V) as its claim. tests: entry of its
-    ledger.
-    """
+    """The model under the tube of the accepted set, with (V) as claim. tests: of its ledger."""
     last, scene = steps[-1], chosen.scene
     within = None if chosen.within is None else [hex_text(side) for side in chosen.within]
     evidence = {

@@ -1,6 +1,4 @@
-"""Manoeuvres that a loop committed to: where each may lead, and whether the robot left its tube.
-[T38, T40]
-"""
+"""Manoeuvres that a loop committed to: where each may lead; whether a tube was left. [T38, T40]"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields

@@ -1,6 +1,4 @@
-"""A plain Python callable as a black box: worker processes, reproducible row by row, failures stay
-failures.
-"""
+"""A plain Python callable as a black box: worker processes, row by row, failures stay failures."""
 
 import pickle
 from collections.abc import Callable, Mapping, Sequence

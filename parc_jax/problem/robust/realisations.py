@@ -41,9 +41,7 @@ class Parameter(NamedTuple):
 
     @property
     def box(self) -> Interval:
-        """Values that an execution adds to a chosen parameter, or that another one has; rounded
-        outward.
-        """
+        """Values that an execution adds to a chosen parameter, or another has; rounded outward."""
         (lo, hi), off = self.value, Fraction(self.off)
         return round_down(Fraction(lo) - off), round_up(Fraction(hi) + off)
 

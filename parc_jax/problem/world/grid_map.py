@@ -189,9 +189,7 @@ def load_map(path: str | Path) -> GridMap:
 
 
 def _pixels(path: Path, image: Path) -> tuple[np.ndarray, np.ndarray | None]:
-    """Colours (rows, columns, channels) and alpha (rows, columns), in 0 ... 1. Raises
-    InputError.
-    """
+    """Colours (rows, columns, channels), alpha (rows, columns), in 0 ... 1. Raises InputError."""
     pillow = package("PIL.Image", "load_map")
     try:
         with pillow.open(image) as opened:

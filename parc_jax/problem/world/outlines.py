@@ -239,9 +239,7 @@ class Footprint:
     body: Body
 
     def at(self, pose: npt.ArrayLike):
-        """Places (..., n, 2) [m] of all points for poses (..., 3) = (x, y, heading). NumPy or
-        JAX.
-        """
+        """Places (..., n, 2) [m] of all points for poses (..., 3): x, y, heading. NumPy or JAX."""
         xp = jnp if isinstance(pose, jax.Array) else np
         pose = xp.asarray(pose)
         c, s = xp.cos(pose[..., 2]), xp.sin(pose[..., 2])

@@ -1,6 +1,4 @@
-"""Trivially infeasible scenes: the reason why no plan can be safe, in a sentence, without a
-certificate.
-"""
+"""Scenes in which no plan can be safe: the reason, in a sentence, without a certificate."""
 
 import itertools
 from typing import NamedTuple
