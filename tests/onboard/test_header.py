@@ -3,6 +3,7 @@
 import ctypes
 import ctypes.util
 import platform
+import re
 from contextlib import contextmanager
 
 import jax
@@ -141,6 +142,19 @@ def test_literals_that_are_short_are_refused(tmp_path):
     path = pj.exchange.write_c(toy_query.answer(), tmp_path / "toy.h")
     with pytest.raises(AssertionError, match=r"toy_literals_are_double.*is negative"):
         Header(path, "-fsingle-precision-constant")
+
+
+@needs_compiler
+def test_two_headers_of_one_name_do_not_compile_together(tmp_path):
+    """One of them would stand for both scenes; twice the same one is one."""
+    path = pj.exchange.write_c(toy_query.answer(), tmp_path / "toy.h")
+    (tmp_path / "here").mkdir()
+    text = path.read_text()
+    mark = re.search(r"#define TOY_H (0x[0-9a-f]{8})\n", text)[1]
+    (tmp_path / "here" / "toy.h").write_text(text.replace(mark, "0x12345678"))
+    Header(path, "-include", path)
+    with pytest.raises(AssertionError, match="#error two headers are named toy"):
+        Header(path, "-include", tmp_path / "here" / "toy.h")
 
 
 @contextmanager

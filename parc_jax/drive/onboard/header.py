@@ -4,6 +4,7 @@ import re
 import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -84,14 +85,18 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     guard = f"{name.upper()}_H"
     own = replace(answer, validation=None)  # whose set is another than that of these tables
     compared = [COMPARED, *(f"sha256 {part} {value}" for part, value in hashes.items())]
-    lines = [*_comment("\n".join([own.details(), WARNING, *compared]))]
-    lines += [f"#ifndef {guard}\n#define {guard}\n", GUARDS]
-    lines += [f"#define {name}_{size} {number}" for size, number in _sizes(answer, table).items()]
+    lines = [f"#define {name}_{size} {number}" for size, number in _sizes(answer, table).items()]
     lines.append("")
     for kind, of, array in _arrays(answer, table):
         lines += _table(kind, f"{name}_{of}", array)
     lines += [CODE.read_text().replace("NAME", name), "#endif", ""]
-    return write_atomic(path, "\n".join(lines).encode())
+    said = _comment("\n".join([own.details(), WARNING, *compared]))
+    text = "\n".join(lines)
+    mark = f"0x{sha256(text.encode()).hexdigest()[:8]}"
+    # of two of one name in one program the second would silently be left out
+    once = f"#if defined({guard}) && {guard} != {mark}\n#error two headers are named {name}\n#endif"
+    once += f"\n#ifndef {guard}\n#define {guard} {mark}\n"
+    return write_atomic(path, "\n".join([*said, once, GUARDS, text]).encode())
 
 
 def _sizes(answer: Answer, table: Tables) -> dict[str, int]:
