@@ -226,8 +226,14 @@ def _far(scene: SceneArrays, path: Path):
 
 def end_network(model: TrajectoryModel) -> ReLUNetwork:
     """The network with the outputs of the first knot, the last one and q alone."""
-    net, n_c, n = model.net, model.n_c, model.layout.n_offsets
-    rows = np.r_[: n_c - model.n_p, n - n_c : len(net.biases[-1])]
+    return network_at(model, np.array([0, model.time.n_steps]))
+
+
+def network_at(model: TrajectoryModel, knots: np.ndarray) -> ReLUNetwork:
+    """The network with the outputs of some knots, 0 once and first, and q alone."""
+    net, n_p, n = model.net, model.n_p, model.layout.n_offsets
+    places = np.arange(-n_p, n).reshape(-1, model.n_c)[knots].ravel()
+    rows = np.r_[places[n_p:], n : len(net.biases[-1])]
     short = [(*part[:-1], part[-1][rows]) for part in (net.weights, net.biases)]
     return net.replace(weights=short[0], biases=short[1])
 

@@ -11,7 +11,7 @@ fitted errors along a fixed direction is a number per bin, interval and point; s
 costs as much as a box. What no facet separates a direction of the whole table mostly does.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial, reduce
 from typing import Any, NamedTuple
 
@@ -21,13 +21,23 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common.arrays import least, map_rows, once, slices, x64
-from parc_jax.common.shapes import Index, Knot, ManyParams, Params, Path, Positions, Vector
+from parc_jax.common.shapes import (
+    Index,
+    Knot,
+    ManyParams,
+    Numbers,
+    Params,
+    Path,
+    Positions,
+    Vector,
+)
+from parc_jax.learning.bound.bins import open_bin_of
 from parc_jax.learning.bound.reach import Reach, numbered, reach
 from parc_jax.learning.bound.tube import Tube
-from parc_jax.learning.network.predict import by_point, predict
+from parc_jax.learning.network.predict import by_point, moved_to, predict
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
-from parc_jax.safe_set.verdict.pointwise import anchor, on_device, prediction
+from parc_jax.safe_set.verdict.pointwise import anchor, network_at, on_device
 from parc_jax.safe_set.verdict.scene import Scene, Tabled
 
 
@@ -112,6 +122,9 @@ SPARSE = 8  # one in so many of a plan's open items comes first: what touches do
 AT_ONCE = 8192  # plans that are in memory with all that is open about them
 # both; where every pair is a search for a direction, what only fills up a call costs much
 SIZES = {True: (CHUNK, ITEMS), False: (256, 256)}
+# where a plan has MANY intervals, and less than RARE were safe of as many plans before, a first
+# look at FEW, as much work as one at twice as many, leaves few plans for all intervals
+FEW, MANY, RARE = 12, 60, 0.3
 
 
 class FacetTest(NamedTuple):
@@ -119,7 +132,7 @@ class FacetTest(NamedTuple):
 
     worst: (b, 2) the pair and interval of the least gap among some that are compared.
     unsure: (b,) must these be tested still?
-    possible: (b,) reaches, and is not known to touch.
+    possible: (b,) is not known to touch.
     open: (b, o, T) no facet separates any other.
     """
 
@@ -134,12 +147,17 @@ class FacetTest(NamedTuple):
 
 
 def facet_test(
-    net: ReLUNetwork, tube: Tube, scene: Tabled, z: Vector, k: Params, facets: Facets
+    net: ReLUNetwork,
+    tube: Tube,
+    scene: Tabled,
+    facets: Facets,
+    times: Numbers,
+    p0: Vector,
+    k: Params,
 ) -> FacetTest:
-    """Facets and the plan with k whose predicted end is z. Kernel."""
-    offsets, _, _ = predict(net, tube.layout, k)
-    p0 = z - offsets[-1, : len(z)]
-    seen = prediction(net, tube, scene, p0, k)
+    """Facets and a plan that reaches the goal. times (T,): the intervals of the tube. Kernel."""
+    offsets, _, pattern = predict(net, tube.layout._replace(n_steps=len(times)), k)
+    path, bin = moved_to(p0, offsets), open_bin_of(tube.edges, k)
 
     active = jnp.asarray(scene.obstacles.active)
     step = max(1, active.shape[1] // COMPARED)
@@ -153,14 +171,14 @@ def facet_test(
         return jnp.minimum(worst, some[i]), at, open_.at[o].set(~(gap > 0))
 
     nothing = jnp.full((), jnp.inf), jnp.zeros(2, jnp.int32), jnp.zeros(active.shape, bool)
-    gap, worst, open_ = facets.look(seen.path, seen.bin, scene, look, nothing)
-    o, t = worst
-    unsure, possible = ~(gap > 0), seen.reaches
+    gap, worst, open_ = facets.look(path, bin, scene, look, nothing)
+    o, i = worst
+    unsure, possible = ~(gap > 0), jnp.ones((), bool)
     if scene.obstacles.closed:  # cheap enough for every plan; a search waits for those in doubt
-        separated = _separated(tube, scene, seen.path[t], seen.path[t + 1], seen.bin, o, t)
-        unsure, possible = jnp.zeros((), bool), possible & (separated | ~unsure)
-    others = open_.at[o, t].set(False)
-    return FacetTest(p0, seen.path, seen.pattern, seen.bin, worst, unsure, possible, others)
+        separated = _separated(tube, scene, path[i], path[i + 1], bin, o, times[i])
+        unsure, possible = jnp.zeros((), bool), separated | ~unsure
+    others = open_.at[o, i].set(False)
+    return FacetTest(p0, path, pattern, bin, worst, unsure, possible, others)
 
 
 def _separated(tube: Tube, scene: Tabled, start: Knot, end: Knot, bin: Index, o: Index, t: Index):
@@ -169,7 +187,7 @@ def _separated(tube: Tube, scene: Tabled, start: Knot, end: Knot, bin: Index, o:
     return gap - scene.slack * jnp.abs(w).sum() > 0
 
 
-_facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(None, None, None, 0, 0, None)))
+_facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(*[None] * 5, 0, 0)))
 _separated_items = jax.jit(jax.vmap(_separated, in_axes=(None, None, 0, 0, 0, 0, 0)))
 
 
@@ -187,12 +205,25 @@ def _separated_by_table(
     return (room > support).any()
 
 
-def _resident(scene: Scene) -> tuple:
-    """Network, tube, scene and facets on the device."""
+def _whole(scene: Scene) -> tuple:
+    """Network, tube, scene, facets and intervals on the device."""
     model = scene.model
-    facets = facets_of(scene)
+    facets, times = facets_of(scene), np.arange(model.time.n_steps)
     with x64():
-        return jax.device_put((model.net, on_device(model.tube), scene.tabled, facets))
+        return jax.device_put((model.net, on_device(model.tube), scene.tabled, facets, times))
+
+
+def _in_part(scene: Scene) -> tuple:
+    """The same at FEW intervals, and between each and the next one that no obstacle is in."""
+    _, tube, arrays, facets, _ = once(scene, _whole)
+    some = np.unique(np.linspace(0, scene.model.time.n_steps - 1, FEW).astype(int))
+    net = network_at(scene.model, np.stack([some, some + 1], axis=1).ravel())
+    times = np.repeat(some, 2)[:-1]
+    active = scene.obstacles.active[:, times] & (np.arange(len(times)) % 2 == 0)
+    part = arrays.replace(obstacles=arrays.obstacles.replace(active=active))
+    with x64():
+        facets = facets._replace(reach=facets.reach.during(times))
+        return jax.device_put((net, tube, part, facets, times))
 
 
 class Screened(NamedTuple):
@@ -212,46 +243,62 @@ class Screened(NamedTuple):
 
 def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
     """Which of the plans with predicted ends z and parameters k are safe."""
-    _, reaches = anchor(scene, z, k)
+    p0, reaches = anchor(scene, z, k)
     row = np.flatnonzero(reaches)
-    parts = [_screen(scene, z, k, row[some]) for some in slices(max(len(row), 1), AT_ONCE)]
+    parts, rare = [], False
+    for some in slices(max(len(row), 1), AT_ONCE):
+        looks = (_in_part, _whole) if rare else (_whole,)
+        parts.append(_screen(scene, p0, k, row[some], looks))
+        rare = len(parts[-1][0]) < RARE * AT_ONCE and scene.model.time.n_steps > MANY
     return Screened(len(row), *(np.concatenate(field) for field in zip(*parts, strict=True)))
 
 
-def _screen(scene: Scene, z: Positions, k: ManyParams, row: np.ndarray) -> tuple:
-    """Which of the plans of these rows, all of which reach, are safe: the fields of `Screened`."""
-    net, tube, arrays, facets = once(scene, _resident)
-    sizes = SIZES[scene.obstacles.closed]
-    row, seen = map_rows(
-        sizes[0],
-        lambda row, z, k: (row, _facet_tests(net, tube, arrays, z, k, facets)),
-        row,
-        z[row],
-        k[row],
-        only=lambda found: found[1].possible,
-    )
-
-    def separated(plan: np.ndarray, o: np.ndarray, t: np.ndarray):
-        """(items,) bool: are plans kept apart from pairs in intervals?"""
-        if not len(plan):
-            return np.zeros(0, bool)
-        o, t = o.astype(np.int32), t.astype(np.int32)  # one type, whoever found them: one program
-        items = seen.path[plan, t], seen.path[plan, t + 1], seen.bin[plan], o, t
-        found = np.zeros(len(plan), bool)
-        if facets.number.shape[1] > arrays.directions.n_facets:
-            # a tenth of the cost of a search, and settles most
-            found = map_rows(ITEMS, partial(_separated_by_table, facets, arrays), *items)
-        if len(left := np.flatnonzero(~found)):
-            items = (x[left] for x in items)
-            found[left] = map_rows(sizes[1], partial(_separated_items, tube, arrays), *items)
-        return found
-
+def _screen(
+    scene: Scene, p0: Positions, k: ManyParams, row: np.ndarray, looks: Sequence[Callable]
+) -> tuple:
+    """Which of the plans of these rows, all of which reach, are safe: the fields of `Screened`.
+    looks: at the plans, the last one at all of their intervals.
+    """
+    for look in looks:
+        asked = once(scene, look)
+        row, seen = map_rows(
+            SIZES[scene.obstacles.closed][0],
+            lambda row, p0, k, asked=asked: (row, _facet_tests(*asked, p0, k)),
+            row,
+            p0[row],
+            k[row],
+            only=lambda found: found[1].possible,
+        )
+        safe = np.ones(len(row), bool)
+        unsure = np.flatnonzero(seen.unsure)
+        safe[unsure] = _apart(scene, asked[-1], seen, unsure, *seen.worst[unsure].T)
+        row, seen = row[safe], FacetTest(*(field[safe] for field in seen))
     safe = np.ones(len(row), bool)
-    unsure = np.flatnonzero(seen.unsure)
-    safe[unsure] = separated(unsure, *seen.worst[unsure].T)
-    plan, o, t = np.nonzero(seen.open[:, : int(scene.count)] & safe[:, None, None])
+    plan, o, i = np.nonzero(seen.open[:, : int(scene.count)])
     few = (np.arange(len(plan)) - np.searchsorted(plan, plan)) % SPARSE == SPARSE // 2
     for some in (few, ~few):
         item = np.flatnonzero(some & safe[plan])
-        safe[plan[item][~separated(plan[item], o[item], t[item])]] = False
+        apart = _apart(scene, asked[-1], seen, plan[item], o[item], i[item])
+        safe[plan[item][~apart]] = False
     return row[safe], *(field[safe] for field in seen[:4])
+
+
+def _apart(
+    scene: Scene, times: Numbers, seen: FacetTest, plan: np.ndarray, o: np.ndarray, i: np.ndarray
+) -> np.ndarray:
+    """(items,) bool: are plans kept apart from pairs in intervals i of those seen?"""
+    if not len(plan):
+        return np.zeros(0, bool)
+    _, tube, arrays, facets, _ = once(scene, _whole)
+    # one type, whoever found them: one program
+    o, t = o.astype(np.int32), np.asarray(times)[i].astype(np.int32)
+    items = seen.path[plan, i], seen.path[plan, i + 1], seen.bin[plan], o, t
+    found = np.zeros(len(plan), bool)
+    if facets.number.shape[1] > arrays.directions.n_facets:
+        # a tenth of the cost of a search, and settles most
+        found = map_rows(ITEMS, partial(_separated_by_table, facets, arrays), *items)
+    if len(left := np.flatnonzero(~found)):
+        size = SIZES[scene.obstacles.closed][1]
+        items = (x[left] for x in items)
+        found[left] = map_rows(size, partial(_separated_items, tube, arrays), *items)
+    return found
