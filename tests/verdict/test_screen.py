@@ -106,7 +106,7 @@ def test_between_fitted_faces_a_table_settles_what_facets_do_not(rng, monkeypatc
     searched, one = [], screening.map_rows
 
     def counted(size, kernel, *batch, **options):
-        if size == screening.SIZES[False][1] and len(batch) == 5:  # items of pairs
+        if size == screening.SEARCHED and len(batch) == 5:  # items of pairs
             searched.append(len(batch[0]))
         return one(size, kernel, *batch, **options)
 

@@ -188,9 +188,8 @@ def doctor() -> int:
     """Check versions and arithmetic of this installation. Example: parc-jax doctor"""
     from importlib import metadata
 
-    from parc_jax.common.backend import backend
+    from parc_jax.common.backend import COMPILER, backend
     from parc_jax.common.probes import probe_all, probe_options
-    from parc_jax.safe_set.corridors.first import COMPILER
 
     for name in PACKAGES.split():
         try:

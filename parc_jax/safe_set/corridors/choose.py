@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import ArrayLike, Bool, Float, Int, UInt
 
 from parc_jax.common.arrays import once, single
+from parc_jax.common.backend import COMPILER
 from parc_jax.common.shapes import Index
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.bound.reach import numbered, placed_errors, reach
@@ -172,7 +173,9 @@ def _side_by_side(x: Float[jax.Array, "n t points *_"]):
 
 
 # of many seeds
-choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, Allowed(None, 0))))
+choose_batch = jax.jit(
+    jax.vmap(choose, in_axes=(None, 0, Allowed(None, 0))), compiler_options=COMPILER
+)
 
 
 def _rooms(

@@ -15,7 +15,7 @@ from jaxtyping import ArrayLike, Float, Int
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import once, x64
-from parc_jax.common.backend import Backend, backend
+from parc_jax.common.backend import COMPILER, Backend, backend
 from parc_jax.common.errors import InputError
 from parc_jax.common.shapes import Index, Key, ManyParams, Params, Positions, Vector
 from parc_jax.learning.bound.bins import closed_bins, open_bin_of
@@ -37,9 +37,6 @@ from parc_jax.safe_set.verdict.scene import ROOM, Scene, SceneArrays, padded
 
 SLOTS = (1, 4, 16)  # capacities of a compiled program, in plans
 MOST = SLOTS[-1]
-# without its emitters of fused loops XLA compiles this program for a CPU in half the time, and it
-# runs as fast; the option says nothing to other devices, and later lines of XLA do not have it
-COMPILER = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 10) else None
 
 
 @struct.dataclass

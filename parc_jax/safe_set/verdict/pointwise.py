@@ -5,6 +5,7 @@ obstacle and interval, each clearing the rounding tolerance. A comparison with N
 `least` turns NaN into -inf before any minimum, so nothing undefined is ever safe.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -13,6 +14,7 @@ import numpy as np
 from jaxtyping import ArrayLike, Float
 
 from parc_jax.common.arrays import least, map_rows, once, product, x64
+from parc_jax.common.backend import COMPILER
 from parc_jax.common.shapes import (
     Index,
     Knot,
@@ -102,13 +104,14 @@ def arrival(
     q: Float[ArrayLike, " n_q"],
     k: Params,
     bin: Index | None = None,
+    lost: Float[ArrayLike, "n_bins g"] | None = None,
 ):
     """Bin of k, goal margin and start margin of a plan from p0 to the predicted end, q. bin: one
-    that contains k; None = the only one, and none on a border. Kernel.
+    that contains k; None = the only one, and none on a border. lost: as of `anchored`. Kernel.
     """
     bin = open_bin_of(tube.edges, k) if bin is None else bin
     bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), bin, -1)
-    lost = tube.support_at_end(scene.goal_A, bin)
+    lost = tube.support_at_end(scene.goal_A, bin) if lost is None else lost[bin]
     goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([end, q]), scene.slack)
     first = end[: p0.shape[0]]
     inside = least(jnp.minimum(first - scene.z_lo, scene.z_hi - first))
@@ -245,21 +248,29 @@ def anchored(
     z: Vector | None,
     k: Params,
     at: Vector | None = None,
+    lost: Float[ArrayLike, "n_bins g"] | None = None,
 ) -> tuple[jax.Array, jax.Array]:
     """The start (n_p,) from which the first point is predicted to end at z (n_p,), and whether
     that plan reaches the goal. Preserves volumes. Kernel. [T15]
 
-    end: as of `end_network`. at: (n_p,) [m] a given start; z is not read then.
+    end: as of `end_network`. at: (n_p,) [m] a start, z is not read then. lost: of all bins' errors.
     """
     offsets, q, _ = predict(end, tube.layout._replace(n_steps=1), k)
     p0 = z - offsets[-1, : len(z)] if at is None else at
-    bin, goal, start = arrival(tube, scene, p0, moved_to(p0, offsets)[-1], q, k)
+    bin, goal, start = arrival(tube, scene, p0, moved_to(p0, offsets)[-1], q, k, lost=lost)
     return p0, (goal >= 0) & (start >= 0) & (bin >= 0)
 
 
-_verdicts = jax.jit(jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)))
+_verdicts = jax.jit(
+    jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)), compiler_options=COMPILER
+)
 _predictions = jax.jit(jax.vmap(prediction, in_axes=(None, None, None, 0, 0)))
-_anchored = jax.jit(jax.vmap(anchored, in_axes=(None, None, None, 0, 0)))
+
+
+@partial(jax.jit, compiler_options=COMPILER)
+def _anchored(end: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Positions, k: ManyParams):
+    lost = jax.vmap(partial(tube.support_at_end, scene.goal_A))(jnp.arange(tube.n_bins))
+    return jax.vmap(lambda z, k: anchored(end, tube, scene, z, k, lost=lost))(z, k)
 
 
 def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:

@@ -21,16 +21,8 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common.arrays import least, map_rows, once, slices, x64
-from parc_jax.common.shapes import (
-    Index,
-    Knot,
-    ManyParams,
-    Numbers,
-    Params,
-    Path,
-    Positions,
-    Vector,
-)
+from parc_jax.common.backend import COMPILER
+from parc_jax.common.shapes import Index, Knot, ManyParams, Params, Path, Positions, Vector
 from parc_jax.learning.bound.bins import open_bin_of
 from parc_jax.learning.bound.reach import Reach, numbered, reach
 from parc_jax.learning.bound.tube import Tube
@@ -120,8 +112,8 @@ COMPARED = 32  # intervals, about, among which the one that looks worst is sough
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
 SPARSE = 8  # one in so many of a plan's open items comes first: what touches does so for long
 AT_ONCE = 8192  # plans that are in memory with all that is open about them
-# both; where every pair is a search for a direction, what only fills up a call costs much
-SIZES = {True: (CHUNK, ITEMS), False: (256, 256)}
+# the same, where each is a search for a direction: what only fills up a call costs much
+SEARCHED = 256
 # where a plan has MANY intervals, and less than RARE were safe of as many plans before, a first
 # look at FEW, as much work as one at twice as many, leaves few plans for all intervals
 FEW, MANY, RARE = 12, 60, 0.3
@@ -151,7 +143,7 @@ def facet_test(
     tube: Tube,
     scene: Tabled,
     facets: Facets,
-    times: Numbers,
+    times: jax.Array,
     p0: Vector,
     k: Params,
 ) -> FacetTest:
@@ -187,11 +179,13 @@ def _separated(tube: Tube, scene: Tabled, start: Knot, end: Knot, bin: Index, o:
     return gap - scene.slack * jnp.abs(w).sum() > 0
 
 
-_facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(*[None] * 5, 0, 0)))
-_separated_items = jax.jit(jax.vmap(_separated, in_axes=(None, None, 0, 0, 0, 0, 0)))
+_facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(*[None] * 5, 0, 0)), compiler_options=COMPILER)
+_separated_items = jax.jit(
+    jax.vmap(_separated, in_axes=(None, None, 0, 0, 0, 0, 0)), compiler_options=COMPILER
+)
 
 
-@jax.jit
+@partial(jax.jit, compiler_options=COMPILER)
 @partial(jax.vmap, in_axes=(None, None, 0, 0, 0, 0, 0))
 def _separated_by_table(
     facets: Facets, scene: Tabled, start: Knot, end: Knot, bin: Index, o: Index, t: Index
@@ -262,7 +256,7 @@ def _screen(
     for look in looks:
         asked = once(scene, look)
         row, seen = map_rows(
-            SIZES[scene.obstacles.closed][0],
+            CHUNK,
             lambda row, p0, k, asked=asked: (row, _facet_tests(*asked, p0, k)),
             row,
             p0[row],
@@ -284,21 +278,20 @@ def _screen(
 
 
 def _apart(
-    scene: Scene, times: Numbers, seen: FacetTest, plan: np.ndarray, o: np.ndarray, i: np.ndarray
+    scene: Scene, times: jax.Array, seen: FacetTest, plan: np.ndarray, o: np.ndarray, i: np.ndarray
 ) -> np.ndarray:
     """(items,) bool: are plans kept apart from pairs in intervals i of those seen?"""
     if not len(plan):
         return np.zeros(0, bool)
     _, tube, arrays, facets, _ = once(scene, _whole)
-    # one type, whoever found them: one program
-    o, t = o.astype(np.int32), np.asarray(times)[i].astype(np.int32)
+    o, t = o.astype(np.int32), np.asarray(times)[i].astype(np.int32)  # one type: one program
     items = seen.path[plan, i], seen.path[plan, i + 1], seen.bin[plan], o, t
     found = np.zeros(len(plan), bool)
     if facets.number.shape[1] > arrays.directions.n_facets:
         # a tenth of the cost of a search, and settles most
         found = map_rows(ITEMS, partial(_separated_by_table, facets, arrays), *items)
     if len(left := np.flatnonzero(~found)):
-        size = SIZES[scene.obstacles.closed][1]
+        size = ITEMS if scene.obstacles.closed else SEARCHED
         items = (x[left] for x in items)
         found[left] = map_rows(size, partial(_separated_items, tube, arrays), *items)
     return found
