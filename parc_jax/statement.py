@@ -10,7 +10,7 @@ from parc_jax.checker.answer import scene_of
 from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
-from parc_jax.learning.bound.statement import VALIDATED, confidence_of
+from parc_jax.learning.bound.statement import AS_RECORDED, VALIDATED, confidence_of
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.certificate.write import problem_part
@@ -162,7 +162,7 @@ def about_risk(
         return f"Risk: no statement, since {risk.reason}."
     volume = f"confidence 0.999 and {float(measured)!r}"
     if "rows" in p:  # of recordings
-        drawn += ", and run as one run that is drawn from a new recording"
+        drawn += AS_RECORDED
     return (
         f"Risk: a plan drawn by `sample`, uniformly from {drawn}, leaves the tube with "
         f"probability at most {rounded_up(risk.bound)} (the density of its k is at most "

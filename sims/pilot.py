@@ -37,7 +37,7 @@ from sims.ros.measured import Movers, among, require_frame, swept_in
 from sims.sweep import swept
 
 ANYTHING = 1e3  # [units of q] bound of goal states that are free
-SIDES = 16  # of the polygon around a disc, for free space at the start
+SIDES = 64  # of the polygon around a disc, for free space at the start
 TRACK = 256  # poses that are stored, to locate scans
 OF_SCANNER = ("angle_min", "angle_increment", "range_min", "range_max")  # equal in all scans
 Prefer = Callable[[Outlook, np.ndarray], np.ndarray]

@@ -160,7 +160,7 @@ class Answer:
         if recorded(self.model.claim):
             raise InputError(
                 "sample: expected a set that was tested by uniform draws; this one was tested by "
-                "recordings, so draw k as in the log, and its start by starts(key, k)."
+                "recordings: draw one run of each new one, and a start of it by starts(key, k)."
             )
         return self._plans.sample(generator(key), n)
 

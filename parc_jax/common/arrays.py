@@ -58,6 +58,13 @@ def real(value):
     return value
 
 
+def frozen(x: ArrayLike) -> np.ndarray:
+    """A read-only float64 copy."""
+    copy = np.array(x, np.float64)
+    copy.setflags(write=False)
+    return copy
+
+
 def slices(n: int, size: int) -> Iterator[slice]:
     """The rows 0..n-1 in chunks of at most `size`, in order."""
     return (slice(first, min(first + size, n)) for first in range(0, n, size))

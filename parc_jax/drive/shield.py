@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, frozen
 from parc_jax.common.errors import InputError
 from parc_jax.common.on_use import package
 from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes, listed_candidates
@@ -193,7 +193,7 @@ class Shield(gymnasium.Wrapper):
         # of what comes after the end no stop was certified
         self._steps = None if terminated or truncated else self._steps + 1
         self._observation = observation
-        about = {"proposed": action, "driven": driven, "changed": changed}
+        about = {"proposed": np.array(action), "driven": driven, "changed": changed}
         about |= {"reason": decision.reason, "left": left}
         info = info | {"shield": about | self._about(one)}
         return observation, reward, terminated, truncated, info
@@ -269,7 +269,7 @@ class Shield(gymnasium.Wrapper):
 
     def _remember(self, seen: Sensed) -> None:
         """What the brake needs; what is not finite does not replace what was."""
-        given = np.asarray(seen.given, np.float64)
+        given = frozen(seen.given)
         if given.shape == self._last.shape and np.isfinite(given).all():
             self._last = given
 
@@ -277,7 +277,7 @@ class Shield(gymnasium.Wrapper):
         """Chosen parameters of an action. Raises InputError."""
         shape = self.action_space.shape
         try:
-            action = np.asarray(action, np.float64)
+            action = frozen(action)
         except (TypeError, ValueError):
             raise InputError(f"action: expected numbers; got {action!r:.60}") from None
         if action.shape != shape or not np.isfinite(action).all():
@@ -285,7 +285,7 @@ class Shield(gymnasium.Wrapper):
                 f"action: expected finite numbers of shape {shape}; the policy proposed "
                 f"{action.tolist()!r:.60}"
             )
-        proposed = np.asarray(self._ask(action), np.float64)
+        proposed = frozen(self._ask(action))
         n = (len(self._chosen),)
         if proposed.shape != n or not ((self._lo <= proposed) & (proposed <= self._hi)).all():
             raise InputError(

@@ -12,7 +12,7 @@ from parc_jax.common import struct
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
-from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope, owned
 from parc_jax.common.sets.vertices import bounding_box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.network.predict import Layout
@@ -369,7 +369,5 @@ def _polytope(name: str, value) -> HPolytope:
     if isinstance(value, Box):
         return from_box(value)
     if isinstance(value, HPolytope):
-        frozen = not (value.A.flags.writeable or value.b.flags.writeable)
-        # else whoever owns the arrays could change the problem, and its certificate, later
-        return HPolytope(value.A, value.b) if frozen else hpolytope(value.A, value.b)
+        return owned(value)  # else the problem, and its certificate, could be changed later
     raise InputError(f"{name}: expected a Box or an HPolytope; got {type(value).__name__}.")

@@ -18,7 +18,7 @@ from sims.parking.film import draw, sheet
 SHIPPED = {1: 10.8, 2: 14.4, 4: 38.3, 5: 8.9}  # [s] of a public planner; 4 and 5 touch
 CLOCK = (
     f"what is told in s is progress, no time: 1 to turn the wheels, {SHARES} for equal shares of "
-    "the way, 1 to brake; nothing is said between records, which are as far apart as these take"
+    "the way, 1 to brake; nothing is said between records, four of them in each of these"
 )
 MOST_TURNED = 90  # [degrees] that a goal may leave to the heading
 HEAD = (

@@ -125,6 +125,8 @@ def test_a_claim_about_bins_recordings_or_nothing_keeps_one_size(system, holdout
     others = at_other_eps(failed)
     # by how many delta is divided may not depend on which runs failed
     assert [(other.discard, other.looks) for other in others] == [(r, 6) for r in (3, 7, 15, 31)]
+    none = calibrate(NET, failing_runs(holdout), profile, eps=0.1, delta=0.05, discard=0)
+    assert not none.tube.claimed.any() and at_other_eps(none) == ()
     many = calibrate(NET, holdout, profile, eps=0.3, delta=0.05, discard=53)
     own = at_other_eps(many)[-1]  # beyond the scores that are kept as evidence
     assert (own.discard, own.looks) == (53, 7)

@@ -73,13 +73,13 @@ def test_risk_of_a_set_a_density_and_a_point():
     assert c.risk(share=1e-9).bound == 1
     assert isinstance(c.risk(), NoStatement)
     assert c.risk(density="3", shift="0.01").bound == Fraction(13, 1000)
-    for share in (0, -0.1, 1.1, np.nan, True):
+    for share in (0, -0.1, 1.1, np.nan, True, "1/0"):
         with pytest.raises(InputError, match="share"):
             c.risk(share=share)
     for density in (0.99, 0, -1, np.nan, np.inf):
         with pytest.raises(InputError, match="density"):
             c.risk(density=density)
-    for bin in (-1, 2, 7):
+    for bin in (-1, 2, 7, True, 1.0):
         with pytest.raises(InputError, match="bin: expected one of 2, from 0 on"):
             c.risk(share=0.5, bin=bin)
     for both in ({"share": 0.5, "density": 2}, {"density": 2, "bin": 0}, {"bin": 0}):

@@ -185,7 +185,7 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
     assert "(V)" in answer.details() and "(V)" not in header  # whose tables are of another set
     again = load_answer(wide.save(tmp_path / "validated.json"))
     assert again.model.claim.hash == claim.hash and again.risk() == wide.risk()
-    with pytest.raises(InputError, match="draw k as in the log"):
+    with pytest.raises(InputError, match="draw one run of each new one"):
         again.sample(KEY, 3)
 
 

@@ -82,16 +82,25 @@ def test_nothing_begins_before_a_manoeuvre_may_be_left(line, leave, first):
     assert loop.step([0.0, 0.0], [0.0], [], stays, 0.0).new
     early = loop.step([0.0, 0.0], [0.0], [], stays, first - 1e-4)
     assert not early.new and f"to be left from {leave:g} s" in early.reason
-    assert loop.leave_after == {0.25: 0.25}.get(leave, 0.5)  # the first knot from then on
+    assert float(loop.leave_after) == pytest.approx(first, abs=1e-15)
     assert loop.step([0.0, 0.0], [0.0], [], stays, first).new
 
 
 def test_what_an_obstacle_was_stays_in_its_proof(line):
     """Though the user's arrays do not."""
     A, b = np.array(from_box(WALL).A), np.array(from_box(WALL).b)
-    step = loop_of(line).step([0.0, 0.0], [0.25], [pj.types.HPolytope(A, b)], forward)
-    b[:] = from_box(pj.box([-0.1, -0.1], [0.1, 0.1])).b
-    assert step.new and step.committed.proved()
+    view = b[:]
+    view.setflags(write=False)  # of what may be written to all the same
+    for own in (pj.types.HPolytope(A, b), pj.types.HPolytope(A, view)):
+        b[:] = from_box(WALL).b
+        step = loop_of(line).step([0.0, 0.0], [0.25], [own], forward)
+        unsure = pj.Uncertainty(obstacles=own)
+        b[:] = from_box(pj.box([-0.1, -0.1], [0.1, 0.1])).b
+        assert step.new and step.committed.proved()
+        assert unsure.obstacles[0].b[0] == 0.5
+    (edge, *_) = pj.problem.free_place([[0, 0], [1, 0], [1, 1], [0, 1]], 0.0).obstacles()
+    with pytest.raises(ValueError, match="read-only"):
+        edge.b[:] = 10.0
 
 
 def test_what_moves_is_kept_away_from_until_the_rest(line):
@@ -378,11 +387,12 @@ def test_a_certificate_is_accepted_and_one_of_another_world_is_not():
 @pytest.mark.parametrize("eps", [0, 0.05])
 def test_what_poses_may_be_off_with_some_probability_is_a_premise(line, eps):
     loop = loop_of(line, uncertainty=pj.Uncertainty(start=0.01, sensing_eps=eps))
-    committed = loop.step([0.0, 0.0], [0.0], [], forward).committed
-    told = {name: value for name, _, value in episode_part([committed])["premises"]}
-    assert told.get("sensing", "").endswith(
-        "a probability of 1/20; for all 1, but for 0.05 at most"
-    ) == bool(eps)
+    stays = lambda seen: seen.k[:, 0] ** 2  # noqa: E731
+    steps = [loop.step([0.0, 0.0], [0.0], [], stays, at=at) for at in (0, 1)]
+    for driven, words in ((steps[:1], "of 1/20"), (steps, "of 1/20; for all 2 at most 0.1")):
+        part = episode_part([step.committed for step in driven])
+        told = {name: value for name, _, value in part["premises"]}
+        assert told.get("sensing", "").endswith(words) == bool(eps)
 
 
 def test_a_certificate_names_directions_of_what_is_near_alone(line):

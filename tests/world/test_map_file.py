@@ -54,6 +54,16 @@ def test_what_white_is_has_to_be_known(tmp_path):
         written(tmp_path, GREYS.astype(np.int32) << 20, image="map.tiff")
 
 
+def test_a_transparent_colour_is_unknown(tmp_path):
+    written(tmp_path, GREYS, image="map.png")
+    for pixels, clear in ((GREYS, 254), (np.stack([GREYS] * 3, axis=-1), (254,) * 3)):
+        Image.fromarray(pixels).save(tmp_path / "map.png", transparency=clear)
+        assert load_map(tmp_path / "map.yaml").free.sum() == 3
+    Image.fromarray(GREYS.astype(np.uint16) << 8).save(tmp_path / "map.png", transparency=0)
+    with pytest.raises(InputError, match="a transparent colour beyond 8 bits"):
+        load_map(tmp_path / "map.yaml")
+
+
 @pytest.mark.parametrize("mode", ["trinary", "scale"])
 def test_what_is_transparent_is_unknown(tmp_path, mode):
     pixels = np.full((1, 3, 4), 255, np.uint8)

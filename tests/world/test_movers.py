@@ -81,7 +81,7 @@ def test_of_each_track_one_window_bounds_and_all_of_them_teach():
     assert "against 2 movers, any" in told and "Movers within 0.3 m, until the last" in told
     assert "with confidence 0.95 over 60 recordings each leaves its tube" in told
     assert f"of its law, {model.claim.quantifier}, each track alike however long it lasts" in told
-    assert "its moments alike, between logged places, too; of several, and of several mom" in told
+    assert "with a window around it alike, between logged places, too; of several, and" in told
     assert "add up, if they ignore the robot" in told and "Assumes: IID, " in told
 
 

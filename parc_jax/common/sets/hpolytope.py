@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, frozen
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 
@@ -40,6 +40,17 @@ def hpolytope(A, b) -> HPolytope:
             "zero. Remove it."
         )
     return HPolytope(A, b)
+
+
+def owned(p: HPolytope) -> HPolytope:
+    """The same, in arrays that nobody else can change."""
+
+    def own(x):
+        if isinstance(x, np.ndarray) and x.base is None and not x.flags.writeable:
+            return x
+        return frozen(x)
+
+    return HPolytope(own(p.A), own(p.b))
 
 
 def from_box(b: Box) -> HPolytope:

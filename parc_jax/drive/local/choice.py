@@ -34,7 +34,7 @@ from parc_jax.learning.bound.counts import (
 )
 from parc_jax.learning.bound.settings import intersample_of
 from parc_jax.learning.bound.start_gap import declared_gap, trial_of, try_starts
-from parc_jax.learning.bound.statement import assumes, confidence_of
+from parc_jax.learning.bound.statement import AS_RECORDED, assumes, confidence_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.fit import fit
 from parc_jax.learning.runs.law import law_of
@@ -248,6 +248,7 @@ class Choice:
         return (
             "Perturbation without new runs: from this start, k drawn uniformly from the box "
             f"{sides_of(self.model.labels.k, self.safe_box)} around it, {share} % of K and proved "
-            f"safe throughout, leaves the tube with probability at most {bound}{worth}, by the "
+            f"safe throughout{AS_RECORDED * ('rows' in p)}, leaves the tube with probability at "
+            f"most {bound}{worth}, by the "
             f"claim over K, which has confidence {confidence_of(p)}. {assumes(p)}"
         )

@@ -125,12 +125,13 @@ def leaving(name: str, model: TrajectoryModel, leave: float) -> Leaving:
     intervals = math.ceil(seconds / model.time.dt - float(SAME))
     if not 0 < intervals <= n:
         raise InputError(
-            f"{name}: expected a time to leave within a manoeuvre, {model.time.dt:g} to "
+            f"{name}: expected a time to leave within a manoeuvre, above 0 s and up to "
             f"{model.time.t_f:g} s; got {leave!r}."
         )
-    after, of_runs = intervals * dt, hand_over_of(model.claim.law.k_law)
+    # a time that is a knot but for its rounding is that knot
+    after, of_runs = min(intervals * dt, Fraction(seconds)), hand_over_of(model.claim.law.k_law)
     if of_runs is None:
-        return Leaving(intervals, min(after, Fraction(seconds)), n * dt, n * dt)
+        return Leaving(intervals, after, n * dt, n * dt)
     Leaving(intervals, *of_runs, n * dt).require(after, name)
     return Leaving(intervals, max(of_runs[0], after), of_runs[1], n * dt)
 

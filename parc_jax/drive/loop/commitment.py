@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 AT_ONCE = 64  # manoeuvres scored in one compiled call
 ROUNDED = 1e-9  # [m] more than floats round places up to 1e5 m by: so far outside is inside
-WHOLE = 1e-6  # [records] a manoeuvre that begins so near to one begins there
+WHOLE = 1e-3  # [records] a manoeuvre that begins so near to one begins there
 HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
 
 

@@ -58,9 +58,9 @@ def episode_part(
     }
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]
     if eps := known.sensing_eps:
-        n = len(commitments)
         said = "what is measured for a manoeuvre is within its bounds but for a probability of "
-        said += f"{eps}; for all {n}, but for {rounded_up(min(1, n * Fraction(eps)))} at most"
+        n, most = len(commitments), rounded_up(min(1, len(commitments) * Fraction(eps)))
+        said += f"{eps}" + f"; for all {n} at most {most}" * (n > 1)
         others.append(("sensing", ASSUMED, said))
     rests, told = most_and_often(one.asked.problem.rests_on for one in commitments)
     if rests:

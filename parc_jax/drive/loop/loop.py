@@ -96,7 +96,7 @@ class Loop:
     continues to its stop, with a sentence by how far, until `restart` begins another episode.
     """
 
-    passing = ("_episode", "_last", "under_way", "_before")  # of an episode, not of the loop
+    __passing__ = ("_episode", "_last", "under_way", "_before")  # of an episode, not of the loop
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class Loop:
         self._scenes = Scenes(model, body, end, self.uncertainty)
         self._leaving = leaving("leave", model, leave)
         self.lasts = self._leaving.lasts
-        self.leave_after = self._leaving.intervals * Fraction(model.time.dt)
+        self.leave_after = self._leaving.first
         self._command = None
         if thinking is not None:
             self._command = UnderWay(thinking, model, self.given)

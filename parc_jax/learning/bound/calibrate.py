@@ -134,6 +134,8 @@ def at_other_eps(claim: ErrorClaim) -> tuple[ErrorClaim, ...]:
     """
     if claim.kind != "pac" or claim.bin_eps is not None or claim.unit is not RUNS:
         return ()
+    if not claim.tube.claimed.all():  # more runs failed than were left outside
+        return ()
     score = dict(enumerate(float.fromhex(run["score"]) for run in claim.evidence["worst"]))
     score[claim.discard] = float.fromhex(claim.evidence["scale"])
     # before a score is looked at: by how many delta is divided may not depend on them

@@ -131,7 +131,7 @@ class ErrorClaim:
         """
         if None not in (share, density) or (bin is not None and share is None):
             raise InputError("risk: expected share, with or without bin, or density; got more.")
-        if bin is not None and bin not in range(self.tube.n_bins):
+        if bin is not None and not (type(bin) is int and 0 <= bin < self.tube.n_bins):
             raise InputError(f"bin: expected one of {self.tube.n_bins}, from 0 on; got {bin!r}.")
         if self.kind in ("assumed", "declared"):
             return NoStatement(

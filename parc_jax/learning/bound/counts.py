@@ -217,7 +217,7 @@ def _number(name: str, told: float | Fraction | str) -> Fraction:
     """As it was written. Raises InputError."""
     try:
         return Fraction(str(told))
-    except ValueError:  # nan, infinity, or no number
+    except (ValueError, ZeroDivisionError):  # nan, infinity, or no number
         raise InputError(f"risk: expected a number as {name}; got {told!r:.40}.") from None
 
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from parc_jax.learning.bound.claim import ErrorClaim
 
 VALIDATED = "validated"  # kind of a claim about one set in one scene
+AS_RECORDED = ", and run as one run that is drawn from a new recording"
 EACH = " or more in each"  # block of bins with a claim
 DIGITS = 10  # of the numbers of a claim, at most
 

@@ -96,7 +96,7 @@ class Reader:
         # made from the others, once they are asked for, by `once` and here; or said to pass
         if name == "_made" or isinstance(getattr(type(x), name, None), cached_property):
             return True
-        if name in getattr(type(x), "passing", ()):
+        if name in getattr(type(x), "__passing__", ()):
             return True
         if self.private:  # values of libraries have caches of their own, and tell all in `repr`
             return name.startswith("_") and _is_value(x)

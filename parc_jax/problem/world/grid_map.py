@@ -193,7 +193,10 @@ def _pixels(path: Path, image: Path) -> tuple[np.ndarray, np.ndarray | None]:
     pillow = package("PIL.Image", "load_map")
     try:
         with pillow.open(image) as opened:
-            palette = opened.mode in ("P", "PA", "1")
+            clear = "transparency" in opened.info  # a colour that stands for unknown
+            palette = opened.mode in ("P", "PA", "1") or (clear and opened.mode in ("L", "RGB"))
+            if clear and not palette:
+                raise ValueError("with a transparent colour beyond 8 bits")
             if opened.mode == "I" and opened.format not in ("PNG", "PPM"):  # not 16 bits
                 raise ValueError("of whole numbers of 32 bits, whose white is not known")
             array = np.asarray(opened.convert("RGBA") if palette else opened)

@@ -224,8 +224,9 @@ def mover_obstacles(
             f"with confidence {confidence_of(p)} over {count_of(p)[0]:,} {count_of(p)[1]} each "
             f"leaves its tube with probability at most {rounded_up(eps)} from a moment of a track "
             f"of its law, {p['law']}, each track alike however long it lasts (of those present at "
-            "a moment more are long), and each of its moments alike, between logged places, too; "
-            "of several, and of several moments, each drawn so, these add up"
+            "a moment more are long), and each of its moments with a window around it alike, "
+            "between logged places, too; of several, and of several moments, each drawn so, these "
+            "add up"
         )
     law = (
         f"Movers within {exact(radius)} m, until the last interval of each: {held}, if they ignore "

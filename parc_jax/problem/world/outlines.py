@@ -161,7 +161,9 @@ def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
     shapely = package("shapely", "free space")
     try:
         wkb, _, width = written.partition(" ")
-        return Edge(obstacle.A, obstacle.b, shapely.from_wkb(wkb or None), float(width or 0))
+        if not 0 <= (wide := float(width or 0)) < np.inf:
+            raise ValueError
+        return Edge(obstacle.A, obstacle.b, shapely.from_wkb(wkb or None), wide)
     except (AttributeError, ValueError, shapely.GEOSException):
         raise InputError(
             f"edge: expected text as a saved scene has it; got {written!r:.40}."
@@ -178,6 +180,7 @@ def thin_pieces(segments: npt.ArrayLike) -> list[HPolytope]:
     A = np.stack([along, -along, across, -across], axis=1)
     ends = (A[:, :, None] * segments[:, None]).sum(axis=-1)
     b = ends.max(axis=-1) + (THIN + TOLERANCES.outline)
+    A.setflags(write=False), b.setflags(write=False)  # as of `owned`
     return [HPolytope(rows, offsets) for rows, offsets in zip(A, b, strict=True)]
 
 

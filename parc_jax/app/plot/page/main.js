@@ -74,7 +74,7 @@ function words() {
   const room = Number.isFinite(seen.clearance) ? `${atLeast(seen.clearance)} m from ${where}` : where;
   const title = {
     proved: within && { sample: "Safe: sample ", polytope: "Safe: inside polytope ", corridor: "Safe: keeps to corridor " }[within.kind] + within.number,
-    safe: "Safe for the model, but in no returned corridor or polytope",
+    safe: "Safe for the model, but in no returned corridor or polytope by more than rounding",
     unsafe: !seen.tube ? "Not shown safe: k lies outside K" : !seen.reaches ? `Not shown safe: ${seen.start < 0 ? "starts outside of the start set" : "misses the goal"}` : "Not shown safe: touches",
   }[kind];
   const level = data.level === "exact-proved" ? "proved in exact arithmetic" : "shown in float64";
@@ -99,7 +99,7 @@ function words() {
 
 function certificate() {
   const { within } = state, out = $("certificate");
-  if (!within) { out.textContent = "None: this plan is no sample and lies in no returned corridor or polytope."; return; }
+  if (!within) { out.textContent = "None: this plan is no sample and lies in no returned corridor or polytope by more than rounding."; return; }
   const several = data.parts.length > 1;
   const rows = data.directions[within.sep].flatMap((runs, number) => runs.map((run) => {
     const pair = model.pairs[number], [first, end, w] = run, size = Math.hypot(...w), now = state.t >= first && state.t < end;
