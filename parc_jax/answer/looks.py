@@ -132,8 +132,7 @@ def fresh_key(key: jax.Array, look: Look, *about: np.ndarray) -> jax.Array:
     """A key for the runs of one look at `about` (plan, box): its streams meet neither those of
     `key` nor those of another look, nor those of a look at anything else.
 
-    A choice that depends on earlier runs needs runs that are independent of them, down to the
-    disturbances.
+    A choice that depends on earlier runs needs runs independent of them, disturbances included.
     """
     arrays = [np.atleast_1d(np.asarray(x, np.float64)) for x in about]
     words = np.frombuffer(bytes.fromhex(content_hash(*arrays)[:32]), ">u4")

@@ -52,9 +52,7 @@ def check_entries(context, question, lists, processes):
 
 
 def first_rejected(context, entries):
-    """The number of the first entry (part, its number there, entry) that is rejected, and why, or
-    None.
-    """
+    """Number of the first entry (part, its number there, entry) that is rejected, and why; None."""
     for number, (part, i, entry) in enumerate(entries):
         try:
             with rejecting(f"{part}[{i}]: "):

@@ -69,8 +69,7 @@ def check_inside(row, point, scale):
 
 def support(part, w):
     """An upper bound of max -w . x over the shape that grows a part of the body, its share of the
-    obstacle grown by it. A root is rounded up by less than 2^-80 of itself, not at all if it is
-    whole.
+    obstacle grown by it. A root is rounded up by less than 2^-80 of itself, if it is not whole.
     """
     if part.vertices is not None:
         return max(-dot(w, vertex) for vertex in part.vertices)
@@ -268,8 +267,7 @@ class Context(Question):
         their tubes would count too [T28]. On S the affine map of the pattern is the network
         (induction over the layers: every sign agrees), so the rows of its cell and of the listed
         conditions say for each (p0, k) in S what check_sample asks. [T29] The point is strictly
-        inside each row that is not constant, hence so is a ball around it; a constant row has only
-        to be true.
+        inside each row that is not constant, hence so is a ball around it; others have to be true.
         """
         given = vector(polytope["p0"], self.n_p) + vector(polytope["k"], self.n_k)
         point, scale = integers(given)

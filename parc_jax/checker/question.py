@@ -51,9 +51,7 @@ class Question:
 
     @rejecting()
     def about(self, problem):
-        """The same network and tube, not read again, under another problem of the same dimensions
-        and domain.
-        """
+        """The same network and tube, not read again, under another problem with such axes, K."""
         other = copy.copy(self)
         other._read_problem(problem)
         for name in ("n_p", "n_points", "n_q", "n_k", "T", "dt", "lo", "hi"):
@@ -210,9 +208,7 @@ class Question:
     # --- tube ----------------------------------------------------------------------------------
 
     def _read_tube(self, tube):
-        """Edges of the bins as fractions; the errors of each bin by interval and point, and at the
-        end.
-        """
+        """Edges of the bins as fractions; errors of each, by interval and point and at the end."""
         fields(tube, ("edges", "interval", "final"))
         self.edges = []
         for edge, lo, hi in zip(tube["edges"], self.lo, self.hi, strict=True):

@@ -193,8 +193,7 @@ class BatchShield:
         """The manoeuvre under way from now on, whether another than the proposed one, a reason.
 
         Boxes show most proposals safe, directions some more. Of the other environments all
-        manoeuvres are ranked in float32; then the nearest is judged, until one is safe or none is
-        left.
+        manoeuvres are ranked in float32; the nearest is judged, until one is safe or none is left.
         """
         finite = jnp.isfinite(seen.given).all(axis=1, keepdims=True)
         last = last.replace(given=jnp.where(finite, seen.given, last.given))

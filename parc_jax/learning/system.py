@@ -14,8 +14,7 @@ class Trajectory(NamedTuple):
     """One recorded run, relative to its start: p[0] = 0.
 
     p: (n_record + 1, n_p) workspace positions [m] on the record grid; of a robot with m reference
-        points (n_record + 1, m, n_p), where only the first starts at 0. q: (n_q,) other goal states
-        at t_f.
+        points (n_record + 1, m, n_p), where only the first starts at 0. q: (n_q,) others, at t_f.
     """
 
     p: jax.Array | np.ndarray

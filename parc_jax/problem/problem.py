@@ -57,9 +57,7 @@ class Span(tuple):
 
     @property
     def void(self) -> str:
-        """Why its obstacle is not where the commitment's robot is, as the end of a sentence; empty
-        where it is.
-        """
+        """Why its obstacle is not where the commitment's robot is, to end a sentence; or empty."""
         if self.of is None:
             return ""
         if isinstance(self.of, str):
@@ -159,9 +157,7 @@ def reach_avoid(
     spans: Sequence | None = None,
     uncertainty: Uncertainty | None = None,
 ) -> Problem:
-    """A validated problem. Boxes become polytopes, a number [m] a disc, pairs spans. Raises
-    InputError.
-    """
+    """A validated problem: of boxes, too, a number [m] as a disc, pairs. Raises InputError."""
     points = goal.points if isinstance(goal, GoalOfPoints) else ()
     goal = _polytope("goal", goal)
     obstacles = tuple(o if isinstance(o, Edge) else _polytope("obstacle", o) for o in obstacles)

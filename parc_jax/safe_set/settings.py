@@ -93,7 +93,5 @@ class Settings(Options):
 
     @classmethod
     def thorough(cls) -> "Settings":
-        """All but three thousandths, at confidence 0.999, with work for slivers and for proofs of
-        absence.
-        """
+        """All but three thousandths, at confidence 0.999; more for slivers, proofs of absence."""
         return cls(target=0.003, confidence=0.999, work=8.0, budget_s=3600.0)

@@ -200,8 +200,7 @@ def _plans(answer, polytopes) -> dict:
 
 def outlines(answer, polytopes) -> dict[str, list]:
     """Per pair of coordinates of (p0, k), written "i,j", the outlines [[x, y], ...] of the safe
-    polytopes, if there are any: of every view of the workspace, and of all pairs of
-    parameters.
+    polytopes, if any: of every view of the workspace, and of all pairs of parameters.
     """
     n_p, n_k = answer.model.n_p, answer.model.n_k
     sides = [view.axes for view in views_of(n_p)]

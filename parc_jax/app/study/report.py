@@ -167,8 +167,7 @@ def name_of_network(net: ReLUNetwork) -> str:
 def facts_of(answer: Answer, cold_s: float | None) -> dict:
     """Counts, shares, status and times of an answer as plain data.
 
-    cold_s: [s] to the first sample of a first query, compiling included; None where that is this
-    answer.
+    cold_s: [s] to the first sample of a first query, compiling included; None if it is this one.
     """
     cover, share, tested = answer.cover, answer.share, answer.validation
     facts = {

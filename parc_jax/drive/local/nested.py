@@ -119,8 +119,7 @@ def fixed_sequence(
     """Fixed-sequence testing: the tests that are made, and how many of them pass. [T42]
 
     inside, failed: (sets, tests) bool, in the order of the scales. first: set to begin with, fixed
-    before any of these tests was looked at. The sequence ends with the first test that does not
-    pass.
+    before any of these tests was looked at. The sequence ends with the first that does not pass.
     """
     steps: list[Step] = []
     risk, most = math.nextafter(float(asked.risk), 0.0), 0

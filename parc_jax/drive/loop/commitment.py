@@ -153,8 +153,7 @@ class Commitment:
 class Step:
     """The decision of one step. committed: the manoeuvre under way from now on, None before the
     first one. new: it was committed to in this step; else the robot continues it, to its end.
-    reason: why there is no new one, else empty. left: the pose is outside of the tube of the one
-    under way.
+    reason: why there is no new one, else empty. left: the pose is outside of the tube under way.
     """
 
     committed: Commitment | None

@@ -19,8 +19,7 @@ class RunTable(NamedTuple):
     """Directions of all corridors, each over some intervals of one pair of obstacle and part.
 
     first_run (n_corridors + 1,): index of a corridor's first run. pair, first, end (n_runs,):
-    intervals first up to, not including, end. w (n_runs, n_p). support (n_runs,) [m], float slack
-    included.
+    intervals first up to, not including, end. w (n_runs, n_p). support (n_runs,) [m], with slack.
     """
 
     first_run: np.ndarray

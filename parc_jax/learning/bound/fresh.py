@@ -90,8 +90,7 @@ def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) 
 
 def left_out_beside(claim: ErrorClaim, runs: RolloutBatch) -> int:
     """Number of rows of the log of these runs that neither they have nor the training of a claim,
-    nor its calibration set. Where some of either are among them, in any file, all others of it were
-    left out.
+    nor its calibration set. Where some of either are in a file, all others of it were left out.
     """
     gone, ids = left_out(runs, None), short_ids(runs.hashes())
     for part in (claim.evidence.get("training", {}), claim.evidence):
@@ -205,9 +204,7 @@ def not_named(claim: ErrorClaim, logs: bool) -> list[str]:
 
 
 def named_runs(scores: Scores) -> dict[str, list]:
-    """Runs of a log by content, and the log itself, as stored in evidence; of a seed and of a log
-    their marks.
-    """
+    """Runs of a log by content, and the log, as stored in evidence; of both and of seeds marks."""
     marks = {"marks": marks_in(scores.k, scores.ids)}
     if scores.seed is not None:
         return marks

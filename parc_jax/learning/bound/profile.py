@@ -106,9 +106,7 @@ def runs_per_bin(numbers: np.ndarray, n_bins: int) -> np.ndarray:
 
 
 def learnt_from(batches: Iterator[RolloutBatch], n: int) -> Iterator[RolloutBatch]:
-    """The first batches, of all but a SHARE of n runs; the rest is left in the iterator to even the
-    profile out.
-    """
+    """The first batches, all but a SHARE of n runs; the rest, in the iterator, evens them out."""
     left = n - n // SHARE
     for batch in batches:
         yield batch

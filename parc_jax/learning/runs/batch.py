@@ -262,8 +262,7 @@ def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, Rol
     about runs whose k lies in a K that they did not influence.
 
     Only the training runs state that K is their own smallest box: split again they are fitted
-    again, and halves in the wrong order are refused. Raises InputError for these, and when none is
-    left.
+    again, and halves in the wrong order are refused. Raises InputError for these, and for none.
     """
     if held.law.fitted != TO_ALL:
         return train, held

@@ -228,9 +228,7 @@ class Fleet:
         return brought
 
     def _sent(self, *call) -> Sent:
-        """The call on its way. A refused call has not begun, and goes to the next executor. Raises
-        InputError.
-        """
+        """The call on its way. A refused one has not begun, and goes on. Raises InputError."""
         for _ in range(LOSSES):
             executor = self._current()
             try:

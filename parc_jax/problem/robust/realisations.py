@@ -1,8 +1,7 @@
 """The vertex realisations that stand for all: corners of the box in which k is executed, maps whose
 mixtures are all turns, and the words for what a plan withstands. [T21, T22]
 
-In between, the network is the same mixture of its values at the corners, but for its kinks
-(`bend`).
+Between them the network is the same mixture of its values there, but for its kinks (`bend`).
 """
 
 import itertools

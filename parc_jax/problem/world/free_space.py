@@ -340,8 +340,7 @@ def shrunk(region: "shapely.Geometry", by: float, tolerance: float):
 def _shifted(region: "shapely.Geometry", place: np.ndarray, along: float, across: float):
     """The erosion by an ellipse with half axes along the heading of a place (3,) and across. [T41e]
 
-    Algorithm: in a frame that is turned to the longer axis and shortened along it, the ellipse is a
-    disc.
+    Algorithm: in a frame turned to the longer axis and shortened along it, the ellipse is a disc.
     """
     shapely = package("shapely", CALL)
     middle, heading = place[:2], place[2] + (0.5 * np.pi if across > along else 0.0)

@@ -270,8 +270,7 @@ def reach_of(
 
 def polytopes(A: np.ndarray, reach: np.ndarray, dt: float, ends: Iterable) -> list[HPolytope]:
     """All places within reach (T + 1, s) along normals A (s, 2), a row for each interval of dt [s]
-    and one for ever after, for spans that begin and end at [s]; what is within SAME of a knot is
-    there.
+    and one for ever after, for spans that begin and end at [s]; within SAME of a knot is there.
     """
     found = []
     for begin, end in ends:

@@ -56,9 +56,7 @@ class BatchAnswer(NamedTuple):
 
     @property
     def status(self) -> np.ndarray:
-        """(s,) Status: PROVED where the exact checker accepted the best plan, else BOUNDED [T11],
-        or NOT_FOUND.
-        """
+        """(s,) Status: PROVED if the exact checker accepted the best, else BOUNDED, NOT_FOUND."""
         out = np.where(self.found, Status.BOUNDED, Status.NOT_FOUND)
         if self.proved is not None:
             out[self.proved] = Status.PROVED

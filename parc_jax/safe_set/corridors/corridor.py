@@ -52,9 +52,7 @@ class Corridor(NamedTuple):
     apart: Apart | None = None
 
     def threshold(self, errors: ErrorSet) -> np.ndarray:
-        """(o, T, i) [m * |w|] that w . p^ of each point must exceed in a bin with errors (T,
-        n_points).
-        """
+        """(o, T, i) [m * |w|] that w . p^ of each point must exceed, with errors (T, n_points)."""
         return self.support[..., None] + lost(self.w, errors, self.points)
 
     @property
@@ -98,9 +96,7 @@ def stacked(corridors: Sequence[Corridor], capacity: int = 0) -> Stacked:
 
 
 class Computed(NamedTuple):
-    """Thresholds that are computed in the kernel: support (o, c, t) of corridors, errors (n_bins,
-    t, n_points).
-    """
+    """Thresholds computed in the kernel: support (o, c, t), errors (n_bins, t, n_points)."""
 
     support: jax.Array
     errors: ErrorSet

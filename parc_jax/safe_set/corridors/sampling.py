@@ -150,8 +150,7 @@ def proposed(
     volume that they are uniform over: of nothing, no points.
 
     z is where the first point ends in the model; p0 = z - c_f(k) follows. Volumes of (z, k) are
-    volumes of (p0, k). [T15] Where all plans have one start, k is uniform on K, and volumes are
-    those of k.
+    volumes of (p0, k). [T15] Where all plans have one start, k is uniform on K: volumes of k.
     """
     model = scene.model
     k_lo, k_hi, z_lo, z_hi, volume = ends_of(scene)

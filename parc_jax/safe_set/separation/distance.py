@@ -5,8 +5,7 @@ Both sides are given by their supports alone: the hull of the part's points at t
 errors, less the obstacle, has a support point along every direction, and the shortest vector from
 the origin to it is the best direction. A fixed number of steps of Gilbert, Johnson and Keerthi
 approaches it: go to the nearest point of a simplex, evaluate the support along it, let the new
-point replace one. The steps only propose; the gap returned is that of the inequality along the best
-of them.
+point replace one. Steps only propose; the gap returned is that of the inequality along the best.
 """
 
 import jax

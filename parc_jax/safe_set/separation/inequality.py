@@ -36,9 +36,7 @@ def excess(heights: Sequence[Array], threshold: ArrayLike) -> Array:
 
 
 def separates(heights: Sequence[Array], threshold: ArrayLike):
-    """Is the signed gap positive? bool, never of NaN; computed without the difference. Kernel,
-    NumPy or JAX.
-    """
+    """Is the signed gap positive? Never of NaN; without the difference. Kernel, NumPy or JAX."""
     return reduce(and_, (x > threshold for x in heights))
 
 

@@ -64,9 +64,7 @@ def _reason(scene: Scene) -> Reason | None:
 
 
 def no_end_fits(scene: Scene) -> str | None:
-    """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of
-    K; else None.
-    """
+    """Why no plan can be safe, where the tube is wider than the goal in all bins of K; or None."""
     model = scene.model
     lo, hi = goal_box(scene.problem.goal, model.layout)
     axes, templates = np.eye(model.tube.final.shape[1]), model.tube.templates
