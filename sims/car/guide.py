@@ -2,9 +2,12 @@
 
 from functools import cache
 
+import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.sparse import csr_array
 
+from sims.car import ways
 from sims.car.manoeuvre import STEP, TORQUE, engine
 from sims.car.sensing import CUT
 from sims.point.guide import Guide, Known, lagged, summed
@@ -12,19 +15,37 @@ from sims.point.world import SUBSTEPS
 
 SHARES = np.linspace(-1.0, 1.0, 9)  # of the greatest torque, for which it is tried out
 LAG, STOP = 0.06, 0.1  # [s] of its speeds; of its speed that a stop takes
-TURNS, BACKWARDS = 1.3, 0.3  # [rad/s] on the spot; [s] that going backwards loses
+TURNS = 1.3  # [rad/s] on the spot
+STRAIGHT, SPOT, CHANGED = 0.45, 0.35, 0.4  # shares of actions drawn; of those that are changed
 
 
 class CarGuide(Guide):
     """A policy for some worlds of the Car. Plans are a thrust and a turn to the left."""
 
+    keep = 0.25
     fast = 0.75
-    knots, knot, held = 20, 0.08, 0.24
-    cut = CUT
+    knots, knot, held = 15, 0.08, 0.24
+    cut, near, more = CUT, 1.5, 0.0
 
     @classmethod
     def _action(cls, plan):
         return wheels(plan) * TORQUE
+
+    @classmethod
+    def _anew(cls, key, size):
+        """Straight ahead or back, a turn on the spot, or both at once, each often for long."""
+        *own, key = jax.random.split(key, 5)
+        kind = jax.random.uniform(own[0], size)
+        sign = 1 - 2.0 * jax.random.bernoulli(own[1], 0.5, (2, *size))
+        both = jax.random.uniform(own[2], size, minval=-1.0)
+        straight, spot = kind < STRAIGHT, kind > 1 - SPOT
+        thrust = jnp.where(spot, 0.0, sign[0])
+        turn = jnp.where(straight, 0.0, jnp.where(spot, sign[1], both))
+        drawn, new = jnp.stack([thrust, turn], -1), jax.random.bernoulli(key, CHANGED, size)
+        plans = [drawn[:, 0]]
+        for i in range(1, size[1]):
+            plans.append(jnp.where(new[:, i, None], drawn[:, i], plans[-1]))
+        return jnp.stack(plans, 1)
 
     @classmethod
     def _roll(cls, plans, known: Known):
@@ -44,9 +65,24 @@ class CarGuide(Guide):
         return jnp.full(velocity.shape[1:], STOP)
 
     @classmethod
-    def _lost(cls, velocity, axis, away):
-        off = jnp.arccos(jnp.clip(-(axis * away).sum(axis=0), -1.0, 1.0))
-        return jnp.minimum(off, np.pi - off + TURNS * BACKWARDS) / TURNS
+    def _left(cls, place, velocity, axis, known: Known):
+        return ways.read(known.far, place, axis, cls.half)
+
+    @classmethod
+    def _shape(cls) -> tuple[int, ...]:
+        return ways.HEADINGS, ways.size(cls.half), ways.size(cls.half)
+
+    @classmethod
+    def _ways_round(cls, discs: np.ndarray) -> tuple[csr_array, np.ndarray]:
+        """As of `Guide`, and what steps of a heading take."""
+        return super()._ways_round(discs), ways.dear(discs, cls.half)
+
+    @classmethod
+    def _field(cls, goals: np.ndarray, ways_round: tuple[csr_array, np.ndarray]) -> np.ndarray:
+        """[s] to the next goal from each heading and place."""
+        shortest, dear = ways_round
+        guess = super()._field(goals, shortest)[:: ways.FINER, :: ways.FINER] / cls.fast
+        return ways.times(guess, dear, goals[0], (cls.fast, TURNS), cls.half)
 
 
 def wheels(plans):

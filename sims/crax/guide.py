@@ -7,7 +7,7 @@ import numpy as np
 from sims.crax.judge import SQUARE
 from sims.crax.sensing import OUTLINE
 from sims.crax.world import THICK, WALL, World
-from sims.point.guide import Guide
+from sims.point.guide import CELL, Guide
 
 AWAY = 0.09  # [m] kept from what costs: creep, tube, and what a shield asks of clearance
 
@@ -17,6 +17,7 @@ class CraxGuide(Guide):
 
     knots, knot, held = 14, 0.08, 0.16
     half, bound = 2.85, WALL - THICK - OUTLINE - AWAY
+    more = -CELL / 8
 
     @classmethod
     def _seen(cls, world: World) -> tuple[np.ndarray, np.ndarray]:

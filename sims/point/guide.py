@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from parc_jax.common.backend import backend
@@ -26,11 +26,11 @@ RISK, DEEP = 23.0, 0.05  # [s/m] of plans too near to anything, from [m] of it o
 TURN_LATE, NEXT = 0.15, 0.016  # [s] lost by an axis across the way; by leaving the middle, per m/s
 
 
-NEAR, AWAY = 2.0, 1e3  # [m] from the robot on which a disc is left out; where one is put then
+AWAY = 1e3  # [m] where a disc is put that is left out
 
 
 class Known(NamedTuple):
-    """Of a world: pose, speeds, goals (g, 3) x, y, radius, the way to the next from each cell,
+    """Of a world: pose, speeds, goals (g, 3) x, y, radius, far: as of `Guide._field`,
     discs (m, 3) that are near; hold (knots,): which action of a plan is driven then.
     """
 
@@ -47,7 +47,9 @@ class Guide:
     actions (n, 2). seeds: of its draws, for each world.
     """
 
-    keep = 0.27  # [m] from the middles of hazards, and from corners of vases
+    keep = 0.265  # [m] from the middles of hazards, and from corners of vases
+    more = 0.025  # [m] wider is a way of the map: one that a plan has to aim at is no way
+    near = 2.0  # [m] from the robot on which a disc is left out
     fast = 1.47  # [m/s] most
     knots, knot, held = 24, 0.04, 0.16  # [s] from knot to knot of a plan; an action is held for
     cut = CUT  # [m] by which a vase is smaller, as its shield has it
@@ -59,14 +61,14 @@ class Guide:
 
     def __init__(self, seeds: Sequence):
         words = [np.random.SeedSequence(np.ravel(one).tolist()).generate_state(2) for one in seeds]
-        n, size = len(words), len(cells(self.half)[0])
+        n = len(words)
         self._keys, self._best = (
             np.array(words, np.uint32),
             np.zeros((n, self._holds(), 2), np.float32),
         )
         self._goals, self._discs = ([np.zeros((0, 3))] * n for _ in range(2))
-        self._ways: list[csr_array | None] = [None] * n
-        self._far, self._held = np.zeros((n, size, size), np.float32), 0.0
+        self._ways: list[Any] = [None] * n
+        self._far, self._held = np.zeros((n, *self._shape()), np.float32), 0.0
 
     def __call__(self, worlds: Sequence[World]) -> np.ndarray:
         """The actions (n, 2)."""
@@ -79,7 +81,7 @@ class Guide:
                     ways = self._ways[i] = self._ways_round(discs)
                 self._discs[i], self._goals[i] = discs, goals
                 self._far[i] = self._field(goals, ways)
-            near.append(discs[np.linalg.norm(discs[:, :2] - world.place, axis=1) < NEAR])
+            near.append(discs[np.linalg.norm(discs[:, :2] - world.place, axis=1) < self.near])
         discs = np.full((len(near), -max(map(len, near)) // 8 * -8, 3), [AWAY, AWAY, 0.0])
         for row, some in zip(discs, near, strict=True):
             row[: len(some)] = some
@@ -118,6 +120,11 @@ class Guide:
         return round(cls.knots * cls.knot / cls.held) + 1  # the first is under way
 
     @classmethod
+    def _shape(cls) -> tuple[int, ...]:
+        """Of what `_field` gives."""
+        return cells(cls.half)[0].shape
+
+    @classmethod
     def drive(cls, key, best, known: Known):
         """In one world: a new key, the best plan (holds, 2), its first action (2,)."""
         key, *own = jax.random.split(key, 4)
@@ -132,10 +139,17 @@ class Guide:
     @classmethod
     def _proposals(cls, key, best):
         """(DRAWN, holds, 2) shares of the greatest thrust, and turning: the best of the step before
-        and plans around it, the rest anew: full thrust, seldom another way or none, and turns.
+        and plans around it, the rest anew.
         """
         size = DRAWN // 2, cls._holds()
-        key, *own = jax.random.split(key, 7)
+        first, second = jax.random.split(key)
+        near = around(first, jnp.repeat(best[None], DRAWN - size[0], axis=0), 0.4).at[0].set(best)
+        return jnp.concatenate([cls._anew(second, size), near])
+
+    @classmethod
+    def _anew(cls, key, size: tuple[int, int]):
+        """(*size, 2) plans of full thrust, seldom another way or none, and turns."""
+        own = jax.random.split(key, 6)
         turning = jax.random.randint(own[0], size, -1, 2) * jax.random.uniform(
             own[1], size, minval=0.3
         )
@@ -146,8 +160,7 @@ class Guide:
         way = jnp.where(jax.random.bernoulli(own[3], 0.5, (len(turning), 1)), 1, -1)
         way = way * (1 - 2 * (jnp.cumsum(jax.random.bernoulli(own[4], 0.12, size), axis=1) % 2))
         thrust = way * jax.random.bernoulli(own[5], 0.85, size)
-        near = around(key, jnp.repeat(best[None], DRAWN - size[0], axis=0), 0.4).at[0].set(best)
-        return jnp.concatenate([jnp.stack([thrust, jnp.stack(turns, 1)], -1), near])
+        return jnp.stack([thrust, jnp.stack(turns, 1)], -1)
 
     @classmethod
     def _action(cls, plan):
@@ -235,19 +248,19 @@ class Guide:
         return LAG * (1 - along / cls.fast) + TURN_LATE * across**2
 
     @classmethod
-    def _ways_round(cls, discs: np.ndarray) -> csr_array:
+    def _ways_round(cls, discs: np.ndarray) -> Any:
         """[m] ways between neighbouring cells, far longer where too near to anything."""
         index, places, pairs, lengths = cells(cls.half)
         away = cls.bound - np.abs(places).max(axis=1)
         for x, y, keep in discs:
             away = np.minimum(away, np.hypot(places[:, 0] - x, places[:, 1] - y) - keep)
         away = away[pairs].min(axis=1)
-        weight = lengths * np.select([away < -CELL / 8, away < WIDE], [BLOCKED, NARROW], 1.0)
+        weight = lengths * np.select([away < cls.more, away < WIDE], [BLOCKED, NARROW], 1.0)
         one = coo_array((weight, pairs.T), (index.size, index.size)).tocsr()
         return one + one.T
 
     @classmethod
-    def _field(cls, goals: np.ndarray, ways: csr_array) -> np.ndarray:
+    def _field(cls, goals: np.ndarray, ways: Any) -> np.ndarray:
         """[m] way from each cell to the next goal."""
         index, places, *_ = cells(cls.half)
         starts = np.linalg.norm(places - goals[:, None, :2], axis=-1).argmin(axis=1)

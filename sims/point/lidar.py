@@ -15,7 +15,7 @@ import parc_jax as pj
 from parc_jax.common.errors import InputError
 from sims.point import sensing
 from sims.point.environment import LIDARS
-from sims.point.guide import Guide
+from sims.point.guide import CELL, Guide
 from sims.point.manoeuvre import MASS_AHEAD
 from sims.point.world import BINS, FAR, HAZARD, POINT, STEP, VASE
 
@@ -199,7 +199,7 @@ class Memory:
 class WaryGuide(Guide):
     """A driver by memory: what may hold a hazard is larger than the hazard."""
 
-    keep = Guide.keep + 0.02
+    keep, more = 0.29, -CELL / 8
 
 
 class Remembers(gymnasium.Wrapper):

@@ -9,7 +9,7 @@ import parc_jax as pj
 
 need("gymnasium")
 from sims import car  # noqa: E402
-from sims.car import manoeuvre, sensing  # noqa: E402
+from sims.car import manoeuvre, sensing, ways  # noqa: E402
 from sims.car.guide import CarGuide  # noqa: E402
 from sims.point import judge, world  # noqa: E402
 
@@ -26,6 +26,26 @@ def test_its_manoeuvres_begin_with_the_speed_given():
     path = robot.rollout_batch(jax.random.split(jax.random.PRNGKey(0), 256), k).p
     moved = path[:, 2] - path[:, 0]  # a step of the environment, without a turn to speak of
     assert np.corrcoef(moved[:, 1], k[:, 1])[0, 1] > 0.9
+
+
+def test_a_way_to_the_goal_takes_its_length_and_its_turns():
+    half, goal, fast, turning = 2.4, np.array([1.0, 0.0, 0.3]), 0.75, 1.3
+    # more than any way takes, so that nothing of it is left
+    guess = np.linalg.norm(ways.steps(half).places - goal[:2], axis=1) / fast + 3.0
+    axes = np.array([[1.0, -1.0, 0.0], [0.0, 0.0, 1.0]])  # nose first, tail first, across
+    places, straight = np.array([[-1.0], [0.0]]) + 0 * axes, (2.0 - goal[2]) / fast
+
+    def found(discs: np.ndarray) -> np.ndarray:
+        times = ways.times(guess, ways.dear(discs, half), goal, (fast, turning), half)
+        with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+            return np.asarray(ways.read(times, places, axes, half))
+
+    free, round_one = found(np.zeros((0, 3))), found(np.array([[0.0, 0.0, 0.5]]))
+    late = ways.AHEAD / fast  # of the last step
+    np.testing.assert_allclose(free, straight + np.array([0, 0, np.pi / 2 / turning]), atol=late)
+    # by tangents: 30 degrees off and 60 more on the way
+    least = (np.sqrt(3) + np.pi / 6 - goal[2]) / fast + np.pi / 2 / turning
+    assert least < round_one[0] < least + 1.0 and np.ptp(round_one[:2]) < 1e-5
 
 
 def test_an_outline_of_the_robot_is_within_its_circle():
