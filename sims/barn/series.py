@@ -15,8 +15,9 @@ import parc_jax as pj
 from parc_jax.common.spelling import rounded_down
 from sims.barn.drive import SWEEP
 from sims.barn.driver import Driver, any_world, content_of
+from sims.barn.learn import MODEL
 from sims.barn.worlds import numbers, world
-from sims.jackal.learn import MODEL, THINKS
+from sims.jackal.learn import THINKS
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Options:
     of them.
     """
     model: Path = MODEL
-    """A saved model of the Jackal that thinks, `sims.jackal.learn`; the one that comes along."""
+    """A saved model of the Jackal that thinks, `sims.barn.learn`; the one that comes along."""
     out: Path = Path("barn/drives.jsonl")
     """A line for each episode; what this model drove there is not driven again. A folder, of
     episodes.

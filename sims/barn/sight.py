@@ -142,7 +142,7 @@ class Seen:
 
         if self._before is not None:
             there, slower = self._before
-            adds = drift.allowed(slower, speeds, self._stood)
+            adds = drift.allowed(slower, speeds, drift.slipped(self._robot), self._stood)
             last = np.append(here[:2], there[2])  # it slips along the heading that it had
             # while it stands, what many cycles add is taken off before the first of them: each time
             # the outline gets more corners

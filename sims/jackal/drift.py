@@ -31,16 +31,23 @@ class Allowed(NamedTuple):
         )
 
 
-def allowed(before, after, stood: int = 0) -> Allowed:
+def allowed(before, after, slips, stood: int = 0) -> Allowed:
     """What a cycle between two measurements (2,) of speed [m/s] and turning [rad/s] is allowed to
-    add. stood: for how many cycles the wheels have, this one among them: odometry says that it is
-    where it was. What that is worth is measured here, not proved.
+    add. slips: (2,) [m/s] as of `slipped`. stood: for how many cycles the wheels have, this one
+    among them: odometry says that it is where it was. What that is worth is measured here, not
+    proved.
     """
     if stood:
         return Allowed(*c.DRIFT_STOOD[min(stood, 2) - 1])
     speed, turning = np.maximum(np.abs(before), np.abs(after))
-    at_rest, per_speed, per_turning = map(np.array, c.DRIFT)
-    return Allowed(*(at_rest + per_speed * speed + per_turning * turning))
+    slip, slid = slips
+    beyond = max(0.0, slid - c.GRIPS)
+    return Allowed(*np.dot([1.0, speed, turning, speed * turning, slip, beyond], c.DRIFT))
+
+
+def slipped(robot: Driven) -> np.ndarray:
+    """(2,) [m/s] the most of `Driven.slips` in this cycle and the one before."""
+    return robot.slips[-2 * robot.system.held :].max(axis=0)
 
 
 def cycles_of(system: Jackal, key, options: "Options") -> np.ndarray:
@@ -58,7 +65,7 @@ def cycles_of(system: Jackal, key, options: "Options") -> np.ndarray:
         driven.drive(system.moving)
         off = relative(told, driven.odometry) - relative(pose, driven.pose)
         stood = stood + 1 if np.array_equal(told, driven.odometry) else 0
-        rows.append([*off, *allowed(before, driven.measured, stood)])
+        rows.append([*off, *allowed(before, driven.measured, slipped(driven), stood)])
     return np.array(rows)
 
 

@@ -40,6 +40,7 @@ class Driven:
         self._next: np.ndarray | None = None  # a command that is on its way ...
         self._waits = 0  # ... for so many ticks more
         self._path, self._reckoned, self._forward = [pose.copy()], [pose.copy()], 0.0
+        self._slips = [(0.0, 0.0)]
         self._measure()
 
     @property
@@ -75,6 +76,13 @@ class Driven:
     def reckoned(self) -> np.ndarray:
         """(n + 1, 3) the same at each tick so far, as `path`."""
         return np.stack(self._reckoned)
+
+    @property
+    def slips(self) -> np.ndarray:
+        """(n + 1, 2) [m/s] at each tick so far, as far as wheels and gyro know: by how much the
+        wheels are faster or slower than the robot on average, and how fast the worst one slides.
+        """
+        return np.array(self._slips)
 
     @property
     def path(self) -> np.ndarray:
@@ -147,10 +155,14 @@ class Driven:
         wheels = c.WHEEL_RADIUS * encoders.mean()
         self._forward += (wheels - self._forward) * c.TICK / (c.TICK + c.SLIP_ALONG)
         noise = c.GYRO_NOISE * self._sensors.standard_normal()
+        turn = self.pose[2] - self._path[-1][2] + c.TICK * (self._bias + noise)
+        floor = self._forward + 0.5 * c.TRACK * turn / c.TICK * np.array(c.SIDES)
+        along = np.abs(c.WHEEL_RADIUS * encoders - floor).max()
+        across = 0.5 * c.WHEELBASE * turn / c.TICK
+        self._slips.append((abs(wheels - self._forward), float(np.hypot(along, across))))
         if max(np.abs(encoders).max(), abs(self._forward) / c.WHEEL_RADIUS) < c.STANDS:
             self._reckoned.append(self.odometry)
             return
-        turn = self.pose[2] - self._path[-1][2] + c.TICK * (self._bias + noise)
         x, y, heading = self.odometry
         cos, sin = np.cos(heading + 0.5 * turn), np.sin(heading + 0.5 * turn)
         ahead = c.TICK * self._forward

@@ -51,8 +51,18 @@ GYRO_NOISE = 0.005  # [rad/s], standard deviation of a tick
 SLIP_ALONG = 0.039  # [s] by which the robot follows its wheels
 SLIP_OUTWARDS = 0.066  # [m/s] per m/s of speed and rad/s of turning
 # What a cycle of 0.2 s is allowed to add to its error, ahead [m], aside [m] and of the heading
-# [rad]: at rest, per m/s and per rad/s of the faster of its two ends
-DRIFT = ((0.011, 0.003, 0.0022), (0.006, 0.003, 0.0), (0.0, 0.012, 0.0))
+# [rad]: always; per m/s, per rad/s and per both of the faster of its two ends; per m/s by which its
+# wheels slipped on average, and by which the worst slid faster than GRIPS [m/s], from where on a
+# tyre pulls no more. What slipped in the cycle before still comes back, so it counts too
+GRIPS = 0.16
+DRIFT = (
+    (0.0008, 0.0006, 0.0022),
+    (0.0035, 0.001, 0.0),
+    (0.0, 0.0007, 0.0),
+    (0.0, 0.006, 0.0),
+    (0.028, 0.0, 0.0),
+    (0.07, 0.08, 0.0),
+)
 STANDS = 0.01  # [rad/s] a wheel that is slower stands, says its encoder
 # [m], [m], [rad] of a cycle in which all wheels stood, and of one that follows such a cycle
 DRIFT_STOOD = ((0.0003, 0.0003, 0.0008), (1e-5, 1e-5, 1e-5))

@@ -12,7 +12,7 @@ from drawn_keys import drawn_keys
 
 import parc_jax as pj
 import sims
-from sims.jackal import Driven, drift, params
+from sims.jackal import Driven, drift, learn, params
 from sims.jackal.before import running
 from sims.jackal.chained import Chain, chained
 from sims.jackal.floor import Law, draw
@@ -164,7 +164,7 @@ def test_while_its_wheels_stand_odometry_does_too(system):
     told, true = robot.odometry, robot.pose
     robot.drive(1.2)
     np.testing.assert_array_equal(robot.odometry, told)
-    most = drift.allowed([0.0, 0.0], [0.0, 0.0], stood=2)
+    most = drift.allowed([0.0, 0.0], [0.0, 0.0], drift.slipped(robot), stood=2)
     assert most.holds(robot.pose - true) and max(most) < 1e-4
     robot.drive(0.3)
     robot.apply(0.3, 0.0, 0.3)
@@ -182,6 +182,23 @@ def test_a_cycle_adds_little_to_what_dead_reckoning_is_off_by(system, monkeypatc
     assert np.median(off) < 0.5 * np.median(more)
     allowed = [drift.Allowed(*row[3:]).holds(row[:3]) for row in np.concatenate(calibrated)]
     assert np.mean(allowed) > 0.9
+
+
+def test_who_creeps_is_allowed_less_drift_than_who_brakes():
+    """The wheels of one that creeps hardly slip; what slipped in the cycle before still counts."""
+    thinks = learn.robot()
+    added = []
+    for first, second in ((0.05, 0.05), (1.8, -0.8)):
+        robot = Driven(thinks, (0.0, 0.0, 0.0), jax.random.PRNGKey(6))
+        for command in (first, second):
+            robot.apply(command, 0.3, 0.2)
+        assert len(robot.slips) == len(robot.path)
+        slips = drift.slipped(robot)
+        assert slips[0] == robot.slips[:, 0].max() and slips[1] == robot.slips[:, 1].max()
+        added.append(drift.allowed([0.0, 0.3], [0.0, 0.3], slips))
+    creeps, brakes = added
+    assert brakes.ahead > 2 * creeps.ahead and brakes.aside >= creeps.aside
+    assert brakes.turned == creeps.turned
 
 
 def test_encoders_do_not_see_slip():

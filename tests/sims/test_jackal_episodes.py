@@ -14,6 +14,7 @@ from parc_jax.learning.bound.measure import allowance, score_arrays
 from parc_jax.learning.runs.collect import simulate_rows
 from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.outline import require_same
+from sims.barn import learn as clutter
 from sims.jackal import Driven, learn, params
 from sims.jackal.before import before
 from sims.jackal.floor import draw
@@ -67,18 +68,20 @@ def test_bad_thinking_times_are_refused():
             sims.load("jackal", thinking=thinking, plant=plant)
 
 
-def test_the_model_that_comes_along_is_of_the_robot_as_it_is(robot):
-    model = learn.model()
+@pytest.mark.parametrize("path", [learn.MODEL, clutter.MODEL])
+def test_a_model_that_comes_along_is_of_the_robot_as_it_is(robot, path):
+    model = pj.load(path)
     require_same(robot, model)
     assert model.claim.law == law_of(robot) and model.claim.kind == "pac"
     assert any(one.startswith("UNSEEN(1 look; ") for one in model.claim.assumptions)
-    assert learn.MODEL.stat().st_size < 1_000_000
+    assert path.stat().st_size < 1_000_000
 
 
 @pytest.mark.slow
-def test_the_worst_runs_of_its_claim_are_those_of_the_robot(robot):
+@pytest.mark.parametrize("path", [learn.MODEL, clutter.MODEL])
+def test_the_worst_runs_of_its_claim_are_those_of_the_robot(robot, path):
     """Whoever changes the code of the plant learns its model anew."""
-    model = learn.model()
+    model = pj.load(path)
     evidence = model.claim.evidence
     rows = np.array([run["row"] for run in evidence["worst"]])
     k, runs = simulate_rows(robot, key_of(0), Stage(evidence["stage"]), rows)
