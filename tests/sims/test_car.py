@@ -38,7 +38,7 @@ def test_a_way_to_the_goal_takes_its_length_and_its_turns():
     def found(discs: np.ndarray) -> np.ndarray:
         times = ways.times(guess, ways.dear(discs, half), goal, (fast, turning), half)
         with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
-            return np.asarray(jax.jit(ways.read, static_argnums=4)(times, places, axes, half))
+            return np.asarray(jax.jit(ways.read, static_argnums=3)(times, places, axes, half))
 
     free, round_one = found(np.zeros((0, 3))), found(np.array([[0.0, 0.0, 0.5]]))
     late = ways.AHEAD / fast  # of the last step
