@@ -34,8 +34,8 @@ SLOW, EVEN, BEGIN, LATER = 0.2, 0.4, 0.92, (0.84, 0.92)
 THROUGHOUT, MARGIN = 0.1, 1.3
 # The worst of some thousand runs may be three times as far off as the next, so how wide a tube is
 # that holds all of them is luck: of RUNS / eps as many are left outside as is allowed
-RUNS, RUNS_KEY = 15, 100
-BOUND_KEY = 500  # of fresh runs that no other tube was compared with
+RUNS, RUNS_KEY = 50, 100
+BOUND_KEY = 501  # of fresh runs that no other tube was compared with
 CHECKED, CHECK_KEY = 7000, 900
 
 
