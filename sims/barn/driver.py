@@ -19,6 +19,7 @@ from sims.jackal.learn import HELD, THINKS, robot, thinking
 from sims.lidar import lidar
 from sims.rectangle import centre_and_corners, rectangle
 
+MODEL = Path(__file__).with_name("model.npz")  # by `sims.barn.learn`
 SLOW = 1.7  # power of the share of the speed: more candidates are slow than fast
 TURNS_ON_THE_SPOT = 101
 BACKWARDS = 7  # 2 to the power of this many candidates go back

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import load_episode
-from sims.barn.driver import content_of, file_name
-from sims.barn.learn import MODEL
+from sims.barn.driver import MODEL, content_of, file_name
 from sims.barn.series import Options, drive_worlds
 from sims.barn.worlds import numbers
 

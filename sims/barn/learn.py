@@ -13,10 +13,9 @@ from parc_jax.learning.bound.measure import scores_of
 from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.bound.profile import evened
 from parc_jax.learning.labels import name_of
-from sims.jackal.learn import robot
+from sims.jackal import learn as jackal
 from sims.jackal.system import Jackal
 
-MODEL = Path(__file__).with_name("model.npz")
 # Edges between bins, of axes of K: the slower, the less it is off, and who speeds up while a
 # manoeuvre begins is off most. Who stands beside something needs a tube that is narrow
 EDGES = {
@@ -32,42 +31,34 @@ SLOW, EVEN, BEGIN, LATER = 0.2, 0.4, 0.92, (0.84, 0.92)
 # Other bins than those that are slow throughout hold few runs: they are made wider by MARGIN, else
 # their luck would decide the width of all
 THROUGHOUT, MARGIN = 0.1, 1.3
-# The worst of some thousand runs may be three times as far off as the next, so how wide a tube is
-# that holds all of them is luck: of RUNS / eps as many are left outside as is allowed
+# as `sims.jackal.learn`'s, but more: with them the part that may be left outside nears eps
 RUNS, RUNS_KEY = 50, 100
 BOUND_KEY = 501  # of fresh runs that no other tube was compared with
 CHECKED, CHECK_KEY = 7000, 900
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(jackal.Options):
     """How much of it."""
 
     out: Path = Path("model.npz")
     rollouts: int = 30_000
-    """Runs to train on; as many fresh ones as eps and delta ask for follow."""
+    train_steps: int = 40_000
     shape: int = 24_000
     """Runs beside them for the shape of the tube."""
-    hidden: tuple[int, ...] = (32, 32)
-    train_steps: int = 40_000
-    eps: float = 1e-3
-    """Of the claim about single manoeuvres."""
-    seed: int = 0
-    threads: int = 1
-    quiet: bool = False
 
 
 def learn(options: Options) -> pj.types.TrajectoryModel:
     """Network and shape, of runs that are often slow; bound, of runs with k uniform over K."""
-    jackal, key = robot(options.threads), jax.random.PRNGKey(options.seed)
-    runs, _ = runs_of(jackal, options.rollouts, options.seed + 1, options.quiet)
+    system, key = jackal.robot(options.threads), jax.random.PRNGKey(options.seed)
+    runs, _ = runs_of(system, options.rollouts, options.seed + 1, options.quiet)
     net = pj.learning.train(
         runs, hidden=options.hidden, key=key, seeds=1, steps=options.train_steps
     )
-    more, even = runs_of(jackal, options.shape, options.seed + 2, options.quiet)
+    more, even = runs_of(system, options.shape, options.seed + 2, options.quiet)
     claim = pj.learning.bound_error(
         net,
-        jackal,
+        system,
         jax.random.PRNGKey(BOUND_KEY + options.seed),
         eps=options.eps,
         delta=1e-3,
@@ -80,16 +71,16 @@ def learn(options: Options) -> pj.types.TrajectoryModel:
     return pj.learning.trajectory_model(net, claim)
 
 
-def runs_of(jackal: Jackal, n: int, seed: int, quiet: bool):
+def runs_of(system: Jackal, n: int, seed: int, quiet: bool):
     """n runs, often slow ones, and which of them (n,) have their k uniform over K."""
-    draw, domain = np.random.default_rng(seed), jackal.domain
+    draw, domain = np.random.default_rng(seed), system.domain
     k, kind = draw.uniform(domain.lo, domain.hi, (n, domain.n)), draw.uniform(size=n)
     slow = draw.uniform(-SLOW, SLOW, (n, 3))
     begin = (kind > EVEN) & (kind < BEGIN)
     end = (kind > EVEN) & ~((kind >= LATER[0]) & (kind <= LATER[1]))
     k[begin, 0], k[begin, 2], k[end, 4] = slow[begin, 0], slow[begin, 1], slow[end, 2]
     key = jax.random.PRNGKey(RUNS_KEY + seed)
-    return pj.learning.collect(jackal, key, n, k=k, dtype=np.float32, quiet=quiet), kind <= EVEN
+    return pj.learning.collect(system, key, n, k=k, dtype=np.float32, quiet=quiet), kind <= EVEN
 
 
 def shape(net, runs, more, even: np.ndarray) -> pj.types.Tube:
@@ -114,14 +105,14 @@ def left_where_slow(model: pj.types.TrajectoryModel, options: Options) -> int:
     """How many of CHECKED fresh runs that are slow throughout leave the tube: they are too small a
     part of K for its claim to say much of them.
     """
-    seed, jackal = CHECK_KEY + options.seed, robot(options.threads)
-    draw, domain = np.random.default_rng(seed), jackal.domain
+    seed, system = CHECK_KEY + options.seed, jackal.robot(options.threads)
+    draw, domain = np.random.default_rng(seed), system.domain
     k = draw.uniform(domain.lo, domain.hi, (CHECKED, domain.n))
     for axis, name in ((0, "speed at the start"), (2, "speed before"), (4, "speed")):
         most = min(np.abs(EDGES[name]))
         k[:, axis] = draw.uniform(-most, most, CHECKED)
     key = jax.random.PRNGKey(seed)
-    runs = pj.learning.collect(jackal, key, CHECKED, k=k, quiet=options.quiet)
+    runs = pj.learning.collect(system, key, CHECKED, k=k, quiet=options.quiet)
     return int((scores_of(model.net, model.tube, [runs]).score > 1).sum())
 
 

@@ -14,8 +14,7 @@ from tqdm import tqdm
 import parc_jax as pj
 from parc_jax.common.spelling import rounded_down
 from sims.barn.drive import SWEEP
-from sims.barn.driver import Driver, any_world, content_of
-from sims.barn.learn import MODEL
+from sims.barn.driver import MODEL, Driver, any_world, content_of
 from sims.barn.worlds import numbers, world
 from sims.jackal.learn import THINKS
 

@@ -223,8 +223,7 @@ def test_the_robot_that_comes_along_reaches_the_goal_and_touches_nothing(tmp_pat
 @pytest.mark.night
 def test_with_the_map_nothing_compiles_and_the_job_writes_a_film_of_each(tmp_path, monkeypatch):
     need("shapely")
-    from sims.barn.driver import Driver, content_of
-    from sims.barn.learn import MODEL
+    from sims.barn.driver import MODEL, Driver, content_of
 
     with_map = Driver(MODEL, content_of(MODEL), known=True)
     first, many = with_map(barn.world(1), (1, 0)), []

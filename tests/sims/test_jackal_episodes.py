@@ -15,6 +15,7 @@ from parc_jax.learning.runs.collect import simulate_rows
 from parc_jax.learning.runs.law import law_of
 from parc_jax.safe_set.verdict.outline import require_same
 from sims.barn import learn as clutter
+from sims.barn.driver import MODEL
 from sims.jackal import Driven, learn, params
 from sims.jackal.before import before
 from sims.jackal.floor import draw
@@ -68,7 +69,7 @@ def test_bad_thinking_times_are_refused():
             sims.load("jackal", thinking=thinking, plant=plant)
 
 
-@pytest.mark.parametrize("path", [learn.MODEL, clutter.MODEL])
+@pytest.mark.parametrize("path", [learn.MODEL, MODEL])
 def test_a_model_that_comes_along_is_of_the_robot_as_it_is(robot, path):
     model = pj.load(path)
     require_same(robot, model)
@@ -78,7 +79,7 @@ def test_a_model_that_comes_along_is_of_the_robot_as_it_is(robot, path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("path", "key"), [(learn.MODEL, 0), (clutter.MODEL, clutter.BOUND_KEY)])
+@pytest.mark.parametrize(("path", "key"), [(learn.MODEL, 0), (MODEL, clutter.BOUND_KEY)])
 def test_the_worst_runs_of_its_claim_are_those_of_the_robot(robot, path, key):
     """Whoever changes the code of the plant learns its model anew."""
     model = pj.load(path)
