@@ -216,7 +216,7 @@ class Shield(gymnasium.Wrapper):
             proposed = self._asked(action)
         except Exception as error:
             why = str(error).rstrip(".") if isinstance(error, InputError) else said(error)
-            return self.loop.go_on(why, None, seen.pose, now), True
+            return self.loop.go_on(why, None, seen.pose, now, seen.drift), True
         first = self.commitments[0]
         if not self._steps:  # the time of the reset: its stop, or another manoeuvre in its place
             self.loop.restart()

@@ -142,6 +142,19 @@ def test_a_policy_that_writes_into_what_it_got_changes_nothing_of_what_is_sensed
         assert info["cost"] == 0
 
 
+def test_an_action_that_is_none_is_no_reason_to_forget_the_drift(model):
+    def drifted(env, seen):
+        return sense(env, seen)._replace(pose=seen[:2] + np.array([off, 0.0]), drift=0.15)
+
+    env, off = shielded(Platform(posts=[[9.0, 9.0]]), model, sense=drifted), 0.0
+    env.reset(seed=0)
+    env.step(AHEAD / 2)
+    off = 0.1  # less than is told
+    for action in ([np.nan, 0.0], AHEAD / 2):
+        *_, info = env.step(action)
+        assert not info["shield"]["left"] and info["shield"]["clearance"] > 0
+
+
 def test_a_reset_inside_of_a_hazard_is_refused(model):
     env = shielded(Platform(posts=[[0.1, -0.1]]), model)
     with pytest.raises(pj.InputError, match="certified stop where the environment is reset"):
