@@ -3,6 +3,7 @@
 import functools
 from collections import deque
 from collections.abc import Callable, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -128,7 +129,7 @@ class Pilot:
         scanner = premises((name, MEASURED, value) for name, value in names.items())
         agree("scan: all are of the sensor whose place was told", self._scanner or scanner, scanner)
         self._scanner, self._scanned = scanner, at
-        self._scans.append(message)
+        self._scans.append(deepcopy(message))  # it waits: its ranges may be a buffer of the driver
 
     def hear_movers(self, message: Any) -> None:
         """A geometry_msgs/PoseArray: places of all moving obstacles; all others stand still."""
