@@ -315,12 +315,13 @@ class Pilot:
         x, y, yaw = d.sensor
         arm, most = float(np.hypot(x, y)), (d.acceleration, d.acceleration_turning)
         times, lasts = (stamps - begin) / 1e9, (end - begin) / 1e9
-        one = swept(times, poses, lasts, float(scan.time_increment), arm, most)
+        # uncertainty is along each axis, so a place may be off by its diagonal
+        known = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm
+        way_off = 2 * known, 2 * d.uncertainty_heading  # both poses of a way
+        one = swept(times, poses, lasts, float(scan.time_increment), arm, most, way_off)
         there = one.pose
         eye = np.append(placed(np.array([x, y]), there[:2], there[2]), there[2] + yaw)
-        # uncertainty is along each axis, so a place may be off by its diagonal
-        off = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm + one.moved
-        uncertainty = (off, d.uncertainty_heading + one.turned)
+        uncertainty = (known + one.moved, d.uncertainty_heading + one.turned)
         limits = {"noise": d.noise, "width": d.width, "between": one.between}
         self._forget(begin)
         seen = measured.seen_in(scan, eye, uncertainty=uncertainty, **limits)
