@@ -80,12 +80,14 @@ def drive(
     odometry=False,
     known=False,
     explain=False,
+    clock=None,
 ) -> Drive:
     """Drive from the start to the goal with a loop made for this system.
 
     odometry: as of `Seen`; else the robot truly knows where it is. known: it has the map, and no
     lidar. explain: say what the nearest manoeuvre lacks where none is safe, which takes longer than
-    a robot thinks.
+    a robot thinks. clock: that of the loop, from which the scan counts as well; None where the
+    robot waits.
     """
     body, scans = jax.random.split(as_key(key))
     rng = np.random.default_rng(np.asarray(jax.random.key_data(scans)))
@@ -99,7 +101,7 @@ def drive(
     at_rest, nearest, since, begun, drifted = 0, np.inf, 0, 0, 0.0
     corner = float(np.hypot(*system.size)) / 2
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
-        begin = time.process_time()
+        begin, measured = time.process_time(), None if clock is None else clock()
         look = sight.look()
         saw = time.process_time()
         poses.append((robot.pose, look.here))
@@ -114,7 +116,8 @@ def drive(
         else:
             prefer = others(guide.prefer, at_rest) if at_rest else guide.prefer
             asked = look.here, robot.measured, look.obstacles, prefer, robot.time
-            step = loop.step(*asked, drift=off, gone=look.free.gone, explain=explain)
+            told = {"measured": measured, "drift": off, "gone": look.free.gone}
+            step = loop.step(*asked, **told, explain=explain)
         if step.new:
             robot.begin(*step.committed.k[-2:])
             begun, drifted = len(poses) - 1, max(drifted, off)

@@ -1,6 +1,7 @@
 """A Jackal with its loop, made once in each process: it drives worlds, an episode a call."""
 
 import gc
+import time
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
@@ -64,6 +65,7 @@ class Driver:
         key = np.asarray(seed, np.uint32)
         loop = loop_of(self.model, self.content, self.clock)
         asked = {"odometry": self.odometry, "known": self.known}
+        asked |= {"clock": time.perf_counter if self.clock else None}  # as of the loop
         scanner = lidar(**LIDAR, sweep=self.sweep)
         one = drive(world, system, loop, key, scanner, **asked, explain=self.film is not None)
         new = [step.committed for step in one.steps if step.new]

@@ -54,8 +54,8 @@ class Options:
     film: Path | None = None
     """A folder for a film of every episode, a .gif, and its page, a .html."""
     clock: bool = False
-    """That of the machine ends a step, as on a robot; else the robot waits, and a busy machine
-    decides nothing.
+    """That of the machine ends a step, as on a robot, its scan counted; else the robot waits, and a
+    busy machine decides nothing.
     """
     quiet: bool = False
     """No progress bars."""

@@ -153,6 +153,26 @@ def test_on_odometry_the_robot_goes_on_too_and_drifts_no_more_than_allowed():
     assert {step.reason for step in done.steps} == {"nothing is safe"}
 
 
+def test_the_clock_of_a_cycle_begins_before_its_scan():
+    """What the robot sees and where it is known to be are as old as the scan by then."""
+    need("shapely")
+    took, now = [], [0.0]
+
+    class Slow(Failing):
+        def scan(self, *asked):
+            now[0] += 0.1
+            return super().scan(*asked)
+
+    class Told(Standing):
+        def step(self, *asked, measured=None, **more):
+            took.append(measured if measured is None else now[0] - measured)
+            return super().step(*asked)
+
+    system, world = sims.load("jackal", threads=1), barn.world(1)
+    drive(world, system, Told(), jax.random.PRNGKey(0), Slow(), clock=lambda: now[0])
+    assert min(took) == pytest.approx(0.1)
+
+
 @pytest.mark.soundness
 @pytest.mark.parametrize("odometry", [False, True])
 def test_what_a_lidar_that_turns_sees_free_is_free(odometry):
