@@ -30,10 +30,10 @@ class Drive:
     """What came of an episode. reached: the goal, in time. seconds: driven. clearance: [m] least
     distance to a cylinder at any tick, not positive where it was touched. path (n, 3): true poses.
     drifted: cycles in which odometry went wrong by more than is allowed for. drift: [m] most that
-    the place of a commitment is allowed to be off against the one before. steps: what the loop did,
-    cycle by cycle. poses: of each cycle the true one and the one that the robot knew, (3,) each;
-    free: the places that it knew to be free. plan_s, see_s, guide_s: [s] of processor time of each
-    cycle's step, of its scan and free space, of its guidance.
+    the place of a commitment is allowed to be off against the one before. allowed: for each cycle.
+    steps: what the loop did, cycle by cycle. poses: of each cycle the true one and the one that the
+    robot knew, (3,) each; free: the places that it knew to be free. plan_s, see_s, guide_s: [s] of
+    processor time of each cycle's step, of its scan and free space, of its guidance.
     """
 
     world: int
@@ -43,6 +43,7 @@ class Drive:
     path_length: float
     drifted: int
     drift: float
+    allowed: list[drift.Allowed] = field(repr=False)
     path: np.ndarray = field(repr=False)
     steps: list = field(repr=False)
     poses: list[tuple[np.ndarray, np.ndarray]] = field(repr=False)
@@ -146,6 +147,7 @@ def drive(
         world.path_length,
         beyond(poses, sight.allowed),
         drifted,
+        sight.allowed,
         robot.path,
         steps,
         poses,

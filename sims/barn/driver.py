@@ -11,13 +11,16 @@ import numpy as np
 from scipy.stats import qmc
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.network.predict import trajectories
 from sims.barn.drive import LIDAR, Drive, drive
 from sims.barn.film import film
 from sims.barn.sight import AROUND, WIDTH
 from sims.barn.worlds import World, numbers, world
+from sims.driving import Driving
 from sims.jackal.learn import HELD, THINKS, robot, thinking
-from sims.lidar import lidar
+from sims.jackal.params import DRIFT_TICK, TICK
+from sims.lidar import Lidar, lidar
 from sims.rectangle import centre_and_corners, rectangle
 
 MODEL = Path(__file__).with_name("model.npz")  # by `sims.barn.learn`
@@ -77,11 +80,7 @@ class Driver:
         name = file_name(self.content, world.number, seed)
         if self.save is not None and new:
             said = {"reasons": one.reasons}
-            seen = (
-                f"ranges within {scanner.noise:g} m, nothing narrower than {WIDTH:g} m, and before "
-                f"the start {AROUND:g} m around the robot were looked at"
-            )
-            assumed = {} if self.known else {"lidar": seen}
+            assumed = assumed_of(one, None if self.known else scanner, system.ramp)
             pj.drive.save_episode(self.save / f"{name}.json", new, said, one.drift, assumed)
         if self.film is not None and new:
             film(self.film / f"{name}.gif", world, one)
@@ -90,6 +89,33 @@ class Driver:
     def line(self, world: World, seed) -> dict:
         """What is told of a drive, which other processes can send back."""
         return {**self(world, seed).told}
+
+
+def assumed_of(one: Drive, scanner: Lidar | None, ramp: tuple[float, float]) -> dict[str, str]:
+    """What manoeuvres of a drive rest on beside model and tube: by name, in words with their
+    numbers. scanner: None with the map. ramp: [m/s^2], [rad/s^2] of the robot.
+    """
+    told = "its place and heading are truly known"
+    if one.allowed:
+        ahead, aside, turned = (rounded_up(float(each), 4) for each in np.max(one.allowed, axis=0))
+        told = (
+            f"dead reckoning from the start: in a cycle of {HELD!r} s a place is off within an "
+            f"ellipse of half axes {ahead} m ahead and {aside} m aside, and a heading by {turned} "
+            f"rad, at most; in a tick of {TICK!r} s by {DRIFT_TICK[0]!r} m and {DRIFT_TICK[1]!r} "
+            "rad; what is remembered to be free shrinks by what is allowed for each cycle"
+        )
+        if one.drifted:
+            told += f"; in this drive {one.drifted} cycles were off by more"
+    if scanner is None:
+        known = Driving().premises
+    else:
+        accelerates = {"acceleration": ramp[0], "acceleration_turning": ramp[1]}
+        sensor = {"sensor": scanner.mount, "noise": scanner.noise, "width": WIDTH, "margin": AROUND}
+        known = Driving(**sensor, **accelerates).premises
+        known["what stands"] += (
+            f"; its range_max is {scanner.max_range!r} m, a sweep takes {scanner.sweep!r} s"
+        )
+    return known | {"measured poses": told}
 
 
 def file_name(content: str, world: int, seed) -> str:

@@ -173,6 +173,30 @@ def test_the_clock_of_a_cycle_begins_before_its_scan():
     assert min(took) == pytest.approx(0.1)
 
 
+def test_the_premises_of_a_file_tell_all_that_was_assumed_of_lidar_and_odometry():
+    from sims.barn.driver import assumed_of
+    from sims.jackal.drift import Allowed
+
+    allowed = [Allowed(0.5, 0.125, 0.25), Allowed(0.25, 0.375, 0.125)]
+    drifts, known = SimpleNamespace(allowed=allowed, drifted=2), SimpleNamespace(allowed=[])
+    ramp = (3.0, 6.0)
+    seen = assumed_of(drifts, lidar(**LIDAR, sweep=0.1), ramp)
+    for said in (
+        "lidar at (0.12, 0.0) m, 0.0 rad on the robot: ranges within ±0.01 m, nothing narrower "
+        "than 0.15 m, no echo: nothing up to its range_max",
+        "accelerates by at most 3.0 m/s² and 6.0 rad/s²",
+        "stays, and before the start 0.12 m around the robot were looked at",
+        "its range_max is 30.0 m, a sweep takes 0.1 s",
+    ):
+        assert said in seen["what stands"]
+    off = "half axes 0.5 m ahead and 0.375 m aside, and a heading by 0.25 rad, at most"
+    assert off in seen["measured poses"] and seen["who moves"] == "nobody"
+    assert seen["measured poses"].endswith("in this drive 2 cycles were off by more")
+    other = [(known, lidar(**LIDAR, sweep=0.1)), (drifts, lidar(**LIDAR)), (known, None)]
+    assert len({str(assumed_of(*each, ramp)) for each in [*other, (drifts, lidar())]}) == 4
+    assert "truly known" in assumed_of(known, None, ramp)["measured poses"]
+
+
 @pytest.mark.soundness
 @pytest.mark.parametrize("odometry", [False, True])
 def test_what_a_lidar_that_turns_sees_free_is_free(odometry):
