@@ -2,8 +2,8 @@
 
 import gc
 import time
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from scipy.stats import qmc
 import parc_jax as pj
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.network.predict import trajectories
+from parc_jax.learning.systems.content import whole_digest
 from sims.barn.drive import LIDAR, Drive, drive
 from sims.barn.film import film
 from sims.barn.sight import AROUND, WIDTH
@@ -28,6 +29,7 @@ SLOW = 1.7  # power of the share of the speed: more candidates are slow than fas
 TURNS_ON_THE_SPOT = 101
 BACKWARDS = 7  # 2 to the power of this many candidates go back
 OUTLINE = 0.01  # [m] by which a network may be off where a manoeuvre begins
+FILMED = ".gif", ".html"  # a film and its page
 LOOKS = 512  # of a step, at pairs: so that it takes less than it thinks where nothing is safe
 
 
@@ -57,11 +59,26 @@ class Driver:
     save: Path | None = None
     film: Path | None = None
 
+    @cached_property
+    def digest(self) -> str:
+        """Of all that decides an episode: the code of the drive, model and options."""
+        return whole_digest(replace(self, model=Path(), prove=False, save=None, film=None))
+
     @property
     def told(self) -> dict:
         """What a line of an episode says of who drove it."""
         about = {"odometry": self.odometry, "map": self.known, "sweep": self.sweep}
+        about |= {"clock": self.clock, "driver": self.digest[:16]}
         return {"model": self.content[:16]} | about
+
+    def has(self, one: dict) -> bool:
+        """Is a line of an episode of this driver, with the proofs and files that are asked for?"""
+        if not self.told.items() <= one.items() or (self.prove and "proved" not in one):
+            return False
+        name = file_name(self.digest, one["world"], (one["world"], one["seed"]))
+        files = [self.save / f"{name}.json"] if self.save else []
+        files += [self.film / f"{name}{kind}" for kind in FILMED] if self.film else []
+        return not one["committed"] or all(file.exists() for file in files)
 
     def __call__(self, world: World, seed) -> pj.drive.Outcome:
         system = robot()
@@ -77,13 +94,13 @@ class Driver:
         told = told_of(one) | {"left": left} | self.told
         if self.prove:
             told["proved"] = all(each.proved() for each in new)
-        name = file_name(self.content, world.number, seed)
+        name = file_name(self.digest, world.number, seed)
         if self.save is not None and new:
             said = {"reasons": one.reasons}
             assumed = assumed_of(one, None if self.known else scanner, system.ramp)
             pj.drive.save_episode(self.save / f"{name}.json", new, said, one.drift, assumed)
         if self.film is not None and new:
-            film(self.film / f"{name}.gif", world, one)
+            film(self.film / f"{name}{FILMED[0]}", world, one)
         return pj.drive.Outcome(one.touched, left or one.drifted > 0, told, new)
 
     def line(self, world: World, seed) -> dict:
@@ -118,9 +135,9 @@ def assumed_of(one: Drive, scanner: Lidar | None, ramp: tuple[float, float]) -> 
     return known | {"measured poses": told}
 
 
-def file_name(content: str, world: int, seed) -> str:
-    """What the files of an episode are called. content: of the model that drove it."""
-    return f"world_{world}_{'_'.join(map(str, seed))}_{content[:8]}"
+def file_name(digest: str, world: int, seed) -> str:
+    """What the files of an episode are called. digest: of the driver."""
+    return f"world_{world}_{'_'.join(map(str, seed))}_{digest[:8]}"
 
 
 def content_of(model: Path) -> str:

@@ -38,8 +38,8 @@ class Options:
     model: Path = MODEL
     """A saved model of the Jackal that thinks, `sims.barn.learn`; the one that comes along."""
     out: Path = Path("barn/drives.jsonl")
-    """A line for each episode; what this model drove there is not driven again. A folder, of
-    episodes.
+    """A line for each episode; what was driven there with all these options is not driven again. A
+    folder, of episodes.
     """
     odometry: bool = False
     """The robot knows where it is by dead reckoning alone, which drifts; else it truly knows."""
@@ -84,6 +84,7 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
         save=options.save,
         film=options.film,
     )
+    _ = driver.digest  # once, and other processes take it from here
     of_model = f"Model {options.model}: {pj.load(options.model).claim}."
     if options.episodes:
         key = jax.random.PRNGKey(options.first_seed)
@@ -93,7 +94,7 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
         told = [one.told for one in done.driven if not one.failed]
         return told, f"{summary(told)}\n{of_model}\n{done.details()}"
     lines = options.out.read_text().splitlines() if options.out.exists() else []
-    ours = [one for one in map(json.loads, lines) if driver.told.items() <= one.items()]
+    ours = [one for one in map(json.loads, lines) if driver.has(one)]
     found = {(one["world"], one["seed"]): one for one in ours}
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     asked = [(w, s) for w in options.worlds or numbers() for s in seeds]

@@ -197,6 +197,29 @@ def test_the_premises_of_a_file_tell_all_that_was_assumed_of_lidar_and_odometry(
     assert "truly known" in assumed_of(known, None, ramp)["measured poses"]
 
 
+def test_a_line_of_other_options_or_without_the_files_that_are_asked_for_is_no_answer(tmp_path):
+    from sims.barn.driver import MODEL, Driver, file_name
+
+    driver = Driver(MODEL, "a model")
+    line = {"world": 5, "seed": 0, "committed": 3, **driver.told}
+    assert driver.has(line) and driver.has(line | {"proved": True})
+    for other in (
+        {"clock": True},
+        {"prove": True},
+        {"odometry": True},
+        {"sweep": 0.1},
+        {"content": "another"},
+        {"save": tmp_path},
+        {"film": tmp_path},
+    ):
+        assert not replace(driver, **other).has(line)
+    assert not driver.has(line | {"driver": "older code"})
+    assert replace(driver, prove=True).has(line | {"proved": True})
+    (tmp_path / f"{file_name(driver.digest, 5, (5, 0))}.json").touch()
+    assert replace(driver, save=tmp_path).has(line)
+    assert replace(driver, film=tmp_path).has(line | {"committed": 0})  # nothing to film
+
+
 @pytest.mark.soundness
 @pytest.mark.parametrize("odometry", [False, True])
 def test_what_a_lidar_that_turns_sees_free_is_free(odometry):
@@ -262,6 +285,10 @@ def test_the_robot_that_comes_along_reaches_the_goal_and_touches_nothing(tmp_pat
     )  # it is not driven again
     (told,) = (json.loads(line) for line in out.read_text().splitlines())
     assert told["world"] == 5 and told["reached"] and told["proved"] and not told["touched"]
+    files = {"save": tmp_path / "files"}  # it is for them, and is the same
+    drive_worlds(Options(worlds=(5,), odometry=True, out=out, jobs=1, quiet=True, **files))
+    _, again = (json.loads(line) for line in out.read_text().splitlines())
+    assert again["clearance"] == told["clearance"] and len(list(files["save"].iterdir())) == 1
 
 
 @pytest.mark.night
@@ -280,9 +307,10 @@ def test_with_the_map_nothing_compiles_and_the_job_writes_a_film_of_each(tmp_pat
     for kind in ("episodes/*.json", "films/*.gif", "films/*.html"):
         assert len(list((tmp_path / "job").glob(kind))) == 1
     (episode,) = (tmp_path / "job" / "episodes").iterdir()
-    assert content_of(MODEL).startswith(episode.stem.rsplit("_", 1)[1])
-    episode.unlink()
+    episode.write_text("{}")
     assert barn.job(out=tmp_path / "job", quiet=True) == 1
+    episode.unlink()  # it is driven again
+    assert barn.job(out=tmp_path / "job", quiet=True) == 0 and episode.exists()
 
 
 @pytest.mark.night
