@@ -29,6 +29,7 @@ SLOW = 1.7  # power of the share of the speed: more candidates are slow than fas
 TURNS_ON_THE_SPOT = 101
 BACKWARDS = 7  # 2 to the power of this many candidates go back
 OUTLINE = 0.01  # [m] by which a network may be off where a manoeuvre begins
+DRIFTED = "odometry went wrong by more than is allowed for in a cycle"
 FILMED = ".gif", ".html"  # a film and its page
 LOOKS = 512  # of a step, at pairs: so that it takes less than it thinks where nothing is safe
 
@@ -101,7 +102,7 @@ class Driver:
             pj.drive.save_episode(self.save / f"{name}.json", new, said, one.drift, assumed)
         if self.film is not None and new:
             film(self.film / f"{name}{FILMED[0]}", world, one)
-        return pj.drive.Outcome(one.touched, left or one.drifted > 0, told, new)
+        return pj.drive.Outcome(one.touched, left or (one.drifted > 0 and DRIFTED), told, new)
 
     def line(self, world: World, seed) -> dict:
         """What is told of a drive, which other processes can send back."""
