@@ -63,7 +63,7 @@ class Episodes:
 
     @property
     def bad(self) -> int:
-        """In which a tube was left, anything touched, that is unknown, or which are told as bad."""
+        """In which a tube was left, anything touched, or that is unknown or told as bad."""
         return sum(one.bad for one in self.driven)
 
     @property

@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 class Outcome(NamedTuple):
     """The result of an episode. touched: anything, ever; of moving obstacles, before the rest of
     the manoeuvre under way, since they may run into a robot that rests [T38]. left: a tube was left
-    by the executed part of its manoeuvre (`left_tube`); None where that was not tested; where none was,
-    why it counts as bad all the same, such as "odometry drifted too far". told: plain values stored
-    with it. committed: manoeuvres that loops committed to and the robot drove, of which alone (C)
-    is said. touched_at: [s] of the loops' clock, the first time; None where that is unknown.
+    by the executed part of its manoeuvre (`left_tube`); None where that was not tested; where none
+    was, why it counts as bad all the same, such as "odometry drifted too far". told: plain values
+    stored with it. committed: manoeuvres that loops committed to and the robot drove, of which
+    alone (C) is said. touched_at: [s] of the loops' clock, the first time; None where that is
+    unknown.
     """
 
     touched: bool
