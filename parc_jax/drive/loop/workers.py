@@ -26,8 +26,7 @@ class Outcome(NamedTuple):
     by the executed part of its manoeuvre (`left_tube`); None where that was not tested; where none
     was, why it counts as bad all the same, such as "odometry drifted too far". told: plain values
     stored with it. committed: manoeuvres that loops committed to and the robot drove, of which
-    alone (C) is said. touched_at: [s] of the loops' clock, the first time; None where that is
-    unknown.
+    alone (C) is said. touched_at: [s] of the loops' clock, the first time; None where unknown.
     """
 
     touched: bool
