@@ -142,8 +142,11 @@ def file_name(digest: str, world: int, seed) -> str:
 
 
 def content_of(model: Path) -> str:
-    """sha256 of a file."""
-    return sha256(model.read_bytes()).hexdigest()
+    """sha256 of a file. Raises InputError."""
+    try:
+        return sha256(model.read_bytes()).hexdigest()
+    except OSError as error:
+        raise pj.InputError(f"{model}: cannot be read ({error.strerror}).") from None
 
 
 @cache

@@ -12,6 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 import parc_jax as pj
+from parc_jax.common.options import check_count
 from parc_jax.common.spelling import rounded_down
 from sims.barn.drive import SWEEP
 from sims.barn.driver import MODEL, Driver, any_world, content_of
@@ -65,8 +66,10 @@ class Options:
 
 def drive_worlds(options: Options) -> tuple[list[dict], str]:
     """Drive, write a line an episode; returns the lines, and what came of all in words. Raises
-    InputError for a map on odometry.
+    InputError for options without meaning.
     """
+    check_count("seeds", options.seeds, 1, "episodes in each world")
+    check_count("jobs", options.jobs, 0 if options.episodes else 1, "processes")
     if options.map and options.odometry:
         raise pj.InputError(
             "map: expected a robot that truly knows where it is; on odometry it does not, and "

@@ -1,6 +1,7 @@
 """Driving through worlds: guidance that prefers the way around, and an episode with its loop."""
 
 import json
+import runpy
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
@@ -271,6 +272,24 @@ def test_the_job_is_found_by_its_name_and_asks_for_a_model_that_exists(tmp_path,
     with pytest.raises(SystemExit) as stop:
         cli.main(["systems", "barn"])
     assert stop.value.code == 2 and "expected a function `system()`" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--map", "--odometry"], "map: expected a robot that truly knows where it is"),
+        (["--seeds", "0"], "seeds: expected a whole number >= 1"),
+        (["--jobs", "0"], "jobs: expected a whole number >= 1"),
+        (["--model", "nothing.npz"], "nothing.npz: cannot be read (No such file or directory)"),
+        (["--worlds", "7777"], "BARN world: expected one of 200 numbers"),
+    ],
+)
+def test_options_without_meaning_are_refused_in_a_sentence(arguments, said, tmp_path, monkeypatch):
+    out = ["--out", str(tmp_path / "drives.jsonl"), "--quiet"]
+    monkeypatch.setattr(sys, "argv", ["sims.barn", "--worlds", "1", *out, *arguments])
+    with pytest.raises(SystemExit) as stop:
+        runpy.run_module("sims.barn", run_name="__main__")
+    assert str(stop.value).startswith("error: ") and said in str(stop.value)
 
 
 @pytest.mark.slow
