@@ -248,8 +248,9 @@ def about_episodes(episodes) -> str:
     """Both sentences of a loop, from its `Episodes`. [T40]"""
     left, look, contradictions = episodes.left, episodes.look, episodes.contradictions
     event = "touches anything" if left is None else "leaves a tube, or touches anything,"
-    some = sum(one.left is True for one in episodes.driven)
-    events = [f"in {some:,} a tube was left"] if left is not None or some else []
+    found = Counter(one.left for one in episodes.driven)
+    events = [f"in {found[True]:,} a tube was left"] if left is not None or found[True] else []
+    events += [f"in {n:,} {words}" for words, n in found.items() if isinstance(words, str)]
     events.append(f"in {episodes.touched:,} something was touched")
     events.append(f"in {episodes.failed:,} there was no outcome")
     sentences = [

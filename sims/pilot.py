@@ -3,6 +3,7 @@
 import functools
 from collections import deque
 from collections.abc import Callable, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -128,7 +129,7 @@ class Pilot:
         scanner = premises((name, MEASURED, value) for name, value in names.items())
         agree("scan: all are of the sensor whose place was told", self._scanner or scanner, scanner)
         self._scanner, self._scanned = scanner, at
-        self._scans.append(message)
+        self._scans.append(deepcopy(message))  # it waits: its ranges may be a buffer of the driver
 
     def hear_movers(self, message: Any) -> None:
         """A geometry_msgs/PoseArray: places of all moving obstacles; all others stand still."""
@@ -314,12 +315,13 @@ class Pilot:
         x, y, yaw = d.sensor
         arm, most = float(np.hypot(x, y)), (d.acceleration, d.acceleration_turning)
         times, lasts = (stamps - begin) / 1e9, (end - begin) / 1e9
-        one = swept(times, poses, lasts, float(scan.time_increment), arm, most)
+        # uncertainty is along each axis, so a place may be off by its diagonal
+        known = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm
+        way_off = 2 * known, 2 * d.uncertainty_heading  # both poses of a way
+        one = swept(times, poses, lasts, float(scan.time_increment), arm, most, way_off)
         there = one.pose
         eye = np.append(placed(np.array([x, y]), there[:2], there[2]), there[2] + yaw)
-        # uncertainty is along each axis, so a place may be off by its diagonal
-        off = np.sqrt(2) * d.uncertainty_start + d.uncertainty_heading * arm + one.moved
-        uncertainty = (off, d.uncertainty_heading + one.turned)
+        uncertainty = (known + one.moved, d.uncertainty_heading + one.turned)
         limits = {"noise": d.noise, "width": d.width, "between": one.between}
         self._forget(begin)
         seen = measured.seen_in(scan, eye, uncertainty=uncertainty, **limits)

@@ -17,13 +17,14 @@ class Swept(NamedTuple):
     between: tuple[float, float]
 
 
-def swept(times, poses, end: float, beam: float, arm: float, acceleration) -> Swept:
+def swept(times, poses, end: float, beam: float, arm: float, acceleration, off) -> Swept:
     """The sweep of a sensor from time 0 to `end` [s], on a straight way between the poses (n, 3) of
     the robot, headings not wrapped, at times (n,) [s]; before the first and after the last of them
     it stands.
 
     beam: [s] from one beam to the next. arm: [m] from the robot's pose to the sensor. acceleration:
-    [m/s^2], [rad/s^2] of the robot, at most.
+    [m/s^2], [rad/s^2] of the robot, at most. off: [m], [rad] by which the way of the sensor from
+    one of these poses to the next may be another one, at most.
     """
     times, poses = np.asarray(times), np.asarray(poses)
     during = times[(times > 0) & (times < end)]
@@ -36,12 +37,13 @@ def swept(times, poses, end: float, beam: float, arm: float, acceleration) -> Sw
         moved = np.linalg.norm(one[:, :2] - other[:, :2], axis=1) + turned * arm
         return np.stack([moved, turned], axis=1)
 
-    along = np.delete(np.arange(len(at)), 1)  # in the order of time
-    took = np.diff(at[along])
-    rates = motion(way[along[1:]], way[along[:-1]])[took > 0] / took[took > 0, None]
+    # poses that meet the sweep, and how fast the sensor goes from one to the next at most
+    meets = (times[:-1] < end) & (times[1:] > 0)
+    took = np.diff(times)[meets]
+    rates = (motion(poses[1:][meets], poses[:-1][meets]) + np.asarray(off)) / took[:, None]
     # what accelerates by a strays from a straight way of gap [s] by a gap^2 / 8 at most, and from
     # its speed by a gap / 2
-    gap = np.diff(times)[(times[:-1] < end) & (times[1:] > 0)].max(initial=0.0)
+    gap = took.max(initial=0.0)
     most = np.asarray(acceleration) @ np.array([[1.0, 0.0], [arm, 1.0]])
     # motion from one beam to the next at the fastest rate of the sweep
     between = (rates.max(axis=0, initial=0.0) + most * gap / 2) * beam

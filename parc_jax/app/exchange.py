@@ -1,6 +1,4 @@
-"""Files of other tools, in and out: scenes and networks, bags, C for the computer of a robot.
-Loaded on first use.
-"""
+"""Files of other tools: scenes, networks, bags, C for a robot's computer. Loaded on first use."""
 
 from parc_jax.common.on_use import on_use
 

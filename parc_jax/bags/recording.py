@@ -95,9 +95,7 @@ def _require_topics(path: Path, topics: Sequence[str], there: dict[str, str]) ->
 
 
 def value_at(message, path: str, topic: str) -> float:
-    """The number in a message at a path such as "twist.twist.linear.x", or "axes.1" in an array.
-    Raises InputError.
-    """
+    """The number at a path: "twist.twist.linear.x", "axes.1" of an array. Raises InputError."""
     found = message
     for word in path.split("."):
         try:

@@ -3,6 +3,7 @@ driven, whose stop is in hand. [T37, T38]
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -172,7 +173,7 @@ class Shield(gymnasium.Wrapper):
                 "Reset again, or move the start away from the obstacles."
             )
         self.commitments.append(step.committed)
-        self._steps, self._observation = 0, observation
+        self._steps, self._observation = 0, deepcopy(observation)
         self._remember(seen)
         nothing = {"proposed": None, "driven": None, "changed": False, "reason": "", "left": None}
         return {"shield": nothing | self._about(step.committed)}
@@ -192,7 +193,7 @@ class Shield(gymnasium.Wrapper):
         observation, reward, terminated, truncated, info = self.env.step(driven)
         # of what comes after the end no stop was certified
         self._steps = None if terminated or truncated else self._steps + 1
-        self._observation = observation
+        self._observation = deepcopy(observation)  # the policy may write into its own
         about = {"proposed": np.array(action), "driven": driven, "changed": changed}
         about |= {"reason": decision.reason, "left": left}
         info = info | {"shield": about | self._about(one)}
@@ -215,7 +216,7 @@ class Shield(gymnasium.Wrapper):
             proposed = self._asked(action)
         except Exception as error:
             why = str(error).rstrip(".") if isinstance(error, InputError) else said(error)
-            return self.loop.go_on(why, None, seen.pose, now), True
+            return self.loop.go_on(why, None, seen.pose, now, seen.drift), True
         first = self.commitments[0]
         if not self._steps:  # the time of the reset: its stop, or another manoeuvre in its place
             self.loop.restart()
@@ -224,8 +225,7 @@ class Shield(gymnasium.Wrapper):
             if not self._steps:
                 self.commitments.clear()
             self.commitments.append(step.committed)
-            same = np.array_equal(step.committed.k[self._chosen], proposed)
-            return step, not same
+            return step, not np.array_equal(step.committed.k[self._chosen], proposed)
         if not self._steps:
             self.loop.restart(first)
             return self.loop.go_on(step.reason), True

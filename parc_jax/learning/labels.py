@@ -74,9 +74,7 @@ def plain_parts(named: Labels) -> set[str]:
 
 
 def labels_of(system) -> Labels:
-    """The labels of a system: its attributes p_labels, q_labels and k_labels, where it has them.
-    Raises InputError.
-    """
+    """The p_labels, q_labels and k_labels of a system, where it has them. Raises InputError."""
     given = {part: getattr(system, f"{part}_labels", None) for part in PARTS}
     return labels(system.n_p, system.n_q, system.domain.n, **given)
 

@@ -160,6 +160,9 @@ def reach_avoid(
     """A validated problem: of boxes, too, a number [m] as a disc, pairs. Raises InputError."""
     points = goal.points if isinstance(goal, GoalOfPoints) else ()
     goal = _polytope("goal", goal)
+    for name, some in (("obstacles", obstacles), ("spans", () if spans is None else spans)):
+        if not np.iterable(some):
+            raise InputError(f"{name}: expected a list, an entry for each; got {some!r:.60}.")
     obstacles = tuple(o if isinstance(o, Edge) else _polytope("obstacle", o) for o in obstacles)
     start = None if start is None else _polytope("start", start)
     if not isinstance(body, Body):

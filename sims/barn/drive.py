@@ -30,10 +30,10 @@ class Drive:
     """What came of an episode. reached: the goal, in time. seconds: driven. clearance: [m] least
     distance to a cylinder at any tick, not positive where it was touched. path (n, 3): true poses.
     drifted: cycles in which odometry went wrong by more than is allowed for. drift: [m] most that
-    the place of a commitment is allowed to be off against the one before. steps: what the loop did,
-    cycle by cycle. poses: of each cycle the true one and the one that the robot knew, (3,) each;
-    free: the places that it knew to be free. plan_s, see_s, guide_s: [s] of processor time of each
-    cycle's step, of its scan and free space, of its guidance.
+    the place of a commitment is allowed to be off against the one before. allowed: for each cycle.
+    steps: what the loop did, cycle by cycle. poses: of each cycle the true one and the one that the
+    robot knew, (3,) each; free: the places that it knew to be free. plan_s, see_s, guide_s: [s] of
+    processor time of each cycle's step, of its scan and free space, of its guidance.
     """
 
     world: int
@@ -43,6 +43,7 @@ class Drive:
     path_length: float
     drifted: int
     drift: float
+    allowed: list[drift.Allowed] = field(repr=False)
     path: np.ndarray = field(repr=False)
     steps: list = field(repr=False)
     poses: list[tuple[np.ndarray, np.ndarray]] = field(repr=False)
@@ -80,12 +81,14 @@ def drive(
     odometry=False,
     known=False,
     explain=False,
+    clock=None,
 ) -> Drive:
     """Drive from the start to the goal with a loop made for this system.
 
     odometry: as of `Seen`; else the robot truly knows where it is. known: it has the map, and no
     lidar. explain: say what the nearest manoeuvre lacks where none is safe, which takes longer than
-    a robot thinks.
+    a robot thinks. clock: that of the loop, from which the scan counts as well; None where the
+    robot waits.
     """
     body, scans = jax.random.split(as_key(key))
     rng = np.random.default_rng(np.asarray(jax.random.key_data(scans)))
@@ -99,7 +102,7 @@ def drive(
     at_rest, nearest, since, begun, drifted = 0, np.inf, 0, 0, 0.0
     corner = float(np.hypot(*system.size)) / 2
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
-        begin = time.process_time()
+        begin, measured = time.process_time(), None if clock is None else clock()
         look = sight.look()
         saw = time.process_time()
         poses.append((robot.pose, look.here))
@@ -114,7 +117,8 @@ def drive(
         else:
             prefer = others(guide.prefer, at_rest) if at_rest else guide.prefer
             asked = look.here, robot.measured, look.obstacles, prefer, robot.time
-            step = loop.step(*asked, drift=off, gone=look.free.gone, explain=explain)
+            told = {"measured": measured, "drift": off, "gone": look.free.gone}
+            step = loop.step(*asked, **told, explain=explain)
         if step.new:
             robot.begin(*step.committed.k[-2:])
             begun, drifted = len(poses) - 1, max(drifted, off)
@@ -143,6 +147,7 @@ def drive(
         world.path_length,
         beyond(poses, sight.allowed),
         drifted,
+        sight.allowed,
         robot.path,
         steps,
         poses,

@@ -1,8 +1,9 @@
 """A Jackal with its loop, made once in each process: it drives worlds, an episode a call."""
 
 import gc
-from dataclasses import dataclass
-from functools import cache
+import time
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
 
@@ -10,13 +11,17 @@ import numpy as np
 from scipy.stats import qmc
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.network.predict import trajectories
+from parc_jax.learning.systems.content import whole_digest
 from sims.barn.drive import LIDAR, Drive, drive
 from sims.barn.film import film
 from sims.barn.sight import AROUND, WIDTH
 from sims.barn.worlds import World, numbers, world
+from sims.driving import Driving
 from sims.jackal.learn import HELD, THINKS, robot, thinking
-from sims.lidar import lidar
+from sims.jackal.params import DRIFT_TICK, TICK
+from sims.lidar import Lidar, lidar
 from sims.rectangle import centre_and_corners, rectangle
 
 MODEL = Path(__file__).with_name("model.npz")  # by `sims.barn.learn`
@@ -24,6 +29,8 @@ SLOW = 1.7  # power of the share of the speed: more candidates are slow than fas
 TURNS_ON_THE_SPOT = 101
 BACKWARDS = 7  # 2 to the power of this many candidates go back
 OUTLINE = 0.01  # [m] by which a network may be off where a manoeuvre begins
+DRIFTED = "odometry went wrong by more than is allowed for in a cycle"
+FILMED = ".gif", ".html"  # a film and its page
 LOOKS = 512  # of a step, at pairs: so that it takes less than it thinks where nothing is safe
 
 
@@ -53,17 +60,33 @@ class Driver:
     save: Path | None = None
     film: Path | None = None
 
+    @cached_property
+    def digest(self) -> str:
+        """Of all that decides an episode: the code of the drive, model and options."""
+        return whole_digest(replace(self, model=Path(), prove=False, save=None, film=None))
+
     @property
     def told(self) -> dict:
         """What a line of an episode says of who drove it."""
         about = {"odometry": self.odometry, "map": self.known, "sweep": self.sweep}
+        about |= {"clock": self.clock, "driver": self.digest[:16]}
         return {"model": self.content[:16]} | about
+
+    def has(self, one: dict) -> bool:
+        """Is a line of an episode of this driver, with the proofs and files that are asked for?"""
+        if not self.told.items() <= one.items() or (self.prove and "proved" not in one):
+            return False
+        name = file_name(self.digest, one["world"], (one["world"], one["seed"]))
+        files = [self.save / f"{name}.json"] if self.save else []
+        files += [self.film / f"{name}{kind}" for kind in FILMED] if self.film else []
+        return not one["committed"] or all(file.exists() for file in files)
 
     def __call__(self, world: World, seed) -> pj.drive.Outcome:
         system = robot()
         key = np.asarray(seed, np.uint32)
         loop = loop_of(self.model, self.content, self.clock)
         asked = {"odometry": self.odometry, "known": self.known}
+        asked |= {"clock": time.perf_counter if self.clock else None}  # as of the loop
         scanner = lidar(**LIDAR, sweep=self.sweep)
         one = drive(world, system, loop, key, scanner, **asked, explain=self.film is not None)
         new = [step.committed for step in one.steps if step.new]
@@ -72,32 +95,58 @@ class Driver:
         told = told_of(one) | {"left": left} | self.told
         if self.prove:
             told["proved"] = all(each.proved() for each in new)
-        name = file_name(self.content, world.number, seed)
+        name = file_name(self.digest, world.number, seed)
         if self.save is not None and new:
             said = {"reasons": one.reasons}
-            seen = (
-                f"ranges within {scanner.noise:g} m, nothing narrower than {WIDTH:g} m, and before "
-                f"the start {AROUND:g} m around the robot were looked at"
-            )
-            assumed = {} if self.known else {"lidar": seen}
+            assumed = assumed_of(one, None if self.known else scanner, system.ramp)
             pj.drive.save_episode(self.save / f"{name}.json", new, said, one.drift, assumed)
         if self.film is not None and new:
-            film(self.film / f"{name}.gif", world, one)
-        return pj.drive.Outcome(one.touched, left or one.drifted > 0, told, new)
+            film(self.film / f"{name}{FILMED[0]}", world, one)
+        return pj.drive.Outcome(one.touched, left or (one.drifted > 0 and DRIFTED), told, new)
 
     def line(self, world: World, seed) -> dict:
         """What is told of a drive, which other processes can send back."""
         return {**self(world, seed).told}
 
 
-def file_name(content: str, world: int, seed) -> str:
-    """What the files of an episode are called. content: of the model that drove it."""
-    return f"world_{world}_{'_'.join(map(str, seed))}_{content[:8]}"
+def assumed_of(one: Drive, scanner: Lidar | None, ramp: tuple[float, float]) -> dict[str, str]:
+    """What manoeuvres of a drive rest on beside model and tube: by name, in words with their
+    numbers. scanner: None with the map. ramp: [m/s^2], [rad/s^2] of the robot.
+    """
+    told = "its place and heading are truly known"
+    if one.allowed:
+        ahead, aside, turned = (rounded_up(float(each), 4) for each in np.max(one.allowed, axis=0))
+        told = (
+            f"dead reckoning from the start: in a cycle of {HELD!r} s a place is off within an "
+            f"ellipse of half axes {ahead} m ahead and {aside} m aside, and a heading by {turned} "
+            f"rad, at most; in a tick of {TICK!r} s by {DRIFT_TICK[0]!r} m and {DRIFT_TICK[1]!r} "
+            "rad; what is remembered to be free shrinks by what is allowed for each cycle"
+        )
+        if one.drifted:
+            told += f"; in this drive {one.drifted} cycles were off by more"
+    if scanner is None:
+        known = Driving().premises
+    else:
+        accelerates = {"acceleration": ramp[0], "acceleration_turning": ramp[1]}
+        sensor = {"sensor": scanner.mount, "noise": scanner.noise, "width": WIDTH, "margin": AROUND}
+        known = Driving(**sensor, **accelerates).premises
+        known["what stands"] += (
+            f"; its range_max is {scanner.max_range!r} m, a sweep takes {scanner.sweep!r} s"
+        )
+    return known | {"measured poses": told}
+
+
+def file_name(digest: str, world: int, seed) -> str:
+    """What the files of an episode are called. digest: of the driver."""
+    return f"world_{world}_{'_'.join(map(str, seed))}_{digest[:8]}"
 
 
 def content_of(model: Path) -> str:
-    """sha256 of a file."""
-    return sha256(model.read_bytes()).hexdigest()
+    """sha256 of a file. Raises InputError."""
+    try:
+        return sha256(model.read_bytes()).hexdigest()
+    except OSError as error:
+        raise pj.InputError(f"{model}: cannot be read ({error.strerror}).") from None
 
 
 @cache

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import load_episode
-from sims.barn.driver import MODEL, content_of, file_name
+from sims.barn.driver import MODEL, file_name
 from sims.barn.series import Options, drive_worlds
 from sims.barn.worlds import numbers
 
@@ -42,11 +42,11 @@ def job(
         quiet=quiet,
     )
     told, said = drive_worlds(options)
-    moved = [one["world"] for one in told if one["committed"]]
-    content, refused = content_of(options.model), []
-    for number in moved:
+    moved = [one for one in told if one["committed"]]
+    refused = []
+    for one in moved:
         try:
-            name = file_name(content, number, (number, seed))
+            name = file_name(one["driver"], one["world"], (one["world"], seed))
             load_episode(out / "episodes" / f"{name}.json")
         except InputError as why:
             refused.append(str(why))

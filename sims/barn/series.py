@@ -12,6 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 import parc_jax as pj
+from parc_jax.common.options import check_count
 from parc_jax.common.spelling import rounded_down
 from sims.barn.drive import SWEEP
 from sims.barn.driver import MODEL, Driver, any_world, content_of
@@ -38,8 +39,8 @@ class Options:
     model: Path = MODEL
     """A saved model of the Jackal that thinks, `sims.barn.learn`; the one that comes along."""
     out: Path = Path("barn/drives.jsonl")
-    """A line for each episode; what this model drove there is not driven again. A folder, of
-    episodes.
+    """A line for each episode; what was driven there with all these options is not driven again. A
+    folder, of episodes.
     """
     odometry: bool = False
     """The robot knows where it is by dead reckoning alone, which drifts; else it truly knows."""
@@ -54,8 +55,8 @@ class Options:
     film: Path | None = None
     """A folder for a film of every episode, a .gif, and its page, a .html."""
     clock: bool = False
-    """That of the machine ends a step, as on a robot; else the robot waits, and a busy machine
-    decides nothing.
+    """That of the machine ends a step, as on a robot, its scan counted; else the robot waits, and a
+    busy machine decides nothing.
     """
     quiet: bool = False
     """No progress bars."""
@@ -65,8 +66,10 @@ class Options:
 
 def drive_worlds(options: Options) -> tuple[list[dict], str]:
     """Drive, write a line an episode; returns the lines, and what came of all in words. Raises
-    InputError for a map on odometry.
+    InputError for options without meaning.
     """
+    check_count("seeds", options.seeds, 1, "episodes in each world")
+    check_count("jobs", options.jobs, 0 if options.episodes else 1, "processes")
     if options.map and options.odometry:
         raise pj.InputError(
             "map: expected a robot that truly knows where it is; on odometry it does not, and "
@@ -84,6 +87,7 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
         save=options.save,
         film=options.film,
     )
+    _ = driver.digest  # once, and other processes take it from here
     of_model = f"Model {options.model}: {pj.load(options.model).claim}."
     if options.episodes:
         key = jax.random.PRNGKey(options.first_seed)
@@ -93,7 +97,7 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
         told = [one.told for one in done.driven if not one.failed]
         return told, f"{summary(told)}\n{of_model}\n{done.details()}"
     lines = options.out.read_text().splitlines() if options.out.exists() else []
-    ours = [one for one in map(json.loads, lines) if driver.told.items() <= one.items()]
+    ours = [one for one in map(json.loads, lines) if driver.has(one)]
     found = {(one["world"], one["seed"]): one for one in ours}
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     asked = [(w, s) for w in options.worlds or numbers() for s in seeds]

@@ -129,8 +129,10 @@ class Seen:
         n = math.ceil(sensor.sweep / c.TICK)
         arm, beam = float(np.hypot(*sensor.mount[:2])), sensor.sweep / (sensor.beams - 1)
         told = ticks[-n - 1 :] + sensor.sweep, known[-n - 1 :]
-        one = swept(*told, sensor.sweep, beam, arm, robot.system.ramp)
-        moved, turned = self._odometry * n * np.array(c.DRIFT_TICK)
+        of_tick = self._odometry * np.array(c.DRIFT_TICK)
+        way_off = of_tick[0] + of_tick[1] * arm, of_tick[1]
+        one = swept(*told, sensor.sweep, beam, arm, robot.system.ramp, way_off)
+        moved, turned = n * of_tick
         off = one.moved + moved + turned * arm, one.turned + turned
         noise = scan.noise + one.between[0]
         errors = {"noise": noise, "angle_error": one.between[1], "uncertainty": off}

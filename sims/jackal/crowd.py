@@ -5,6 +5,7 @@ While a manoeuvre is under way, its stop included, nothing may be touched. Who r
 into: discs see nobody.
 """
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -185,19 +186,29 @@ def drive(options: Options) -> pj.drive.Episodes:
     key = jax.random.PRNGKey(0)
     done = pj.drive.drive_episodes(driver, crowd, key, options.episodes, **asked)
     told = [one.told for one in done.driven if not one.failed]
-    reached = [one["seconds"] for one in told if one["reached"] and not one["at_rest"]]
-    print(
-        f"{len(reached)} of {done.n} reached the goal and were not touched, in "
-        f"{np.median(reached):.1f} s (median), at most {max(reached):.1f} s. While a manoeuvre was "
-        f"under way a disc was touched in {done.touched}, nearest "
-        f"{rounded_down(min(one['clearance'] for one in told), 3)} m; discs ran into the robot at "
-        f"rest in {sum(one['at_rest'] for one in told)}. Files: {save}."
-    )
+    print(f"{summary(told, done.n, done.touched)} Files: {save}.")
     print(done.details())
     return done
+
+
+def summary(told: list[dict], n: int, touched: int) -> str:
+    """What came of n episodes, of which so many touched a disc. told: of those with an outcome."""
+    reached = [one["seconds"] for one in told if one["reached"] and not one["at_rest"]]
+    took = (
+        f", in {np.median(reached):.1f} s (median), at most {max(reached):.1f} s" if reached else ""
+    )
+    return (
+        f"{len(reached)} of {n} reached the goal and were not touched{took}. While a "
+        f"manoeuvre was under way a disc was touched in {touched}, nearest "
+        f"{rounded_down(min(one['clearance'] for one in told), 3)} m; discs ran into the robot at "
+        f"rest in {sum(one['at_rest'] for one in told)}."
+    )
 
 
 if __name__ == "__main__":
     import tyro
 
-    drive(tyro.cli(Options, description=__doc__))
+    try:
+        drive(tyro.cli(Options, description=__doc__))
+    except pj.InputError as error:
+        sys.exit(f"error: {error}")

@@ -220,6 +220,20 @@ def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_le
     assert done.bad == 3 and "in 3 a tube was left" in done.details()
 
 
+def test_what_else_made_an_episode_bad_is_told_in_its_own_words_and_is_no_tube_that_was_left():
+    def drive(world, seed):
+        return pj.drive.Outcome(False, "odometry drifted beyond" if world > 0.5 else world > 0.3)
+
+    done = asked(drive, 40)
+    words = key_data(stream(KEY, Stage.EPISODE))
+    worlds = np.array([law(task_of(words, i).of_world) for i in range(40)])
+    drifted, left = (worlds > 0.5).sum(), ((worlds > 0.3) & (worlds <= 0.5)).sum()
+    said = f"{left} a tube was left, in {drifted} odometry drifted beyond, in 0 something was"
+    assert said in done.details() and done.bad == drifted + left and done.left == left
+    with pytest.raises(InputError, match="None or a text; got False and ''"):
+        asked(lambda *_: pj.drive.Outcome(False, ""), 1)
+
+
 def harder(seed):
     return 0.5 + law(seed) / 2
 

@@ -145,8 +145,14 @@ def test_cosine_and_sine_are_enclosed(angle):
 def test_what_is_no_episode_is_refused():
     with pytest.raises(InputError, match="at least one commitment"):
         episode_part([])
-    with pytest.raises(InputError, match="drift >= 0 m; got -1"):
-        episode_part(driven(False, 1), drift=-1)
+    with pytest.raises(InputError, match="at least one commitment; got <Commitment 0"):
+        episode_part(driven(False, 1)[0])
+    for drift in (-1, "a", None):
+        with pytest.raises(InputError, match=f"drift >= 0 m; got {drift!r}"):
+            episode_part(driven(False, 1), drift=drift)
+    for meta in ({"a": object()}, {(1, 2): 3}):
+        with pytest.raises(InputError, match="meta: expected plain values, as JSON has them"):
+            pj.drive.save_episode("nothing.json", driven(False, 1), meta)
     with pytest.raises(InputError, match=r"of one loop: .*model is .*; frame is told in the world"):
         episode_part([*driven(False, 1), *driven(True, 1)])
 

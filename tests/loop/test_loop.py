@@ -430,6 +430,12 @@ def test_the_outlook_is_what_the_network_says_turned_into_the_world():
         ({"uncertainty": pj.Uncertainty(k={0: 0.1})}, "start and heading alone"),
         ({"uncertainty": pj.Uncertainty(goal=0.1)}, "start and heading alone"),
         ({"end": from_box(pj.box([-1, -1], [1, 1]))}, "end: expected a set over 3 coordinates"),
+        ({"given": 0}, "given: expected a list of parameters; got 0"),
+        ({"uncertainty": 0.1}, "uncertainty: expected Uncertainty or None; got 0.1"),
+        ({"effort": 0.1}, "effort: expected Effort or None; got 0.1"),
+        ({"thinking": 3}, "thinking: expected Thinking or None; got 3"),
+        ({"end": 3}, "end: expected HPolytope or None; got 3"),
+        ({"clock": 3}, "clock: expected Callable or None; got 3"),
     ],
 )
 def test_loops_that_make_no_sense_are_refused(line, options, words):
@@ -452,8 +458,27 @@ def test_what_runs_did_not_measure_is_not_given_where_they_are_all_that_is_known
 
 
 def test_an_effort_of_nothing_is_refused():
-    with pytest.raises(InputError, match="at least one candidate"):
-        pj.drive.Effort(candidates=0)
+    for one in (
+        {"candidates": 0},
+        {"candidates": 1.5},
+        {"judged": 2.5},
+        {"looks": "a"},
+        {"deadline": None},
+        {"room": "a"},
+    ):
+        with pytest.raises(InputError, match="at least one candidate"):
+            pj.drive.Effort(**one)
+
+
+def test_obstacles_that_are_no_list_end_in_the_manoeuvre_under_way(line):
+    loop = loop_of(line)
+    first = loop.step([0.0, 0.0], [0.25], [], forward, at=0.0).committed
+    for wrong in (None, WALL):
+        step = loop.step(0.5 * first.k, [0.25], wrong, forward)
+        assert step.committed is first and not step.new
+        assert step.reason.startswith("obstacles: expected a list, an entry for each; got ")
+    step = loop.step(0.5 * first.k, [0.25], [WALL], forward, spans=3)
+    assert step.committed is first and step.reason.startswith("spans: expected a list")
 
 
 def test_a_clock_that_does_not_go_forward_changes_nothing(line):

@@ -56,6 +56,12 @@ def test_a_robot_under_way_and_at_rest_is_inside_of_what_is_reserved(turning, ev
         assert (ahead + back <= 2 * RADIUS + 2 * math.sqrt(2) * OFF + wide + 1e-4).all()
 
 
+def test_intervals_that_are_no_whole_number_are_refused():
+    one = driven(False, 1)[0]
+    with pytest.raises(pj.InputError, match=r"expected every >= 1.*; got 1\.5"):
+        pj.drive.reserved(one, float(one.begin), one.asked.query.model.time, every=1.5)
+
+
 def test_who_decides_before_the_other_was_measured_is_refused():
     first, second, *_ = driven(False, 2)
     time, now = first.asked.query.model.time, float(second.begin)

@@ -123,6 +123,38 @@ def test_an_action_that_is_none_ends_in_the_stop_under_way(model, action, said):
     assert not info["shield"]["changed"]  # it goes on
 
 
+@pytest.mark.soundness
+def test_a_policy_that_writes_into_what_it_got_changes_nothing_of_what_is_sensed(model):
+    """One that normalises its observation in place was certified into the post."""
+
+    class Seeing(Platform):
+        def seen(self):
+            return np.concatenate([self.place, self.speed, self.posts[0]])
+
+    def sensed(_, seen):
+        return pj.drive.Sensed(seen[:2], seen[2:4], [pj.box(seen[4:], seen[4:] + 0.2)])
+
+    env = shielded(Seeing(), model, sense=sensed)
+    seen, _ = env.reset(seed=0)
+    for _ in range(6):
+        seen *= [1, 1, 1, 1, 10, 10]
+        seen, *_, info = env.step(AHEAD)
+        assert info["cost"] == 0
+
+
+def test_an_action_that_is_none_is_no_reason_to_forget_the_drift(model):
+    def drifted(env, seen):
+        return sense(env, seen)._replace(pose=seen[:2] + np.array([off, 0.0]), drift=0.15)
+
+    env, off = shielded(Platform(posts=[[9.0, 9.0]]), model, sense=drifted), 0.0
+    env.reset(seed=0)
+    env.step(AHEAD / 2)
+    off = 0.1  # less than is told
+    for action in ([np.nan, 0.0], AHEAD / 2):
+        *_, info = env.step(action)
+        assert not info["shield"]["left"] and info["shield"]["clearance"] > 0
+
+
 def test_a_reset_inside_of_a_hazard_is_refused(model):
     env = shielded(Platform(posts=[[0.1, -0.1]]), model)
     with pytest.raises(pj.InputError, match="certified stop where the environment is reset"):

@@ -157,6 +157,20 @@ def test_scans_wait_for_their_pose_in_turn_and_without_any_nothing_new_begins():
         late.hear_pose(other)
 
 
+@pytest.mark.soundness
+def test_a_driver_that_fills_one_buffer_of_ranges_frees_no_wall():
+    """The first scan waits for its pose; by then the buffer has the second, of a metre behind."""
+    one, at, wall, buffer = pilot(), 10**9, shapely.box(1.5, -3.0, 1.6, 3.0), np.zeros(361)
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], at))
+    for x, later in ((0.0, 10**7), (-1.0, 35 * 10**7)):
+        message = scan([wall], lambda _, x=x: np.array([x, 0.0]), at + later)
+        buffer[:] = message.ranges
+        message.ranges = buffer
+        one.hear_scan(message)
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], at + 2 * 10**7))
+    assert one.seen.region.area > 4.0 and not one.seen.region.intersects(wall)
+
+
 def test_a_scan_waits_until_its_sweep_has_ended():
     one, at = pilot(), 10**9
     one.hear_pose(sliding.odometry([0, 0], [0, 0], at))

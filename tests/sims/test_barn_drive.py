@@ -1,6 +1,7 @@
 """Driving through worlds: guidance that prefers the way around, and an episode with its loop."""
 
 import json
+import runpy
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
@@ -153,6 +154,73 @@ def test_on_odometry_the_robot_goes_on_too_and_drifts_no_more_than_allowed():
     assert {step.reason for step in done.steps} == {"nothing is safe"}
 
 
+def test_the_clock_of_a_cycle_begins_before_its_scan():
+    """What the robot sees and where it is known to be are as old as the scan by then."""
+    need("shapely")
+    took, now = [], [0.0]
+
+    class Slow(Failing):
+        def scan(self, *asked):
+            now[0] += 0.1
+            return super().scan(*asked)
+
+    class Told(Standing):
+        def step(self, *asked, measured=None, **more):
+            took.append(measured if measured is None else now[0] - measured)
+            return super().step(*asked)
+
+    system, world = sims.load("jackal", threads=1), barn.world(1)
+    drive(world, system, Told(), jax.random.PRNGKey(0), Slow(), clock=lambda: now[0])
+    assert min(took) == pytest.approx(0.1)
+
+
+def test_the_premises_of_a_file_tell_all_that_was_assumed_of_lidar_and_odometry():
+    from sims.barn.driver import assumed_of
+    from sims.jackal.drift import Allowed
+
+    allowed = [Allowed(0.5, 0.125, 0.25), Allowed(0.25, 0.375, 0.125)]
+    drifts, known = SimpleNamespace(allowed=allowed, drifted=2), SimpleNamespace(allowed=[])
+    ramp = (3.0, 6.0)
+    seen = assumed_of(drifts, lidar(**LIDAR, sweep=0.1), ramp)
+    for said in (
+        "lidar at (0.12, 0.0) m, 0.0 rad on the robot: ranges within ±0.01 m, nothing narrower "
+        "than 0.15 m, no echo: nothing up to its range_max",
+        "accelerates by at most 3.0 m/s² and 6.0 rad/s²",
+        "stays, and before the start 0.12 m around the robot were looked at",
+        "its range_max is 30.0 m, a sweep takes 0.1 s",
+    ):
+        assert said in seen["what stands"]
+    off = "half axes 0.5 m ahead and 0.375 m aside, and a heading by 0.25 rad, at most"
+    assert off in seen["measured poses"] and seen["who moves"] == "nobody"
+    assert seen["measured poses"].endswith("in this drive 2 cycles were off by more")
+    other = [(known, lidar(**LIDAR, sweep=0.1)), (drifts, lidar(**LIDAR)), (known, None)]
+    assert len({str(assumed_of(*each, ramp)) for each in [*other, (drifts, lidar())]}) == 4
+    assert "truly known" in assumed_of(known, None, ramp)["measured poses"]
+
+
+def test_a_line_of_other_options_or_without_the_files_that_are_asked_for_is_no_answer(tmp_path):
+    from sims.barn.driver import MODEL, Driver, file_name
+
+    driver = Driver(MODEL, "a model")
+    line = {"world": 5, "seed": 0, "committed": 3, **driver.told}
+    assert driver.has(line) and driver.has(line | {"proved": True})
+    for other in (
+        {"clock": True},
+        {"prove": True},
+        {"odometry": True},
+        {"sweep": 0.1},
+        {"content": "another"},
+        {"save": tmp_path},
+        {"film": tmp_path},
+    ):
+        assert not replace(driver, **other).has(line)
+    assert not driver.has(line | {"driver": "older code"})
+    assert replace(driver, prove=True).has(line | {"proved": True})
+    (tmp_path / f"{file_name(driver.digest, 5, (5, 0))}.json").touch()
+    assert replace(driver, save=tmp_path).has(line)
+    assert replace(driver, film=tmp_path).has(line | {"committed": 0})  # nothing to film
+
+
 @pytest.mark.soundness
 @pytest.mark.parametrize("odometry", [False, True])
 def test_what_a_lidar_that_turns_sees_free_is_free(odometry):
@@ -206,6 +274,24 @@ def test_the_job_is_found_by_its_name_and_asks_for_a_model_that_exists(tmp_path,
     assert stop.value.code == 2 and "expected a function `system()`" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--map", "--odometry"], "map: expected a robot that truly knows where it is"),
+        (["--seeds", "0"], "seeds: expected a whole number >= 1"),
+        (["--jobs", "0"], "jobs: expected a whole number >= 1"),
+        (["--model", "nothing.npz"], "nothing.npz: cannot be read (No such file or directory)"),
+        (["--worlds", "7777"], "BARN world: expected one of 200 numbers"),
+    ],
+)
+def test_options_without_meaning_are_refused_in_a_sentence(arguments, said, tmp_path, monkeypatch):
+    out = ["--out", str(tmp_path / "drives.jsonl"), "--quiet"]
+    monkeypatch.setattr(sys, "argv", ["sims.barn", "--worlds", "1", *out, *arguments])
+    with pytest.raises(SystemExit) as stop:
+        runpy.run_module("sims.barn", run_name="__main__")
+    assert str(stop.value).startswith("error: ") and said in str(stop.value)
+
+
 @pytest.mark.slow
 def test_the_robot_that_comes_along_reaches_the_goal_and_touches_nothing(tmp_path):
     need("shapely")
@@ -218,6 +304,10 @@ def test_the_robot_that_comes_along_reaches_the_goal_and_touches_nothing(tmp_pat
     )  # it is not driven again
     (told,) = (json.loads(line) for line in out.read_text().splitlines())
     assert told["world"] == 5 and told["reached"] and told["proved"] and not told["touched"]
+    files = {"save": tmp_path / "files"}  # it is for them, and is the same
+    drive_worlds(Options(worlds=(5,), odometry=True, out=out, jobs=1, quiet=True, **files))
+    _, again = (json.loads(line) for line in out.read_text().splitlines())
+    assert again["clearance"] == told["clearance"] and len(list(files["save"].iterdir())) == 1
 
 
 @pytest.mark.night
@@ -236,9 +326,10 @@ def test_with_the_map_nothing_compiles_and_the_job_writes_a_film_of_each(tmp_pat
     for kind in ("episodes/*.json", "films/*.gif", "films/*.html"):
         assert len(list((tmp_path / "job").glob(kind))) == 1
     (episode,) = (tmp_path / "job" / "episodes").iterdir()
-    assert content_of(MODEL).startswith(episode.stem.rsplit("_", 1)[1])
-    episode.unlink()
+    episode.write_text("{}")
     assert barn.job(out=tmp_path / "job", quiet=True) == 1
+    episode.unlink()  # it is driven again
+    assert barn.job(out=tmp_path / "job", quiet=True) == 0 and episode.exists()
 
 
 @pytest.mark.night

@@ -31,6 +31,17 @@ def test_outlines_hold_every_disc_until_the_rest():
         assert (there @ part.A.T <= part.b + 1e-12).all()
 
 
+def test_what_came_of_a_crowd_is_told_also_where_nobody_reached_the_goal():
+    told = {"reached": False, "seconds": 60.0, "clearance": 0.25, "at_rest": True}
+    said = crowd.summary([told, told | {"clearance": np.inf}], 2, 0)
+    assert said.startswith("0 of 2 reached the goal and were not touched. ")
+    assert "touched in 0, nearest 0.25 m; discs ran into the robot at rest in 2." in said
+    reached = told | {"reached": True, "at_rest": False, "seconds": 20.0}
+    assert "1 of 2 reached the goal and were not touched, in 20.0 s (median), at most 20.0 s. " in (
+        crowd.summary([told, reached], 2, 1)
+    )
+
+
 def test_contacts_under_way_and_at_rest_are_told_apart():
     path = np.zeros((101, 3))  # 2 s
     discs = np.full((101, 1, 2), 5.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sims.lidar import Lidar, Shapes, cast, lidar, shapes
+from sims.sweep import swept
 
 
 def plain(pose, angles, world: Shapes) -> list[float]:
@@ -104,3 +105,23 @@ def test_a_late_beam_of_a_sweep_is_of_the_later_pose():
     np.testing.assert_allclose(
         sensor.scan(turned, around).ranges, [2.0, 2.0, 2.0 / np.cos(np.pi / 6)]
     )
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("gap", [0.01, 0.05])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_motion_between_two_beams_is_bounded_also_where_poses_are_off(gap, sign):
+    """Poses that are off hide a part of how fast a robot moves and turns."""
+    sweep, beam, arm, speed, turning = 0.02, 2.8e-4, 0.12, 0.3, 1.0
+    times, moments = gap * (np.arange(-4, 5) - 0.3), np.arange(0.0, sweep, beam)
+
+    def robot(t):
+        return np.stack([speed * t, 0.0 * t, turning * t], axis=1)
+
+    hidden = np.array([0.004, 0.0, 0.005])  # [m], [m], [rad] of the way from one pose to the next
+    told = robot(times) + sign * (-1.0) ** np.arange(9)[:, None] * hidden / 2
+    off = hidden[0] + hidden[2] * arm, hidden[2]
+    known = swept(times, told, sweep, beam, arm, (0.0, 0.0), off)
+    steps = np.diff(lidar(mount=(arm, 0.0, 0.0)).pose(robot(moments)), axis=0)
+    assert np.linalg.norm(steps[:, :2], axis=1).max() <= known.between[0] + 1e-12
+    assert np.abs(steps[:, 2]).max() <= known.between[1] + 1e-12

@@ -139,9 +139,7 @@ class _Picture(SceneView):
 
     @property
     def _ends(self):
-        """Final positions (n, 2) of the first point and goal states (n, n_q): the true ones where
-        there is a replay.
-        """
+        """Final positions (n, 2) of the first point, goal states (n, n_q): true where replayed."""
         if self.replay is None:
             return self.path[:, 0, -1], self.q
         return self.true[:, -1], self.replay.q[: self.count]

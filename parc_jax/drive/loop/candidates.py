@@ -43,6 +43,8 @@ def given_axes(model: TrajectoryModel, given: Sequence[str | int] | None) -> tup
     """
     names = [name_of(label) for label in model.labels.k]
     given = model.given if given is None else given
+    if not np.iterable(given):
+        raise InputError(f"given: expected a list of parameters; got {given!r:.60}.")
     axes = tuple(names.index(g) if g in names else g for g in given)
     for axis in axes:
         if not (isinstance(axis, int) and 0 <= axis < model.n_k) or axes.count(axis) > 1:

@@ -175,8 +175,8 @@ def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
     """Raises InputError unless these are commitments of one episode of one loop, in their order,
     at least one, and none left out in between.
     """
-    if not commitments:
-        raise InputError(f"{where}: expected at least one commitment; got none.")
+    if not np.iterable(commitments) or not commitments:
+        raise InputError(f"{where}: expected at least one commitment; got {commitments!r:.60}.")
     for one, other in pairwise(commitments):
         agree(f"{where}: commitments of one loop", one.shared, other.shared)
         if other.number != one.number + 1 or one.episode is not other.episode:

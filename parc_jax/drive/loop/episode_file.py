@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from numbers import Real
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -40,7 +41,7 @@ def episode_part(
     numbers or lists of such. Raises InputError.
     """
     require_whole("episode", commitments)
-    if not (np.isfinite(drift) and drift >= 0):
+    if not (isinstance(drift, Real) and np.isfinite(drift) and drift >= 0):
         raise InputError(f"episode: expected a drift >= 0 m; got {drift!r:.40}.")
     drift = max(drift, *(one.drift for one in commitments))
     first = commitments[0].asked
@@ -92,7 +93,11 @@ def save_episode(
     """Write an episode, whole or not at all; `parc-jax check` verifies it. Arguments as of
     `episode_part`. Raises InputError.
     """
-    text = json.dumps(episode_part(commitments, meta, drift, assumed), separators=(",", ":"))
+    part = episode_part(commitments, meta, drift, assumed)
+    try:
+        text = json.dumps(part, separators=(",", ":"))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"meta: expected plain values, as JSON has them; {error}.") from None
     return write_atomic(path, text.encode())
 
 

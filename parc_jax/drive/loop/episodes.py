@@ -54,7 +54,7 @@ class Episodes:
     def left(self) -> int | None:
         """In which a tube was left; None where that was not tested in all of them."""
         left = [one.left for one in self.driven if not one.failed]
-        return None if None in left else sum(left)
+        return None if None in left else left.count(True)
 
     @property
     def failed(self) -> int:
@@ -63,7 +63,7 @@ class Episodes:
 
     @property
     def bad(self) -> int:
-        """In which a tube was left, anything touched, or that is unknown."""
+        """In which a tube was left, anything touched, or that is unknown or told as bad."""
         return sum(one.bad for one in self.driven)
 
     @property

@@ -9,6 +9,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from numbers import Integral, Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,8 +67,10 @@ class Effort:
     deadline: float = 0.1
 
     def __post_init__(self):
-        counts = min(self.candidates, self.judged, self.looks) >= 1
-        if not (counts and self.room >= 0 and self.deadline > 0):
+        counts = (self.candidates, self.judged, self.looks)
+        told = all(isinstance(n, Integral) and n >= 1 for n in counts)
+        told = told and isinstance(self.room, Real) and isinstance(self.deadline, Real)
+        if not (told and self.room >= 0 and self.deadline > 0):
             raise InputError(
                 "Effort: expected at least one candidate, one to judge, one look, room of 0 m or "
                 f"more and a deadline above 0 s; got {self}."
@@ -113,6 +116,11 @@ class Loop:
         clock: Callable[[], float] | None = None,
     ):
         check_model(model)
+        kinds = {"uncertainty": (uncertainty, Uncertainty), "end": (end, HPolytope)}
+        kinds |= {"effort": (effort, Effort), "thinking": (thinking, Thinking)}
+        for name, (value, kind) in (kinds | {"clock": (clock, Callable)}).items():
+            if value is not None and not isinstance(value, kind):
+                raise InputError(f"{name}: expected {kind.__name__} or None; got {value!r:.60}.")
         require_sound_arithmetic()
         self.model, self._clock = model, clock or (lambda: time.perf_counter())
         self.uncertainty = Uncertainty() if uncertainty is None else uncertainty
@@ -318,9 +326,7 @@ class Loop:
         return now
 
     def _with_command(self, given: ArrayLike, at: Fraction):
-        """Values of all given parameters: the measured ones, and the command under way. [T39]
-        Raises InputError.
-        """
+        """All given parameters: as measured, or the command under way. [T39] Raises InputError."""
         command = self._command
         if command is None:
             return given

@@ -30,7 +30,7 @@ def reserved(
     Raises InputError.
     """
     age = Fraction(float(as_float64("at", at, ()))) - commitment.begin
-    if age < -SAME or every < 1:
+    if age < -SAME or not isinstance(every, int | np.integer) or every < 1:
         raise InputError(
             f"reserved: expected every >= 1, and a moment from {float(commitment.begin):g} s on, "
             f"when the manoeuvre began; got {every!r} and {float(age + commitment.begin):g} s. Of "

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 class Outcome(NamedTuple):
     """The result of an episode. touched: anything, ever; of moving obstacles, before the rest of
     the manoeuvre under way, since they may run into a robot that rests [T38]. left: a tube was left
-    by the executed part of its manoeuvre (`left_tube`); None where that was not tested. told: plain
-    values that are stored with it. committed: manoeuvres that loops committed to and the robot
-    drove, of which alone (C) is said. touched_at: [s] of the loops' clock, the first time; None
-    where that is unknown.
+    by the executed part of its manoeuvre (`left_tube`); None where that was not tested; where none
+    was, why it counts as bad all the same, such as "odometry drifted too far". told: plain values
+    stored with it. committed: manoeuvres that loops committed to and the robot drove, of which
+    alone (C) is said. touched_at: [s] of the loops' clock, the first time; None where unknown.
     """
 
     touched: bool
-    left: bool | None = None
+    left: bool | str | None = None
     told: Mapping[str, Any] = {}
     committed: "Sequence[Commitment]" = ()
     touched_at: float | None = None
@@ -46,7 +46,7 @@ class Driven(NamedTuple):
 
     number: int
     touched: bool | None
-    left: bool | None
+    left: bool | str | None
     failed: str
     told: dict
     loops: list[str]
@@ -59,7 +59,7 @@ class Driven(NamedTuple):
     @property
     def bad(self) -> bool:
         """Whether it counts against the claim: only a positive finding makes an episode good."""
-        return bool(self.failed) or self.touched is not False or self.left is True
+        return bool(self.failed) or self.touched is not False or bool(self.left)
 
 
 class Task(NamedTuple):
@@ -81,15 +81,15 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
             )
         touched, left, told, committed, at = outcome
         kind = bool | np.bool_
-        if not isinstance(touched, kind) or not isinstance(left, kind | None):
+        if not isinstance(touched, kind) or not isinstance(left, kind | str | None) or left == "":
             raise InputError(
-                f"Outcome: expected touched True or False, and left too or None; got "
+                f"Outcome: expected touched True or False, and left too, None or a text; got "
                 f"{touched!r:.40} and {left!r:.40}."
             )
         told = json.loads(json.dumps(dict(told), default=_of_numpy))
         # a pose that a loop saw outside of its tube was there, or is outside of its uncertainty
         seen = any(one.seen_outside for one in committed)
-        left = seen or (None if left is None else bool(left))
+        left = seen or (left if isinstance(left, str | None) else bool(left))
         loops = sorted({one.loop for one in committed})
         short = [one.told_until - one.begin for one in committed if one.told_until < one.end]
         least = float(min(short)) if short else None
@@ -103,8 +103,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         found = loops, least, told_then, *map(dict, rests), len(committed)
         return Driven(task.number, bool(touched), left, "", told, *found)
     except Exception as error:
-        place = own_place(error)
-        where = f"in {place}: " if place else ""
+        where = f"in {place}: " if (place := own_place(error)) else ""
         return failed(task.number, where + said(error))
 
 

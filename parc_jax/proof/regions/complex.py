@@ -207,9 +207,7 @@ class Complex:
         self.home[0].data[: self.x.n] = inside
 
     def rows(self, k: int) -> Ragged:
-        """Boundaries of all k-faces, dummy dropped: (k-1)-faces flat, and offsets. Numbered from 0
-        on both sides.
-        """
+        """Boundaries of all k-faces, no dummy: flat (k-1)-faces, offsets; both numbered from 0."""
         if k == 1:
             ends = np.stack([self.a.view[1:], self.b.view[1:]], axis=1)
             return ends.ravel(), 2 * np.arange(len(ends) + 1)

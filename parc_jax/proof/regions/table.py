@@ -121,9 +121,7 @@ class RegionTable:
 
     @property
     def A(self) -> np.ndarray:
-        """Outward normals of all regions, flat with `facet_offsets`: (sum, n). One row per facet,
-        none redundant.
-        """
+        """Outward normals of all regions (sum, n), flat by `facet_offsets`: none is redundant."""
         return self._rows[:, :-1]
 
     @property

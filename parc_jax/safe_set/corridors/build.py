@@ -84,9 +84,7 @@ def build(scene: Scene, building: Building, rng: np.random.Generator) -> Buildin
 
 
 def greedy(kept: np.ndarray, worth: float = 0.0) -> Iterator[int]:
-    """Greedy set cover: columns of `kept` (b, c), the next always adding most rows, at least
-    `worth` of the first.
-    """
+    """Greedy set cover: columns of `kept` (b, c); each adds most rows, >= `worth` of the first."""
     left = np.ones(len(kept), bool)
     least = 1.0
     while kept.size:

@@ -84,9 +84,7 @@ def no_plans(scene: SceneArrays, slots: int) -> FirstSafe:
 
 @struct.dataclass
 class Best:
-    """The best safe plans so far, best first: plans (n, n_p + n_k), clearance (n,) [m], -inf where
-    there is none.
-    """
+    """The best safe plans so far, best first: (n, n_p + n_k), clearance (n,) [m], -inf for none."""
 
     plans: jax.Array
     clearance: jax.Array
