@@ -12,11 +12,11 @@ from parc_jax.common import struct
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
-from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope, owned
+from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
 from parc_jax.common.sets.vertices import bounding_box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.network.predict import Layout
-from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
+from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, number_of, parts_of, shape
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.outlines import Edge
 
@@ -162,8 +162,7 @@ def reach_avoid(
     goal = _polytope("goal", goal)
     obstacles = tuple(o if isinstance(o, Edge) else _polytope("obstacle", o) for o in obstacles)
     start = None if start is None else _polytope("start", start)
-    if not isinstance(body, Body):
-        body = shape("body", body)
+    body = body_of([body]) if isinstance(body, Body) else shape("body", body)
     n_p = _workspace(goal, obstacles, body, start)
     _require_in_workspace(obstacles, start, n_p)
     if goal.n < n_p:
@@ -362,8 +361,6 @@ def _workspace(goal: HPolytope, obstacles, body, start) -> int:
 
 
 def _polytope(name: str, value) -> HPolytope:
-    if isinstance(value, Box):
-        return from_box(value)
-    if isinstance(value, HPolytope):
-        return owned(value)  # else the problem, and its certificate, could be changed later
+    if isinstance(value, Box | HPolytope):
+        return owned(value, name)  # else the problem, and its certificate, could be changed later
     raise InputError(f"{name}: expected a Box or an HPolytope; got {type(value).__name__}.")
