@@ -183,12 +183,6 @@ def _heading(name: str, value) -> float:
 
 def _sets(name: str, value) -> tuple[HPolytope | None, ...]:
     sets = [value] if isinstance(value, Box | HPolytope) else list(value)
-    for i, one in enumerate(sets):
-        if not (one is None or isinstance(one, Box | HPolytope)):
-            raise InputError(
-                f"uncertainty of obstacle {i}: expected a Box or HPolytope, or None; got "
-                f"{type(one).__name__}."
-            )
     of = "uncertainty of obstacle"
     return tuple(None if s is None else owned(s, f"{of} {i}") for i, s in enumerate(sets))
 

@@ -1,5 +1,7 @@
 """Polytopes in half-space form."""
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
@@ -42,10 +44,10 @@ def hpolytope(A, b) -> HPolytope:
     return HPolytope(A, b)
 
 
-def owned(s: Box | HPolytope, name: str) -> HPolytope:
-    """A set that anybody made, validated, in arrays that nobody else can change. Raises InputError,
-    of the set by its name.
-    """
+def owned(s: Any, name: str) -> HPolytope:
+    """A set as given, validated, in arrays that nobody else can change. Raises InputError."""
+    if not isinstance(s, Box | HPolytope):
+        raise InputError(f"{name}: expected a Box or an HPolytope; got {type(s).__name__}.")
     try:
         return from_box(box(s.lo, s.hi)) if isinstance(s, Box) else hpolytope(s.A, s.b)
     except InputError as error:
