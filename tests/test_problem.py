@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import box
+from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.problem.body import hull
+from parc_jax.problem.body import Body, Disc, Part, hull
 from parc_jax.problem.problem import goal_of_points, reach_avoid
+from parc_jax.problem.uncertainty import Uncertainty
 
 NAMES = ("centre", "left", "right")
 BAY = box([0.0, 1.0], [2.0, 3.0])
@@ -73,3 +74,46 @@ def test_what_is_replaced_is_given_as_to_a_new_problem():
     ):
         with pytest.raises(InputError, match=said):
             named.replace(**wrong)
+
+
+ROWS = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_sets_made_by_hand_are_validated(wrong):
+    bad = HPolytope(ROWS, np.array([0.5, -0.3, wrong, 3.0]))
+    with pytest.raises(InputError, match="obstacle: polytope b: expected finite numbers; got 1"):
+        reach_avoid(BAY, [BAY, bad], 0.05)
+    with pytest.raises(InputError, match="goal: polytope b: expected finite"):
+        reach_avoid(bad, [], 0.05)
+    with pytest.raises(InputError, match="start: polytope A: expected finite"):
+        reach_avoid(BAY, [], 0.05, HPolytope(np.where(ROWS, wrong, 0.0), np.ones(4)))
+    with pytest.raises(InputError, match="goal of left: polytope b: expected finite"):
+        goal_of_points(NAMES, {"left": bad})
+    with pytest.raises(InputError, match="uncertainty of obstacle 1: polytope b: expected finite"):
+        Uncertainty(obstacles=[None, bad])
+    with pytest.raises(InputError, match="obstacle: hpolytope: expected a nonzero normal"):
+        reach_avoid(BAY, [HPolytope(0 * ROWS, np.ones(4))], 0.05)
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ((), "body: expected at least one part; got none"),
+        ((Part((0,), Disc(-0.5)),), "part 0 of the body: expected a radius >= 0 m; got -0.5"),
+        ((Part((0,), Disc(np.nan)),), "part 0 of the body radius: expected finite numbers"),
+        ((Part((), Disc(0.5)),), "part 0 of the body: expected at least one reference point"),
+    ],
+)
+def test_bodies_made_by_hand_are_validated(parts, said):
+    problem = reach_avoid(BAY, [BAY], hull(0))
+    for make in (lambda body: reach_avoid(BAY, [BAY], body), lambda b: problem.replace(body=b)):
+        with pytest.raises(InputError, match=said):
+            make(Body(parts))
+
+
+def test_boxes_made_by_hand_are_validated():
+    with pytest.raises(InputError, match="obstacle: box: expected lo <= hi"):
+        reach_avoid(BAY, [Box(BAY.hi, BAY.lo)], 0.05)  # no wall at all, as a set
+    with pytest.raises(InputError, match="obstacle: box upper corner: expected finite"):
+        reach_avoid(BAY, [Box(BAY.lo, BAY.hi + np.inf)], 0.05)

@@ -32,6 +32,10 @@ def test_replace_changes_only_what_it_names():
         {"confidence": 1.0},
         {"confidence": float("nan")},
         {"samples": 0},
+        {"samples": 1.5},
+        {"samples": True},
+        {"samples": float("nan")},
+        {"samples": float("inf")},
         {"budget_s": 0.0},
         {"budget_s": float("nan")},
         {"work": 0.0},
@@ -42,5 +46,5 @@ def test_replace_changes_only_what_it_names():
     ids=str,
 )
 def test_values_without_meaning_are_refused_in_a_sentence(changes):
-    with pytest.raises(pj.InputError, match=r"^settings: expected .*; got .*\."):
+    with pytest.raises(pj.InputError, match=r"^settings: (samples: )?expected .*; got .*\."):
         pj.Settings(**changes)

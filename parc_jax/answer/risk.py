@@ -24,7 +24,7 @@ def risk_of_draw(answer: "Answer") -> Risk | NoStatement:
     claim = answer.model.claim
     if claim.kind == VALIDATED and claim.eps is not None and claim.delta is not None:
         return risk_of(claim.eps, claim.delta, Fraction(1), 0.0)
-    promised = claim.risk(density=1.0)
+    promised = claim.risk(density=1.0, claimed=True)  # nothing is safe in bins without claim
     if isinstance(promised, NoStatement):
         return promised
     if not claim.law.is_even:
@@ -33,7 +33,7 @@ def risk_of_draw(answer: "Answer") -> Risk | NoStatement:
     density = density_of_k(answer)
     if not np.isfinite(density):
         return NoStatement("how much of the safe set they cover was not measured")
-    risk = claim.risk(density=density)
+    risk = claim.risk(density=density, claimed=True)
     if isinstance(risk, Risk):  # the density was measured, too
         sure = Fraction(str(CONFIDENCE)), Fraction(str(answer.coverage.confidence))
         off = risk.unconditional + sum(1 - x for x in sure)

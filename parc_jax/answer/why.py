@@ -274,9 +274,9 @@ def _of_nearest(held: list[_Side], both: list[_Side]) -> str:
 
 def _of_many(one: _Side, blocked: float, safe: float) -> str:
     return (
-        f"Of plans tried from the start into the goal {100 * safe:.2g} % pass. Of those that one "
-        f"side alone is in the way of, {100 * blocked:.2g} % fail at {one.when}, and half of "
-        f"these lack {_size(-one.room, one.unit, rounded_down)} or more."
+        f"Of plans tried from the start into the goal {rounded_down(100 * safe, 3)} % pass. Of "
+        f"those that one side alone is in the way of, {rounded_down(100 * blocked, 3)} % fail at "
+        f"{one.when}, and half of these lack {_size(-one.room, one.unit, rounded_down)} or more."
     )
 
 

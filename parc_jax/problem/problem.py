@@ -11,12 +11,11 @@ import numpy as np
 from parc_jax.common import struct
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import Box
-from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope, owned
+from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
 from parc_jax.common.sets.vertices import bounding_box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.network.predict import Layout
-from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
+from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, number_of, parts_of, shape
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.outlines import Edge
 
@@ -159,14 +158,14 @@ def reach_avoid(
 ) -> Problem:
     """A validated problem: of boxes, too, a number [m] as a disc, pairs. Raises InputError."""
     points = goal.points if isinstance(goal, GoalOfPoints) else ()
-    goal = _polytope("goal", goal)
     for name, some in (("obstacles", obstacles), ("spans", () if spans is None else spans)):
         if not np.iterable(some):
             raise InputError(f"{name}: expected a list, an entry for each; got {some!r:.60}.")
-    obstacles = tuple(o if isinstance(o, Edge) else _polytope("obstacle", o) for o in obstacles)
-    start = None if start is None else _polytope("start", start)
-    if not isinstance(body, Body):
-        body = shape("body", body)
+    # in arrays of its own: else the problem, and its certificate, could be changed later
+    goal = owned(goal, "goal")
+    obstacles = tuple(o if isinstance(o, Edge) else owned(o, "obstacle") for o in obstacles)
+    start = None if start is None else owned(start, "start")
+    body = body_of([body]) if isinstance(body, Body) else shape("body", body)
     n_p = _workspace(goal, obstacles, body, start)
     _require_in_workspace(obstacles, start, n_p)
     if goal.n < n_p:
@@ -269,7 +268,7 @@ def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
     if not given:
         raise InputError("goal: expected a set for at least one reference point; got none.")
     numbers = {number_of(name, points, "goal"): region for name, region in given.items()}
-    regions = [(i, _polytope(f"goal of {points[i]}", r)) for i, r in sorted(numbers.items())]
+    regions = [(i, owned(r, f"goal of {points[i]}")) for i, r in sorted(numbers.items())]
     n_p = regions[0][1].n
     for i, region in regions:
         if region.n != n_p:
@@ -279,7 +278,7 @@ def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
             )
     blocks, n = [(i * n_p, region) for i, region in regions], len(points) * n_p
     if q is not None:
-        blocks.append((n, _polytope("goal of q", q)))
+        blocks.append((n, owned(q, "goal of q")))
         n += blocks[-1][1].n
     A = [np.pad(r.A, ((0, 0), (first, n - first - r.n))) for first, r in blocks]
     rows = hpolytope(np.concatenate(A), np.concatenate([r.b for _, r in blocks]))
@@ -362,11 +361,3 @@ def _workspace(goal: HPolytope, obstacles, body, start) -> int:
         return obstacles[0].n if obstacles else start.n
     polygons = [p.shape for p in parts_of(body) if isinstance(p.shape, Polygon)]
     return polygons[0].vertices.shape[1] if polygons else goal.n
-
-
-def _polytope(name: str, value) -> HPolytope:
-    if isinstance(value, Box):
-        return from_box(value)
-    if isinstance(value, HPolytope):
-        return owned(value)  # else the problem, and its certificate, could be changed later
-    raise InputError(f"{name}: expected a Box or an HPolytope; got {type(value).__name__}.")

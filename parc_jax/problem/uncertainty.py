@@ -12,7 +12,7 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
-from parc_jax.common.sets.hpolytope import HPolytope, from_box, owned
+from parc_jax.common.sets.hpolytope import HPolytope, owned
 
 Parameter = str | int  # a name of a parameter, or its number from 0
 Interval = tuple[float, float]
@@ -183,14 +183,8 @@ def _heading(name: str, value) -> float:
 
 def _sets(name: str, value) -> tuple[HPolytope | None, ...]:
     sets = [value] if isinstance(value, Box | HPolytope) else list(value)
-    for i, one in enumerate(sets):
-        if not (one is None or isinstance(one, Box | HPolytope)):
-            raise InputError(
-                f"uncertainty of obstacle {i}: expected a Box or HPolytope, or None; got "
-                f"{type(one).__name__}."
-            )
-    sets = [from_box(one) if isinstance(one, Box) else one for one in sets]
-    return tuple(None if one is None else owned(one) for one in sets)
+    of = "uncertainty of obstacle"
+    return tuple(None if s is None else owned(s, f"{of} {i}") for i, s in enumerate(sets))
 
 
 def _probability(name: str, value) -> Fraction:

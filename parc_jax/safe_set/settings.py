@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.options import Options
+from parc_jax.common.options import Options, check_count
 
 LOOKS = 60  # at fresh draws of at most 2^18 plans each
 CORRIDORS = 4096  # tried; of a batch the best are kept
@@ -62,8 +62,7 @@ class Settings(Options):
                 "settings: expected target and confidence between 0 and 1; got "
                 f"{self.target}, {self.confidence}."
             )
-        if self.samples < 1:
-            raise InputError(f"settings: expected samples >= 1; got {self.samples}.")
+        check_count("settings: samples", self.samples, 1, "100")
         if not 0 < self.work < math.inf:
             raise InputError(
                 f"settings: expected work > 0, a multiple of the standard; got {self.work}."

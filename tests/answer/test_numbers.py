@@ -1,6 +1,7 @@
 """What an answer says of plans drawn from it, against an answer whose true values are known."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import jax
 import numpy as np
@@ -35,6 +36,21 @@ def test_the_density_of_a_whole_answer_is_close_to_one():
     assert 1 <= density_of_k(covering(1.0)) <= 1.03
     claim = answer().model.claim
     assert isinstance(answer().risk(), pj.types.NoStatement) == (claim.eps is None)
+
+
+def test_the_risk_of_a_draw_is_that_of_bins_with_a_claim():
+    """Nothing is safe in the others, so no plan is drawn there."""
+    claim = answer().model.claim
+    eps, law = Fraction(1, 50), replace(claim.law, k_law="uniform")
+    about = {"kind": "pac", "eps": eps, "delta": Fraction(1, 1000), "law": law}
+    some = replace(claim, bin_eps=(None, eps, Fraction(1, 90)), **about)
+    scene, model = answer().scene, answer().model
+    of_all, of_some = (
+        replace(answer(), scene=scene.under(model.replace(claim=c)))
+        for c in (replace(claim, **about), some)
+    )
+    assert of_some.risk() == of_all.risk() and of_some.risk().bound >= eps
+    assert isinstance(some.risk(density=1.0), pj.types.NoStatement)  # of any other law
 
 
 @pytest.mark.parametrize("share", [0.5, 0.1])

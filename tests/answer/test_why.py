@@ -115,6 +115,8 @@ def test_where_plans_pass_the_obstacle_that_holds_most_back_is_named():
     assert why.blockers == ("obstacle 1",) and why.obstacles == (1,)
     assert 0 < why.safe < 0.5 and why.blocked > 0.5 and why.missing > 0.05
     assert why.tube == pytest.approx(0.01, abs=2e-3) and "fail at obstacle 1" in why.text
+    alone = why_not(pj.reach_avoid(GOAL, blocks[1:], 0.05, START), line_model(e=0.0, half=2.0))
+    assert alone.blocked == 1 and ", 100 % fail at obstacle 0 " in alone.text
 
 
 def upright_bar(fitted: bool):

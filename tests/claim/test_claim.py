@@ -93,6 +93,9 @@ def test_per_bin_risk_uses_the_bin_and_its_share():
     assert c.risk(share=0.15).bound == Fraction(1, 100) / Fraction("0.15")
     assert isinstance(c.risk(share=0.15, bin=1), NoStatement)
     assert isinstance(c.risk(density=2.0), NoStatement)
+    assert c.risk(density=2.0, claimed=True).bound == Fraction(2, 100)
+    none = claim(bin_eps=(None, None), evidence={"bin_share": ["3/10", "7/10"]})
+    assert isinstance(none.risk(density=2.0, claimed=True), NoStatement)
 
 
 def test_without_a_finite_tube_there_is_no_claim():

@@ -19,6 +19,7 @@ from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TURNS
+from parc_jax.problem.body import Disc, Part
 from parc_jax.problem.robust.pose import pose_of
 from parc_jax.safe_set.verdict.scene import scene_along
 
@@ -44,8 +45,8 @@ def afresh(loop, *asked, **more):
 
 
 def loop_of(model, **options):
-    options = {"leave": 0.5, "given": (1,), "effort": PATIENT} | options
-    return pj.drive.Loop(model, 0.1, **options)
+    options = {"body": 0.1, "leave": 0.5, "given": (1,), "effort": PATIENT} | options
+    return pj.drive.Loop(model, **options)
 
 
 def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
@@ -436,6 +437,9 @@ def test_the_outlook_is_what_the_network_says_turned_into_the_world():
         ({"thinking": 3}, "thinking: expected Thinking or None; got 3"),
         ({"end": 3}, "end: expected HPolytope or None; got 3"),
         ({"clock": 3}, "clock: expected Callable or None; got 3"),
+        ({"end": pj.types.HPolytope(np.eye(3), np.full(3, np.nan))}, "finite numbers; got 3 NaN"),
+        ({"body": pj.types.Body((Part((0,), Disc(-0.1)),))}, "radius >= 0 m; got -0.1"),
+        ({"body": pj.types.Body(())}, "body: expected at least one part"),
     ],
 )
 def test_loops_that_make_no_sense_are_refused(line, options, words):

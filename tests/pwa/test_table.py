@@ -91,3 +91,15 @@ def test_exact_points_are_within_the_stated_error(table):
     assert (moved <= table.point_error + exact.point_error).all()
     assert moved.max() <= 1e-12
     assert exact.point_error.max() <= 2.0**-52
+
+
+def test_a_number_of_no_region_is_refused(table):
+    """-1 is what `locate` says outside of the domain, where nothing is a region."""
+    ways = (table.region, table.region_vertices, table.maps, lambda i: table.maps([0, i]))
+    for wrong in (-1, table.count, int(table.locate(np.full(table.net.n_in, 5.0)))):
+        for ask in ways:
+            with pytest.raises(InputError, match=rf"region: expected .* 0 to {table.count - 1}"):
+                ask(wrong)
+    assert len(table.maps([])[0]) == 0 and len(table.maps(slice(-1, None))[0]) == 1
+    assert len(table.maps(np.ones(table.count, bool))[0]) == table.count
+    np.testing.assert_array_equal(table.maps(np.array(0))[0], table.maps(0)[0])

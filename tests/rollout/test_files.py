@@ -124,6 +124,17 @@ def test_names_of_columns_are_those_of_the_header(batch, tmp_path):
         load_rollouts(tmp_path, GRID)
 
 
+@pytest.mark.parametrize("head", ["y,x", ""])
+def test_files_of_runs_name_the_same_columns_in_the_same_order(batch, tmp_path, head):
+    (tmp_path / "p").mkdir()
+    np.savetxt(tmp_path / "k.csv", batch.k[:3], delimiter=",")
+    for i, named in enumerate(['"x", y', "x,y", head]):
+        name = tmp_path / "p" / f"{i}.csv"
+        np.savetxt(name, batch.p[i], delimiter=",", header=named, comments="")
+    with pytest.raises(InputError, match=r"2\.csv: expected columns x, y, like 0\.csv; got "):
+        load_rollouts(tmp_path, GRID)
+
+
 def test_plain_npz(batch, tmp_path):
     np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p)
     back = load_rollouts(tmp_path / "log.npz", time=GRID)

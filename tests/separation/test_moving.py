@@ -110,5 +110,26 @@ def test_standing_still_and_bad_input():
     with pytest.raises(InputError, match="moving"):
         moving(box([0, 0], [1, 1]), [1.0, 0.0], (5, 2), DT)
     for off_by in (-0.1, np.nan, np.inf):
-        with pytest.raises(InputError, match="off_by of 0 m/s or more"):
+        with pytest.raises(InputError, match=r"off_by of 0 m/s or more|off_by: expected finite"):
             moving(box([0, 0], [1, 1]), [1.0, 0.0], (0, 2), DT, off_by=off_by)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"span": (0, 1.5)}, "moving last: expected a whole number >= 0; got 1.5"),
+        ({"span": (0, True)}, "moving last: expected a whole number >= 0; got True"),
+        ({"span": (-1, 2)}, "moving first: expected a whole number >= 0; got -1"),
+        ({"span": 3}, r"moving: expected span = \(first, last\); got 3"),
+        ({"every": 1.5}, "moving every: expected a whole number >= 1; got 1.5"),
+        ({"dt": np.inf}, "moving dt: expected finite numbers"),
+        ({"dt": 0.0}, "moving: expected .* dt > 0"),
+        ({"off_by": "1.0x"}, "off_by: expected numbers"),
+        ({"obstacle": HPolytope(np.eye(2), np.full(2, np.nan))}, "moving: polytope b: expected"),
+    ],
+    ids=str,
+)
+def test_what_moves_nowhere_is_refused_in_a_sentence(wrong, said):
+    told = {"obstacle": box([0, 0], [1, 1]), "velocity": [0.1, 0.0], "span": (0, 2), "dt": DT}
+    with pytest.raises(InputError, match=said):
+        moving(**told | wrong)

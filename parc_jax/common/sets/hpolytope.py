@@ -1,12 +1,14 @@
 """Polytopes in half-space form."""
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64, frozen
+from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.box import Box, box
 
 
 @struct.dataclass
@@ -42,15 +44,14 @@ def hpolytope(A, b) -> HPolytope:
     return HPolytope(A, b)
 
 
-def owned(p: HPolytope) -> HPolytope:
-    """The same, in arrays that nobody else can change."""
-
-    def own(x):
-        if isinstance(x, np.ndarray) and x.base is None and not x.flags.writeable:
-            return x
-        return frozen(x)
-
-    return HPolytope(own(p.A), own(p.b))
+def owned(s: Any, name: str) -> HPolytope:
+    """A set as given, validated, in arrays that nobody else can change. Raises InputError."""
+    if not isinstance(s, Box | HPolytope):
+        raise InputError(f"{name}: expected a Box or an HPolytope; got {type(s).__name__}.")
+    try:
+        return from_box(box(s.lo, s.hi)) if isinstance(s, Box) else hpolytope(s.A, s.b)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
 
 
 def from_box(b: Box) -> HPolytope:

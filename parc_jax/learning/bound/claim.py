@@ -115,6 +115,7 @@ class ErrorClaim:
         density: float | Fraction | None = None,
         bin: int | None = None,
         shift: float = 0.0,
+        claimed: bool = False,
     ) -> Risk | NoStatement:
         """Probability that a run leaves the tube when k is drawn in a certain way. [T5]
 
@@ -122,12 +123,12 @@ class ErrorClaim:
             claim, which that law enters with this probability; vol(set) / vol(K) where uniform.
         density: k is drawn by any law that is at most so many times as dense as the claim's.
         Neither: one k, picked by hand or by a planner. Nothing is promised of it.
+        claimed: a law of this density draws from bins with a claim alone, as `Answer.sample` does.
         bin: the set lies in this bin, of a claim per bin; share stays that of all of K.
         shift: total variation between the declared and the deployed law of (k, disturbance), k
             drawn in that way: a change of all of K's runs may fall into the set alone, so tau of
             these is tau / share here.
-        Of a claim about recordings all of it is about one run, drawn from each.
-        Raises InputError.
+        Of a claim about recordings all of it is about one run, drawn from each. Raises InputError.
         """
         if None not in (share, density) or (bin is not None and share is None):
             raise InputError("risk: expected share, with or without bin, or density; got more.")
@@ -152,10 +153,11 @@ class ErrorClaim:
                 "run the plan afresh (Choice.test)"
             )
         by_bin = self.bin_eps or (self.eps,)
-        if None in by_bin:
+        known = [eps for eps in by_bin if eps is not None]
+        if len(known) < len(by_bin) and not (known and claimed):
             return NoStatement("some bins of K have no claim, and k of this law may fall into them")
         # the bins' parts of P(leave) add up to at most density * (sum over bins of Pi(b) eps_b)
-        return risk_of(max(by_bin), self.delta, density_of(density), shift)
+        return risk_of(max(known), self.delta, density_of(density), shift)
 
     def to_json(self) -> dict:
         """A JSON-able dictionary; the tube has a place of its own in files; numbers are strings."""

@@ -33,12 +33,15 @@ def folder_arrays(path: Path) -> dict:
             f"{path}: expected as many rows in k.csv as files in p/; got {len(k)} and "
             f"{len(tracks)}."
         )
-    for row, (run, track) in enumerate(zip(runs, tracks, strict=True)):
+    for row, (run, track, named) in enumerate(zip(runs, tracks, p_names, strict=True)):
         if track.shape != tracks[0].shape:
             raise InputError(
                 f"{run}: expected {tracks[0].shape} (rows, columns) like the run of row 0; row "
                 f"{row} has {track.shape}. {RAGGED}"
             )
+        if named != p_names[0]:  # columns are read by their place
+            first, own = (", ".join(names or ("without names",)) for names in (p_names[0], named))
+            raise InputError(f"{run}: expected columns {first}, like {runs[0].name}; got {own}.")
     names = {"k": k_names, "p": p_names[0]}
     arrays = {"k": k, "p": np.stack(tracks), "labels": names}
     if (path / "q.csv").exists():

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_up
+from parc_jax.common.options import check_count
 from parc_jax.common.sets.box import Box
-from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
 from parc_jax.common.sets.hull import convex_hull
 from parc_jax.common.sets.rational import Point, exact_support, rational_vertices
 from parc_jax.common.spelling import counted
@@ -43,15 +44,17 @@ def moving(
     calls; a union is several obstacles. [T38]
     """
     at = None if at is None else float(as_float64("moving at", at, ()))
-    poly = from_box(obstacle) if isinstance(obstacle, Box) else obstacle
+    poly = owned(obstacle, "moving")
     v = as_float64("velocity", velocity, (poly.n,))
+    dt, off_by = float(as_float64("moving dt", dt, ())), float(as_float64("off_by", off_by, ()))
+    if np.shape(span) != (2,):
+        raise InputError(f"moving: expected span = (first, last); got {span!r:.40}.")
     first, last = span
-    if not (0 <= first <= last) or every < 1 or not dt > 0:
-        raise InputError(
-            f"moving: expected 0 <= first <= last, every >= 1 and dt > 0; got {span}, every = "
-            f"{every}, dt = {dt}."
-        )
-    if not 0 <= off_by < math.inf:
+    for name, number, least in (("first", first, 0), ("last", last, 0), ("every", every, 1)):
+        check_count(f"moving {name}", number, least, "1")
+    if not first <= last or not dt > 0:
+        raise InputError(f"moving: expected first <= last and dt > 0; got {span}, dt = {dt}.")
+    if not off_by >= 0:
         raise InputError(f"moving: expected off_by of 0 m/s or more; got {off_by!r:.40}.")
     vertices = rational_vertices(poly)
     if not vertices:
@@ -91,9 +94,7 @@ def require_under_way(spans: Sequence[Span | None]) -> None:
 
 
 def _sides(vertices: list[Point], v: np.ndarray) -> np.ndarray:
-    """Normals of the sides of a sweep that the obstacle itself does not have, parallel to the way v
-    as far as floats are: any normals will do, since offsets are exact.
-    """
+    """Normals of a sweep's further sides, along its way v but for rounding: offsets are exact."""
     if len(v) == 2:
         return np.array([[-v[1], v[0]], [v[1], -v[0]]])
     across = np.linalg.svd(v[None])[2][1:]  # the shadow that is cast along v

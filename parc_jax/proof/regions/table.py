@@ -1,9 +1,8 @@
-"""The regions of a network over a domain: patterns, vertices, facets, neighbours, volumes; maps and
-rows on demand.
-"""
+"""The regions of a network over a domain: patterns, vertices, facets; maps and rows on demand."""
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import jax
 import numpy as np
@@ -121,7 +120,7 @@ class RegionTable:
 
     @property
     def A(self) -> np.ndarray:
-        """Outward normals of all regions (sum, n), flat by `facet_offsets`: none is redundant."""
+        """Outward normals (sum, n), a row per facet, none redundant, flat with `facet_offsets`."""
         return self._rows[:, :-1]
 
     @property
@@ -129,13 +128,25 @@ class RegionTable:
         """Offsets of all regions, flat with `facet_offsets`: (sum,)."""
         return self._rows[:, -1]
 
+    def _require(self, regions: Any) -> None:
+        """Raises InputError but for numbers of regions and a mask; -1 is the outside, no region."""
+        numbers = np.asarray(regions)
+        inside = (numbers >= 0) & (numbers < self.count) if numbers.dtype.kind in "iu" else False
+        mask = numbers.dtype == bool and numbers.shape == (self.count,)
+        if numbers.size and not (mask or np.all(inside)):
+            raise InputError(
+                f"region: expected numbers 0 to {self.count - 1}; got {regions!r:.40}."
+            )
+
     def region(self, i: int) -> HPolytope:
-        """Region i as {x : A x <= b}."""
+        """Region i as {x : A x <= b}. Raises InputError."""
+        self._require(i)
         rows = self._rows[self.facet_offsets[i] : self.facet_offsets[i + 1]]
         return HPolytope(rows[:, :-1], rows[:, -1])
 
     def region_vertices(self, i: int) -> np.ndarray:
-        """Vertices (v, n) of region i; in two dimensions counterclockwise."""
+        """Vertices (v, n) of region i; in two dimensions counterclockwise. Raises InputError."""
+        self._require(i)
         x = self.points[self.vertex_index[self.vertex_offsets[i] : self.vertex_offsets[i + 1]]]
         if x.shape[1] != 2:
             return x
@@ -145,10 +156,12 @@ class RegionTable:
     def maps(
         self, regions: int | slice | Sequence[int] | np.ndarray = slice(None)
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Affine maps C (m, n_out, n), d (m, n_out) of the given regions (index, slice or mask):
-        net(k) = C k + d.
+        """Maps C (m, n_out, n), d (m, n_out) of regions (numbers, slice or mask): net(k) = C k + d.
+        Raises InputError.
         """
-        return affine_maps(self.net, self.patterns[regions])
+        if not isinstance(regions, slice):
+            self._require(regions)
+        return affine_maps(self.net, np.atleast_2d(self.patterns[regions]))
 
     @cached_property
     def _all_maps(self) -> tuple[np.ndarray, np.ndarray]:
@@ -175,10 +188,8 @@ class RegionTable:
         return PatternIndex(self.net, self.patterns)
 
     def locate(self, k: Sequence[float] | np.ndarray | jax.Array) -> np.ndarray:
-        """Region number of each k (..., n), -1 outside the domain. Exact: k is read as the
-        rationals its floats are.
-
-        A k on a boundary gets one of the closed regions that contain it.
+        """Region number of each k (..., n), on a boundary one of them, -1 outside the domain.
+        Exact: k is read as the rationals its floats are. Raises InputError.
         """
         k = np.asarray(k, np.float64)
         if k.shape[-1:] != (self.net.n_in,):
