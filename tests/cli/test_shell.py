@@ -125,7 +125,7 @@ def test_bad_files(shell, files):
 def test_bad_options(shell, files):
     refused(
         shell("solve", "model.npz", "scene.toml", "--samples", 0, "--no-cache"),
-        "samples >= 1",
+        "samples: expected a whole number >= 1",
     )
     refused(shell("solve", "model.npz", "scene.toml", "--budget", 0, "--no-cache"), "a limit above")
     refused(

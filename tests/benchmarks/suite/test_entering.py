@@ -176,7 +176,7 @@ def test_a_client_that_was_stopped_gets_nothing_from_the_next_scene(tmp_path):
             os.waitid(os.P_PID, client.pid, os.WSTOPPED | os.WNOWAIT)
             closing = threading.Thread(target=first.__exit__, args=(None,) * 3, daemon=True)
             closing.start()
-            closing.join(10.0)  # [s], where a client may say nothing for thrice as long
+            closing.join(20.0)  # [s], where a client may say nothing for half as long again
             assert not closing.is_alive()
             with Door(load("puck"), 100, tmp_path) as door:
                 client.send_signal(signal.SIGCONT)
