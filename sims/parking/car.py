@@ -63,7 +63,7 @@ def corners(x, y, heading):
     xp = jnp if isinstance(x, jax.Array) else np
     cos, sin = xp.cos(heading)[..., None], xp.sin(heading)[..., None]
     around = np.concatenate([np.zeros((1, 2)), CORNERS]).T
-    ahead, left = (xp.asarray(side, x.dtype) for side in around)
+    ahead, left = (xp.asarray(side, x.dtype).reshape((1,) * x.ndim + (-1,)) for side in around)
     return xp.stack(
         [x[..., None] + cos * ahead - sin * left, y[..., None] + sin * ahead + cos * left], axis=-1
     )

@@ -1,0 +1,54 @@
+"""How often manoeuvres that were driven leave their tubes, each run again from the same start: a
+search chose them, so no claim says it. `python -m sims.parking.again runs/parking`
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import jax
+import numpy as np
+import tyro
+
+import parc_jax as pj
+from parc_jax.drive.loop.episode_file import load_episode
+from parc_jax.learning.bound.measure import scores_of
+from sims.parking import car as c
+from sims.parking.drive import MODEL
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which files."""
+
+    folder: Annotated[Path, tyro.conf.Positional]
+    """A folder of episodes of one model."""
+    runs: int = 400
+    """Of each manoeuvre."""
+    model: Path = MODEL
+    seed: int = 4242
+
+
+def shares_left(net, tube, k: np.ndarray, runs: int, seed: int) -> np.ndarray:
+    """(b,) of so many fresh runs of each k (b, 4) the share that leaves the tube."""
+    again = np.repeat(k, runs, axis=0)
+    batch = pj.learning.collect(
+        c.system(), jax.random.PRNGKey(seed), len(again), k=again, quiet=True
+    )
+    return (scores_of(net, tube, [batch]).score.reshape(-1, runs) > 1).mean(axis=1)
+
+
+if __name__ == "__main__":
+    options = tyro.cli(Options, description=__doc__)
+    files = sorted(options.folder.glob("case_*.json"))
+    driven = [(file.stem, one.k) for file in files for one in load_episode(file).manoeuvres]
+    if not driven:
+        raise SystemExit(f"error: expected a folder with case_N.json; {options.folder} has none.")
+    k = np.array([[float(x) for x in one] for _, one in driven])
+    model = pj.load(options.model, system="parking")
+    left = shares_left(model.net, model.tube, k, options.runs, options.seed)
+    worst = np.argsort(-left)[:3]
+    print(f"{len(k)} manoeuvres of {len(files)} files, {options.runs} runs of each:")
+    print(f"{100 * left.mean():.2g} % of the runs leave the tube; of the worst manoeuvres")
+    for i in worst:
+        print(f"{100 * left[i]:.2g} %: {driven[i][0]}, k = {np.round(k[i], 3).tolist()}")
