@@ -65,7 +65,7 @@ def street(gap: float) -> Case:
 def tried(gap: float, seed: int = 0) -> Gap:
     """Search for a way without a tube, and park."""
     known = street(gap)
-    exact = Guide(known, share=0.0)
+    exact = Guide(known, share=0.0, rolling=False)
     found = exact.search()
     one = drive(known, loop_of(), jax.random.PRNGKey(seed))
     return Gap(
