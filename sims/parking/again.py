@@ -11,6 +11,7 @@ import numpy as np
 import tyro
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.learning.bound.measure import scores_of
 from sims.parking import car as c
@@ -22,7 +23,7 @@ class Options:
     """Which files."""
 
     folder: Annotated[Path, tyro.conf.Positional]
-    """A folder of episodes of one model."""
+    """A folder of episodes of the model below."""
     runs: int = 400
     """Of each manoeuvre."""
     model: Path = MODEL
@@ -49,6 +50,8 @@ if __name__ == "__main__":
     left = shares_left(model.net, model.tube, k, options.runs, options.seed)
     worst = np.argsort(-left)[:3]
     print(f"{len(k)} manoeuvres of {len(files)} files, {options.runs} runs of each:")
-    print(f"{100 * left.mean():.2g} % of the runs leave the tube; of the worst manoeuvres")
+    print(
+        f"{rounded_up(100 * left.mean(), 2)} % of the runs leave the tube; of the worst manoeuvres"
+    )
     for i in worst:
-        print(f"{100 * left[i]:.2g} %: {driven[i][0]}, k = {np.round(k[i], 3).tolist()}")
+        print(f"{rounded_up(100 * left[i], 2)} %: {driven[i][0]}, k = {np.round(k[i], 3).tolist()}")
