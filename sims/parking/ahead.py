@@ -1,5 +1,5 @@
 """A parking proved before the first wheel turns, as far as that goes: each manoeuvre for all poses
-in which the one before may leave the car. `python -m sims.parking.ahead --case 8`
+in which the one before may leave the car, at rest. `python -m sims.parking.ahead --case 8`
 """
 
 from dataclasses import dataclass
@@ -10,16 +10,17 @@ import parc_jax as pj
 from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.candidates import moved_last
 from parc_jax.drive.loop.commitment import Commitment
-from sims.parking import car as c
 from sims.parking.cases import case, numbers
 from sims.parking.drive import (
     MODEL,
+    Moving,
     goal_of,
     guide_of,
     link,
     loop_of,
     pieces_of,
     predicted,
+    told,
     tube_of,
 )
 from sims.parking.kinematics import compose, steering
@@ -71,22 +72,22 @@ def ahead(number: int) -> Chain:
     """
     known = case(number)
     model = pj.load(MODEL, system="parking")
-    way = guide_of(known, model).search()
+    way = guide_of(known, model, rolling=False).search()
     if way is None:
         return Chain(0, 0, [], [], [], [known.start])
     pose, wheels, off, turned = known.start, 0.0, 0.0, 0.0
     places, headings, driven, poses = [], [], [], [pose]
-    for i, (k, target) in enumerate(zip(way.k, way.poses[1:], strict=True)):
+    for i in range(len(way.k)):
         loop = loop_of(MODEL, off, turned)
         loop.restart()
         goal = goal_of(known, pose) if i == len(way.k) - 1 else None
-        step = link(loop, pieces_of(known), pose, wheels, k, target, goal, 0.0)
+        step = link(loop, pieces_of(known), Moving(pose, wheels), way, i, goal, 0.0)
         if not step.new:
             break
         driven.append(step.committed)
         k = step.committed.k
-        asked = np.array([[c.way_of(k[1]), *k[2:]]])
-        move = predicted(model, wheels)(asked)[0, -1]
+        asked = told(k[None])
+        move = predicted(model, wheels, k[1])(asked)[0, -1]
         final = tube_of(model, asked)[1][0]
         # the heading before turns the whole move, its error included
         least = float(np.hypot(final[0], final[1]))

@@ -12,18 +12,20 @@ import parc_jax as pj
 from parc_jax.drive.loop.episode_file import load_episode
 from sims.parking.car import SHARES
 from sims.parking.cases import FILE, case, numbers
-from sims.parking.drive import GOAL, MODEL, Parked, drive, loop_of
+from sims.parking.drive import GOAL, LEFT, MODEL, Parked, drive, loop_of
 from sims.parking.film import draw, sheet
 
 SHIPPED = {1: 10.8, 2: 14.4, 4: 38.3, 5: 8.9}  # [s] of a public planner; 4 and 5 touch
 CLOCK = (
     f"what is told in s is progress, no time: 1 to turn the wheels, {SHARES} for equal shares of "
-    "the way, 1 to brake; nothing is said between records, four of them in each of these"
+    "the way, 1 to brake; nothing is said between records, four of them in each of these; a "
+    f"manoeuvre left after {LEFT} of them is left while the car rolls, and what is measured then "
+    "is known at once"
 )
 MOST_TURNED = 90  # [degrees] that a goal may leave to the heading
 HEAD = (
-    "| case | parked | nearest | gears | driven | shipped | planned | links | file | check |\n"
-    "|---|---|---|---|---|---|---|---|---|---|"
+    "| case | parked | nearest | gears | driven | shipped | planned | links | rolled | file "
+    "| check |\n|---|---|---|---|---|---|---|---|---|---|---|"
 )
 
 
@@ -103,6 +105,7 @@ def park(number: int, options: Options) -> tuple[Parked, str]:
         shipped,
         f"{one.planned:.1f} s",
         len(one.commitments),
+        one.rolled,
         size,
         checked,
     ]
@@ -137,7 +140,8 @@ def park_all(options: Options, say=print) -> list[Parked]:
         f"\n{parked} of {len(done)} parked, within {100 * across:g} cm and {turned:g} degrees, "
         f"poses known within {100 * options.start:g} cm and "
         f"{np.degrees(options.heading):g} degrees; {touched} touched anything, "
-        f"nearest {nearest:.0f} cm. Times are driven: none to plan."
+        f"nearest {nearest:.0f} cm. Times are driven: none to plan, which takes "
+        f"{1e3 * max(one.thought for one in done):.0f} ms at most while a car rolls."
     )
     say(f"Files and pictures: {options.out}. Verify with: parc-jax check {options.out}/case_N.json")
     rows = [

@@ -1,4 +1,6 @@
-"""Manoeuvres k = (way [m], steering first and last as shares) of a car without lags and errors."""
+"""Manoeuvres k = (way [m], steering first and last as shares) of a car without lags and errors; all
+of the way, what it takes to stop included.
+"""
 
 import numpy as np
 
@@ -6,24 +8,31 @@ from sims.parking import car as c
 
 # no farther to the edges of K than this: few runs come from there, so the network is worst there
 LONGEST, MOST = 0.97 * c.WAY, 0.9  # [m], and share of the steering
-PARTS = 24  # arcs of which a way is made, at least
+# [m, rad] from a target: there; near enough to stop; and too far after 4 of 8 steps
+THERE, SURELY, HOPELESS = 0.003, 3e-4, 0.1
+PARTS = 16  # arcs of which a way is made, at least
+LEFT = c.LEAVE / c.SHARES  # of the way after which a manoeuvre is left while the car rolls
+# [rad] by which wheels may be wrong where the car begins to drive from rest, on so long a way [m]
+UNTURNED, FREE = 0.5, 3.0
 
 
-def ends(k: np.ndarray, n: int = 1) -> np.ndarray:
-    """(b, n, 3) where the rear axle is after 1 / n, ..., n / n of the way of manoeuvres k (b, 3)
-    from the origin.
+def ends(k: np.ndarray, n: int = 1, upto=1.0) -> np.ndarray:
+    """(b, n, 3) where the rear axle is after 1 / n, ..., n / n of a share of the way of manoeuvres
+    k (b, 3) from the origin. upto: the share, of all or (b,).
     """
     parts = n * int(np.ceil(PARTS / n))
     first, last = steering(k)
-    share = (np.arange(parts) + 0.5) / parts
-    step = k[:, :1] / parts
+    share = (np.arange(parts) + 0.5) / parts * np.reshape(upto, (-1, 1))
+    step = k[:, :1] / parts * np.reshape(upto, (-1, 1))
     turn = step * np.tan(first[:, None] + (last - first)[:, None] * share) / c.WHEELBASE
     heading = np.cumsum(turn, axis=1)
     middle = heading - 0.5 * turn
-    # the chord of an arc is shorter than the arc
-    chord = step * np.sinc(turn / (2 * np.pi))
-    x, y = np.cumsum(chord * np.cos(middle), axis=1), np.cumsum(chord * np.sin(middle), axis=1)
-    return np.stack([x, y, heading], axis=-1)[:, parts // n - 1 :: parts // n]
+    chord = step * (1.0 - turn**2 / 24)  # of an arc that turns little: off by its turn^4 / 1920
+    x, y = (
+        np.cumsum((chord * side).reshape(len(k), n, parts // n).sum(axis=2), axis=1)
+        for side in (np.cos(middle), np.sin(middle))
+    )
+    return np.stack([x, y, heading[:, parts // n - 1 :: parts // n]], axis=-1)
 
 
 def steering(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -37,9 +46,16 @@ def backwards(k: np.ndarray) -> np.ndarray:
     return k[:, [0, 2, 1]] * [-1, 1, 1]
 
 
-def stand(turned):
-    """[s] that the car stands while its wheels turn by so much [rad]."""
-    return np.abs(turned) / (c.MARGIN * c.RATE)
+def standing(turned, way):
+    """Share of a turn of the wheels [rad] for which the car stands before a way [m]."""
+    return 1.0 - np.minimum(
+        1.0, UNTURNED * np.minimum(1.0, np.abs(way) / FREE) / np.maximum(np.abs(turned), 1e-9)
+    )
+
+
+def stand(turned, way):
+    """[s] that the car stands while its wheels turn by so much [rad], before a way [m]."""
+    return standing(turned, way) * (np.abs(turned) / (c.MARGIN * c.RATE) + c.SETTLE)
 
 
 def compose(pose: np.ndarray, move: np.ndarray) -> np.ndarray:
@@ -60,11 +76,21 @@ def offset_from(pose: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.stack([cos * x + sin * y, cos * y - sin * x, turned], axis=-1)
 
 
-def seconds(k: np.ndarray) -> np.ndarray:
-    """(b,) [s] that manoeuvres k (b, 3) drive, brake included."""
+def seconds(k: np.ndarray, begins=0.0) -> np.ndarray:
+    """(b,) [s] that manoeuvres k (b, 3) drive, brake included. begins: [m/s] at their start."""
+    return planned(k, begins).lasts + c.CREEP + c.SETTLE
+
+
+def rolls(k: np.ndarray, begins=0.0) -> tuple[np.ndarray, np.ndarray]:
+    """(b,) [s] until manoeuvres k (b, 3) are left, and the speed [m/s] at which the car rolls."""
+    plan = planned(k, begins)
+    return c.passes(plan, LEFT * plan.way)
+
+
+def planned(k: np.ndarray, begins=0.0) -> c.Plan:
+    """How manoeuvres k (b, 3) are driven from a speed [m/s]."""
     first, last = steering(k)
-    lasts = c.profile(np.maximum(np.abs(k[:, 0]), 1e-3), last - first)[1]
-    return lasts + c.CREEP + 2 * c.SETTLE
+    return c.plan_of(np.maximum(np.abs(k[:, 0]), 1e-3), last - first, begins)
 
 
 def reach_exactly(
@@ -74,12 +100,18 @@ def reach_exactly(
     method; and (b,) whether they do. predict: as `ends`.
     """
     step, most = np.diag([1e-3, 1e-3, 1e-3]), np.array([LONGEST, MOST, MOST])
-    for _ in range(8):
-        around = k[:, None] + np.concatenate([np.zeros((1, 3)), step])
+    k, going = k.copy(), np.arange(len(k))
+    for i in range(8):
+        if not len(going):
+            break
+        around = k[going, None] + np.concatenate([np.zeros((1, 3)), step])
         end = predict(around.reshape(-1, 3))[:, -1].reshape(-1, 4, 3)
-        off = end[:, 0] - targets
+        off = end[:, 0] - targets[going]
+        wrong = np.abs(off).max(axis=1)
+        some = (wrong > SURELY) & ((wrong < HOPELESS) | (i < 4))
+        going, off, end = going[some], off[some], end[some]
         slope = np.moveaxis((end[:, 1:] - end[:, :1]) / 1e-3, 1, 2) + 1e-6 * np.eye(3)
         change = np.linalg.solve(slope, off[..., None])[..., 0]
-        k = np.clip(k - np.clip(change, -0.8, 0.8), -most, most)
+        k[going] = np.clip(k[going] - np.clip(change, -0.8, 0.8), -most, most)
     off = predict(k)[:, -1] - targets
-    return k, np.abs(off).max(axis=1) < 0.003
+    return k, np.abs(off).max(axis=1) < THERE

@@ -37,7 +37,7 @@ def last_set(seen: Case, settings: pj.Settings | None = None, seed: int = 0) -> 
     """
     here = shapely.Point(seen.goal[:2])
     near = [piece for piece, shape in pieces_of(seen) if shape.distance(here) < NEAR]
-    free = pj.Uncertainty(given={"steering before": "free"})
+    free = pj.Uncertainty(given={"steering before": "free", "start": c.AT_REST})
     problem = pj.reach_avoid(goal_of(seen, np.zeros(3)), near, rectangle(), uncertainty=free)
     return pj.Planner(model()).solve(problem, jax.random.PRNGKey(seed), settings)
 

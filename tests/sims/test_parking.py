@@ -29,13 +29,15 @@ REST = [0.0, 0.0, 0.0]
 def test_the_car_keeps_the_limits_and_comes_to_rest():
     system = car.system()
     lo, hi = np.asarray(system.domain.lo), np.asarray(system.domain.hi)
-    k = np.random.default_rng(0).uniform(lo, hi, (200, 4)).astype(np.float32)
+    k = np.random.default_rng(0).uniform(lo, hi, (200, 5)).astype(np.float32)
+    k[:100, 1] *= car.STANDS  # from rest
     states = np.asarray(
         jax.jit(jax.vmap(system.states))(jax.random.split(jax.random.PRNGKey(0), 200), k)
     )
     times = np.array([car.moments(one) for one in k])
     seconds = np.diff(times, axis=1)
-    assert (seconds > 0).all()
+    assert (seconds[:, car.EVERY :] > 0).all() and (seconds >= 0).all()
+    assert (seconds[:100, : car.EVERY] > 0).all()  # only a car that rolls begins at once
     speed, wheels = states[..., 3], states[..., 4]
     assert speed.max() <= car.SPEED and np.abs(wheels).max() <= car.STEERING
     assert (np.abs(np.diff(speed, axis=1)) <= car.ACCELERATION * seconds + 1e-3)[
@@ -45,7 +47,40 @@ def test_the_car_keeps_the_limits_and_comes_to_rest():
     assert np.abs(speed[:, -1]).max() < 0.01  # [m/s] at rest
     # the way that was asked for, give or take what differs between runs
     driven = np.linalg.norm(np.diff(states[..., :2], axis=1), axis=2).sum(axis=1)
-    assert np.abs(driven - np.abs(car.way_of(k[:, 1]))).max() < 0.1
+    assert np.abs(driven - np.abs(car.asked_of(k.T)[0])).max() < 0.1
+
+
+def test_the_clock_of_a_plan_is_that_of_its_speeds():
+    draw = np.random.default_rng(0)
+    begins = draw.uniform(0.0, car.SPEED, 200)
+    way = car.stopping(begins) + draw.uniform(0.05, 6.0, 200)
+    plan = car.plan_of(way, draw.uniform(-1.2, 1.2, 200), begins)
+    share = np.linspace(0.0, 1.0, 2001)[:, None]
+    at, speed = car.passes(plan, share * way)
+    assert np.abs(at[[0, -1]] - [np.zeros(200), plan.lasts]).max() < 1e-9
+    assert np.abs(speed[[0, -1]] - [begins, np.zeros(200)]).max() < 1e-6
+    passed, mean = np.diff(at, axis=0), 0.5 * (speed[1:] + speed[:-1])
+    assert (passed >= 0).all() and np.abs(passed * mean - way / 2000).max() < 1e-3
+    assert (np.abs(np.diff(speed, axis=0)) <= car.PLANNED * passed + 1e-9).all()
+
+
+def test_what_is_asked_is_what_the_model_has():
+    """Ways in metres, at a speed, and back."""
+    k = np.random.default_rng(0).uniform([4.0, -1, -1], [7.7, 1, 1], (100, 3))
+    for begins in (0.0, 0.6, 2.3):
+        for way in (k, k * [-1, 1, 1]):
+            start = car.start_of(begins) if begins else 0.0
+            all_of_k = np.column_stack([np.tile([0.1, start], (100, 1)), drive.asked(way, begins)])
+            assert np.abs(drive.told(all_of_k) - way).max() < 1e-9
+            assert np.abs(car.asked_of(all_of_k.T)[0] - way[:, 0]).max() < 1e-9
+            assert np.abs(car.asked_of(all_of_k.T)[3] - begins).max() < 1e-9
+
+
+def test_wheels_that_are_turned_first_are_so_for_a_share_of_all_starts():
+    first = car.asked_of(np.array([0.3, car.AT_REST, -0.5, 0.8, 0.1]))
+    for start in (0.0, 0.07, car.TURNED):
+        assert car.asked_of(np.array([0.3, start, -0.5, 0.8, 0.1])) == first
+    assert first[4] == 1.0 and car.asked_of(np.array([0.3, car.STANDS, -0.5, 0.8, 0.1]))[4] == 0.0
 
 
 def test_a_way_is_told_finer_where_it_is_short():
@@ -152,30 +187,40 @@ def test_a_way_of_the_guide_leads_from_the_start_to_the_goal():
     case = cases.case(5)
     way = guide.Guide(case).search()
     pose = case.start
-    for k, end in zip(way.k, way.poses[1:], strict=True):
-        pose = kinematics.compose(pose, kinematics.ends(k[None])[0, 0])
+    for k, end, upto in zip(way.k, way.poses[1:], way.upto, strict=True):
+        pose = kinematics.compose(pose, kinematics.ends(k[None], 1, upto)[0, 0])
         assert np.abs(kinematics.offset_from(pose, end)).max() < 0.02
     assert np.abs(kinematics.offset_from(pose, case.goal)).max() < 0.1
 
 
-def test_a_way_is_made_quicker_and_is_still_clear(monkeypatch):
-    def lasts(way):
-        first, last = kinematics.steering(way.k)
-        turned = first - np.concatenate([[0.0], last[:-1]])
-        return kinematics.seconds(way.k).sum() + kinematics.stand(turned).sum()
-
+def test_a_way_is_made_quicker_and_is_still_clear():
     model = drive.model()
     quick = drive.guide_of(cases.case(1), model).search()
-    monkeypatch.setattr(guide, "SPREADS", ())
     searcher = drive.guide_of(cases.case(1), model)
+    searcher.spreads = ()
     found = searcher.search()
-    assert lasts(quick) < lasts(found) - 1.0  # [s]
+    assert guide.lasts(quick, 0.0) < guide.lasts(found, 0.0) - 1.0  # [s]
     pose = searcher.case.start
-    for k, width in zip(quick.k, drive.tube_of(model, quick.k)[0], strict=True):
+    widths = drive.tube_of(model, quick.k)[0]
+    for k, width, upto in zip(quick.k, widths, quick.upto, strict=True):
         poses = kinematics.compose(pose, kinematics.ends(k[None], 40)[0])
-        assert drive.judged(searcher.case, poses) > min(width, 0.1)
-        pose = poses[-1]
+        assert drive.judged(searcher.case, poses) > min(width, 0.1)  # its stop included
+        pose = kinematics.compose(pose, kinematics.ends(k[None], 1, upto)[0, 0])
     assert np.abs(kinematics.offset_from(pose, searcher.case.goal)).max() < 0.02
+
+
+def test_a_way_that_the_car_cannot_roll_along_ends_at_rest_where_it_was_left():
+    """The wheels of the second are turned against those of the first."""
+    searcher, model = guide.Guide(cases.case_of("here", REST, [9.0, 0.0, 0.0], FAR)), drive.model()
+    for then, rolls in (([4.0, 0.5, 0.1], True), ([4.0, -0.8, -0.8], False)):
+        k = np.array([[5.0, 0.0, 0.5], then])
+        first = kinematics.ends(k[:1], 1, guide.LEFT)[0, 0]
+        poses = np.array([REST, first, kinematics.compose(first, kinematics.ends(k[1:])[0, 0])])
+        way = guide.Way(k, poses, 1.0, np.array([True, False]))
+        seen = drive.mended(model, searcher, way, drive.Moving(poses[0]))
+        assert seen.left.tolist() == [rolls, False]
+        there = kinematics.ends(seen.k[:1], 1, seen.upto[0])[0, 0]
+        assert np.abs(there - first).max() < 1e-3  # [m], [rad]
 
 
 def test_a_last_manoeuvre_that_cannot_correct_all_still_ends_in_the_goal():
@@ -188,7 +233,8 @@ def test_a_last_manoeuvre_that_cannot_correct_all_still_ends_in_the_goal():
     goal, around = drive.goal_of(known, pose), drive.pieces_of(known)
     loop = drive.loop_of()
     loop.restart()
-    assert drive.link(loop, around, pose, 0.0, k, known.goal, goal, 0.0).new
+    way = guide.Way(k[None], np.array([begin, known.goal]), 0.0, np.zeros(1, bool))
+    assert drive.link(loop, around, drive.Moving(pose), way, 0, goal, 0.0).new
 
 
 @pytest.mark.parametrize("off", [(0.1, -0.09, -0.3), (-0.1, 0.04, -0.08), (0.2, -0.11, 0.0)])
@@ -200,14 +246,15 @@ def test_in_a_slot_strokes_to_and_fro_turn_the_car_and_move_it_sideways(off):
     path, last = [pose[None]], False
     for i in range(20):
         goal = drive.goal_of(case, pose)
+        now = drive.Moving(pose, wheels)
         step, last = drive.shuffle(
-            loop, around, pose, wheels, gear, case, drive.GOAL, goal, i * loop.model.time.t_f
+            loop, around, now, gear, case, drive.GOAL, goal, i * loop.model.time.t_f
         )
         assert step.new
         k = step.committed.k
         states = np.asarray(run(jax.random.PRNGKey(i), k), np.float64)
         path.append(kinematics.compose(pose, states[1:, :3]))
-        pose, wheels, gear = path[-1][-1], float(states[-1, 4]), -np.sign(k[1])
+        pose, wheels, gear = path[-1][-1], float(states[-1, 4]), -np.sign(k[2])
         if last:
             break
     assert last and drive.judged(case, np.concatenate(path)) > 0
@@ -330,6 +377,50 @@ def test_a_case_is_parked_and_its_file_is_accepted(tmp_path):
     )
     # the last manoeuvre is proved to end in the goal: two axes and the heading, each on both sides
     assert len(driven.manoeuvres[-1].problem.goal.b) == 6
+
+
+def test_a_car_rolls_from_one_manoeuvre_into_the_next(tmp_path):
+    one, _ = park(2, Options(out=tmp_path))
+    assert one.reached and one.proved and not one.touched and not one.left
+    begins = np.array([float(each.begin) for each in one.commitments])
+    rolled = np.flatnonzero(np.diff(begins) == drive.LEFT)
+    assert len(rolled) == one.rolled > 1
+    # what the next was proved for is how fast the car is there, and what the file tells
+    ends = np.cumsum([car.EVERY * n for n in np.diff([*begins, begins[-1] + car.SHARES + 2])])
+    speeds = np.linalg.norm(np.diff(one.path[:, :2], axis=0), axis=1) / np.diff(one.times)
+    for i in rolled:
+        told = car.rolls_at(*one.commitments[i + 1].k[1:3])
+        assert told > guide.ROLLING / 2
+        assert abs(told - speeds[int(ends[i]) - 1]) < 0.1  # [m/s], the mean of what leads there
+    driven = load_episode(tmp_path / "case_2.json")
+    assert len(driven.manoeuvres) == len(one.commitments)
+    assert "is left while the car rolls" in str(driven.meta)
+
+
+def test_a_car_that_rolls_and_finds_nothing_more_comes_to_its_stop_and_goes_on(monkeypatch):
+    asked, refused, found = drive.link, [], []
+
+    def fails_once(loop, around, now, *more):
+        if now.speed and not refused:
+            refused.append(now)
+            return loop.go_on("nothing is proved")
+        found.append(now)
+        return asked(loop, around, now, *more)
+
+    monkeypatch.setattr(drive, "link", fails_once)
+    one = drive.drive(cases.case(2), drive.loop_of(), jax.random.PRNGKey(2))
+    assert one.reached and one.proved and not one.touched and not one.left
+    (rolling,) = refused
+    stopped = rolling.stop[0][-1]
+    at = np.flatnonzero((one.path == stopped).all(axis=1))
+    assert len(at) and any((now.pose == stopped).all() and not now.speed for now in found)
+
+
+def test_a_car_whose_motor_pushes_as_no_run_begins_goes_on_to_its_stop(monkeypatch):
+    loop = drive.loop_of()
+    drive.black_box()(jax.random.PRNGKey(0), np.zeros(5))  # compiled with the law as it is
+    monkeypatch.setattr(car, "PUSH", 5.0)
+    assert drive.drive(cases.case(2), loop, jax.random.PRNGKey(2)).rolled == 0
 
 
 def test_why_a_car_stopped_on_its_way_is_told(monkeypatch):

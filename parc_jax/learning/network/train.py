@@ -28,7 +28,6 @@ from parc_jax.learning.runs.batch import RolloutBatch
 # [mean feature power] keeps dead and twin features from making the last layer singular
 RIDGE = 1e-5
 LEARNING_RATE = 2e-2  # [normalised weights] peak step at width 8; wider layers take smaller ones
-BATCH = 1000  # runs of a minibatch
 HELD = 0.15  # share of the runs held out, by which the best network is chosen
 # principal directions of the outputs in training; the final solve uses every output
 COMPONENTS = 24
@@ -64,18 +63,18 @@ def train(
     key: Key,
     seeds: int = 8,
     steps: int = 3000,
+    batch: int = 1000,
 ) -> ReLUNetwork:
     """A ReLUNetwork k -> (c_1 ... c_T, q) fitted to `data` (RolloutBatch). [paper Sec. III-B]
 
-    Trains `seeds` networks (two at a time on two cores) and returns the one with the smallest
-    held-out tail error, which decides the width of the tube. float32 inside, float64 last layer and
-    folding. The FIT stream of `key` is used.
+    Trains `seeds` networks and returns the one with the smallest held-out tail error, which decides
+    the width of the tube. batch: runs of a step. The FIT stream of `key` is used.
     """
-    return train_report(data, hidden, key, seeds, steps)[0]
+    return train_report(data, hidden, key, seeds, steps, batch)[0]
 
 
 def train_report(
-    data: RolloutBatch, hidden: Sequence[int], key: Key, seeds: int, steps: int
+    data: RolloutBatch, hidden: Sequence[int], key: Key, seeds: int, steps: int, batch: int = 1000
 ) -> tuple[ReLUNetwork, TrainReport]:
     """As `train`, with the held-out errors of every seed."""
     if not isinstance(data, RolloutBatch):
@@ -83,15 +82,16 @@ def train_report(
     if not isinstance(hidden, tuple | list) or not hidden:
         widths = "the widths of at least one hidden layer"
         raise InputError(expected("train", widths, hidden, "hidden=(8, 8, 8, 8)"))
-    for name, count in (*(("hidden", width) for width in hidden), ("seeds", seeds)):
-        check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8")
+    counts = (*(("hidden", width) for width in hidden), ("seeds", seeds), ("batch", batch))
+    for name, count in counts:
+        check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8, batch=1000")
     k, y = training_arrays(data)
     n_fit = max(1, round(len(k) * (1 - HELD)))
     norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets)
     x = norm.inputs(k).astype(np.float32)
     targets = _principal(norm.outputs(y[:n_fit])).astype(np.float32)
     keys = jax.random.split(stream(key, Stage.FIT), seeds)
-    batch = min(BATCH, n_fit)
+    batch = min(batch, n_fit)
 
     def one_seed(seed_key: jax.Array):
         # Optax mixes dtypes that a strict caller would refuse
