@@ -191,6 +191,11 @@ def reach_avoid(
             raise InputError(
                 f"span of obstacle {j}: expected whole numbers 0 <= first <= last; got {span}."
             )
+        if span is not None and isinstance(obstacles[j], Edge):
+            raise InputError(
+                f"span of obstacle {j}: expected none for an edge of free space, beyond which "
+                f"nothing is known at any time; got {tuple(span)}."
+            )
     spans = tuple(s if s is None or isinstance(s, Span) else Span(s) for s in spans)
     moments = [s.at for s in spans if s is not None and s.at is not None]
     if moments and not max(moments) - min(moments) <= SAME:
