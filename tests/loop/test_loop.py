@@ -17,6 +17,8 @@ from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.drive.loop.candidates import even_candidates, outlook
 from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.bound.error_set import faces
+from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import Disc, Part
@@ -521,3 +523,34 @@ def test_a_manoeuvre_that_was_replaced_begins_no_episode(line):
         loop.restart()
     loop.restart(second)
     assert loop.under_way is second
+
+
+@pytest.mark.parametrize("fitted", [False, True])
+def test_on_an_edge_between_bins_all_that_is_committed_to_is_proved(fitted):
+    """One bin errs along x, the other along y: each was clear of a post, which no line parts from
+    both, and so was what was committed to; the checker rejected its file. [T28]
+    """
+    time, share = pj.learning.time_grid(0.25, 1.0, 0.25), np.array([0.5, 1.0, 1.0, 1.0])
+    ways = np.kron(share[:, None], np.eye(2))
+    net = pj.learning.relu_network([np.c_[np.zeros(8), ways]], [np.zeros(8)])
+    half = np.stack([np.tile([0.2, 0.01], (4, 1)), np.tile([0.01, 0.2], (4, 1))])
+    tube = pj.learning.tube([[-1, 0, 1], [-1, 1], [-1, 1]], half, half[:, -1])
+    if fitted:
+        sides = np.array([[1.0, 0.0], [0.0, 1.0], [0.8, 0.6], [-0.6, 0.8]])
+        around = np.abs(half[..., None, :] * sides).sum(axis=-1)[:, :, None]
+        shape = (2, 4, 1, 4, 2)
+        during = faces(np.broadcast_to(sides, shape), np.zeros(shape[:-1]), around)
+        at_end = faces(np.broadcast_to(np.eye(2), (2, 2, 2)), np.zeros((2, 2)), half[:, -1])
+        tube = fitted_tube(tube.edges, during, at_end)
+    claim = pj.learning.declared_claim(tube, "this test", net, time, given=(0,))
+    model = pj.learning.trajectory_model(net, claim)
+    loop = loop_of(model, body=0.0, given=(0,), candidates=[[0.0, 0.0], [0.3, -0.1]])
+    step = loop.step([0.0, 0.0], [0.0], [pj.box([0.05, 0.05], [1.0, 1.0])], forward)
+    assert not step.new
+    rng, new = np.random.default_rng(0), 0
+    for _ in range(30):
+        corners = rng.normal(size=(3, 2)) * 0.3 + rng.normal(size=2) * 0.4
+        step = afresh(loop, [0.0, 0.0], [0.0], pj.problem.convex_pieces(corners), forward)
+        new += step.new
+        assert not step.new or step.committed.proved()
+    assert 3 < new < 27

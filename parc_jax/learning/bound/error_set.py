@@ -48,6 +48,10 @@ class ErrorBox:
         half, w = _same_rank(_finite(self.half), w)
         return _namespace(half, w).where(w >= 0, half, -half)
 
+    def wider(self, other: "ErrorBox") -> "ErrorBox":
+        """One that holds both."""
+        return ErrorBox(_namespace(self.half, other.half).maximum(self.half, other.half))
+
 
 @struct.dataclass
 class ErrorTemplate:
@@ -63,7 +67,7 @@ class ErrorTemplate:
     half: np.ndarray
 
     def support(self, w: Float[ArrayLike, "*b n"]):
-        """(...) largest w . e. Infinite without claim, but for w = 0."""
+        """As of a box."""
         dual, centre, half, w = self._same_rank(w)
         return _by_basis(dual, centre, half, w)[1].min(axis=-1)
 
@@ -108,6 +112,18 @@ class ErrorTemplate:
         chosen = xp.where(tied, _total(turned * faces), xp.inf).argmin(axis=-1)
         corners = _total(xp.swapaxes(dual, -1, -2) * faces[..., None, :])
         return xp.take_along_axis(corners, chosen[..., None, None], axis=-2)[..., 0, :]
+
+    def wider(self, other: "ErrorTemplate") -> "ErrorTemplate":
+        """One that holds both: between the farthest faces, of bases that both have, as the axes."""
+        xp = _namespace(self.half, other.half)
+        same = (self.dual == other.dual).all(axis=(-2, -1))[..., None]
+        known = same & xp.isfinite(self.half) & xp.isfinite(other.half)
+        ours, theirs = _finite(self.half), _finite(other.half)
+        lo = xp.minimum(self.centre - ours, other.centre - theirs)
+        hi = xp.maximum(self.centre + ours, other.centre + theirs)
+        half = (hi - lo) / 2 + (_UP - 1) * (abs(lo) + abs(hi))
+        centre = xp.where(known, (lo + hi) / 2, 0.0)
+        return ErrorTemplate(self.dual, centre, xp.where(known, half, xp.inf))
 
     def _same_rank(self, w: Float[ArrayLike, "*b n"]):
         """dual, centre, half and w (..., 1, 1, n) for operations between them."""

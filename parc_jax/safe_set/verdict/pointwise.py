@@ -138,19 +138,29 @@ def verdict_in_turn(
     scene: SceneArrays,
     p0: Vector,
     k: Params,
-    bin: Index,
+    bins: Numbers,
+    n_bins: Index | int,
     first: Index,
 ) -> tuple[Verdicts, jax.Array, jax.Array]:
     """The same, pair by pair, the nearest bounding boxes first: until all others are farther than
     the least gap so far, or one is touched. The clearance of a safe plan is that of all pairs.
     Kernel, not for vmap.
 
-    bin: one that contains k. first: the pair tested first, negative for the nearest box.
+    bins: the first n_bins contain k, whose errors together one direction has to allow for, as a
+    proof has it [T28]. first: the pair tested first, negative for the nearest box.
     Returns also the pair that the plan touches, which a plan beside it may touch as well, and the
     number of pairs tested, which is nearly all of the work.
     """
-    seen = prediction(net, tube, scene, p0, k, bin)
-    errors = tube.during(seen.bin)
+    seen = prediction(net, tube, scene, p0, k, bins[0])
+
+    def with_bin(c: Index, known: tuple):
+        errors, goal = known
+        _, own, _ = arrival(tube, scene, p0, seen.path[-1], seen.q, k, bins[c])
+        return errors.wider(tube.during(bins[c])), jnp.minimum(goal, own)
+
+    known = tube.during(seen.bin), seen.goal
+    errors, goal = jax.lax.fori_loop(1, n_bins, with_bin, known)
+    seen = seen._replace(goal=goal)
     rounding = 2 * scene.slack * p0.shape[0]
 
     def look(state: tuple):
