@@ -5,6 +5,7 @@ around it needs the extra `live` (viser), stays on this machine, and is the same
 """
 
 import itertools
+import math
 import time
 from dataclasses import replace
 from typing import NamedTuple
@@ -125,8 +126,8 @@ class Live:
         self.grips = {name: Grip(sets[name], m, m, eye) for name, m in middles.items()}
         if at is not None:
             at = np.asarray(at, float)
-            turn = _turn(at[n_p] if len(at) > n_p else 0.0, n_p)
-            self.grips["start"] = Grip(None, at[:n_p], at[:n_p], turn)
+            self._heading = float(at[n_p]) if len(at) > n_p else 0.0
+            self.grips["start"] = Grip(None, at[:n_p], at[:n_p], _turn(self._heading, n_p))
         self.pose_size = None if at is None else len(at)
         nominal = self._nominal()
         whole = scene_of(nominal.problem, nominal.model)
@@ -153,7 +154,9 @@ class Live:
         """Drag a free grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p).
         Raises InputError for another one.
         """
-        own = self.grips[name]
+        own = self.grips.get(name)
+        if own is None:
+            raise InputError(f"move: expected one of {', '.join(self.grips)}; got {name!r:.60}.")
         if not own.free:
             raise InputError(f"move: expected no edge of free space; {name} is one. Drag another.")
         turn = own.turn if turn is None else _turn(turn, len(own.place))
@@ -182,11 +185,15 @@ class Live:
 
     @property
     def at(self) -> np.ndarray | None:
-        """The pose of the start, as it was dragged; None for any."""
+        """The pose of the start, as it was dragged, its heading within half a turn of the one told;
+        None for any.
+        """
         if self.pose_size is None:
             return None
         place, turn = self.grips["start"].place, self.grips["start"].turn
-        return np.r_[place, np.arctan2(turn[1, 0], turn[0, 0])][: self.pose_size]
+        # a goal may be told beyond a turn, and is met from a heading that is told so as well
+        turned = math.remainder(np.arctan2(turn[1, 0], turn[0, 0]) - self._heading, 2 * np.pi)
+        return np.r_[place, self._heading + turned][: self.pose_size]
 
     def _nominal(self):
         planner = self.planner  # once: a slider may change it meanwhile, and its cache is its own
