@@ -15,7 +15,7 @@ from parc_jax.common.arrays import as_float64, least, single
 from parc_jax.common.backend import backend
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop import candidates as listed
-from parc_jax.drive.loop.commitment import ROUNDED
+from parc_jax.drive.loop.commitment import ROUNDED, SAME
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.bound.bins import open_bin_of
 from parc_jax.learning.bound.error_set import ErrorBox
@@ -340,8 +340,11 @@ class BatchShield:
         passed = jnp.minimum(seconds / time.dt, time.n_steps)
         before = jnp.minimum(passed.astype(int), time.n_steps - 1)
         way = knots[before] + (passed - before.astype(float)) * (knots[before + 1] - knots[before])
-        allowed = jnp.asarray(tube.interval)[open_bin_of(tube.edges, last.k), before] + ROUNDED
-        return (jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way) - allowed).max()
+        near = passed + np.array([-1.0, 1.0]) * float(SAME) / time.dt  # at a knot in both intervals
+        both = jnp.clip(near.astype(int), 0, time.n_steps - 1)
+        allowed = jnp.asarray(tube.interval)[open_bin_of(tube.edges, last.k), both].min(axis=0)
+        beyond = jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way) - allowed - ROUNDED
+        return beyond.max()
 
 
 def _seen(*of: Any) -> Seen:

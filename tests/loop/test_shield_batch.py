@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from needs import need
+from toy_models import told
 
 import parc_jax as pj
 from parc_jax.common.backend import ACCELERATOR, CPU
@@ -198,3 +199,18 @@ def test_what_another_shield_has_under_way_is_refused(batch):
                 jax.eval_shape(step, jax.eval_shape(other.start, *seen), *seen, 0.5 * seen[3])
             with pytest.raises(pj.InputError, match="Begin anew with `start`"):
                 jax.eval_shape(other.step, mine, *seen, 0.5 * seen[3])
+
+
+def test_at_a_knot_a_pose_is_within_the_intervals_before_and_after_it_in_a_batch_too():
+    model = platform_model()
+    interval, knot = model.tube.interval.copy(), round(HELD / model.time.dt)
+    interval[:, :knot], interval[:, knot:] = 0.01, 0.05
+    tube = pj.learning.tube(model.tube.edges, interval, model.tube.final)
+    made = shield_of(told(model, tube=tube))
+    seen = arrays([[[9.0, 9.0]]] * 2, np.zeros((2, 2)), np.zeros((2, 2)))
+    with jax.enable_x64(True):
+        start, step = jax.jit(made.start), jax.jit(made.step)
+        under_way, _ = step(start(*seen), *seen, np.zeros((2, 2)))
+        aside = (np.array([[0.0, 0.005], [0.0, 0.03]]), *seen[1:])
+        _, driven = step(under_way, *aside, np.zeros((2, 2)))
+    assert driven.reason.tolist() == [0, 3]

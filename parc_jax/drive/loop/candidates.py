@@ -20,7 +20,7 @@ from scipy.stats import qmc
 from parc_jax.common.arrays import as_float64, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import listed
-from parc_jax.drive.loop.commitment import Commitment, turned
+from parc_jax.drive.loop.commitment import SAME, Commitment, turned
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
@@ -33,7 +33,6 @@ AT_ONCE = 64  # candidates predicted at a time
 SAMPLED = 10  # 2 to the power of so many k, even over K, are tried for rest ...
 CORNERS = 10  # ... and the corners of K, up to so many parameters
 ROUNDED = 1e-9  # [m] more than networks round by: a model that moves so little more is believed
-SAME = Fraction(1, 10**6)  # [s] moments of a clock that are one: they come as floats
 
 
 def given_axes(model: TrajectoryModel, given: Sequence[str | int] | None) -> tuple[int, ...]:

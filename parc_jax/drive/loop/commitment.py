@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 AT_ONCE = 64  # manoeuvres scored in one compiled call
 ROUNDED = 1e-9  # [m] more than floats round places up to 1e5 m by: so far outside is inside
+SAME = Fraction(1, 10**6)  # [s] moments of a clock that are one: they come as floats
 WHOLE = 1e-3  # [records] a manoeuvre that begins so near to one begins there
 HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
 
@@ -229,13 +230,13 @@ def left_tube(
     heading = as_float64("left_tube: heading", heading, (len(path),))
     step, begin = model.time.dt_record, []
     for one in commitments:  # the record at which each began
-        exact = float(one.begin) / step
-        begin.append(round(exact))
-        if abs(exact - begin[-1]) > WHOLE or not 0 <= begin[-1] < len(path):
+        record = float(one.begin) / step
+        begin.append(round(record))
+        if abs(record - begin[-1]) > WHOLE or not 0 <= begin[-1] < len(path):
             raise InputError(
                 f"left_tube: expected manoeuvres that began at records of the path, every {step:g} "
                 f"s from 0 to {step * (len(path) - 1):g} s; number {one.number} began at "
-                f"{float(one.begin):g} s."
+                f"{exact(one.begin)} s."
             )
     k = np.stack([one.k for one in commitments])
     knots, q = trajectories(model.net, model.layout, k)
@@ -279,7 +280,10 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
     there = turned(pose.place - begun.place, heading) + around
     at_start = tube.interval[tube.bins_of(k[None])[0], 0].max(axis=0)
     at_start[:n_p] = 0.0  # of the first point, which is where the pose is
-    allowed = tube.interval[tube.bins_of(last.k[None])[0], before].max(axis=0) + at_start
+    # a knot belongs to both its intervals, and a run in the tube is within the narrower one there
+    near = float(SAME) / model.time.dt
+    both = [min(int(max(passed + off, 0)), steps - 1) for off in (-near, near)]
+    allowed = tube.interval[tube.bins_of(last.k[None])[0]].max(axis=0)[both].min(axis=0) + at_start
     allowed = allowed.reshape(-1, n_p) + ROUNDED
     far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
     allowed = allowed + 2 * known.shifts(n_p).sum() + known.heading * far[:, None]
