@@ -554,3 +554,52 @@ def test_on_an_edge_between_bins_all_that_is_committed_to_is_proved(fitted):
         new += step.new
         assert not step.new or step.committed.proved()
     assert 3 < new < 27
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"gone": 3}, "gone: expected a FreeSpace, or its `gone`; got 3"),
+        ({"least": "much"}, "least: expected numbers"),
+        ({"least": np.nan}, "least: expected finite numbers"),
+        ({"prefer": None}, "prefer: expected a function of an Outlook; got None"),
+        ({"prefer": lambda seen: np.zeros(len(seen.k)) * 1j}, "prefer: expected 256 numbers"),
+        ({"prefer": lambda seen: ["a"] * len(seen.k)}, "prefer: expected 256 numbers"),
+        ({"prefer": lambda seen: np.zeros(3)}, r"prefer: expected 256 numbers; got shape \(3,\)"),
+    ],
+)
+def test_what_is_no_argument_is_refused_at_once(line, wrong, words):
+    """Not in the step that has to stop."""
+    asked = {"obstacles": [WALL], "prefer": forward} | wrong
+    with pytest.raises(InputError, match=words):
+        loop_of(line).step([0.0, 0.0], [0.25], **asked)
+
+
+def test_all_of_a_free_space_may_be_told_as_gone(line):
+    pytest.importorskip("shapely")
+    free = pj.problem.free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]])
+    loop = loop_of(line)
+    loop.step([0.0, 0.0], [0.25], [WALL], forward, gone=free)
+    step = loop.step([0.0, 0.0], [9.0], [WALL], forward, gone=free)
+    assert not step.new and "given: expected" in step.reason
+
+
+def test_sentences_tell_the_numbers_apart_that_they_compare(line):
+    loop, begin = loop_of(line), 1_795_720_000.0
+
+    def why(given=0.0, obstacles=(WALL,), at=begin + 0.5, **more):
+        asked = [0.0, 0.0], [given], obstacles, lambda seen: np.abs(seen.k[:, 0]), at
+        return loop.step(*asked, **more).reason
+
+    assert why(at=begin) == ""
+
+    assert "after 1795720000 s, when" in (said := why(at=begin - 5)) and "got 1795719995 s" in said
+    assert "within K, -1 to 1; got 1.0000000000000002" in why(np.nextafter(1.0, 2.0))
+    obstacles, spans = pj.problem.moving(WALL, [0.1, 0.0], (0, 3), line.time.dt, at=begin + 1.5)
+    told_for = "1795720000.5 s of the clock; it was made for 1795720001.5 s"
+    assert told_for in why(obstacles=obstacles, spans=spans)
+    with pytest.raises(InputError, match=r"from 1795720000 s on, .* and 1795719900 s"):
+        pj.drive.reserved(loop.under_way, begin - 100.0, line.time)
+    for asked in ((None, begin, line.time), (loop.under_way, begin, None)):
+        with pytest.raises(InputError, match=r"reserved .*: expected a .*; got None"):
+            pj.drive.reserved(*asked)

@@ -11,6 +11,7 @@ from parc_jax.common.arrays import once, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.spelling import exact
 from parc_jax.drive.loop.candidates import AT_ONCE
 from parc_jax.drive.loop.commitment import require_shared
 from parc_jax.learning.model import TrajectoryModel
@@ -113,11 +114,11 @@ class Scenes:
 def _require_now(name: str, span: Span, at: Fraction) -> None:
     """Raises InputError for what was made for another moment, or is of what nobody drives now."""
     if span.at is None or not abs(span.at - float(at)) <= SAME:
-        fault = "says none" if span.at is None else f"was made for {span.at:g} s"
+        fault = "says none" if span.at is None else f"was made for {exact(span.at)} s"
     elif not (fault := span.void):
         return
     raise InputError(
-        f"{name}: expected one for the moment of this pose, {float(at):g} s of the clock; it "
+        f"{name}: expected one for the moment of this pose, {exact(at)} s of the clock; it "
         f"{fault}. Make it anew at every step, with `at`, when all others have decided."
     )
 
