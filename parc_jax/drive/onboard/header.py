@@ -101,7 +101,7 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
 
 def _sizes(answer: Answer, table: Tables) -> dict[str, int]:
     model = answer.model
-    boxes = isinstance(table.errors, ErrorBox)
+    boxes, biases = isinstance(table.errors, ErrorBox), model.net.biases
     return {
         "N_P": model.n_p,
         "N_C": model.n_c,
@@ -109,7 +109,8 @@ def _sizes(answer: Answer, table: Tables) -> dict[str, int]:
         "N_K": model.n_k,
         "N_STEPS": model.time.n_steps,
         "N_LAYERS": len(model.net.weights),
-        "WIDEST": max(model.n_k, *(len(b) for b in model.net.biases[:-1]), 1),
+        # of one layer alone a compiler sees that its outputs would not fit, were they hidden
+        "WIDEST": max(model.n_k, *(len(b) for b in biases[:-1] or biases), 1),
         "N_CORRIDORS": len(table.probes),
         "N_PROBES": table.probes.shape[1],
         "N_PART": table.pair_points.shape[1],
