@@ -127,8 +127,8 @@ def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
     no part in it, infinite for failed ones.
 
     They are taken where eps times the width that the tube then needs is least: a tube half as wide
-    is worth twice the eps. At most MOST_SHARE of the holdout is discarded, or as many more as fail:
-    a failed run makes a tube infinite.
+    is worth twice the eps. At most MOST_SHARE of the holdout is discarded, and more only where no
+    fewer surely leave a finite tube: as many fail, or m is so small that as many might.
     """
     best, least = 0, math.inf
     for discard in range(n):
