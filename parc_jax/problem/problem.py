@@ -166,9 +166,10 @@ def reach_avoid(
     obstacles = tuple(o if isinstance(o, Edge) else owned(o, "obstacle") for o in obstacles)
     start = None if start is None else owned(start, "start")
     body = body_of([body]) if isinstance(body, Body) else shape("body", body)
-    n_p = _workspace(goal, obstacles, body, start)
+    # where none of these tells of the workspace the model will: a goal may be of several points
+    n_p = next((s.n for s in (*obstacles, start) if s is not None), None) or _of_polygons(body)
     _require_in_workspace(obstacles, start, n_p)
-    if goal.n < n_p:
+    if n_p is not None and goal.n < n_p:
         raise InputError(
             f"goal: expected at least the {n_p} workspace coordinates (p, q); got {goal.n} "
             "dimensions."
@@ -207,14 +208,18 @@ def reach_avoid(
         if not isinstance(uncertainty, Uncertainty):
             kind = type(uncertainty).__name__
             raise InputError(f"uncertainty: expected an Uncertainty; got {kind}.")
-        uncertainty.shifts(n_p)
+        if n_p is not None:
+            uncertainty.shifts(n_p)
         errors = uncertainty.of_obstacles(len(obstacles))
         _require_in_workspace(errors, None, n_p, "uncertainty of obstacle")
     return Problem(goal, obstacles, body, start, spans, uncertainty, points)
 
 
 def _require_in_workspace(
-    obstacles: Sequence[HPolytope | None], start: HPolytope | None, n_p: int, kind: str = "obstacle"
+    obstacles: Sequence[HPolytope | None],
+    start: HPolytope | None,
+    n_p: int | None,
+    kind: str = "obstacle",
 ) -> None:
     """Raises InputError for sets of another dimension; None for no set."""
     for name, part in [*((f"{kind} {j}", o) for j, o in enumerate(obstacles)), ("start", start)]:
@@ -360,9 +365,6 @@ def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
     return lo, hi
 
 
-def _workspace(goal: HPolytope, obstacles, body, start) -> int:
-    """Dimension of the workspace: of obstacles, start, body or goal."""
-    if obstacles or start is not None:
-        return obstacles[0].n if obstacles else start.n
+def _of_polygons(body) -> int | None:
     polygons = [p.shape for p in parts_of(body) if isinstance(p.shape, Polygon)]
-    return polygons[0].vertices.shape[1] if polygons else goal.n
+    return polygons[0].vertices.shape[1] if polygons else None
